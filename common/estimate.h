@@ -1,0 +1,86 @@
+// What a renderer returns (MODEL.md section 10): per pixel and channel the sum and the sum of squares of its samples,
+// kept as a forest of dyadic runs of sample blocks so that disjoint ranges, cut at multiples of the block, merge to the
+// same bits in any order. Progress, resuming, several devices and several machines all build on this.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <span>
+#include <vector>
+
+namespace tandem {
+
+// Samples [begin, end) of every pixel.
+struct SampleRange {
+    std::uint64_t begin = 0;
+    std::uint64_t end = 0;
+    [[nodiscard]] std::uint64_t count() const { return end - begin; }
+    bool operator==(const SampleRange&) const = default;
+};
+
+// Samples a block: ranges are cut at its multiples. A power of two, so that runs of blocks stay dyadic.
+inline constexpr std::uint64_t samples_per_block = 64;
+
+inline constexpr std::uint32_t channel_count = 3;
+
+// Moments of one channel of one pixel.
+struct Moments {
+    double sum = 0.0;
+    double sum_of_squares = 0.0;
+};
+
+class Estimate {
+public:
+    // Key of a run: blocks [index * 2^level, (index + 1) * 2^level).
+    struct Run {
+        std::uint64_t first_block = 0;
+        std::uint32_t level = 0;
+        auto operator<=>(const Run&) const = default;
+    };
+    using Plane = std::vector<Moments>;  // [(y * width + x) * 3 + channel]
+
+    Estimate() = default;
+    Estimate(std::uint32_t width, std::uint32_t height);
+
+    [[nodiscard]] std::uint32_t width() const { return width_; }
+    [[nodiscard]] std::uint32_t height() const { return height_; }
+    [[nodiscard]] std::uint64_t pixel_count() const { return std::uint64_t{width_} * height_; }
+
+    // Adds the moments of samples `range` of every pixel. `range` lies in one block and begins where the block begins;
+    // it may end early (a ragged block), which then can never be completed by merging. Throws Error on any other range,
+    // on an overlap, and on a plane of the wrong size.
+    void add_block(SampleRange range, Plane moments);
+
+    // Adds samples that were not finite or were negative: they count as zero in the sums, and are reported here
+    // (MODEL.md section 11).
+    void add_invalid(std::uint64_t samples) { invalid_ += samples; }
+    [[nodiscard]] std::uint64_t invalid() const { return invalid_; }
+
+    // Takes in a disjoint estimate of the same size; any order of merges gives the same bits. Throws Error on overlap.
+    void merge(Estimate other);
+
+    // Samples a pixel, the same for every pixel.
+    [[nodiscard]] std::uint64_t count() const;
+    [[nodiscard]] std::vector<SampleRange> ranges() const;  // ascending, adjacent ranges joined
+
+    // Canonical totals: the runs added in ascending order.
+    [[nodiscard]] Plane totals() const;
+
+private:
+    void insert(Run run, Plane plane);
+    void check_free(SampleRange range) const;
+
+    std::uint32_t width_ = 0, height_ = 0;
+    std::uint64_t invalid_ = 0;
+    std::map<Run, Plane> runs_;                      // complete dyadic runs, siblings joined
+    std::map<std::uint64_t, std::pair<std::uint64_t, Plane>> ragged_;  // begin -> (end, moments)
+};
+
+// Per pixel and channel, [(y * width + x) * 3 + channel]: the mean, and the unbiased variance *of one sample*
+// (NaN below two samples). The variance of the mean is variance / count.
+[[nodiscard]] std::vector<double> mean_of(const Estimate& estimate);
+[[nodiscard]] std::vector<double> variance_of(const Estimate& estimate);
+[[nodiscard]] double mean_from(const Moments& moments, std::uint64_t count);
+[[nodiscard]] double variance_from(const Moments& moments, std::uint64_t count);
+
+}  // namespace tandem

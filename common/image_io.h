@@ -1,0 +1,47 @@
+// Images in and out. With TANDEM_IMAGE_IO through OpenImageIO (EXR, PNG, and whatever else it reads); without it, raw
+// float PFM (three channels) only. Files appear whole or not at all.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "common/estimate.h"
+
+namespace tandem {
+
+struct Image {
+    std::uint32_t width = 0, height = 0;     // the data window, pixels
+    std::vector<std::string> channels;       // "R", "variance.R", "count", …
+    std::vector<float> pixels;               // [(y * width + x) * channels.size() + channel], y down
+    std::map<std::string, std::string> metadata;
+    std::int32_t data_x = 0, data_y = 0;     // upper left corner of the data window
+    std::int32_t full_x = 0, full_y = 0;     // display window
+    std::uint32_t full_width = 0, full_height = 0;  // 0: the data window's
+    std::string colour_space;                // as the file declares it; empty: it does not
+};
+
+// Throws InputError (file, reason, mend).
+[[nodiscard]] Image read_image(const std::filesystem::path& path);
+
+// Float32 EXR (or PFM: first three channels) with every channel and all metadata. Throws InputError when it cannot be
+// written; an existing file is replaced only by a complete one.
+void write_image(const std::filesystem::path& path, const Image& image);
+
+// R, G, B (mean), variance.R/G/B (of one sample, MODEL.md section 10) and count, with `metadata` beside.
+[[nodiscard]] Image image_of(const Estimate& estimate, const std::map<std::string, std::string>& metadata);
+
+// 8-bit sRGB PNG of the first three channels of linear `image`, multiplied by `exposure`, clipped to [0, 1].
+// The transfer function is that of IEC 61966-2-1.
+void write_png(const std::filesystem::path& path, const Image& image, double exposure = 1.0);
+
+// Throws InputError unless a file could be made at `path` (folder there and writable, known ending) — asked before a
+// long render, so that nothing is lost at its end. Leaves nothing behind.
+void check_writable_image(const std::filesystem::path& path);
+
+// Writes text whole or not at all. Throws InputError.
+void write_text_file(const std::filesystem::path& path, const std::string& text);
+
+}  // namespace tandem

@@ -1,0 +1,98 @@
+// The interface that every backend implements and the only thing that the validation suite knows of one.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <limits>
+#include <memory>
+#include <optional>
+#include <stop_token>
+#include <string>
+#include <vector>
+
+#include "common/estimate.h"
+#include "common/planted_bugs.h"
+#include "common/scene.h"
+
+namespace tandem {
+
+// path: scattering alone finds the light, as the thesis does; next_event: light sampling at diffuse vertices, combined
+// with scattering by multiple importance sampling (MODEL.md section 9).
+enum class Integrator : std::uint32_t { path = 0, next_event = 1 };
+enum class Precision : std::uint32_t { single_precision = 0, double_precision = 1 };
+
+// What the estimator is to do (MODEL.md sections 9 and 10).
+struct RenderSettings {
+    std::uint32_t width = 512, height = 512;  // pixels, each in [1, 65536], their product below 2^32
+    std::uint64_t seed = 0;
+    Integrator integrator = Integrator::path;
+    std::uint32_t bounces = 12;               // scattering events at most: bounces + 1 segments
+    std::uint32_t roulette_start = no_roulette;  // scattering events before roulette may end a path
+    double ray_min = 0.0;                     // inclusive interval of ray parameters, scene units
+    double ray_max = std::numeric_limits<double>::infinity();
+
+    static constexpr std::uint32_t no_roulette = std::numeric_limits<std::uint32_t>::max();
+};
+
+// The settings that the scene's file asks for.
+[[nodiscard]] RenderSettings default_settings(const Scene& scene);
+
+// How a caller follows and stops a render. `progress` is called from one thread at a time with the samples a pixel
+// done so far of this call (it may be fractional). A stop request ends the render early: the samples finished for
+// every pixel by then are returned.
+struct RenderControl {
+    std::stop_token stop;
+    std::function<void(double samples_done)> progress;
+};
+
+struct RenderResult {
+    Estimate estimate;
+    double seconds = 0.0;                     // wall clock inside render()
+    std::optional<double> device_seconds;     // the device's own clock, where there is one
+};
+
+// A scene made ready for one renderer and one set of settings.
+class RenderJob {
+public:
+    virtual ~RenderJob() = default;
+    // Renders samples `range` of every pixel; range.begin must be a multiple of samples_per_block (else Error). The
+    // estimate of a range does not depend on what was rendered before, on threads or on their order: same bits.
+    [[nodiscard]] virtual RenderResult render(SampleRange range, const RenderControl& control = {}) = 0;
+};
+
+struct RendererInfo {
+    std::string backend;  // "cpu", "vulkan", "oracle"
+    std::string device;   // "Intel Xeon …, 2 threads", "NVIDIA H200"
+    std::string driver;   // "Embree 3.13.5", "Mesa llvmpipe 22.3.6"
+    std::string api;      // "Embree 3.13.5", "Vulkan 1.3.224", "C++"
+};
+
+class Renderer {
+public:
+    virtual ~Renderer() = default;
+    [[nodiscard]] virtual RendererInfo info() const = 0;
+    // Throws UnsupportedError for what this renderer cannot do with this scene or these settings. The job owns all it
+    // needs of the scene; it must not outlive the renderer.
+    [[nodiscard]] virtual std::unique_ptr<RenderJob> prepare(const Scene& scene, const RenderSettings& settings) = 0;
+};
+
+// How to make a renderer. A backend refuses what it has no use for (UnsupportedError), never ignores it.
+struct BackendOptions {
+    std::string device;                       // Vulkan: index or part of the name; empty: the best one
+    std::optional<Precision> precision;       // empty: single, the oracle double
+    unsigned threads = 0;                     // CPU: 0 is all
+    bool validation = false;                  // Vulkan: layers on, any message is an Error
+    PlantedBug planted_bug = PlantedBug::none;  // test builds only
+};
+
+struct Backend {
+    std::string name;
+    std::string description;
+    std::function<std::unique_ptr<Renderer>(const BackendOptions&)> create;
+};
+using BackendList = std::vector<Backend>;
+
+// The backend of that name, or InputError naming those there are.
+[[nodiscard]] const Backend& find_backend(const BackendList& backends, const std::string& name);
+
+}  // namespace tandem

@@ -1,0 +1,1 @@
+#include "vulkan/backend.h"
