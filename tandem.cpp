@@ -1,1 +1,13 @@
-int main() {}
+// Wires the rooms together: the backends, the devices, and the commands that work on them.
+#include "common/commands/command.h"
+#include "cpu_ref/backend.h"
+#include "vulkan/backend.h"
+#include "vulkan/devices.h"
+
+int main(int argc, char** argv) {
+    const tandem::Program program{
+        .backends = {tandem::cpu_backend(), tandem::vulkan_backend(), tandem::oracle_backend()},
+        .devices = tandem::devices_as_json,
+    };
+    return tandem::run_program(argc, argv, program);
+}

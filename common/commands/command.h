@@ -1,0 +1,70 @@
+// The command line: what the subcommands share. A command parses its options with CLI11, works through the libraries and
+// returns an exit status; it alone prints. Errors travel as exceptions to `run_program`.
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <functional>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <stop_token>
+#include <string>
+
+#include "common/renderer.h"
+
+namespace tandem {
+
+// DESIGN: exit statuses.
+enum class ExitStatus : int { fine = 0, disagree = 1, unusable_input = 2, undecided = 3, no_device = 4 };
+
+// What main hands to the commands.
+struct Program {
+    BackendList backends;
+    // The Vulkan devices as JSON: {"devices": [{"index", "name", "type", "driver", "api", "suitable", "reason", …}]}.
+    std::function<nlohmann::json()> devices;
+};
+
+// Options and duties of every command.
+struct CommandContext {
+    const Program& program;
+    std::stop_token stop;       // Ctrl-C, once: finish what is in hand
+    std::string json_file;      // --json
+    bool verbose = false;       // -v
+    std::function<ExitStatus()> action;  // set by the chosen subcommand
+};
+
+void add_render_command(CLI::App& app, CommandContext& context);
+void add_verify_command(CLI::App& app, CommandContext& context);
+void add_compare_command(CLI::App& app, CommandContext& context);
+void add_devices_command(CLI::App& app, CommandContext& context);
+
+// Adds --json and -v to a subcommand, and `examples` to its help.
+void add_common_options(CLI::App& command, CommandContext& context, const std::string& examples);
+
+// Parses and runs; every error becomes one line on stderr and an exit status.
+[[nodiscard]] int run_program(int argc, char** argv, const Program& program);
+
+// Options that say what and how to render, shared by render and verify.
+struct RenderOptions {
+    std::string size;           // "WxH" or "N" (longer side); empty: the scene's film
+    std::string integrator;     // empty: path
+    std::optional<std::uint32_t> bounces, roulette;
+    std::uint64_t seed = 0;
+};
+void add_render_options(CLI::App& command, RenderOptions& options);
+
+// The scene's own settings, changed by the options. Throws InputError.
+[[nodiscard]] RenderSettings settings_from(const RenderOptions& options, const Scene& scene);
+
+// "single" or "double" to Precision; empty to nothing. Throws InputError.
+[[nodiscard]] std::optional<Precision> precision_from(const std::string& name);
+
+// "1%", "0.5 %" or "0.01" to a fraction > 0; `option` names it in the error. Throws InputError.
+[[nodiscard]] double fraction_from(const std::string& text, const std::string& option);
+
+// Throws InputError unless a file can be made at `path` (nothing is left behind); empty paths pass.
+void check_writable(const std::string& path);
+
+// Writes `report` to the --json file, where there is one.
+void write_json(const CommandContext& context, const nlohmann::json& report);
+
+}  // namespace tandem

@@ -1,0 +1,41 @@
+// Terminal manners: a progress line with an estimate of the time left, and Ctrl-C as a stop request.
+#pragma once
+
+#include <chrono>
+#include <stop_token>
+#include <string>
+#include <thread>
+
+namespace tandem {
+
+// One line on stderr, redrawn at most ten times a second, only where stderr is a terminal; erased on destruction.
+class ProgressLine {
+public:
+    ProgressLine();
+    ~ProgressLine();
+    ProgressLine(const ProgressLine&) = delete;
+    ProgressLine& operator=(const ProgressLine&) = delete;
+
+    // `fraction` in [0, 1] of the work is done; `text` says what is being done.
+    void update(double fraction, const std::string& text);
+
+private:
+    using Clock = std::chrono::steady_clock;
+    bool terminal_;
+    bool drawn_ = false;
+    Clock::time_point start_ = Clock::now(), last_{};
+};
+
+// While it lives, the first SIGINT or SIGTERM requests a stop; a second one ends the program at once. Make it before any
+// other thread, so that all inherit the blocked signals.
+class InterruptWatch {
+public:
+    InterruptWatch();
+    [[nodiscard]] std::stop_token token() const { return source_.get_token(); }
+
+private:
+    std::stop_source source_;
+    std::jthread thread_;
+};
+
+}  // namespace tandem

@@ -1,0 +1,159 @@
+// tandem render: one image by one backend.
+#include <fmt/format.h>
+
+#include <chrono>
+#include <cmath>
+#include <filesystem>
+
+#include "common/commands/command.h"
+#include "common/commands/console.h"
+#include "common/error.h"
+#include "common/image_io.h"
+#include "common/scene_loader.h"
+#include "common/stopping.h"
+
+namespace tandem {
+
+namespace {
+
+struct RenderArguments {
+    std::string scene, output, backend = "cpu", device, precision, target_error;
+    std::optional<std::uint64_t> samples;
+    std::optional<double> seconds;
+    RenderOptions options;
+    unsigned threads = 0;
+    bool validation = false;
+    double exposure = 1.0;
+};
+
+StoppingRule stopping_rule(const RenderArguments& arguments) {
+    StoppingRule rule;
+    rule.seconds = arguments.seconds;
+    if (!arguments.target_error.empty()) rule.relative_error = fraction_from(arguments.target_error, "--target-error");
+    rule.samples = arguments.samples;
+    if (!rule.samples && !rule.seconds && !rule.relative_error) rule.samples = 64;
+    return rule;
+}
+
+std::string progress_text(const RenderProgress& progress) {
+    std::string text = fmt::format("{:.0f} samples a pixel", progress.samples);
+    if (progress.relative_error) text += fmt::format(", error {:.2g} %", 100.0 * *progress.relative_error);
+    return text;
+}
+
+// What the image file says of itself, and most of what --json says.
+nlohmann::json describe(const RenderArguments& arguments, const RenderSettings& settings, const RendererInfo& info,
+    const Scene& scene, const StoppedRender& result) {
+    const double paths = static_cast<double>(result.estimate.count() * result.estimate.pixel_count());
+    nlohmann::json report{{"scene", scene.name}, {"backend", info.backend}, {"device", info.device},
+        {"driver", info.driver}, {"api", info.api}, {"width", settings.width}, {"height", settings.height},
+        {"samples", result.estimate.count()}, {"seed", settings.seed},
+        {"integrator", settings.integrator == Integrator::path ? "path" : "next-event"},
+        {"bounces", settings.bounces}, {"precision", arguments.precision.empty() ? "default" : arguments.precision},
+        {"seconds", result.seconds}, {"paths", paths},
+        {"paths_per_second", result.seconds > 0.0 ? paths / result.seconds : 0.0},
+        {"invalid_samples", result.estimate.invalid()}, {"complete", result.complete}};
+    if (settings.roulette_start != RenderSettings::no_roulette) report["roulette"] = settings.roulette_start;
+    if (result.relative_error) report["relative_error"] = *result.relative_error;
+    if (result.device_seconds) report["device_seconds"] = *result.device_seconds;
+    return report;
+}
+
+void write_output(const RenderArguments& arguments, const nlohmann::json& report, const Estimate& estimate) {
+    std::map<std::string, std::string> metadata;
+    for (const auto& [key, value] : report.items())
+        metadata["tandem:" + key] = value.is_string() ? value.get<std::string>() : value.dump();
+    const Image image = image_of(estimate, metadata);
+    if (std::filesystem::path(arguments.output).extension() == ".png")
+        write_png(arguments.output, image, arguments.exposure);
+    else
+        write_image(arguments.output, image);
+}
+
+ExitStatus render(const RenderArguments& arguments, const CommandContext& context) {
+    const Scene scene = load_scene(arguments.scene);
+    const RenderSettings settings = settings_from(arguments.options, scene);
+    const StoppingRule rule = stopping_rule(arguments);
+    check_writable_image(arguments.output);
+
+    const Backend& backend = find_backend(context.program.backends, arguments.backend);
+    const std::unique_ptr<Renderer> renderer = backend.create({.device = arguments.device,
+        .precision = precision_from(arguments.precision),
+        .threads = arguments.threads,
+        .validation = arguments.validation});
+    const std::unique_ptr<RenderJob> job = renderer->prepare(scene, settings);
+    if (context.verbose)
+        fmt::print(stderr, "{} on {} ({}), {}x{}\n", scene.name, renderer->info().device, renderer->info().driver,
+            settings.width, settings.height);
+
+    StoppedRender result;
+    {
+        ProgressLine line;
+        result = render_until(*job, rule, context.stop,
+            [&](const RenderProgress& progress) { line.update(progress.fraction, progress_text(progress)); });
+    }
+    if (result.estimate.count() == 0) throw Error("stopped before a sample of every pixel was done; nothing to write");
+
+    const nlohmann::json report = describe(arguments, settings, renderer->info(), scene, result);
+    write_output(arguments, report, result.estimate);
+    write_json(context, report);
+    fmt::print("{}: {} samples a pixel in {:.2f} s, {:.3g} Mpaths/s{}{}\n", arguments.output, result.estimate.count(),
+        result.seconds, report.at("paths_per_second").get<double>() / 1e6,
+        result.relative_error ? fmt::format(", error {:.2g} % of the mean", 100.0 * *result.relative_error) : "",
+        result.complete ? "" : " (stopped early)");
+    if (result.estimate.invalid() > 0) {
+        fmt::print(stderr, "tandem: {} samples were not finite or negative (MODEL.md section 11)\n",
+            result.estimate.invalid());
+        return ExitStatus::disagree;
+    }
+    return ExitStatus::fine;
+}
+
+void add_what(CLI::App& command, RenderArguments& arguments) {
+    command.add_option("scene", arguments.scene, "Scene file")->required()->type_name("SCENE");
+    command
+        .add_option("-o,--output", arguments.output,
+            "Image to write: .exr (mean, variance and count of every pixel, settings) or .png (sRGB)")
+        ->required()
+        ->type_name("FILE");
+    add_render_options(command, arguments.options);
+    command.add_option("--exposure", arguments.exposure, "Factor before a PNG is quantised")
+        ->check(CLI::PositiveNumber)
+        ->capture_default_str();
+}
+
+void add_how(CLI::App& command, RenderArguments& arguments) {
+    command.add_option("--backend", arguments.backend, "cpu, vulkan or oracle")->capture_default_str();
+    command.add_option("--device", arguments.device, "Vulkan device: index or part of its name (see tandem devices)");
+    command.add_option("--precision", arguments.precision, "single or double (default: the backend's)");
+    command.add_option("--threads", arguments.threads, "CPU threads (default: all)");
+    command.add_flag("--validation", arguments.validation, "Vulkan validation layers; any message is an error");
+}
+
+void add_how_long(CLI::App& command, RenderArguments& arguments) {
+    command.add_option("--samples", arguments.samples, "Samples a pixel (default: 64, without --time or --target-error)")
+        ->check(CLI::Range(std::uint64_t{1}, std::uint64_t{1} << 40));
+    command.add_option("--time", arguments.seconds, "Seconds to render for, at most")->check(CLI::PositiveNumber);
+    command.add_option("--target-error", arguments.target_error,
+        "Stop when the root mean square standard error of the pixels, relative to the image mean, is below this: 5%");
+}
+
+}  // namespace
+
+void add_render_command(CLI::App& app, CommandContext& context) {
+    CLI::App* command = app.add_subcommand("render", "Render one image by one backend");
+    const auto arguments = std::make_shared<RenderArguments>();
+    add_what(*command, *arguments);
+    add_how(*command, *arguments);
+    add_how_long(*command, *arguments);
+    add_common_options(*command, context,
+        "  tandem render scenes/cornell-classic.json -o box.png --integrator next-event --samples 256\n"
+        "  tandem render scenes/one-weekend.json -o out.exr --backend vulkan --size 600 --time 30\n"
+        "  tandem render scenes/cornell-thesis.json -o out.exr --target-error 5% --json figures.json\n"
+        "Ctrl-C stops the render and writes what is done.");
+    command->callback([&context, arguments] {
+        context.action = [&context, arguments] { return render(*arguments, context); };
+    });
+}
+
+}  // namespace tandem

@@ -1,0 +1,115 @@
+#include "common/stopping.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <condition_variable>
+#include <mutex>
+#include <thread>
+
+namespace tandem {
+
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+// Requests a stop of `source` at a time, unless it is destroyed before.
+class Deadline {
+public:
+    Deadline(std::stop_source source, std::optional<Clock::time_point> when) {
+        if (!when) return;
+        thread_ = std::jthread([source, when = *when](std::stop_token ending) mutable {
+            std::mutex mutex;
+            std::unique_lock lock(mutex);
+            std::condition_variable_any wake;
+            wake.wait_until(lock, ending, when, [] { return false; });
+            if (!ending.stop_requested()) source.request_stop();
+        });
+    }
+
+private:
+    std::jthread thread_;
+};
+
+// Samples to ask for next: without a target error all that are left; with one, a quarter of what there is, so that the
+// error is looked at often but the overshoot stays small, and no more than the error is expected to need.
+std::uint64_t next_end(const StoppingRule& rule, std::uint64_t done, std::optional<double> error) {
+    const std::uint64_t last = rule.samples.value_or(std::uint64_t{1} << 40);
+    std::uint64_t step = last - done;
+    if (rule.relative_error || !rule.samples) {
+        step = std::min(step, std::max(samples_per_block, done / 4));
+        if (rule.relative_error && error) {
+            const double needed = static_cast<double>(done) * std::pow(*error / *rule.relative_error, 2.0);
+            const double left = std::max(1.0, std::ceil(needed - static_cast<double>(done)));
+            if (left < static_cast<double>(step)) step = static_cast<std::uint64_t>(left);
+        }
+    }
+    std::uint64_t end = done + step;
+    if (end < last) end = (end + samples_per_block - 1) / samples_per_block * samples_per_block;
+    return std::min(end, last);
+}
+
+double fraction_done(const StoppingRule& rule, double samples, double seconds, std::optional<double> error) {
+    double fraction = 0.0;
+    if (rule.samples) fraction = std::max(fraction, samples / static_cast<double>(*rule.samples));
+    if (rule.seconds) fraction = std::max(fraction, seconds / *rule.seconds);
+    if (rule.relative_error && error) fraction = std::max(fraction, std::pow(*rule.relative_error / *error, 2.0));
+    return fraction;
+}
+
+}  // namespace
+
+std::optional<double> relative_error_of(const Estimate& estimate) {
+    const std::uint64_t count = estimate.count();
+    if (count < 2) return std::nullopt;
+    double mean = 0.0, variance = 0.0;
+    for (const Moments& moments : estimate.totals()) {
+        mean += mean_from(moments, count);
+        variance += variance_from(moments, count) / static_cast<double>(count);
+    }
+    if (mean <= 0.0) return std::nullopt;
+    const double values = static_cast<double>(estimate.pixel_count() * channel_count);
+    return std::sqrt(variance / values) / (mean / values);
+}
+
+StoppedRender render_until(RenderJob& job, const StoppingRule& rule, std::stop_token stop,
+    const std::function<void(const RenderProgress&)>& progress) {
+    std::stop_source ending;
+    const std::stop_callback forward(stop, [&] { ending.request_stop(); });
+    const Clock::time_point start = Clock::now();
+    std::optional<Clock::time_point> when;
+    if (rule.seconds) when = start + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(*rule.seconds));
+    const Deadline deadline(ending, when);
+
+    StoppedRender result;
+    std::uint64_t done = 0;
+    for (;;) {
+        const std::uint64_t end = next_end(rule, done, result.relative_error);
+        RenderControl control{.stop = ending.get_token(), .progress = {}};
+        if (progress)
+            control.progress = [&](double samples) {
+                const double all = static_cast<double>(done) + samples;
+                const double seconds = std::chrono::duration<double>(Clock::now() - start).count();
+                progress({all, fraction_done(rule, all, seconds, result.relative_error), result.relative_error});
+            };
+        RenderResult part = job.render({done, end}, control);
+        const std::uint64_t count = part.estimate.count();
+        result.seconds += part.seconds;
+        if (part.device_seconds) result.device_seconds = result.device_seconds.value_or(0.0) + *part.device_seconds;
+        if (done == 0)
+            result.estimate = std::move(part.estimate);
+        else if (count > 0)
+            result.estimate.merge(std::move(part.estimate));
+        done += count;
+        result.relative_error = relative_error_of(result.estimate);
+        if (stop.stop_requested()) {
+            result.complete = done == rule.samples;
+            break;
+        }
+        if (ending.stop_requested() || done == rule.samples) break;
+        if (rule.relative_error && result.relative_error && *result.relative_error <= *rule.relative_error) break;
+    }
+    return result;
+}
+
+}  // namespace tandem
