@@ -1,0 +1,164 @@
+// Brute-force intersection in double precision: Plücker coordinates for triangles, the perpendicular remainder for
+// spheres, clipping by half-spaces for cuboids. Positions are put back on the primitive, so their error does not grow
+// with t.
+#include "cpu_ref/oracle_geometry.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace tandem::oracle {
+namespace {
+
+constexpr double infinity = std::numeric_limits<double>::infinity();
+
+glm::dvec3 point_by(const glm::dmat4& m, const glm::dvec3& p) { return glm::dvec3(m * glm::dvec4(p, 1.0)); }
+glm::dvec3 vector_by(const glm::dmat4& m, const glm::dvec3& v) { return glm::dvec3(m * glm::dvec4(v, 0.0)); }
+
+bool is_finite(const glm::dvec3& v) { return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z); }
+
+// A ray leaving a convex primitive to the front cannot meet it again; to the inside it meets the exit alone, which
+// rounding must not push behind the origin (MODEL.md section 5, "Leaving a surface").
+std::optional<double> pick_convex_root(
+    double entry, double exit, bool leaving, bool to_front, double t_min, double t_max) {
+    if (leaving && to_front) return std::nullopt;
+    const double first = leaving ? std::max(exit, 0.0) : entry;
+    if (first >= t_min && first <= t_max) return first;
+    if (!leaving && exit >= t_min && exit <= t_max) return exit;
+    return std::nullopt;
+}
+
+}  // namespace
+
+World::World(const Scene& scene) {
+    for (const PlacedPrimitive& place : placed_primitives(scene)) {
+        const Entity& entity = scene.entities[place.entity];
+        const Primitive& primitive = scene.primitives[place.primitive];
+        const glm::dmat4& m = entity.object_to_world;
+        Placed placed{.kind = primitive.kind,
+            .material = entity.material,
+            .object_to_world = m,
+            .world_to_object = glm::inverse(m),
+            .normal_to_world = glm::transpose(glm::inverse(glm::dmat3(m))),
+            .a = scene.vertices[primitive.index[0]],
+            .b = {},
+            .c = {},
+            .object_normal = {},
+            .radius = primitive.radius};
+        if (primitive.kind != PrimitiveKind::sphere) placed.b = scene.vertices[primitive.index[1]];
+        if (primitive.kind == PrimitiveKind::triangle) {
+            placed.c = scene.vertices[primitive.index[2]];
+            placed.object_normal = glm::cross(placed.b - placed.a, placed.c - placed.a);
+            for (glm::dvec3* corner : {&placed.a, &placed.b, &placed.c}) *corner = point_by(m, *corner);
+        }
+        primitives_.push_back(placed);
+    }
+}
+
+std::optional<Hit> World::closest_hit(const Ray& ray, double t_min, double t_max) const {
+    if (!is_finite(ray.origin) || !is_finite(ray.direction)) return std::nullopt;
+    std::optional<Hit> closest;
+    for (std::uint32_t id = 0; id < primitives_.size(); ++id) {
+        const Placed& primitive = primitives_[id];
+        const bool leaving = id == ray.left_primitive;
+        std::optional<Candidate> found;
+        switch (primitive.kind) {
+            case PrimitiveKind::triangle:
+                if (!leaving) found = triangle_hit(primitive, ray, t_min, t_max);
+                break;
+            case PrimitiveKind::sphere:
+                found = sphere_hit(primitive, ray, leaving, t_min, t_max);
+                break;
+            case PrimitiveKind::cuboid:
+                found = cuboid_hit(primitive, ray, leaving, t_min, t_max);
+                break;
+        }
+        if (found && (!closest || found->t < closest->t))
+            closest = Hit{found->t, id, primitive.material, found->position, found->normal};
+    }
+    return closest;
+}
+
+// The ray passes the triangle where it passes all three edges on the same side [Jones: Intersecting a ray and a
+// triangle with Plücker coordinates, Ray Tracing News 13(1), 2000]. Swapping the ends of an edge changes no bit but the
+// sign, so neighbours leave no gap.
+std::optional<World::Candidate> World::triangle_hit(
+    const Placed& triangle, const Ray& ray, double t_min, double t_max) {
+    const glm::dvec3 a = triangle.a - ray.origin, b = triangle.b - ray.origin, c = triangle.c - ray.origin;
+    const double weight_a = glm::dot(ray.direction, glm::cross(b, c));
+    const double weight_b = glm::dot(ray.direction, glm::cross(c, a));
+    const double weight_c = glm::dot(ray.direction, glm::cross(a, b));
+    const bool all_left = weight_a >= 0.0 && weight_b >= 0.0 && weight_c >= 0.0;
+    const bool all_right = weight_a <= 0.0 && weight_b <= 0.0 && weight_c <= 0.0;
+    const double sum = weight_a + weight_b + weight_c;  // 0: zero area, or seen edge on
+    if (!(all_left || all_right) || sum == 0.0) return std::nullopt;
+
+    const glm::dvec3 plane = glm::cross(triangle.b - triangle.a, triangle.c - triangle.a);
+    const double t = glm::dot(plane, a) / glm::dot(plane, ray.direction);
+    if (!(t >= t_min && t <= t_max)) return std::nullopt;
+    const glm::dvec3 position =
+        (weight_a / sum) * triangle.a + (weight_b / sum) * triangle.b + (weight_c / sum) * triangle.c;
+    return Candidate{t, position, glm::normalize(triangle.normal_to_world * triangle.object_normal)};
+}
+
+// In object space, where the direction is not of unit length and t therefore stays the world distance. The ray comes
+// nearest to the centre at t_near, with the remainder `perpendicular`; the roots lie symmetrically about it.
+std::optional<World::Candidate> World::sphere_hit(
+    const Placed& sphere, const Ray& ray, bool leaving, double t_min, double t_max) {
+    if (!(sphere.radius > 0.0)) return std::nullopt;
+    const glm::dvec3 to_origin = point_by(sphere.world_to_object, ray.origin) - sphere.a;
+    const glm::dvec3 direction = vector_by(sphere.world_to_object, ray.direction);
+    const double length_squared = glm::dot(direction, direction);
+    const double t_near = -glm::dot(to_origin, direction) / length_squared;
+    const glm::dvec3 perpendicular = to_origin + t_near * direction;
+    const double rest = sphere.radius * sphere.radius - glm::dot(perpendicular, perpendicular);
+    if (rest < 0.0) return std::nullopt;
+    const double half_chord = std::sqrt(rest / length_squared);
+    const auto t =
+        pick_convex_root(t_near - half_chord, t_near + half_chord, leaving, ray.leaves_to_front, t_min, t_max);
+    if (!t) return std::nullopt;
+    const glm::dvec3 outward = glm::normalize(to_origin + *t * direction);
+    return Candidate{*t, point_by(sphere.object_to_world, sphere.a + sphere.radius * outward),
+        glm::normalize(sphere.normal_to_world * outward)};
+}
+
+// Clips the line by the six half-spaces of the cuboid (Cyrus–Beck), remembering the face that cut last on each side.
+std::optional<World::Candidate> World::cuboid_hit(
+    const Placed& cuboid, const Ray& ray, bool leaving, double t_min, double t_max) {
+    const glm::dvec3 origin = point_by(cuboid.world_to_object, ray.origin);
+    const glm::dvec3 direction = vector_by(cuboid.world_to_object, ray.direction);
+    double entry = -infinity, exit = infinity;
+    int entry_face = 0, exit_face = 0;  // in the order -x +x -y +y -z +z
+    for (int face = 0; face < 6; ++face) {
+        const int axis = face / 2;
+        const bool upper = face % 2 == 1;
+        const double outside = upper ? origin[axis] - cuboid.b[axis] : cuboid.a[axis] - origin[axis];
+        const double recession = upper ? direction[axis] : -direction[axis];  // speed along the outward normal
+        if (recession == 0.0) {
+            if (outside > 0.0) return std::nullopt;
+            continue;
+        }
+        const double t = -outside / recession;
+        if (recession < 0.0 && t > entry) {
+            entry = t;
+            entry_face = face;
+        }
+        if (recession > 0.0 && t < exit) {
+            exit = t;
+            exit_face = face;
+        }
+    }
+    // A ray that leaves inwards surely has an exit, even if rounding put its origin a little outside.
+    if (entry > exit && !leaving) return std::nullopt;
+    const auto t = pick_convex_root(entry, exit, leaving, ray.leaves_to_front, t_min, t_max);
+    if (!t) return std::nullopt;
+    const int face = !leaving && *t == entry ? entry_face : exit_face;
+    const int axis = face / 2;
+    glm::dvec3 position = glm::clamp(origin + *t * direction, cuboid.a, cuboid.b);
+    position[axis] = face % 2 == 1 ? cuboid.b[axis] : cuboid.a[axis];
+    glm::dvec3 outward(0.0);
+    outward[axis] = face % 2 == 1 ? 1.0 : -1.0;
+    return Candidate{*t, point_by(cuboid.object_to_world, position), glm::normalize(cuboid.normal_to_world * outward)};
+}
+
+}  // namespace tandem::oracle
