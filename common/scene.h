@@ -7,6 +7,7 @@
 #include <glm/mat4x4.hpp>
 #include <glm/vec3.hpp>
 #include <limits>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -80,6 +81,13 @@ struct SceneDefaults {
     double ray_max = std::numeric_limits<double>::infinity();
 };
 
+// The closed form that a scene's file may carry: the mean radiance of every pixel, at the file's own bounces and ray
+// interval, and the formula it follows from.
+struct Expectation {
+    glm::dvec3 radiance{0.0};
+    std::string formula;
+};
+
 struct Scene {
     std::string name;                  // file name without folder and ending
     Film film;
@@ -90,6 +98,7 @@ struct Scene {
     std::vector<glm::dvec3> vertices;
     std::vector<Primitive> primitives;
     std::vector<Entity> entities;
+    std::optional<Expectation> expect;
 };
 
 // A primitive as placed in the world. Its position in `placed_primitives(scene)` is its *primitive id*: entities in

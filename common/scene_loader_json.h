@@ -1,0 +1,87 @@
+// Strict JSON for scene files: text to a document without duplicate keys, overflowing numbers or bombs of depth or
+// size, and a view of one value that knows its place, so that every refusal names file, JSON pointer, reason and mend.
+// What the fields of a scene mean is not known here.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <glm/vec3.hpp>
+#include <initializer_list>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace tandem::scene_json {
+
+using Json = nlohmann::json;
+
+// Reads at most `limit` bytes of a regular file. Throws InputError with the reason; `place` (file and JSON pointer) is
+// where the error is to be reported, `shown` the name of the file read.
+struct Place {
+    std::string file;
+    std::string pointer;
+};
+[[nodiscard]] std::string read_bounded_file(
+    const std::filesystem::path& path, std::size_t limit, const Place& place, const std::string& shown);
+
+// Parses `text` in time and memory linear in its size. Throws InputError: syntax errors with line and column, duplicate
+// keys, numbers beyond double precision, nesting deeper than any scene needs.
+[[nodiscard]] Json parse_strict(const std::string& text, const std::string& file);
+
+// The text fit for one line of a message: control characters and invalid UTF-8 escaped, long text cut.
+[[nodiscard]] std::string printable(std::string_view text);
+
+// A number as a person would write it.
+[[nodiscard]] std::string shown(double number);
+
+// The candidate nearest to `name` by edit distance if one is near, else empty.
+[[nodiscard]] std::string nearest(std::string_view name, const std::vector<std::string>& candidates);
+
+// One value of the document with its place. Views refer to the document, which must outlive them.
+class Value {
+public:
+    Value(const Json& json, std::string file) : json_(&json), file_(std::make_shared<std::string>(std::move(file))) {}
+
+    [[noreturn]] void refuse(const std::string& reason, const std::string& mend) const;
+    [[nodiscard]] Place place() const { return {*file_, pointer_}; }
+    [[nodiscard]] const Json& json() const { return *json_; }
+
+    // Objects. `only` checks that this is an object with no other keys; `required` refuses a missing key.
+    void only(std::initializer_list<std::string_view> keys) const;
+    [[nodiscard]] bool has(std::string_view key) const;
+    [[nodiscard]] Value required(std::string_view key) const;
+    [[nodiscard]] Value member(std::string_view key) const;
+    void for_each_member(const std::function<void(const std::string& key, const Value& value)>& visit) const;
+
+    // Arrays.
+    [[nodiscard]] std::size_t array_size() const;
+    [[nodiscard]] Value element(std::size_t index) const;
+
+    // Scalars, each refusing another type or a number out of its closed range.
+    [[nodiscard]] double number(double least, double greatest) const;
+    [[nodiscard]] std::uint32_t integer(std::uint32_t least, std::uint32_t greatest) const;
+    [[nodiscard]] bool boolean() const;
+    [[nodiscard]] std::string text() const;
+    [[nodiscard]] std::size_t choice(std::initializer_list<std::string_view> names) const;  // index of the name
+
+    // Arrays of exactly three numbers.
+    [[nodiscard]] glm::dvec3 vector(double least, double greatest) const;
+
+private:
+    Value(const Json& json, std::shared_ptr<const std::string> file, std::string pointer)
+        : json_(&json), file_(std::move(file)), pointer_(std::move(pointer)) {}
+    void expect_object() const;
+    void expect_number(const char* what) const;
+    [[nodiscard]] std::string found() const;
+
+    const Json* json_;
+    std::shared_ptr<const std::string> file_;
+    std::string pointer_;
+};
+
+}  // namespace tandem::scene_json

@@ -1,0 +1,137 @@
+#include "common/scene_loader_obj.h"
+
+#include <fmt/format.h>
+
+#include <charconv>
+#include <cmath>
+#include <sstream>
+#include <string_view>
+
+#include "common/error.h"
+#include "common/scene_loader_parts.h"
+
+#define TINYOBJLOADER_IMPLEMENTATION
+#define TINYOBJLOADER_USE_DOUBLE
+#include <tiny_obj_loader.h>
+
+namespace tandem::scene_json {
+
+namespace {
+
+constexpr std::size_t greatest_bytes = std::size_t{64} << 20;
+// Ear clipping takes cubic time in the corners of a face; real models stay far below.
+constexpr std::size_t greatest_corners = 64;
+
+// tinyobjloader reads what is no number as 0 and what is no index as a warning. So the lines are checked here first,
+// and it is given the faces alone, on vertices that are known to be sound.
+class Checker {
+public:
+    Checker(const Place& place, const std::string& shown_name) : place_(place), shown_(shown_name) {}
+
+    void read(std::string_view text) {
+        while (!text.empty()) {
+            ++line_;
+            const std::size_t end = std::min(text.find('\n'), text.size());
+            read_line(text.substr(0, end));
+            text.remove_prefix(std::min(end + 1, text.size()));
+        }
+        if (expected_triangles_ == 0) refuse("holds no face", "name a model with triangles");
+    }
+
+    ObjModel triangulated() {
+        std::istringstream stream(std::move(faces_));
+        tinyobj::attrib_t attributes;
+        std::vector<tinyobj::shape_t> shapes;
+        std::vector<tinyobj::material_t> materials;
+        std::string warning, error;
+        if (!tinyobj::LoadObj(&attributes, &shapes, &materials, &warning, &error, &stream, nullptr, true, false))
+            refuse("is not a sound OBJ model: " + printable(error), "export it again");
+        ObjModel model{std::move(vertices_), {}};
+        for (const tinyobj::shape_t& shape : shapes) {
+            const auto& indices = shape.mesh.indices;
+            for (std::size_t i = 0; i + 2 < indices.size(); i += 3)
+                model.triangles.push_back({static_cast<std::uint32_t>(indices[i].vertex_index),
+                    static_cast<std::uint32_t>(indices[i + 1].vertex_index),
+                    static_cast<std::uint32_t>(indices[i + 2].vertex_index)});
+        }
+        line_ = 0;
+        if (model.triangles.size() != expected_triangles_)
+            refuse("has a polygon that cannot be cut into triangles", "export it as triangles");
+        return model;
+    }
+
+private:
+    [[noreturn]] void refuse(const std::string& reason, const std::string& mend) const {
+        const std::string where = line_ == 0 ? "" : fmt::format("line {}: ", line_);
+        throw input_error(place_.file, place_.pointer, printable(shown_) + ": " + where + reason, mend);
+    }
+
+    static std::string_view next_word(std::string_view& line) {
+        constexpr std::string_view blank = " \t\r";
+        line.remove_prefix(std::min(line.find_first_not_of(blank), line.size()));
+        const std::string_view word = line.substr(0, line.find_first_of(blank));
+        line.remove_prefix(word.size());
+        return word;
+    }
+
+    void read_line(std::string_view line) {
+        const std::string_view statement = next_word(line);
+        if (statement == "v") read_vertex(line);
+        if (statement == "f") read_face(line);
+    }
+
+    void read_vertex(std::string_view line) {
+        glm::dvec3 vertex;
+        for (int axis = 0; axis < 3; ++axis) {
+            std::string_view word = next_word(line);
+            if (word.starts_with('+')) word.remove_prefix(1);
+            const auto [end, status] = std::from_chars(word.data(), word.data() + word.size(), vertex[axis]);
+            if (word.empty() || status != std::errc() || end != word.data() + word.size() ||
+                !(std::abs(vertex[axis]) <= greatest_length))
+                refuse(fmt::format("\"{}\" is no coordinate", printable(word)),
+                    "a vertex has three finite numbers, v x y z");
+        }
+        vertices_.push_back(vertex);
+        fmt::format_to(std::back_inserter(faces_), "v {} {} {}\n", vertex.x, vertex.y, vertex.z);
+    }
+
+    void read_face(std::string_view line) {
+        std::size_t corners = 0;
+        faces_ += 'f';
+        for (std::string_view word = next_word(line); !word.empty(); word = next_word(line), ++corners) {
+            const std::string_view number = word.substr(0, word.find('/'));
+            std::int64_t index = 0;
+            const auto [end, status] = std::from_chars(number.data(), number.data() + number.size(), index);
+            if (number.empty() || status != std::errc() || end != number.data() + number.size())
+                refuse(fmt::format("\"{}\" is no vertex index", printable(word)), "write whole numbers, f 1 2 3");
+            const auto count = static_cast<std::int64_t>(vertices_.size());
+            const std::int64_t absolute = index < 0 ? count + index + 1 : index;  // −1 is the last vertex so far
+            if (index == 0 || absolute < 1 || absolute > count)
+                refuse(fmt::format("vertex {} is not among the {} before it", index, count), "export the model again");
+            fmt::format_to(std::back_inserter(faces_), " {}", absolute);
+        }
+        faces_ += '\n';
+        if (corners < 3) refuse("a face has three corners at least", "export the model again");
+        if (corners > greatest_corners)
+            refuse(fmt::format("a face has more than {} corners", greatest_corners), "export it as triangles");
+        expected_triangles_ += corners - 2;
+    }
+
+    const Place& place_;
+    const std::string& shown_;
+    std::size_t line_ = 0;
+    std::size_t expected_triangles_ = 0;
+    std::vector<glm::dvec3> vertices_;
+    std::string faces_;
+};
+
+}  // namespace
+
+ObjModel read_obj(const std::filesystem::path& path, const Place& place, const std::string& shown_name) {
+    const std::string text = read_bounded_file(path, greatest_bytes, place, shown_name);
+    Checker checker(place, shown_name);
+    checker.read(text);
+    return checker.triangulated();
+}
+
+}  // namespace tandem::scene_json

@@ -1,0 +1,173 @@
+// Facts about the scene files that are shipped: what they hold, and that what must not coincide does not.
+#include <doctest/doctest.h>
+
+#include <array>
+#include <cmath>
+#include <filesystem>
+#include <glm/geometric.hpp>
+#include <string>
+
+#include "common/scene.h"
+#include "common/scene_loader.h"
+
+using namespace tandem;
+
+namespace {
+
+const std::filesystem::path scenes_folder = std::filesystem::path(TANDEM_SOURCE_DIR) / "scenes";
+
+Scene shipped(const std::string& name) { return load_scene(scenes_folder / (name + ".json")); }
+
+std::size_t count(const Scene& scene, PrimitiveKind kind) {
+    std::size_t found = 0;
+    for (const PlacedPrimitive& placed : placed_primitives(scene))
+        found += scene.primitives[placed.primitive].kind == kind ? 1 : 0;
+    return found;
+}
+
+const Entity& entity(const Scene& scene, const std::string& name) {
+    for (const Entity& candidate : scene.entities)
+        if (candidate.name == name) return candidate;
+    throw std::runtime_error("no entity " + name);
+}
+
+glm::dvec3 corner(const Scene& scene, const Entity& owner, std::uint32_t primitive, std::size_t index) {
+    const Primitive& p = scene.primitives[owner.first_primitive + primitive];
+    return glm::dvec3(owner.object_to_world * glm::dvec4(scene.vertices[p.index[index]], 1.0));
+}
+
+glm::dvec3 scaled_normal(const Scene& scene, const Entity& owner, std::uint32_t primitive) {
+    const glm::dvec3 a = corner(scene, owner, primitive, 0);
+    return glm::cross(corner(scene, owner, primitive, 1) - a, corner(scene, owner, primitive, 2) - a);
+}
+
+// Whether two axis-aligned cuboids have faces in one plane that overlap.
+bool share_a_plane(std::array<glm::dvec3, 2> a, std::array<glm::dvec3, 2> b) {
+    for (int axis = 0; axis < 3; ++axis) {
+        const int second = (axis + 1) % 3, third = (axis + 2) % 3;
+        const auto overlap = [&](int i) { return a[0][i] <= b[1][i] && b[0][i] <= a[1][i]; };
+        if (!overlap(second) || !overlap(third)) continue;
+        for (const glm::dvec3& one : a)
+            for (const glm::dvec3& other : b)
+                if (one[axis] == other[axis]) return true;
+    }
+    return false;
+}
+
+}  // namespace
+
+TEST_CASE("every shipped scene loads") {
+    std::size_t loaded = 0;
+    for (const auto& entry : std::filesystem::directory_iterator(scenes_folder)) {
+        if (entry.path().extension() != ".json" || entry.path().stem().extension() == ".schema") continue;
+        CAPTURE(entry.path().string());
+        CHECK_NOTHROW((void)load_scene(entry.path()));
+        ++loaded;
+    }
+    CHECK(loaded >= 2);
+}
+
+TEST_CASE("the thesis's Cornell box has 7 cuboids, 1 sphere and 12 triangles") {
+    const Scene scene = shipped("cornell-thesis");
+    CHECK(count(scene, PrimitiveKind::cuboid) == 7);
+    CHECK(count(scene, PrimitiveKind::sphere) == 1);
+    CHECK(count(scene, PrimitiveKind::triangle) == 12);
+    CHECK(placed_primitives(scene).size() == 20);
+    CHECK(scene.film.width == 1920);
+    CHECK(scene.film.height == 1080);
+    CHECK(scene.defaults.bounces == 12);
+    CHECK(scene.background.down != glm::dvec3(0.0));  // the second, ambient light
+}
+
+TEST_CASE("the thesis's materials are five diffuse walls, a clear cover, a lamp, fuzzy metal and blue glass") {
+    const Scene scene = shipped("cornell-thesis");
+    std::size_t walls = 0;
+    for (const PlacedPrimitive& placed : placed_primitives(scene)) {
+        const Material& material = scene.materials[scene.entities[placed.entity].material];
+        if (material.kind == MaterialKind::diffuse) ++walls;
+    }
+    CHECK(walls == 5);
+    const Material& cover = scene.materials[entity(scene, "lamp cover").material];
+    CHECK(cover.translucent);
+    CHECK(cover.alpha == 0.0);
+    CHECK(scene.materials[entity(scene, "lamp").material].kind == MaterialKind::emissive);
+    CHECK(scene.materials[entity(scene, "sphere").material].fuzz > 0.0);
+    const Material& glass = scene.materials[entity(scene, "cube").material];
+    CHECK(glass.translucent);
+    CHECK(glass.colour.z > glass.colour.x);
+    CHECK(glass.fresnel == Fresnel::schlick);
+}
+
+TEST_CASE("no two cuboids of the thesis's box have faces in one plane") {
+    const Scene scene = shipped("cornell-thesis");
+    std::vector<std::array<glm::dvec3, 2>> cuboids;
+    for (const PlacedPrimitive& placed : placed_primitives(scene)) {
+        const Primitive& primitive = scene.primitives[placed.primitive];
+        if (primitive.kind == PrimitiveKind::cuboid)
+            cuboids.push_back({scene.vertices[primitive.index[0]], scene.vertices[primitive.index[1]]});
+    }
+    for (std::size_t i = 0; i < cuboids.size(); ++i)
+        for (std::size_t j = 0; j < i; ++j) {
+            CAPTURE(i);
+            CAPTURE(j);
+            CHECK_FALSE(share_a_plane(cuboids[i], cuboids[j]));
+        }
+}
+
+TEST_CASE("the blue cube's triangles face outwards and close it") {
+    const Scene scene = shipped("cornell-thesis");
+    const Entity& cube = entity(scene, "cube");
+    REQUIRE(cube.primitive_count == 12);
+    glm::dvec3 total(0.0);
+    double six_volumes = 0.0;  // of the cones from the origin, signed (divergence theorem)
+    for (std::uint32_t i = 0; i < 12; ++i) {
+        total += scaled_normal(scene, cube, i);
+        six_volumes += glm::dot(corner(scene, cube, i, 0), scaled_normal(scene, cube, i));
+    }
+    CHECK(glm::length(total) < 1e-12);
+    CHECK(six_volumes / 6.0 == doctest::Approx(0.95 * 0.95 * 0.95).epsilon(1e-12));
+}
+
+TEST_CASE("the classic Cornell box has the book's geometry") {
+    const Scene scene = shipped("cornell-classic");
+    CHECK(count(scene, PrimitiveKind::triangle) == 12);
+    CHECK(count(scene, PrimitiveKind::cuboid) == 2);
+    CHECK(placed_primitives(scene).size() == 14);
+    CHECK(scene.film.width == 600);
+    CHECK(scene.film.height == 600);
+    CHECK(scene.defaults.bounces == 12);
+    CHECK(scene.camera.position == glm::dvec3(278, 278, -800));
+    CHECK(scene.camera.vertical_field_degrees == 40.0);
+    CHECK(scene.camera.lens_radius == 0.0);
+    CHECK(scene.materials[entity(scene, "wall at x = 0").material].colour == glm::dvec3(0.65, 0.05, 0.05));
+    CHECK(scene.materials[entity(scene, "wall at x = 555").material].colour == glm::dvec3(0.12, 0.45, 0.15));
+}
+
+TEST_CASE("the classic lamp lies at y = 554 and emits downwards only") {
+    const Scene scene = shipped("cornell-classic");
+    const Entity& lamp = entity(scene, "ceiling lamp, front downwards");
+    const Material& material = scene.materials[lamp.material];
+    CHECK(material.kind == MaterialKind::emissive);
+    CHECK(material.sides == EmittingSides::front);
+    CHECK(material.radiance == glm::dvec3(15.0));
+    for (std::uint32_t i = 0; i < 2; ++i) {
+        CHECK(scaled_normal(scene, lamp, i) == glm::dvec3(0.0, -130.0 * 105.0, 0.0));
+        for (std::size_t k = 0; k < 3; ++k) {
+            const glm::dvec3 point = corner(scene, lamp, i, k);
+            CHECK(point.y == 554.0);
+            CHECK((point.x == 213.0 || point.x == 343.0));
+            CHECK((point.z == 227.0 || point.z == 332.0));
+        }
+    }
+}
+
+TEST_CASE("the classic boxes are turned, then moved, as the book does") {
+    const Scene scene = shipped("cornell-classic");
+    const double c = std::cos(15.0 * 3.14159265358979323846 / 180.0),
+                 s = std::sin(15.0 * 3.14159265358979323846 / 180.0);
+    const glm::dvec3 tall = corner(scene, entity(scene, "tall box"), 0, 1);  // of (165, 330, 165)
+    CHECK(tall.x == doctest::Approx(265.0 + 165.0 * c + 165.0 * s));
+    CHECK(tall.y == doctest::Approx(330.0));
+    CHECK(tall.z == doctest::Approx(295.0 - 165.0 * s + 165.0 * c));
+    CHECK(corner(scene, entity(scene, "short box"), 0, 0) == glm::dvec3(130.0, 0.0, 65.0));
+}
