@@ -1,0 +1,128 @@
+// The witnesses of VALIDATION.md 1 side by side, and how their estimates are held against closed forms.
+// A mean may leave its closed form by six of its own standard errors, estimated from its samples (2e-9 false alarms a
+// channel where the sum is near normal, and every seed is fixed), and by the rounding of `roundings` operations a path.
+#pragma once
+
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <functional>
+#include <glm/glm.hpp>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "common/renderer.h"
+#include "cpu_ref/backend.h"
+#include "tests/scene_builder.h"
+#include "vulkan/backend.h"
+
+namespace tandem::test {
+
+struct Witness {
+    std::string name;
+    std::unique_ptr<Renderer> renderer;
+    double unit_roundoff;  // of the arithmetic that shades
+    bool offers_next_event;
+};
+
+inline std::vector<Witness> witnesses() {
+    const auto make = [](const Backend& backend, std::optional<Precision> precision) {
+        BackendOptions options;
+        options.precision = precision;
+        return backend.create(options);
+    };
+    std::vector<Witness> all;
+    all.push_back({"cpu float", make(cpu_backend(), Precision::single_precision), 0x1p-24, true});
+    all.push_back({"cpu double", make(cpu_backend(), Precision::double_precision), 0x1p-53, true});
+    all.push_back({"vulkan", make(vulkan_backend(), std::nullopt), 0x1p-24, true});
+    all.push_back({"oracle", make(oracle_backend(), std::nullopt), 0x1p-53, false});
+    return all;
+}
+
+// The mean over all pixels and samples, and its standard error.
+struct Measured {
+    dvec3 mean{0.0}, standard_error{0.0};
+    std::uint64_t invalid = 0;
+};
+
+inline Measured pooled(const Estimate& estimate) {
+    const std::vector<double> mean = mean_of(estimate), variance = variance_of(estimate);
+    const auto pixels = static_cast<double>(estimate.pixel_count()), samples = static_cast<double>(estimate.count());
+    Measured measured{.invalid = estimate.invalid()};
+    for (std::size_t i = 0; i < mean.size(); ++i) {
+        measured.mean[static_cast<int>(i % 3)] += mean[i] / pixels;
+        measured.standard_error[static_cast<int>(i % 3)] += variance[i] / samples / (pixels * pixels);
+    }
+    measured.standard_error = glm::sqrt(measured.standard_error);
+    return measured;
+}
+
+inline RenderSettings settings_of(
+    std::uint32_t size, std::uint32_t bounces, Integrator integrator = Integrator::path, std::uint64_t seed = 1) {
+    RenderSettings settings;
+    settings.width = settings.height = size;
+    settings.bounces = bounces;
+    settings.integrator = integrator;
+    settings.seed = seed;
+    return settings;
+}
+
+inline Estimate render(Witness& witness, const Scene& scene, const RenderSettings& settings, std::uint64_t samples) {
+    return witness.renderer->prepare(scene, settings)->render({0, samples}).estimate;
+}
+
+inline constexpr double sigmas = 6.0;
+
+// Adding up rounds too: 64 samples a block, a few blocks, and at most 400 pixels here, in double precision.
+inline constexpr double summation_error = 512.0 * 0x1p-53;
+
+// The image mean of every witness that offers the integrator is `expected`.
+inline void check_mean(std::vector<Witness>& all, const Scene& scene, const RenderSettings& settings,
+    std::uint64_t samples, const dvec3& expected, double roundings) {
+    for (Witness& witness : all) {
+        if (settings.integrator == Integrator::next_event && !witness.offers_next_event) continue;
+        const Measured measured = pooled(render(witness, scene, settings, samples));
+        CAPTURE(witness.name);
+        CHECK(measured.invalid == 0);
+        for (int channel = 0; channel < 3; ++channel) {
+            CAPTURE(channel);
+            CAPTURE(measured.standard_error[channel]);
+            const double error = std::abs(measured.mean[channel] - expected[channel]);
+            const double allowed = sigmas * measured.standard_error[channel] +
+                                   (roundings * witness.unit_roundoff + summation_error) * std::abs(expected[channel]);
+            CAPTURE(measured.mean[channel]);
+            CAPTURE(expected[channel]);
+            CHECK(error <= allowed);
+        }
+    }
+}
+
+// Every pixel is `expected` but for rounding: for paths that all carry the same radiance, where the mean of a pixel
+// gives away a single ray gone astray.
+inline void check_every_pixel(std::vector<Witness>& all, const Scene& scene, const RenderSettings& settings,
+    std::uint64_t samples, const dvec3& expected, double roundings) {
+    for (Witness& witness : all) {
+        const Estimate estimate = render(witness, scene, settings, samples);
+        const std::vector<double> mean = mean_of(estimate);
+        double worst = 0.0;
+        for (std::size_t i = 0; i < mean.size(); ++i) {
+            const double reference = expected[static_cast<int>(i % 3)];
+            const double error = std::abs(mean[i] - reference);
+            worst = std::max(worst, error == 0.0 ? 0.0 : error / reference);
+        }
+        CAPTURE(witness.name);
+        CHECK(estimate.invalid() == 0);
+        CHECK(worst <= roundings * witness.unit_roundoff + summation_error);
+    }
+}
+
+// Mean of f over the unit square by the midpoint rule with steps² points: for closed forms over a pixel or an image.
+inline dvec3 mean_over_square(const std::function<dvec3(double, double)>& f, int steps) {
+    dvec3 sum(0.0);
+    for (int j = 0; j < steps; ++j)
+        for (int i = 0; i < steps; ++i) sum += f((i + 0.5) / steps, (j + 0.5) / steps);
+    return sum / (static_cast<double>(steps) * steps);
+}
+
+}  // namespace tandem::test
