@@ -1,0 +1,199 @@
+# The program as a user meets it: exit statuses, one clear line for every bad input, nothing half written, Ctrl-C keeps what
+# was rendered, and the JSON that others script against. Run by ctest with TANDEM = the program, SCENES = the folder.
+import json
+import os
+import pathlib
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+import unittest
+
+TANDEM = os.environ["TANDEM"]
+SCENES = pathlib.Path(os.environ["SCENES"])
+
+SPHERE = {
+    "film": {"width": 16, "height": 16},
+    "camera": {"position": [0, 0, 4], "target": [0, 0, 0], "up": [0, 1, 0], "vertical_field_degrees": 40},
+    "background": [0.5, 0.5, 0.5],
+    "materials": {"grey": {"kind": "diffuse", "colour": [0.5, 0.5, 0.5]}},
+    "entities": [{"name": "ball", "material": "grey",
+                  "primitives": [{"sphere": {"centre": [0, 0, 0], "radius": 1}}]}],
+}
+
+
+def tandem(*arguments, **options):
+    return subprocess.run([TANDEM, *map(str, arguments)], capture_output=True, text=True, timeout=120, **options)
+
+
+class Commands(unittest.TestCase):
+    def setUp(self):
+        self.folder = pathlib.Path(tempfile.mkdtemp())
+        self.addCleanup(shutil.rmtree, self.folder)
+        self.scene = self.write(SPHERE)
+
+    def write(self, scene, name="scene.json"):
+        path = self.folder / name
+        path.write_text(scene if isinstance(scene, str) else json.dumps(scene))
+        return path
+
+    def changed(self, pointer, value):
+        """The sphere scene with the value at a JSON pointer replaced."""
+        scene = json.loads(json.dumps(SPHERE))
+        *parents, last = pointer.strip("/").split("/")
+        place = scene
+        for key in parents:
+            place = place[int(key)] if isinstance(place, list) else place[key]
+        place[last] = value
+        return self.write(scene, "changed.json")
+
+    def refused(self, result, *mentions, status=2):
+        self.assertEqual(result.returncode, status, result.stderr)
+        lines = result.stderr.strip().splitlines()
+        self.assertEqual(len(lines), 1, result.stderr)
+        for mention in mentions:
+            self.assertIn(mention, lines[0])
+
+    def left_behind(self):
+        return sorted(p.name for p in self.folder.iterdir() if p.suffix != ".json" or p.name == "out.json")
+
+    def render_refused(self, scene, *mentions):
+        output = self.folder / "out.exr"
+        self.refused(tandem("render", scene, "-o", output, "--json", self.folder / "out.json"), *mentions)
+        self.assertEqual(self.left_behind(), [])
+
+    def test_bad_scenes_get_one_line_with_file_and_pointer(self):
+        name = "changed.json"
+        for pointer, value, mentions in [
+            ("/entities/0/material", "gold", [name, "/entities/0/material", "gold"]),
+            ("/camera/target", [0, 0, 4], [name, "/camera"]),
+            ("/camera/up", [0, 0, 1], [name, "/camera"]),
+            ("/camera/vertical_field_degrees", 180, [name, "/camera/vertical_field_degrees"]),
+            ("/materials/grey/colour", [0.5, 0.5, 1.5], [name, "/materials/grey/colour"]),
+            ("/film/width", 0, [name, "/film/width"]),
+            ("/colour", 1, [name, "colour"]),
+            ("/entities/0/transform", [{"scale": [1, 0, 1]}], [name, "/entities/0/transform"]),
+            ("/entities/0/primitives", [{"obj": "none.obj"}], [name, "none.obj"]),
+        ]:
+            with self.subTest(pointer=pointer):
+                self.render_refused(self.changed(pointer, value), *mentions)
+
+    def test_files_that_are_no_scene_are_refused(self):
+        self.render_refused(self.folder / "absent.json", "absent.json")
+        self.render_refused(self.write("{\"film\": ", "broken.json"), "broken.json")
+        nan = json.dumps(SPHERE).replace("\"radius\": 1", "\"radius\": NaN")
+        self.render_refused(self.write(nan, "nan.json"), "nan.json")
+        huge = json.dumps(SPHERE).replace("\"radius\": 1", "\"radius\": 1e999")
+        self.render_refused(self.write(huge, "huge.json"), "huge.json")
+        matrix = [{"matrix": [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, "nan"]}]
+        self.render_refused(self.changed("/entities/0/transform", matrix), "/entities/0/transform")
+
+    def test_bad_arguments_are_refused(self):
+        out = self.folder / "out.exr"
+        for arguments, mention in [
+            (["render", self.scene], "--output"),
+            (["render", self.scene, "-o", out, "--backend", "gpu"], "gpu"),
+            (["render", self.scene, "-o", out, "--samples", "0"], "--samples"),
+            (["render", self.scene, "-o", out, "--size", "0x5"], "--size"),
+            (["render", self.scene, "-o", out, "--size", "wide"], "--size"),
+            (["render", self.scene, "-o", out, "--target-error", "-1%"], "--target-error"),
+            (["render", self.scene, "-o", out, "--precision", "half"], "--precision"),
+            (["render", self.scene, "-o", self.folder / "out.xyz"], "out.xyz"),
+            (["render", self.scene, "-o", self.folder / "none" / "out.exr"], "none"),
+            (["render", self.scene, "-o", out, "--json", self.folder / "none" / "a.json"], "none"),
+            (["render", self.scene, "-o", out, "--backend", "vulkan", "--precision", "double"], "double"),
+            (["render", self.scene, "-o", out, "--backend", "cpu", "--device", "0"], "device"),
+            (["paint"], ""),
+            ([], ""),
+        ]:
+            with self.subTest(arguments=arguments):
+                self.refused(tandem(*arguments), mention)
+                self.assertEqual(self.left_behind(), [])
+
+    def test_an_unknown_vulkan_device_is_status_4(self):
+        result = tandem("render", self.scene, "-o", self.folder / "out.exr", "--backend", "vulkan", "--device", "no such")
+        self.refused(result, "no such", status=4)
+        self.assertEqual(self.left_behind(), [])
+
+    def test_without_a_vulkan_driver_the_status_is_4(self):
+        result = tandem("render", self.scene, "-o", self.folder / "out.exr", "--backend", "vulkan",
+                        env={**os.environ, "VK_ICD_FILENAMES": "/nonexistent.json", "VK_DRIVER_FILES": "/nonexistent.json"})
+        self.refused(result, status=4)
+        self.assertEqual(self.left_behind(), [])
+
+    def test_render_writes_the_promised_json_and_a_whole_image(self):
+        for backend in ["cpu", "vulkan", "oracle"]:
+            with self.subTest(backend=backend):
+                out, figures = self.folder / f"{backend}.exr", self.folder / "out.json"
+                result = tandem("render", self.scene, "-o", out, "--backend", backend, "--samples", 70, "--json", figures)
+                self.assertEqual(result.returncode, 0, result.stderr)
+                report = json.loads(figures.read_text())
+                for key in ["seconds", "paths", "paths_per_second", "samples", "width", "height", "backend", "device"]:
+                    self.assertIn(key, report)
+                self.assertEqual((report["samples"], report["width"], report["paths"]), (70, 16, 70 * 256))
+                self.assertGreater(out.stat().st_size, 16 * 16 * 4)
+
+    def test_target_error_is_met(self):
+        figures = self.folder / "out.json"
+        result = tandem("render", self.scene, "-o", self.folder / "out.png", "--target-error", "1%", "--json", figures)
+        self.assertEqual(result.returncode, 0, result.stderr)
+        self.assertLessEqual(json.loads(figures.read_text())["relative_error"], 0.01)
+
+    def test_interrupt_keeps_what_was_rendered(self):
+        out, figures = self.folder / "out.exr", self.folder / "out.json"
+        with subprocess.Popen([TANDEM, "render", SCENES / "cornell-classic.json", "-o", out, "--size", "64", "--samples",
+                               "1000000", "--json", figures], stderr=subprocess.PIPE, text=True) as running:
+            time.sleep(2.0)
+            running.send_signal(signal.SIGINT)
+            self.assertEqual(running.wait(timeout=30), 0, running.stderr.read())
+        report = json.loads(figures.read_text())
+        self.assertFalse(report["complete"])
+        self.assertGreater(report["samples"], 0)
+        self.assertTrue(out.exists())
+
+    def test_devices_lists_at_least_one(self):
+        figures = self.folder / "devices.json"
+        result = tandem("devices", "--json", figures)
+        self.assertEqual(result.returncode, 0, result.stderr)
+        self.assertGreaterEqual(len(json.loads(figures.read_text())["devices"]), 1)
+
+    def test_verify_agrees_with_the_promised_json(self):
+        figures = self.folder / "out.json"
+        result = tandem("verify", self.scene, "--json", figures, "--time", 60)
+        self.assertEqual(result.returncode, 0, result.stdout + result.stderr)
+        report = json.loads(figures.read_text())
+        self.assertEqual(report["verdict"], "agree")
+        self.assertEqual(set(report["device"]), {"name", "driver", "api"})
+        for key in ["scene", "verdict", "relative_difference", "relative_difference_low", "relative_difference_high",
+                    "margin_relative", "worst_tile_relative", "samples_reference", "samples_candidate",
+                    "seconds_reference", "seconds_candidate", "minimum_detectable_relative"]:
+            self.assertIn(key, report["scenes"][0])
+
+    def test_compare_tells_same_from_brighter(self):
+        brighter = self.changed("/background", [0.51, 0.51, 0.51])
+        for name, scene, seed in [("a", self.scene, 1), ("b", self.scene, 2), ("c", brighter, 3)]:
+            result = tandem("render", scene, "-o", self.folder / f"{name}.exr", "--samples", 4096, "--seed", seed)
+            self.assertEqual(result.returncode, 0, result.stderr)
+        same = tandem("compare", self.folder / "a.exr", self.folder / "b.exr")
+        self.assertEqual(same.returncode, 0, same.stdout + same.stderr)
+        other = tandem("compare", self.folder / "a.exr", self.folder / "c.exr")
+        self.assertEqual(other.returncode, 1, other.stdout + other.stderr)
+
+    def test_compare_refuses_images_that_do_not_match(self):
+        for name, size in [("a", 16), ("b", 24)]:
+            tandem("render", self.scene, "-o", self.folder / f"{name}.exr", "--size", size)
+        self.refused(tandem("compare", self.folder / "a.exr", self.folder / "b.exr"), "16", "24")
+        self.refused(tandem("compare", self.folder / "a.exr", self.folder / "missing.exr"), "missing.exr")
+        self.refused(tandem("compare", self.folder / "a.exr", self.scene), "scene.json")
+
+    def test_help_of_every_command_has_examples(self):
+        for command in ["render", "verify", "compare", "devices"]:
+            result = tandem(command, "--help")
+            self.assertEqual(result.returncode, 0)
+            self.assertIn("Examples:", result.stdout)
+
+
+if __name__ == "__main__":
+    sys.exit(unittest.main())
