@@ -1,0 +1,280 @@
+// Images out and in again: every bit, every word beside them, and files that appear whole or not at all.
+#include <doctest/doctest.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstdint>
+#include <filesystem>
+#include <fstream>
+#include <limits>
+#include <sstream>
+#include <string>
+
+#include "common/error.h"
+#include "common/image_io.h"
+#include "common/image_io_parts.h"
+
+using namespace tandem;
+
+namespace {
+
+// A folder of its own for a test, gone with it.
+class TemporaryFolder {
+public:
+    TemporaryFolder() {
+        std::string name = (std::filesystem::temp_directory_path() / "tandem-image-XXXXXX").string();
+        if (mkdtemp(name.data()) == nullptr) throw std::runtime_error("no temporary folder");
+        path_ = name;
+    }
+    ~TemporaryFolder() {
+        std::error_code ignored;
+        std::filesystem::remove_all(path_, ignored);
+    }
+    TemporaryFolder(const TemporaryFolder&) = delete;
+    TemporaryFolder& operator=(const TemporaryFolder&) = delete;
+    std::filesystem::path operator/(const std::string& name) const { return path_ / name; }
+    std::size_t file_count() const {
+        return static_cast<std::size_t>(
+            std::distance(std::filesystem::directory_iterator(path_), std::filesystem::directory_iterator()));
+    }
+
+private:
+    std::filesystem::path path_;
+};
+
+std::string content(const std::filesystem::path& path) {
+    std::ifstream stream(path, std::ios::binary);
+    std::ostringstream text;
+    text << stream.rdbuf();
+    return text.str();
+}
+
+void put(const std::filesystem::path& path, const std::string& text) { std::ofstream(path, std::ios::binary) << text; }
+
+template <class Call>
+std::string refusal(Call call) {
+    try {
+        call();
+    } catch (const InputError& error) {
+        return error.what();
+    }
+    return "not refused";
+}
+
+bool names(const std::string& line, const std::string& part) { return line.find(part) != std::string::npos; }
+
+// Values that a careless path would change: denormal, infinite, NaN, −0, beyond half precision.
+Image awkward_image(std::vector<std::string> channels) {
+    Image image;
+    image.width = 5;
+    image.height = 3;
+    image.channels = std::move(channels);
+    image.pixels.resize(std::size_t{15} * image.channels.size());
+    for (std::size_t i = 0; i < image.pixels.size(); ++i) image.pixels[i] = 1.0f / static_cast<float>(i + 3);
+    image.pixels[0] = 1e-40f;
+    image.pixels[1] = std::numeric_limits<float>::infinity();
+    image.pixels[2] = std::numeric_limits<float>::quiet_NaN();
+    image.pixels[3] = -0.0f;
+    image.pixels[4] = 3e38f;
+    return image;
+}
+
+std::vector<std::uint32_t> bits_of(const Image& image, const std::string& channel) {
+    const auto place = std::ranges::find(image.channels, channel);
+    if (place == image.channels.end()) return {};
+    std::vector<std::uint32_t> bits;
+    for (auto i = static_cast<std::size_t>(place - image.channels.begin()); i < image.pixels.size();
+         i += image.channels.size())
+        bits.push_back(std::bit_cast<std::uint32_t>(image.pixels[i]));
+    return bits;
+}
+
+void check_same_bits(const Image& before, const Image& after) {
+    CHECK(after.width == before.width);
+    CHECK(after.height == before.height);
+    CHECK(after.channels.size() == before.channels.size());
+    for (const std::string& channel : before.channels) {
+        CAPTURE(channel);
+        CHECK(bits_of(after, channel) == bits_of(before, channel));
+    }
+}
+
+}  // namespace
+
+TEST_CASE("PFM keeps three channels bit by bit, rows from the top") {
+    const TemporaryFolder folder;
+    const Image image = awkward_image({"R", "G", "B"});
+    write_image(folder / "a.pfm", image);
+    const Image again = read_image(folder / "a.pfm");
+    check_same_bits(image, again);
+    CHECK(again.full_width == 5);
+    CHECK(again.full_height == 3);
+    CHECK(again.colour_space.empty());
+}
+
+TEST_CASE("PFM of more channels keeps the first three") {
+    const TemporaryFolder folder;
+    const Image image = awkward_image({"R", "G", "B", "variance.R"});
+    write_image(folder / "a.pfm", image);
+    const Image again = read_image(folder / "a.pfm");
+    CHECK(again.channels == std::vector<std::string>{"R", "G", "B"});
+    CHECK(bits_of(again, "B") == bits_of(image, "B"));
+}
+
+TEST_CASE("PFM of the other byte order is read") {
+    const TemporaryFolder folder;
+    put(folder / "a.pfm", std::string("Pf\n1 1\n1.0\n\x3f\x80\x00\x00", 15));
+    CHECK(read_image(folder / "a.pfm").pixels == std::vector<float>{1.0f});
+}
+
+TEST_CASE("a PFM that is cut, padded or not one is refused") {
+    const TemporaryFolder folder;
+    for (const std::string& text : {std::string("PF\n2 1\n-1.0\nabcd"), std::string("Pf\n1 1\n-1.0\nabcdefgh"),
+             std::string("P6\n1 1\n255\nabc"), std::string("PF\n"), std::string(), std::string("PF\n-1 5\n-1.0\n"),
+             std::string("PF\n65536 65536\n-1.0\n"), std::string("PF\n99999999999999999999 1\n-1.0\n")}) {
+        CAPTURE(text);
+        put(folder / "a.pfm", text);
+        CHECK(names(refusal([&] { (void)read_image(folder / "a.pfm"); }), "a.pfm: is not a sound PFM image"));
+    }
+}
+
+TEST_CASE("an estimate becomes mean, variance of one sample and count") {
+    Estimate estimate(1, 1);
+    estimate.add_block({0, 64}, {{64.0, 128.0}, {0.0, 0.0}, {32.0, 16.0}});
+    const Image image = image_of(estimate, {{"tandem:seed", "7"}});
+    CHECK(image.channels == std::vector<std::string>{"R", "G", "B", "variance.R", "variance.G", "variance.B", "count"});
+    CHECK(image.pixels == std::vector<float>{1.0f, 0.0f, 0.5f, static_cast<float>(64.0 / 63.0), 0.0f, 0.0f, 64.0f});
+    CHECK(image.metadata.at("tandem:seed") == "7");
+}
+
+TEST_CASE("sRGB bytes follow IEC 61966-2-1") {
+    Image image;
+    image.width = 8;
+    image.height = 1;
+    image.channels = {"Y"};
+    // 0.002 lies on the linear toe; 0.2140411 is the linear value of byte 127.5 / 255 = 0.5.
+    image.pixels = {0.0f, 0.002f, 0.2140411f, 0.5f, 1.0f, 7.0f, -1.0f, std::numeric_limits<float>::quiet_NaN()};
+    const std::vector<std::uint8_t> bytes = image_files::to_srgb8(image, 1.0);
+    std::vector<int> first;
+    for (std::size_t i = 0; i < bytes.size(); i += 3) {
+        first.push_back(bytes[i]);
+        CHECK(bytes[i] == bytes[i + 1]);
+        CHECK(bytes[i] == bytes[i + 2]);
+    }
+    CHECK((first[2] == 127 || first[2] == 128));
+    first[2] = 0;
+    CHECK(first == std::vector<int>{0, 7, 0, 188, 255, 255, 0, 0});
+    CHECK(image_files::to_srgb8(image, 2.0)[9] == 255);  // 0.5 · 2
+}
+
+TEST_CASE("a missing image, a folder and a file that is no image are refused by name") {
+    const TemporaryFolder folder;
+    CHECK(names(refusal([&] { (void)read_image(folder / "none.exr"); }), "none.exr: no such file"));
+    std::filesystem::create_directory(folder / "d.exr");
+    CHECK(names(refusal([&] { (void)read_image(folder / "d.exr"); }), "d.exr: is not a regular file"));
+    put(folder / "words.exr", "these are words\n");
+    const std::string line = refusal([&] { (void)read_image(folder / "words.exr"); });
+    CHECK(names(line, "words.exr: "));
+    CHECK(!names(line, "\n"));
+}
+
+TEST_CASE("what cannot be written is refused, and nothing is left behind") {
+    const TemporaryFolder folder;
+    const Image image = awkward_image({"R", "G", "B"});
+    CHECK(names(refusal([&] { write_image(folder / "no/a.pfm", image); }), "create the folder first"));
+    CHECK(names(refusal([&] { write_image("/proc/a.pfm", image); }), "cannot be written"));
+    CHECK(names(refusal([&] { write_image("/dev/null.jpeg2", image); }), "unknown kind of image"));
+    std::filesystem::create_directory(folder / "d.pfm");
+    CHECK(names(refusal([&] { write_image(folder / "d.pfm", image); }), "is a folder"));
+    CHECK(names(refusal([&] { check_writable_image(folder / "no/a.pfm"); }), "create the folder first"));
+    CHECK(names(refusal([&] { check_writable_image(folder / "a"); }), "unknown kind of image"));
+    check_writable_image(folder / "fine.pfm");
+    CHECK(folder.file_count() == 1);  // d.pfm
+}
+
+TEST_CASE("a replacement that is not committed leaves the old file as it was") {
+    const TemporaryFolder folder;
+    put(folder / "a.txt", "old");
+    {
+        image_files::ReplacementFile file(folder / "a.txt");
+        put(file.path(), "half of the ne");
+    }
+    CHECK(content(folder / "a.txt") == "old");
+    CHECK(folder.file_count() == 1);
+    write_text_file(folder / "a.txt", "new");
+    CHECK(content(folder / "a.txt") == "new");
+    CHECK(folder.file_count() == 1);
+}
+
+TEST_CASE("text through a link replaces what the link names") {
+    const TemporaryFolder folder;
+    put(folder / "real.txt", "old");
+    std::filesystem::create_symlink(folder / "real.txt", folder / "link.txt");
+    write_text_file(folder / "link.txt", "new");
+    CHECK(std::filesystem::is_symlink(folder / "link.txt"));
+    CHECK(content(folder / "real.txt") == "new");
+}
+
+TEST_CASE("text that does not fit its device is an error") {
+    CHECK(names(refusal([] { write_text_file("/dev/full", "text"); }), "/dev/full: cannot be written to its end"));
+    CHECK(std::filesystem::is_character_file("/dev/full"));
+}
+
+TEST_CASE("with OpenImageIO an EXR keeps channels, windows and metadata; without it the reason is given") {
+    const TemporaryFolder folder;
+    Image image = awkward_image({"R", "G", "B", "variance.R", "variance.G", "variance.B", "count"});
+    image.metadata = {{"tandem:scene", "cornell \"classic\""}, {"tandem:samples", "64"}};
+    image.data_x = 2;
+    image.data_y = -1;
+    image.full_width = 20;
+    image.full_height = 10;
+    if (!image_files::has_library()) {
+        CHECK(names(refusal([&] { write_image(folder / "a.exr", image); }), "built without OpenImageIO"));
+        CHECK(names(refusal([&] { write_png(folder / "a.png", image); }), "built without OpenImageIO"));
+        CHECK(names(refusal([&] { check_writable_image(folder / "a.exr"); }), "built without OpenImageIO"));
+        CHECK(folder.file_count() == 0);
+        return;
+    }
+    write_image(folder / "a.exr", image);
+    const Image again = read_image(folder / "a.exr");
+    check_same_bits(image, again);
+    for (const auto& [key, value] : image.metadata) {
+        CAPTURE(key);
+        REQUIRE(again.metadata.contains(key));
+        CHECK(again.metadata.at(key) == value);
+    }
+    CHECK(again.data_x == 2);
+    CHECK(again.data_y == -1);
+    CHECK(again.full_x == 0);
+    CHECK(again.full_width == 20);
+    CHECK(again.full_height == 10);
+    CHECK(folder.file_count() == 1);
+    CHECK(names(refusal([&] { write_image(folder / "a.png", image); }), "end the name in .exr"));
+}
+
+TEST_CASE("with OpenImageIO a PNG holds the sRGB bytes and says so" * doctest::skip(!image_files::has_library())) {
+    const TemporaryFolder folder;
+    Image image;
+    image.width = 2;
+    image.height = 1;
+    image.channels = {"R", "G", "B"};
+    image.pixels = {0.002f, 0.5f, 1.0f, 0.0f, 4.0f, 0.25f};
+    write_png(folder / "a.png", image, 1.0);
+    const Image again = read_image(folder / "a.png");
+    CHECK(again.colour_space == "sRGB");
+    std::vector<int> bytes;
+    for (const float value : again.pixels) bytes.push_back(static_cast<int>(std::lround(value * 255.0f)));
+    CHECK(bytes == std::vector<int>{7, 188, 255, 0, 255, 137});
+}
+
+TEST_CASE(
+    "a cut EXR is refused, and an EXR declares a linear colour space" * doctest::skip(!image_files::has_library())) {
+    const TemporaryFolder folder;
+    write_image(folder / "a.exr", awkward_image({"R", "G", "B"}));
+    CHECK(names(read_image(folder / "a.exr").colour_space, "inear"));
+    const std::string whole = content(folder / "a.exr");
+    put(folder / "cut.exr", whole.substr(0, whole.size() - 40));
+    CHECK(names(refusal([&] { (void)read_image(folder / "cut.exr"); }), "cut.exr: "));
+}
