@@ -1,0 +1,23 @@
+// The distributions that the tests are read off, in double precision. Boost.Math does the work and stays in the .cpp.
+#pragma once
+
+namespace tandem {
+
+[[nodiscard]] double normal_upper_tail(double z);  // P(Z > z)
+[[nodiscard]] double normal_quantile(double p);    // z with P(Z <= z) = p, p in (0, 1)
+
+// Student's t with `dof` > 0 degrees of freedom (not necessarily whole; infinity is the normal distribution).
+[[nodiscard]] double student_upper_tail(double t, double dof);
+[[nodiscard]] double student_quantile(double p, double dof);
+
+[[nodiscard]] double f_upper_tail(double f, double dof_numerator, double dof_denominator);
+[[nodiscard]] double chi_square_upper_tail(double x, double dof);
+
+// Clopper-Pearson and Wilson intervals of a proportion at two-sided confidence 1 - alpha.
+struct Interval {
+    double low = 0.0, high = 0.0;
+};
+[[nodiscard]] Interval clopper_pearson_interval(unsigned successes, unsigned trials, double alpha);
+[[nodiscard]] Interval wilson_interval(unsigned successes, unsigned trials, double alpha);
+
+}  // namespace tandem

@@ -1,0 +1,116 @@
+#include "common/validation/paired.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "common/statistics/multiple_tests.h"
+
+namespace tandem {
+
+PairedDifferences::PairedDifferences(std::uint32_t width, std::uint32_t height, double rounding_tolerance)
+    : width_(width),
+      height_(height),
+      rounding_tolerance_(rounding_tolerance),
+      differences_(std::size_t{width} * height * channel_count),
+      reference_(differences_.size(), 0.0) {}
+
+void PairedDifferences::add(const Estimate& reference, const Estimate& candidate) {
+    const Estimate::Plane a = reference.totals(), b = candidate.totals();
+    const double count = static_cast<double>(reference.count());
+    for (std::size_t i = 0; i < a.size(); ++i) {
+        const double difference = (b[i].sum - a[i].sum) / count;
+        differences_[i].sum += difference;
+        differences_[i].sum_of_squares += difference * difference;
+        reference_[i] += a[i].sum / count;
+        if (difference == 0.0) ++identical_;
+        const double larger = std::max(std::abs(a[i].sum), std::abs(b[i].sum));
+        if (std::abs(b[i].sum - a[i].sum) > rounding_tolerance_ * larger) ++diverged_;
+    }
+    ++blocks_;
+    samples_ += reference.count();
+}
+
+LevelResult PairedDifferences::level(const std::string& name, std::uint32_t edge, const Scales& scales,
+    double negligible, double tile_floor, double alpha_each_side) const {
+    const TileGrid grid(width_, height_, edge);
+    const double blocks = static_cast<double>(blocks_);
+    struct Sums {
+        MeanOfMeans difference;
+        double reference = 0.0, squares = 0.0, pixels = 0.0;
+    };
+    std::vector<Sums> sums(grid.size() * channel_count);
+    for (std::size_t i = 0; i < differences_.size(); ++i) {
+        Sums& s = sums[grid.tile_of_pixel()[i / channel_count] * channel_count + i % channel_count];
+        const Difference& d = differences_[i];
+        const double mean = d.sum / blocks;
+        const double variance = std::max(0.0, d.sum_of_squares - d.sum * mean) / (blocks - 1.0);
+        s.difference.add(mean, variance / blocks, blocks - 1.0);
+        s.reference += reference_[i] / blocks;
+        s.squares += d.sum_of_squares / (blocks * blocks);
+        s.pixels += 1.0;
+    }
+    LevelResult result;
+    result.name = name;
+    result.test = "paired t and distribution-free bound, Bonferroni";
+    result.tests = sums.size();
+    result.columns = grid.columns();
+    result.rows = grid.rows();
+    std::vector<double> p_values;
+    for (std::size_t i = 0; i < sums.size(); ++i) {
+        const MeanEstimate mean = sums[i].difference.result();
+        const MeanDifference difference{mean.mean, std::sqrt(mean.variance), mean.dof};
+        RegionComparison region;
+        region.region = grid.rectangle(i / channel_count);
+        region.channel = static_cast<std::uint32_t>(i % channel_count);
+        region.reference = sums[i].reference / sums[i].pixels;
+        region.candidate = region.reference + mean.mean;
+        region.dof = mean.dof;
+        const double floor = scales.image[region.channel] * (edge == 0 ? 1.0 : tile_floor);
+        const double scale = std::max(region.reference, floor);
+        if (scale > 0.0) {
+            const Interval interval = difference.interval(alpha_each_side);
+            const MeanDifference symmetric{mean.mean, std::sqrt(sums[i].squares) / sums[i].pixels, mean.dof};
+            region.relative = mean.mean / scale;
+            region.relative_low = interval.low / scale;
+            region.relative_high = interval.high / scale;
+            region.relative_error = difference.standard_error / scale;
+            region.statistic = difference.statistic(negligible * scale);
+            region.p = std::max(
+                difference.p_value(negligible * scale), symmetric_sum_tail(symmetric.statistic(negligible * scale)));
+        }
+        p_values.push_back(region.p);
+        result.regions.push_back(region);
+    }
+    result.p = bonferroni(p_values);
+    result.worst = *std::ranges::min_element(result.regions, [](const RegionComparison& a, const RegionComparison& b) {
+        return a.p != b.p ? a.p < b.p : std::abs(a.relative) > std::abs(b.relative);
+    });
+    return result;
+}
+
+PairedResult PairedDifferences::result(const Criteria& criteria, double alpha_each_side) const {
+    PairedResult result;
+    if (blocks_ < 2) return result;
+    Scales scales;
+    for (std::size_t i = 0; i < reference_.size(); ++i) scales.image[i % channel_count] += reference_[i];
+    double grey = 0.0;
+    for (double& mean : scales.image) {
+        mean /= static_cast<double>(blocks_) * static_cast<double>(reference_.size() / channel_count);
+        grey += mean / channel_count;
+    }
+    for (double& mean : scales.image) mean = std::max(mean, criteria.margins.channel_floor * grey);
+    result.done = true;
+    result.samples = samples_;
+    result.blocks = blocks_;
+    const Negligible& negligible = criteria.negligible;
+    const double floor = criteria.margins.tile_floor;
+    result.image = level("paired image", 0, scales, negligible.paired_image, floor, alpha_each_side);
+    result.tiles =
+        level("paired tiles 16x16", standard_tile_edge, scales, negligible.paired_tile, floor, alpha_each_side);
+    const double figures = static_cast<double>(blocks_) * static_cast<double>(differences_.size());
+    result.identical_fraction = static_cast<double>(identical_) / figures;
+    result.diverged_fraction = static_cast<double>(diverged_) / figures;
+    return result;
+}
+
+}  // namespace tandem

@@ -1,0 +1,30 @@
+// When to look: sample counts fixed in advance from speed alone, never from what was seen, so that the shares of the
+// error rates add up as declared.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+namespace tandem {
+
+struct Schedule {
+    std::uint64_t batch_samples = 0;   // a batch is one call of each renderer; a multiple of samples_per_block
+    std::vector<std::uint64_t> looks;  // samples a pixel and side at each look, ascending, multiples of batch_samples
+    std::uint64_t paired_batches = 0;  // compared with paired seeds before the first look
+};
+
+struct ScheduleRequest {
+    double seconds_per_sample_reference = 0.0;  // a sample of every pixel
+    double seconds_per_sample_candidate = 0.0;
+    double budget_seconds = 120.0;  // what is left of it
+    std::uint64_t max_samples = 0;
+    std::size_t max_looks = 6;
+    bool paired = true;
+};
+
+// Looks double up to what the budget or max_samples allow; the least one has two batches. Both sides get equally many
+// samples: the differences are then symmetric under the null, whatever the tails, which is what the tests rest on; the
+// best unequal split would save less than a quarter of the time up to a ratio of speeds of ten.
+[[nodiscard]] Schedule make_schedule(const ScheduleRequest& request);
+
+}  // namespace tandem

@@ -1,0 +1,281 @@
+#include "common/validation/verify.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <utility>
+
+#include "common/error.h"
+#include "common/statistics/multiple_tests.h"
+#include "common/validation/schedule.h"
+
+namespace tandem {
+
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+// One renderer at work with one seed: an estimate that grows by whole batches.
+struct Side {
+    std::unique_ptr<RenderJob> job;
+    Estimate estimate;
+    std::vector<Batch> batches;
+    double seconds = 0.0;
+    std::optional<Estimate> first_block;  // kept from the measurement of speed
+};
+
+class Verification {
+public:
+    Verification(const Scene& scene, Renderer& reference, Renderer& candidate, const VerifyOptions& options)
+        : scene_(scene), reference_renderer_(reference), candidate_renderer_(candidate), options_(options) {
+        verdict_.scene = scene.name;
+        verdict_.settings = options.settings.value_or(verification_settings(scene));
+        verdict_.criteria = options.criteria;
+        verdict_.criteria.fixed_tolerance = float_transport_tolerance(verdict_.settings.bounces);
+        verdict_.reference_seed = options.seed;
+        verdict_.candidate_seed = options.seed + 1;
+        verdict_.reference_info = reference.info();
+        verdict_.candidate_info = candidate.info();
+        set_names();
+    }
+
+    SceneVerdict run();
+
+private:
+    void set_names();
+    [[nodiscard]] double elapsed() const { return std::chrono::duration<double>(Clock::now() - start_).count(); }
+    [[nodiscard]] Side side(Renderer& renderer, std::uint64_t seed) const;
+    [[nodiscard]] std::optional<Estimate> render(Side& side, SampleRange range, const std::string& what);
+    void take(Side& side, Estimate batch);
+    [[nodiscard]] bool extend(Side& side, std::uint64_t samples, const std::string& what);
+    void run_paired();
+    void measure_speed();
+    [[nodiscard]] static double seconds_to(const Side& side, std::uint64_t samples);
+    void conclude();
+    void run_looks();
+    void judge_look(const LookShare& share);
+    [[nodiscard]] SampledImage sampled(const Side& side) const;
+    void report(double fraction, const std::string& text) const;
+
+    const Scene& scene_;
+    Renderer& reference_renderer_;
+    Renderer& candidate_renderer_;
+    const VerifyOptions& options_;
+    Clock::time_point start_ = Clock::now();
+    SceneVerdict verdict_;
+    Side reference_, candidate_;
+    Schedule schedule_;
+    double paired_seconds_ = 0.0;
+};
+
+void Verification::set_names() {
+    const auto name = [](const RendererInfo& info) {
+        if (info.backend == "cpu") return std::string("CPU");
+        if (info.backend == "vulkan") return std::string("Vulkan");
+        return info.backend;
+    };
+    verdict_.reference_name = name(verdict_.reference_info);
+    verdict_.candidate_name = name(verdict_.candidate_info);
+    if (verdict_.reference_name != verdict_.candidate_name) return;
+    verdict_.reference_name += " (reference)";
+    verdict_.candidate_name += " (candidate)";
+}
+
+Side Verification::side(Renderer& renderer, std::uint64_t seed) const {
+    RenderSettings settings = verdict_.settings;
+    settings.seed = seed;
+    Side result;
+    result.job = renderer.prepare(scene_, settings);
+    result.estimate = Estimate(settings.width, settings.height);
+    return result;
+}
+
+void Verification::report(double fraction, const std::string& text) const {
+    if (options_.progress) options_.progress(std::clamp(fraction, 0.0, 1.0), scene_.name + ": " + text);
+}
+
+// The samples of `range`, or nothing when stopped on the way: only whole batches count.
+std::optional<Estimate> Verification::render(Side& side, SampleRange range, const std::string& what) {
+    if (options_.stop.stop_requested()) return std::nullopt;
+    if (side.first_block && range == SampleRange{0, samples_per_block}) return std::exchange(side.first_block, {});
+    RenderControl control;
+    control.stop = options_.stop;
+    control.progress = [&](double) { report(elapsed() / options_.budget_seconds, what); };
+    RenderResult result = side.job->render(range, control);
+    side.seconds += result.seconds;
+    if (result.estimate.count() != range.count()) return std::nullopt;
+    return std::move(result.estimate);
+}
+
+void Verification::take(Side& side, Estimate batch) {
+    const TileGrid tiles(batch.width(), batch.height(), standard_tile_edge);
+    side.batches.push_back(batch_of(batch, tiles));
+    side.estimate.merge(std::move(batch));
+}
+
+bool Verification::extend(Side& side, std::uint64_t samples, const std::string& what) {
+    for (std::uint64_t begin = side.estimate.count(); begin < samples; begin += schedule_.batch_samples) {
+        std::optional<Estimate> batch = render(side, {begin, begin + schedule_.batch_samples}, what);
+        if (!batch) return false;
+        take(side, std::move(*batch));
+    }
+    return true;
+}
+
+// The reference's first batches once more by the candidate, with the reference's seed.
+void Verification::run_paired() {
+    if (schedule_.paired_batches < 2) return;
+    Side paired = side(candidate_renderer_, verdict_.reference_seed);
+    PairedDifferences differences(verdict_.settings.width, verdict_.settings.height, verdict_.criteria.fixed_tolerance);
+    std::uint64_t invalid = 0;
+    for (std::uint64_t k = 0; k < schedule_.paired_batches; ++k) {
+        const SampleRange range{k * schedule_.batch_samples, (k + 1) * schedule_.batch_samples};
+        std::optional<Estimate> a = render(reference_, range, "reference");
+        std::optional<Estimate> b = a ? render(paired, range, "candidate, paired seeds") : std::nullopt;
+        if (!a || !b) {
+            verdict_.stopped = true;
+            break;
+        }
+        differences.add(*a, *b);
+        invalid += b->invalid();
+        take(reference_, std::move(*a));
+    }
+    paired_seconds_ = paired.seconds;
+    candidate_.estimate.add_invalid(invalid);
+    verdict_.paired = differences.result(verdict_.criteria, verdict_.criteria.doubt / 2.0);
+}
+
+SampledImage Verification::sampled(const Side& side) const {
+    SampledImage image;
+    image.width = side.estimate.width();
+    image.height = side.estimate.height();
+    image.pixels = pixel_statistics(side.estimate);
+    image.batches = side.batches;
+    image.samples = side.estimate.count();
+    image.invalid = side.estimate.invalid();
+    return image;
+}
+
+void Verification::judge_look(const LookShare& share) {
+    verdict_.reference = sampled(reference_);
+    verdict_.candidate = sampled(candidate_);
+    if (verdict_.reference.samples < 2 || verdict_.candidate.samples < 2) return;
+    verdict_.judgement = judge(verdict_.reference, verdict_.candidate, &verdict_.paired, verdict_.criteria, share);
+    verdict_.verdict = verdict_.judgement.verdict;
+    Look look;
+    look.samples = std::min(verdict_.reference.samples, verdict_.candidate.samples);
+    look.share = share;
+    look.verdict = verdict_.verdict;
+    for (const LevelResult& level : verdict_.judgement.levels)
+        if (level.threshold > 0.0) look.least_p = std::min(look.least_p, level.p);
+    look.image_bound = widest(verdict_.judgement.level("image")).bound();
+    look.tile_bound = widest(verdict_.judgement.level("tiles 16x16")).bound();
+    look.seconds = elapsed();
+    verdict_.looks.push_back(look);
+}
+
+// Until a decision, the end of the schedule or of the budget, or a stop.
+void Verification::run_looks() {
+    const double scenes = static_cast<double>(std::max<std::size_t>(options_.scenes, 1));
+    const std::vector<double> alarms = alpha_spending(verdict_.criteria.false_alarm / scenes, schedule_.looks.size());
+    const std::vector<double> doubts = alpha_spending(verdict_.criteria.doubt / scenes, schedule_.looks.size());
+    for (std::size_t k = 0; k < schedule_.looks.size(); ++k) {
+        const std::uint64_t samples = schedule_.looks[k];
+        const LookShare share{alarms[k], doubts[k]};
+        const std::string what = fmt::format("look {} of {}, {} samples", k + 1, schedule_.looks.size(), samples);
+        // A machine that became slower than the schedule knew: a look that would end well past the budget is not begun.
+        if (k > 0 && elapsed() + seconds_to(reference_, samples) + seconds_to(candidate_, samples) >
+                         1.1 * options_.budget_seconds)
+            return;
+        const bool complete = extend(reference_, samples, what) && extend(candidate_, samples, what);
+        if (!complete) {
+            verdict_.stopped = true;
+            if (verdict_.looks.empty()) judge_look(share);
+            return;
+        }
+        judge_look(share);
+        if (verdict_.verdict != Verdict::undecided) return;
+    }
+}
+
+// One block a side; its samples are used again where batches are single blocks.
+void Verification::measure_speed() {
+    for (Side* side : {&reference_, &candidate_})
+        if (!verdict_.stopped) {
+            side->first_block = render(*side, {0, samples_per_block}, "measuring speed");
+            verdict_.stopped = !side->first_block;
+        }
+    if (verdict_.stopped) return;
+    ScheduleRequest request;
+    request.seconds_per_sample_reference = reference_.seconds / static_cast<double>(samples_per_block);
+    request.seconds_per_sample_candidate = candidate_.seconds / static_cast<double>(samples_per_block);
+    request.budget_seconds = options_.budget_seconds - elapsed();
+    request.max_samples = options_.max_samples;
+    request.max_looks = options_.max_looks;
+    request.paired = options_.paired;
+    schedule_ = make_schedule(request);
+    if (schedule_.batch_samples == samples_per_block) return;
+    for (Side* side : {&reference_, &candidate_}) {
+        side->first_block.reset();
+        side->seconds = 0.0;
+    }
+}
+
+double Verification::seconds_to(const Side& side, std::uint64_t samples) {
+    const double done = static_cast<double>(side.estimate.count());
+    return done > 0.0 ? side.seconds / done * (static_cast<double>(samples) - done) : 0.0;
+}
+
+void Verification::conclude() {
+    SceneVerdict& verdict = verdict_;
+    // What was seen before the schedule's look was due is no agreement.
+    if (verdict.stopped && verdict.verdict == Verdict::agree)
+        verdict.verdict = verdict.judgement.verdict = Verdict::undecided;
+    if (verdict.looks.empty())
+        verdict.sentence = verdict.reference_name + " and " + verdict.candidate_name +
+                           " are undecided: stopped before there was enough to judge";
+    else
+        verdict.sentence =
+            sentence_of(verdict.judgement, verdict.criteria, verdict.reference_name, verdict.candidate_name);
+    if (verdict.verdict == Verdict::disagree) {
+        verdict.registration = register_images(verdict.reference, verdict.candidate);
+        if (!verdict.registration->text.empty()) verdict.sentence += "; it looks like " + verdict.registration->text;
+    }
+    verdict.reference_seconds = reference_.seconds;
+    verdict.candidate_seconds = candidate_.seconds + paired_seconds_;
+    verdict.seconds = elapsed();
+}
+
+SceneVerdict Verification::run() {
+    report(0.0, "preparing");
+    reference_ = side(reference_renderer_, verdict_.reference_seed);
+    candidate_ = side(candidate_renderer_, verdict_.candidate_seed);
+    measure_speed();
+    if (!verdict_.stopped) run_paired();
+    if (!verdict_.stopped) run_looks();
+    conclude();
+    report(1.0, name_of(verdict_.verdict));
+    return std::move(verdict_);
+}
+
+}  // namespace
+
+RenderSettings verification_settings(const Scene& scene, std::uint32_t longer_side) {
+    RenderSettings settings = default_settings(scene);
+    const std::uint32_t longer = std::max(settings.width, settings.height);
+    if (longer <= longer_side) return settings;
+    const auto scaled = [&](std::uint32_t length) {
+        return std::max(1u, static_cast<std::uint32_t>(std::lround(double{1.0} * length * longer_side / longer)));
+    };
+    settings.width = scaled(settings.width);
+    settings.height = scaled(settings.height);
+    return settings;
+}
+
+SceneVerdict verify_scene(const Scene& scene, Renderer& reference, Renderer& candidate, const VerifyOptions& options) {
+    return Verification(scene, reference, candidate, options).run();
+}
+
+}  // namespace tandem
