@@ -58,13 +58,13 @@ bool share_a_plane(std::array<glm::dvec3, 2> a, std::array<glm::dvec3, 2> b) {
 
 TEST_CASE("every shipped scene loads") {
     std::size_t loaded = 0;
-    for (const auto& entry : std::filesystem::directory_iterator(scenes_folder)) {
+    for (const auto& entry : std::filesystem::recursive_directory_iterator(scenes_folder)) {
         if (entry.path().extension() != ".json" || entry.path().stem().extension() == ".schema") continue;
         CAPTURE(entry.path().string());
         CHECK_NOTHROW((void)load_scene(entry.path()));
         ++loaded;
     }
-    CHECK(loaded >= 2);
+    CHECK(loaded >= 7);
 }
 
 TEST_CASE("the thesis's Cornell box has 7 cuboids, 1 sphere and 12 triangles") {
@@ -170,4 +170,79 @@ TEST_CASE("the classic boxes are turned, then moved, as the book does") {
     CHECK(tall.y == doctest::Approx(330.0));
     CHECK(tall.z == doctest::Approx(295.0 - 165.0 * s + 165.0 * c));
     CHECK(corner(scene, entity(scene, "short box"), 0, 0) == glm::dvec3(130.0, 0.0, 65.0));
+}
+
+TEST_CASE("the One Weekend scene has the book's camera, ground and three big spheres") {
+    const Scene scene = shipped("one-weekend");
+    CHECK(scene.film.width == 1200);
+    CHECK(scene.film.height == 675);
+    CHECK(scene.camera.position == glm::dvec3(13, 2, 3));
+    CHECK(scene.camera.target == glm::dvec3(0, 0, 0));
+    CHECK(scene.camera.vertical_field_degrees == 20.0);
+    CHECK(scene.camera.focus_distance == 10.0);
+    CHECK(scene.camera.lens_radius == doctest::Approx(10.0 * std::tan(0.3 * std::acos(-1.0) / 180.0)).epsilon(1e-9));
+    CHECK(scene.defaults.bounces == 49);
+    CHECK(scene.background.down == glm::dvec3(1.0));
+    CHECK(scene.background.up == glm::dvec3(0.5, 0.7, 1.0));
+    CHECK(scene.primitives[entity(scene, "ground").first_primitive].radius == 1000.0);
+    CHECK(corner(scene, entity(scene, "big glass"), 0, 0) == glm::dvec3(0, 1, 0));
+    CHECK(corner(scene, entity(scene, "big brown"), 0, 0) == glm::dvec3(-4, 1, 0));
+    CHECK(corner(scene, entity(scene, "big mirror"), 0, 0) == glm::dvec3(4, 1, 0));
+}
+
+TEST_CASE("the One Weekend scene has at most 22 x 22 small spheres, clear of the big mirror") {
+    const Scene scene = shipped("one-weekend");
+    CHECK(count(scene, PrimitiveKind::sphere) == scene.primitives.size());
+    std::size_t small = 0, diffuse = 0;
+    for (const PlacedPrimitive& placed : placed_primitives(scene)) {
+        const Primitive& sphere = scene.primitives[placed.primitive];
+        if (sphere.radius != 0.2) continue;
+        const glm::dvec3 centre = scene.vertices[sphere.index[0]];
+        CHECK(centre.y == 0.2);
+        CHECK(glm::distance(centre, glm::dvec3(4, 0.2, 0)) > 0.9 - 1e-6);  // coordinates are rounded to 10^-6
+        ++small;
+        diffuse += scene.materials[scene.entities[placed.entity].material].kind == MaterialKind::diffuse ? 1 : 0;
+    }
+    CHECK(small == scene.primitives.size() - 4);
+    CHECK(small <= 22 * 22);
+    CHECK(small >= 22 * 22 - 9);  // the mirror's disc of radius 0.9 keeps few cells empty
+    // 80 % are diffuse: a binomial count, within five standard deviations.
+    const double expected = 0.8 * static_cast<double>(small), deviation = std::sqrt(expected * 0.2);
+    CHECK(std::abs(static_cast<double>(diffuse) - expected) < 5.0 * deviation);
+}
+
+TEST_CASE("the furnace expects the partial sum of its geometric series") {
+    const Scene scene = shipped("furnace");
+    REQUIRE(scene.expect.has_value());
+    const Material& wall = scene.materials.at(0);
+    for (int c = 0; c < 3; ++c) {
+        double sum = 0.0;
+        for (std::uint32_t k = 0; k <= scene.defaults.bounces; ++k)
+            sum += wall.radiance[c] * std::pow(wall.colour[c], static_cast<double>(k));
+        CHECK(scene.expect->radiance[c] == doctest::Approx(sum).epsilon(1e-12));
+    }
+}
+
+TEST_CASE("the mirror corridor expects ten reflections of its lamp") {
+    const Scene scene = shipped("mirror-corridor");
+    REQUIRE(scene.expect.has_value());
+    const glm::dvec3 mirror = scene.materials[entity(scene, "mirrors").material].colour;
+    const glm::dvec3 lamp = scene.materials[entity(scene, "lamp").material].radiance;
+    for (int c = 0; c < 3; ++c)
+        CHECK(scene.expect->radiance[c] == doctest::Approx(std::pow(mirror[c], 10.0) * lamp[c]).epsilon(1e-12));
+}
+
+TEST_CASE("the torus is closed and faces outwards") {
+    const Scene scene = shipped("model");
+    const Entity& torus = entity(scene, "lying torus");
+    REQUIRE(torus.primitive_count == 576);
+    glm::dvec3 total(0.0);
+    double six_volumes = 0.0;
+    for (std::uint32_t i = 0; i < torus.primitive_count; ++i) {
+        total += scaled_normal(scene, torus, i);
+        six_volumes += glm::dot(corner(scene, torus, i, 0), scaled_normal(scene, torus, i));
+    }
+    CHECK(glm::length(total) < 1e-12);
+    // A little less than that of the smooth torus, 2 pi^2 R r^2.
+    CHECK(six_volumes / 6.0 == doctest::Approx(2.0 * 9.8696 * 0.16).epsilon(0.08));
 }
