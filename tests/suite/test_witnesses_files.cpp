@@ -21,7 +21,7 @@ std::vector<std::filesystem::path> closed_form_files() {
 void check_files(Integrator integrator) {
     auto all = witnesses();
     const auto files = closed_form_files();
-    REQUIRE(files.size() >= 17);
+    REQUIRE(files.size() >= 19);
     for (const auto& file : files) {
         CAPTURE(file.filename());
         const Scene scene = load_scene(file);
