@@ -1,0 +1,56 @@
+// Closest hits and occlusion through Embree (MODEL.md section 5). Embree finds the primitives that a ray may meet;
+// whether and where it meets them is decided by the kernels of kernels.h, so that the hit is the same however it was
+// found:
+// - a scene of few primitives is one leaf of user geometry, tested by a whole packet of rays at once;
+// - otherwise rays go one by one through Embree's hierarchy, which holds plain triangles natively (single precision)
+// and
+//   everything else as user geometry. Its own triangle test then picks the triangle.
+#pragma once
+
+#include <memory>
+
+#include "cpu_ref/embree.h"
+#include "cpu_ref/surface.h"
+#include "cpu_ref/tables.h"
+
+namespace tandem::cpu {
+
+template <class Real>
+class Accelerator {
+public:
+    // At most so many primitives are tested as one leaf. Measured: there a packet against all of them costs about what
+    // its rays cost one by one in the hierarchy.
+    static constexpr std::size_t leaf_limit = 64;
+
+    // `tables` must outlive this. Throws Error if Embree fails.
+    Accelerator(RTCDevice device, const Tables<Real>& tables, std::size_t most_in_leaf = leaf_limit);
+
+    Accelerator(const Accelerator&) = delete;
+    Accelerator& operator=(const Accelerator&) = delete;
+
+    [[nodiscard]] Hit<Real> closest(
+        const Ray<Lanes<Real>>& ray, const Departure<Lanes<Real>>& departure, Mask<Real> active) const;
+    // Does any primitive but `light` and the one left lie on the ray?
+    [[nodiscard]] Mask<Real> occluded(const Ray<Lanes<Real>>& ray, const Departure<Lanes<Real>>& departure,
+        Ints<Real> light, Mask<Real> active) const;
+
+private:
+    [[nodiscard]] Hit<Real> closest_one_by_one(
+        const Ray<Lanes<Real>>& ray, const Departure<Lanes<Real>>& departure, Mask<Real> active) const;
+    [[nodiscard]] Mask<Real> occluded_one_by_one(const Ray<Lanes<Real>>& ray, const Departure<Lanes<Real>>& departure,
+        Ints<Real> light, Mask<Real> active) const;
+    void add_native_triangles(RTCDevice device);
+    void add_user_geometry(RTCDevice device, unsigned count);
+
+    struct Callbacks;
+    const Tables<Real>& tables_;
+    bool leaf_;
+    std::vector<std::uint32_t> native_, user_;  // primitive ids by Embree's primID
+    double inflation_ = 0.0;                    // of bounds, world units
+    embree::Scene scene_;
+};
+
+extern template class Accelerator<float>;
+extern template class Accelerator<double>;
+
+}  // namespace tandem::cpu

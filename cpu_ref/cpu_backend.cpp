@@ -1,0 +1,86 @@
+// The backend "cpu": the Embree path tracer as a Renderer.
+#include <fmt/format.h>
+
+#include <thread>
+
+#include "common/error.h"
+#include "cpu_ref/backend.h"
+#include "cpu_ref/render_job.h"
+
+#if defined(__x86_64__)
+#include <cpuid.h>
+#endif
+
+namespace tandem {
+
+namespace {
+
+// The processor's own name, as it tells it.
+std::string processor_name() {
+#if defined(__x86_64__)
+    std::array<unsigned, 12> words{};
+    constexpr unsigned first_leaf = 0x80000002u;
+    for (unsigned i = 0; i < 3; ++i)
+        if (__get_cpuid(first_leaf + i, &words[4 * i], &words[4 * i + 1], &words[4 * i + 2], &words[4 * i + 3]) == 0)
+            return "processor";
+    std::string name;
+    for (const unsigned word : words)
+        for (unsigned byte = 0; byte < 4; ++byte)
+            if (const char c = static_cast<char>((word >> (8 * byte)) & 0xFFu); c != '\0') name += c;
+    const std::size_t begin = name.find_first_not_of(' '), end = name.find_last_not_of(' ');
+    return begin == std::string::npos ? "processor" : name.substr(begin, end - begin + 1);
+#else
+    return "processor";
+#endif
+}
+
+class EmbreeRenderer final : public Renderer {
+public:
+    explicit EmbreeRenderer(const BackendOptions& options) : options_(options), device_(rtcNewDevice(nullptr)) {
+        if (!options.device.empty())
+            throw UnsupportedError("the cpu backend has no choice of devices; leave out --device");
+        if (options.validation)
+            throw UnsupportedError("the cpu backend has no validation layers; leave out --validation");
+#ifndef TANDEM_PLANTED_BUGS
+        if (options.planted_bug != PlantedBug::none)
+            throw UnsupportedError("planted bugs exist in test builds only; this is none");
+#endif
+        if (!device_)
+            throw Error(
+                fmt::format("Embree could not be started (error {})", static_cast<int>(rtcGetDeviceError(nullptr))));
+    }
+
+    [[nodiscard]] RendererInfo info() const override {
+        const unsigned threads = options_.threads == 0 ? std::thread::hardware_concurrency() : options_.threads;
+        return {"cpu", fmt::format("{}, {} thread{}", processor_name(), threads, threads == 1 ? "" : "s"),
+            cpu::embree::version(), cpu::embree::version()};
+    }
+
+    [[nodiscard]] std::unique_ptr<RenderJob> prepare(const Scene& scene, const RenderSettings& settings) override {
+        constexpr std::uint32_t most = 65536;
+        const std::uint64_t pixels = std::uint64_t{settings.width} * settings.height;
+        if (settings.width == 0 || settings.height == 0 || settings.width > most || settings.height > most ||
+            pixels >= (std::uint64_t{1} << 32))
+            throw UnsupportedError(
+                fmt::format("an image of {} x {} pixels is out of range; each side is 1 to {} and "
+                            "their product below 2^32",
+                    settings.width, settings.height, most));
+        return cpu::make_render_job(device_.get(), scene, settings,
+            options_.precision.value_or(Precision::single_precision), options_.threads, options_.planted_bug);
+    }
+
+private:
+    BackendOptions options_;
+    cpu::embree::Device device_;
+};
+
+}  // namespace
+
+Backend cpu_backend() {
+    return {"cpu", "path tracer on the processor, with Embree",
+        [](const BackendOptions& options) -> std::unique_ptr<Renderer> {
+            return std::make_unique<EmbreeRenderer>(options);
+        }};
+}
+
+}  // namespace tandem

@@ -1,0 +1,145 @@
+// Ray-primitive intersection (MODEL.md section 5), for one ray or a packet of them against one primitive. Each kernel
+// is told which rays left this very primitive: they skip it, or take the exit of the convex body that they are inside.
+#pragma once
+
+#include <cstdint>
+#include <limits>
+
+#include "cpu_ref/vec3.h"
+
+namespace tandem::cpu {
+
+inline constexpr std::uint32_t no_primitive = 0xFFFFFFFFu;
+
+template <class V>
+struct Ray {
+    Vec3<V> origin, direction;  // unit length
+    Vec3<V> moment;             // origin x direction
+    V t_min;                    // a hit has t_min <= t < limit
+    V limit;
+};
+template <class V>
+TANDEM_INLINE Ray<V> make_ray(Vec3<V> origin, Vec3<V> direction, V t_min, V limit) {
+    return {origin, direction, cross(origin, direction), t_min, limit};
+}
+
+// Where a ray starts: the primitive it leaves (no_primitive: none) and whether it goes inside that primitive.
+template <class V>
+struct Departure {
+    IndexOf<V> primitive;
+    BoolOf<V> inside;
+};
+
+template <class V>
+struct Candidate {
+    BoolOf<V> hit;
+    V t;
+    IndexOf<V> face;  // relative to the primitive's first face
+};
+
+// Edges as Pluecker lines: the side of the ray on which edge a -> b passes is the sign of (b - a).(o x d) + (a x b).d.
+// The edge constants of two triangles that share an edge are exact negatives, hence so are the computed sides: no ray
+// slips between them [Woop 2013 has the same property by other means].
+template <class Real>
+struct TriangleForm {
+    std::array<Vec3<Real>, 3> edge{}, edge_moment{};
+    Vec3<Real> normal{};  // unit, front
+    Real offset = 0;      // plane normal.p = offset
+};
+
+// Unit sphere or box [-half, half]^3 in the coordinates that to_local yields.
+template <class Real>
+struct SphereForm {
+    Affine<Real> to_local;
+};
+template <class Real>
+struct CuboidForm {
+    Affine<Real> to_local;
+    Vec3<Real> half{};
+};
+
+template <class V>
+TANDEM_INLINE Candidate<V> intersect(
+    const TriangleForm<RealOf<V>>& triangle, const Ray<V>& ray, BoolOf<V> departing, BoolOf<V> /*inside*/) {
+    using Real = RealOf<V>;
+    const V zero(Real(0));
+    const auto side = [&](std::size_t i) {
+        const Vec3<Real>&e = triangle.edge[i], &m = triangle.edge_moment[i];
+        const Vec3<V>&d = ray.direction, &l = ray.moment;
+        return fma(
+            V(e.x), l.x, fma(V(e.y), l.y, fma(V(e.z), l.z, fma(V(m.x), d.x, fma(V(m.y), d.y, V(V(m.z) * d.z))))));
+    };
+    const V s0 = side(0), s1 = side(1), s2 = side(2);
+    const auto within = ((s0 >= zero) & (s1 >= zero) & (s2 >= zero)) | ((s0 <= zero) & (s1 <= zero) & (s2 <= zero));
+    const Vec3<V> n = splat<V>(triangle.normal);
+    const V t = (V(triangle.offset) - dot(n, ray.origin)) / dot(n, ray.direction);
+    // A ray in the plane has t = NaN or infinite and misses, as limit <= infinity.
+    return {static_cast<BoolOf<V>>(within & (t >= ray.t_min) & (t < ray.limit) & !departing), t, IndexOf<V>{0}};
+}
+
+template <class V>
+TANDEM_INLINE Candidate<V> intersect(
+    const SphereForm<RealOf<V>>& sphere, const Ray<V>& ray, BoolOf<V> departing, BoolOf<V> inside) {
+    using Real = RealOf<V>;
+    const V zero(Real(0));
+    const Vec3<V> o = apply(sphere.to_local, ray.origin), d = apply_linear(sphere.to_local, ray.direction);
+    const V scale = V(Real(1)) / dot(d, d);
+    const V middle = -dot(o, d) * scale;  // parameter of the point nearest to the centre
+    const Vec3<V> nearest = along(o, middle, d);
+    const V discriminant = V(Real(1)) - dot(nearest, nearest);
+    const BoolOf<V> exits = departing & inside;
+    const V half_chord = sqrt(V(greatest(discriminant, zero) * scale));
+    const V entry = middle - half_chord, exit = middle + half_chord;
+    const BoolOf<V> takes_entry = (entry >= ray.t_min) & !exits;
+    // From inside the exit lies ahead, even where rounding says otherwise.
+    const V t = select(takes_entry, entry, select(exits, greatest(exit, zero), exit));
+    const BoolOf<V> met = ((discriminant >= zero) | exits) & !(departing & !inside);
+    return {static_cast<BoolOf<V>>(met & (t >= ray.t_min) & (t < ray.limit)), t, IndexOf<V>{0}};
+}
+
+template <class V>
+struct Slabs {
+    V entry, exit;
+    IndexOf<V> entry_face, exit_face;
+};
+
+// Narrows by the slab |p_axis| <= half. A ray (all but) parallel to it is inside for ever or never.
+template <class V>
+TANDEM_INLINE void clip_slab(Slabs<V>& slabs, unsigned axis, V origin, V direction, RealOf<V> half) {
+    using Real = RealOf<V>;
+    const V infinity(std::numeric_limits<Real>::infinity()), zero(Real(0)), h(half);
+    const BoolOf<V> parallel = !(absolute(direction) >= V(std::numeric_limits<Real>::min()));
+    const BoolOf<V> ascending = direction > zero;
+    const V inverse = V(Real(1)) / select(parallel, V(Real(1)), direction);
+    const V low = (-h - origin) * inverse, high = (h - origin) * inverse;
+    const BoolOf<V> within = absolute(origin) <= h;
+    const V near = select(parallel, select(within, -infinity, infinity), select(ascending, low, high));
+    const V far = select(parallel, select(within, infinity, -infinity), select(ascending, high, low));
+    const IndexOf<V> low_face(2 * axis), high_face(2 * axis + 1);
+    const BoolOf<V> enters = near > slabs.entry, leaves = far < slabs.exit;
+    slabs.entry = select(enters, near, slabs.entry);
+    slabs.entry_face = select(enters, select(ascending, low_face, high_face), slabs.entry_face);
+    slabs.exit = select(leaves, far, slabs.exit);
+    slabs.exit_face = select(leaves, select(ascending, high_face, low_face), slabs.exit_face);
+}
+
+// Faces are numbered -x +x -y +y -z +z.
+template <class V>
+TANDEM_INLINE Candidate<V> intersect(
+    const CuboidForm<RealOf<V>>& cuboid, const Ray<V>& ray, BoolOf<V> departing, BoolOf<V> inside) {
+    using Real = RealOf<V>;
+    const V infinity(std::numeric_limits<Real>::infinity()), zero(Real(0));
+    const Vec3<V> o = apply(cuboid.to_local, ray.origin), d = apply_linear(cuboid.to_local, ray.direction);
+    Slabs<V> slabs{-infinity, infinity, IndexOf<V>{0}, IndexOf<V>{0}};
+    clip_slab(slabs, 0, o.x, d.x, cuboid.half.x);
+    clip_slab(slabs, 1, o.y, d.y, cuboid.half.y);
+    clip_slab(slabs, 2, o.z, d.z, cuboid.half.z);
+    const BoolOf<V> exits = departing & inside;
+    const BoolOf<V> takes_entry = (slabs.entry >= ray.t_min) & !exits;
+    const V t = select(takes_entry, slabs.entry, select(exits, greatest(slabs.exit, zero), slabs.exit));
+    const BoolOf<V> met = ((slabs.entry <= slabs.exit) | exits) & !(departing & !inside);
+    return {static_cast<BoolOf<V>>(met & (t >= ray.t_min) & (t < ray.limit)), t,
+        select(takes_entry, slabs.entry_face, slabs.exit_face)};
+}
+
+}  // namespace tandem::cpu

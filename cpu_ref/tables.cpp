@@ -1,0 +1,448 @@
+// Scene to tables: transforms, planes, areas and light probabilities (MODEL.md sections 4 to 9.2), all in double.
+#include "cpu_ref/tables.h"
+
+#include <array>
+#include <cmath>
+#include <glm/glm.hpp>
+#include <limits>
+
+#include "common/error.h"
+
+namespace tandem::cpu {
+
+namespace {
+
+using glm::dmat3;
+using glm::dvec3;
+
+template <class Real>
+Vec3<Real> to_vec3(const dvec3& a) {
+    return {static_cast<Real>(a.x), static_cast<Real>(a.y), static_cast<Real>(a.z)};
+}
+
+// Rows of a growing table of vectors.
+template <class Real>
+struct VectorRows {
+    std::vector<Real> x, y, z;
+    void push_back(const dvec3& a) {
+        x.push_back(static_cast<Real>(a.x));
+        y.push_back(static_cast<Real>(a.y));
+        z.push_back(static_cast<Real>(a.z));
+    }
+    void assign_to(VectorColumn<Real>& column) const {
+        column.x.assign(x);
+        column.y.assign(y);
+        column.z.assign(z);
+    }
+};
+
+// Least and greatest singular value of a linear map: square roots of the eigenvalues of A^T A, by the trigonometric
+// solution of the characteristic cubic.
+std::array<double, 2> singular_values(const dmat3& a) {
+    const dmat3 s = glm::transpose(a) * a;
+    const double mean = (s[0][0] + s[1][1] + s[2][2]) / 3.0;
+    const dmat3 k = s - dmat3(mean);
+    double square = 0.0;
+    for (int c = 0; c < 3; ++c) square += glm::dot(k[c], k[c]);
+    const double p = std::sqrt(square / 6.0);
+    if (p <= 1e-14 * mean) return {std::sqrt(mean), std::sqrt(mean)};
+    const double half_determinant = glm::clamp(glm::determinant(k / p) / 2.0, -1.0, 1.0);
+    const double angle = std::acos(half_determinant) / 3.0;
+    const double third = 2.0943951023931953;  // 2 pi / 3
+    return {std::sqrt(std::max(0.0, mean + 2.0 * p * std::cos(angle + third))),
+        std::sqrt(std::max(0.0, mean + 2.0 * p * std::cos(angle)))};
+}
+
+// The relative spread of singular values up to which a map is a similarity (section 9.2).
+constexpr double similarity_tolerance = 1e-5;
+
+template <class Real>
+class TableBuilder {
+public:
+    TableBuilder(const Scene& scene, const RenderSettings& settings) : scene_(scene) { tables_.settings = settings; }
+
+#ifdef TANDEM_PLANTED_BUGS
+    void plant(PlantedBug bug) { tables_.bug = bug; }
+#endif
+
+    Tables<Real> build() {
+        for (const PlacedPrimitive& placed : placed_primitives(scene_)) add(placed);
+        add_materials();
+        finish_lights();
+        finish_faces();
+        finish_spheres();
+        add_camera();
+        add_interval();
+        if (tables_.planted(PlantedBug::one_bounce_more)) ++tables_.settings.bounces;
+        if (tables_.planted(PlantedBug::one_bounce_fewer) && tables_.settings.bounces > 0) --tables_.settings.bounces;
+        return std::move(tables_);
+    }
+
+private:
+    struct LightDraft {
+        std::uint32_t primitive, material, first_patch, sphere;
+        PrimitiveKind kind;
+        double area, power;
+    };
+
+    void add(const PlacedPrimitive& placed) {
+        const Entity& entity = scene_.entities[placed.entity];
+        const Primitive& primitive = scene_.primitives[placed.primitive];
+        const Material& material = scene_.materials[entity.material];
+        PrimitiveRef ref{
+            primitive.kind, 0, static_cast<std::uint32_t>(face_material_.size()), material.radiance != dvec3(0.0)};
+        material_ = entity.material;
+        linear_ = dmat3(entity.object_to_world);
+        shift_ = dvec3(entity.object_to_world[3]);
+        inverse_ = glm::inverse(linear_);
+        id_ = static_cast<std::uint32_t>(tables_.primitives.size());
+        switch (primitive.kind) {
+            case PrimitiveKind::triangle:
+                ref.form = add_triangle(primitive);
+                break;
+            case PrimitiveKind::sphere:
+                ref.form = add_sphere(primitive);
+                break;
+            case PrimitiveKind::cuboid:
+                ref.form = add_cuboid(primitive);
+                break;
+        }
+        tables_.primitives.push_back(ref);
+        BoundingBox& all = whole_;
+        const BoundingBox& box = tables_.bounds.back();
+        all = id_ == 0 ? box : BoundingBox{glm::min(all.low, box.low), glm::max(all.high, box.high)};
+    }
+
+    [[nodiscard]] dvec3 to_world(const dvec3& p) const { return linear_ * p + shift_; }
+    [[nodiscard]] dvec3 normal_to_world(const dvec3& n) const { return glm::normalize(glm::transpose(inverse_) * n); }
+
+    void add_face(const dvec3& object_normal, const dvec3& point, double extent, std::uint32_t sphere, bool curved) {
+        const dvec3 n = normal_to_world(object_normal);
+        face_normal_.push_back(n);
+        face_wrong_normal_.push_back(glm::normalize(linear_ * object_normal));
+        face_offset_.push_back(static_cast<Real>(glm::dot(n, point)));
+        face_extent_.push_back(static_cast<Real>(extent));
+        face_primitive_.push_back(id_);
+        face_material_.push_back(material_);
+        face_sphere_.push_back(sphere);
+        face_curved_.push_back(curved ? 1u : 0u);
+        face_density_.push_back(Real(0));
+    }
+
+    std::uint32_t add_triangle(const Primitive& primitive) {
+        std::array<dvec3, 3> object, world;
+        for (std::size_t i = 0; i < 3; ++i) {
+            object[i] = scene_.vertices[primitive.index[i]];
+            world[i] = to_world(object[i]);
+        }
+        tables_.bounds.push_back(
+            {glm::min(glm::min(world[0], world[1]), world[2]), glm::max(glm::max(world[0], world[1]), world[2])});
+        const dvec3 object_normal = glm::cross(object[1] - object[0], object[2] - object[0]);
+        const double area = 0.5 * glm::length(glm::cross(world[1] - world[0], world[2] - world[0]));
+        const bool degenerate = !(area > 0.0) || object_normal == dvec3(0.0);
+        double extent = 0.0;
+        TriangleForm<Real> form;
+        std::array<Vec3<Real>, 3> corners;
+        for (std::size_t i = 0; i < 3; ++i) corners[i] = to_vec3<Real>(world[i]);
+        const dvec3 n = degenerate ? dvec3(0.0, 0.0, 1.0) : object_normal;
+        add_face(n, (world[0] + world[1] + world[2]) / 3.0, 0.0, 0, false);
+        for (std::size_t i = 0; i < 3; ++i) {
+            const std::size_t j = (i + 1) % 3;
+            extent = std::max(extent, glm::length(world[j] - world[i]));
+            if (degenerate) continue;
+            form.edge[i] = corners[j] - corners[i];
+            form.edge_moment[i] = cross(corners[i], corners[j]);
+        }
+        face_extent_.back() = static_cast<Real>(extent);
+        // A degenerate triangle keeps a zero plane, which gives t = NaN and so no hit.
+        if (!degenerate) {
+            form.normal = {face_normal_.x.back(), face_normal_.y.back(), face_normal_.z.back()};
+            form.offset = face_offset_.back();
+        }
+        tables_.triangles.push_back(form);
+        tables_.triangle_corners.push_back(corners);
+        if (!degenerate && add_light(PrimitiveKind::triangle, area, 0))
+            add_patch(world[0], world[1] - world[0], world[2] - world[0], 1.0, face_count() - 1);
+        return static_cast<std::uint32_t>(tables_.triangles.size() - 1);
+    }
+
+    std::uint32_t add_sphere(const Primitive& primitive) {
+        const dvec3 centre = to_world(scene_.vertices[primitive.index[0]]);
+        const double r = primitive.radius;
+        const dmat3 linear = linear_ * r, to_local = inverse_ / r;
+        const dvec3 half(
+            std::sqrt(linear[0][0] * linear[0][0] + linear[1][0] * linear[1][0] + linear[2][0] * linear[2][0]),
+            std::sqrt(linear[0][1] * linear[0][1] + linear[1][1] * linear[1][1] + linear[2][1] * linear[2][1]),
+            std::sqrt(linear[0][2] * linear[0][2] + linear[1][2] * linear[1][2] + linear[2][2] * linear[2][2]));
+        tables_.bounds.push_back({centre - half, centre + half});
+        const dvec3 local_shift = -(to_local * centre);
+        const std::uint32_t index = static_cast<std::uint32_t>(tables_.spheres.size());
+        SphereForm<Real> form;
+        const dmat3 rows = glm::transpose(to_local), world_rows = glm::transpose(linear);
+        for (std::size_t i = 0; i < 3; ++i) {
+            const int row = static_cast<int>(i);
+            form.to_local.rows[i] = to_vec3<Real>(rows[row]);
+            sphere_to_local_[i].push_back(rows[row]);
+            sphere_to_world_[i].push_back(world_rows[row]);
+            // Rows of M^-T are the columns of M^-1.
+            sphere_normal_[i].push_back(inverse_[row]);
+        }
+        form.to_local.shift = to_vec3<Real>(local_shift);
+        tables_.spheres.push_back(form);
+        sphere_shift_.push_back(local_shift);
+        sphere_centre_.push_back(centre);
+        const auto [least_scale, greatest_scale] = singular_values(linear_);
+        const double radius = r * std::cbrt(std::abs(glm::determinant(linear_)));
+        sphere_radius_.push_back(static_cast<Real>(radius));
+        sphere_chance_.push_back(Real(0));
+        add_face({0.0, 0.0, 1.0}, centre, r * greatest_scale, index, true);
+        if (greatest_scale - least_scale <= similarity_tolerance * greatest_scale)
+            add_light(PrimitiveKind::sphere, 4.0 * 3.14159265358979323846 * radius * radius, index);
+        return index;
+    }
+
+    std::uint32_t add_cuboid(const Primitive& primitive) {
+        const dvec3 low = scene_.vertices[primitive.index[0]], high = scene_.vertices[primitive.index[1]];
+        const dvec3 size = high - low, middle = 0.5 * (low + high);
+        CuboidForm<Real> form;
+        const dmat3 rows = glm::transpose(inverse_);
+        const dvec3 shift = -(inverse_ * (shift_ + linear_ * middle));
+        std::array<Real, 3> half{}, local_shift{};
+        dvec3 reach(0.0);
+        for (int i = 0; i < 3; ++i) {
+            const double scale = size[i] > 0.0 ? 2.0 / size[i] : 1.0;
+            half[static_cast<std::size_t>(i)] = size[i] > 0.0 ? Real(1) : Real(0);
+            form.to_local.rows[static_cast<std::size_t>(i)] = to_vec3<Real>(rows[i] * scale);
+            local_shift[static_cast<std::size_t>(i)] = static_cast<Real>(shift[i] * scale);
+            reach += glm::abs(linear_[i]) * (0.5 * size[i]);
+        }
+        form.to_local.shift = {local_shift[0], local_shift[1], local_shift[2]};
+        form.half = {half[0], half[1], half[2]};
+        tables_.cuboids.push_back(form);
+        const dvec3 centre = to_world(middle);
+        tables_.bounds.push_back({centre - reach, centre + reach});
+
+        std::array<double, 6> areas{};
+        double total = 0.0;
+        for (int axis = 0; axis < 3; ++axis) {
+            const int j = axis == 0 ? 1 : 0, k = axis == 2 ? 1 : 2;
+            const double area = glm::length(glm::cross(linear_[j], linear_[k])) * size[j] * size[k];
+            for (int side = 0; side < 2; ++side) {
+                dvec3 n(0.0), corner = low;
+                n[axis] = side == 0 ? -1.0 : 1.0;
+                corner[axis] = side == 0 ? low[axis] : high[axis];
+                add_face(n, to_world(corner), glm::length(reach), 0, false);
+                areas[static_cast<std::size_t>(2 * axis + side)] = area;
+                total += area;
+            }
+        }
+        if (total > 0.0 && add_light(PrimitiveKind::cuboid, total, 0)) add_cuboid_patches(low, high, areas, total);
+        return static_cast<std::uint32_t>(tables_.cuboids.size() - 1);
+    }
+
+    void add_cuboid_patches(const dvec3& low, const dvec3& high, const std::array<double, 6>& areas, double total) {
+        double cumulative = 0.0;
+        for (int face = 0; face < 6; ++face) {
+            const int axis = face / 2, j = axis == 0 ? 1 : 0, k = axis == 2 ? 1 : 2;
+            dvec3 corner = low;
+            corner[axis] = face % 2 == 0 ? low[axis] : high[axis];
+            cumulative += areas[static_cast<std::size_t>(face)];
+            add_patch(to_world(corner), linear_[j] * (high[j] - low[j]), linear_[k] * (high[k] - low[k]),
+                cumulative / total, face_count() - 6 + static_cast<std::uint32_t>(face));
+        }
+    }
+
+    // Notes a sampled light (section 9.2) if this primitive is one.
+    bool add_light(PrimitiveKind kind, double area, std::uint32_t sphere) {
+        const Material& material = scene_.materials[material_];
+        const double sum = material.radiance.x + material.radiance.y + material.radiance.z;
+        if (material.translucent || !(sum > 0.0) || !(area > 0.0)) return false;
+        lights_.push_back(
+            {id_, material_, static_cast<std::uint32_t>(patch_face_.size()), sphere, kind, area, area * sum});
+        return true;
+    }
+
+    void add_patch(const dvec3& corner, const dvec3& edge1, const dvec3& edge2, double cumulative, std::uint32_t face) {
+        patch_corner_.push_back(corner);
+        patch_edge1_.push_back(edge1);
+        patch_edge2_.push_back(edge2);
+        patch_cumulative_.push_back(static_cast<Real>(cumulative));
+        patch_face_.push_back(face);
+    }
+
+    [[nodiscard]] std::uint32_t face_count() const { return static_cast<std::uint32_t>(face_material_.size()); }
+
+    void add_materials();
+    void finish_lights();
+    void finish_faces();
+    void finish_spheres();
+    void add_camera();
+    void add_interval();
+
+    const Scene& scene_;
+    Tables<Real> tables_;
+    dmat3 linear_{1.0}, inverse_{1.0};
+    dvec3 shift_{0.0};
+    std::uint32_t id_ = 0, material_ = 0;
+    BoundingBox whole_;
+
+    using Unsigned = UnsignedOf<Real>;
+    VectorRows<Real> face_normal_, face_wrong_normal_;
+    std::vector<Real> face_offset_, face_extent_, face_density_;
+    std::vector<Unsigned> face_primitive_, face_material_, face_sphere_, face_curved_;
+    std::array<VectorRows<Real>, 3> sphere_to_local_, sphere_to_world_, sphere_normal_;
+    VectorRows<Real> sphere_shift_, sphere_centre_;
+    std::vector<Real> sphere_radius_, sphere_chance_;
+    std::vector<LightDraft> lights_;
+    VectorRows<Real> patch_corner_, patch_edge1_, patch_edge2_;
+    std::vector<Real> patch_cumulative_;
+    std::vector<Unsigned> patch_face_;
+};
+
+template <class Real>
+void TableBuilder<Real>::add_materials() {
+    VectorRows<Real> colour, radiance;
+    std::vector<Real> alpha, fuzz, index;
+    std::vector<Unsigned> bits;
+    for (const Material& material : scene_.materials) {
+        dvec3 c = material.colour;
+        if (material.kind == MaterialKind::diffuse && tables_.planted(PlantedBug::albedo_off_3_percent)) c *= 1.03;
+        if (material.kind == MaterialKind::diffuse && tables_.planted(PlantedBug::albedo_off_1_percent)) c *= 1.01;
+        colour.push_back(c);
+        radiance.push_back(material.radiance);
+        alpha.push_back(static_cast<Real>(tables_.planted(PlantedBug::alpha_ignored) ? 1.0 : material.alpha));
+        fuzz.push_back(static_cast<Real>(material.fuzz));
+        index.push_back(static_cast<Real>(material.refractive_index));
+        const bool diffuse = material.kind == MaterialKind::diffuse;
+        const bool specular = material.kind == MaterialKind::specular ||
+                              (material.kind == MaterialKind::emissive && material.translucent);
+        Unsigned b = 0;
+        if (diffuse) b |= material_bits::diffuse;
+        if (specular) b |= material_bits::specular;
+        if (!diffuse && material.translucent) b |= material_bits::translucent;
+        if (material.radiance != dvec3(0.0)) b |= material_bits::emits;
+        if (material.sides == EmittingSides::both || tables_.planted(PlantedBug::light_from_behind))
+            b |= material_bits::both_sides;
+        if (material.fresnel == Fresnel::schlick) b |= material_bits::schlick;
+        if (material.fuzz > 0.0) b |= material_bits::fuzzy;
+        bits.push_back(b);
+        tables_.any_specular = tables_.any_specular || specular;
+    }
+    colour.assign_to(tables_.materials.colour);
+    radiance.assign_to(tables_.materials.radiance);
+    tables_.materials.alpha.assign(alpha);
+    tables_.materials.fuzz.assign(fuzz);
+    tables_.materials.index.assign(index);
+    tables_.materials.bits.assign(bits);
+}
+
+template <class Real>
+void TableBuilder<Real>::finish_lights() {
+    LightTable<Real>& table = tables_.lights;
+    double total = 0.0, running = 0.0;
+    for (const LightDraft& light : lights_) total += light.power;
+    std::vector<Unsigned> primitive, material, first_patch, sphere, kind;
+    std::vector<Real> cumulative;
+    for (const LightDraft& light : lights_) {
+        running += light.power;
+        primitive.push_back(light.primitive);
+        material.push_back(light.material);
+        first_patch.push_back(light.first_patch);
+        sphere.push_back(light.sphere);
+        kind.push_back(static_cast<Unsigned>(light.kind));
+        cumulative.push_back(static_cast<Real>(running / total));
+        table.any_sphere = table.any_sphere || light.kind == PrimitiveKind::sphere;
+        table.any_cuboid = table.any_cuboid || light.kind == PrimitiveKind::cuboid;
+        const double chance = light.power / total;
+        const PrimitiveRef& ref = tables_.primitives[light.primitive];
+        const std::uint32_t face_count_of = light.kind == PrimitiveKind::cuboid ? 6 : 1;
+        for (std::uint32_t f = 0; f < face_count_of; ++f)
+            face_density_[ref.first_face + f] = static_cast<Real>(chance / light.area);
+        if (light.kind == PrimitiveKind::sphere) sphere_chance_[light.sphere] = static_cast<Real>(chance);
+    }
+    table.count = lights_.size();
+    table.cumulative_list = cumulative;
+    table.primitive.assign(primitive);
+    table.material.assign(material);
+    table.first_patch.assign(first_patch);
+    table.sphere.assign(sphere);
+    table.kind.assign(kind);
+    table.cumulative.assign(cumulative);
+    patch_corner_.assign_to(table.patch_corner);
+    patch_edge1_.assign_to(table.patch_edge1);
+    patch_edge2_.assign_to(table.patch_edge2);
+    table.patch_cumulative.assign(patch_cumulative_);
+    table.patch_face.assign(patch_face_);
+}
+
+template <class Real>
+void TableBuilder<Real>::finish_faces() {
+    FaceTable<Real>& table = tables_.faces;
+    face_normal_.assign_to(table.normal);
+    (tables_.planted(PlantedBug::normal_transform_wrong) ? face_wrong_normal_ : face_normal_)
+        .assign_to(table.shading_normal);
+    table.offset.assign(face_offset_);
+    table.extent.assign(face_extent_);
+    table.light_density.assign(face_density_);
+    table.primitive.assign(face_primitive_);
+    table.material.assign(face_material_);
+    table.sphere.assign(face_sphere_);
+    table.curved.assign(face_curved_);
+}
+
+template <class Real>
+void TableBuilder<Real>::finish_spheres() {
+    SphereTable<Real>& table = tables_.sphere_table;
+    const bool wrong = tables_.planted(PlantedBug::normal_transform_wrong);
+    for (std::size_t i = 0; i < 3; ++i) {
+        sphere_to_local_[i].assign_to(table.to_local[i]);
+        sphere_to_world_[i].assign_to(table.to_world[i]);
+        (wrong ? sphere_to_world_ : sphere_normal_)[i].assign_to(table.normal_map[i]);
+    }
+    sphere_shift_.assign_to(table.local_shift);
+    sphere_centre_.assign_to(table.centre);
+    table.radius.assign(sphere_radius_);
+    table.chance.assign(sphere_chance_);
+}
+
+template <class Real>
+void TableBuilder<Real>::add_camera() {
+    const Camera& camera = scene_.camera;
+    const RenderSettings& settings = tables_.settings;
+    const dvec3 forward = glm::normalize(camera.target - camera.position);
+    const dvec3 right = glm::normalize(glm::cross(forward, camera.up));
+    const double height = std::tan(0.5 * glm::radians(camera.vertical_field_degrees));
+    const double w = settings.width, h = settings.height;
+    const double lens = camera.lens_radius * (tables_.planted(PlantedBug::lens_radius_doubled) ? 2.0 : 1.0);
+    tables_.camera = {to_vec3<Real>(camera.position), to_vec3<Real>(forward), to_vec3<Real>(right),
+        to_vec3<Real>(glm::cross(right, forward)), static_cast<Real>(height * w / h), static_cast<Real>(height),
+        static_cast<Real>(lens), static_cast<Real>(camera.focus_distance), static_cast<Real>(2.0 / w),
+        static_cast<Real>(2.0 / h)};
+    tables_.background_down = to_vec3<Real>(scene_.background.down);
+    tables_.background_up = to_vec3<Real>(scene_.background.up);
+    tables_.size = glm::length(whole_.high - whole_.low);
+}
+
+// The closed interval of section 5 as t_min <= t < limit.
+template <class Real>
+void TableBuilder<Real>::add_interval() {
+    constexpr Real infinity = std::numeric_limits<Real>::infinity();
+    tables_.t_min = static_cast<Real>(tables_.settings.ray_min);
+    tables_.limit = std::nextafter(static_cast<Real>(tables_.settings.ray_max), infinity);
+}
+
+}  // namespace
+
+template <class Real>
+Tables<Real> make_tables(const Scene& scene, const RenderSettings& settings, [[maybe_unused]] PlantedBug bug) {
+    TableBuilder<Real> builder(scene, settings);
+#ifdef TANDEM_PLANTED_BUGS
+    builder.plant(bug);
+#endif
+    return builder.build();
+}
+
+template Tables<float> make_tables<float>(const Scene&, const RenderSettings&, PlantedBug);
+template Tables<double> make_tables<double>(const Scene&, const RenderSettings&, PlantedBug);
+
+}  // namespace tandem::cpu

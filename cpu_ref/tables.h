@@ -1,0 +1,179 @@
+// The scene as one precision needs it: intersection constants a primitive, and columns that lanes look up by face,
+// material, sphere, light or light patch. Built once from the Scene, in double, then rounded.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "common/planted_bugs.h"
+#include "common/renderer.h"
+#include "common/scene.h"
+#include "cpu_ref/kernels.h"
+
+namespace tandem::cpu {
+
+// A column of a table, looked up by a row number a lane. Short columns are permuted in registers.
+template <class Real, class Element, class Packet>
+class Column {
+public:
+    void assign(const std::vector<Element>& rows) {
+        constexpr std::size_t width = lane_count<Real>;
+        short_ = rows.size() <= 2 * width;
+        packets_.assign(std::max<std::size_t>(2, (rows.size() + width - 1) / width), Packet(Element{}));
+        for (std::size_t i = 0; i < rows.size(); ++i) packets_[i / width].v[i % width] = rows[i];
+    }
+    [[nodiscard]] Element at(std::size_t row) const {
+        constexpr std::size_t width = lane_count<Real>;
+        return packets_[row / width].v[row % width];
+    }
+    TANDEM_INLINE Packet operator[](Ints<Real> row) const {
+#ifdef TANDEM_LANES_AVX512
+        const void* data = packets_.data();
+        if (short_) return permute(register_of(row), packets_[0], packets_[1]);
+        return gather(register_of(row), static_cast<const Element*>(data));
+#else
+        constexpr std::size_t width = lane_count<Real>;
+        Packet result{};
+        for (std::size_t i = 0; i < width; ++i) result.v[i] = at(row.v[i]);
+        return result;
+#endif
+    }
+
+private:
+#ifdef TANDEM_LANES_AVX512
+    TANDEM_INLINE static Lanes<float> permute(__m512i row, const Lanes<float>& low, const Lanes<float>& high) {
+        return {_mm512_permutex2var_ps(low.v, row, high.v)};
+    }
+    TANDEM_INLINE static Lanes<double> permute(__m512i row, const Lanes<double>& low, const Lanes<double>& high) {
+        return {_mm512_permutex2var_pd(low.v, row, high.v)};
+    }
+    TANDEM_INLINE static Ints<float> permute(__m512i row, const Ints<float>& low, const Ints<float>& high) {
+        return ints_of<float>(_mm512_permutex2var_epi32(register_of(low), row, register_of(high)));
+    }
+    TANDEM_INLINE static Ints<double> permute(__m512i row, const Ints<double>& low, const Ints<double>& high) {
+        return ints_of<double>(_mm512_permutex2var_epi64(register_of(low), row, register_of(high)));
+    }
+    TANDEM_INLINE static Lanes<float> gather(__m512i row, const float* data) {
+        return {_mm512_i32gather_ps(row, data, 4)};
+    }
+    TANDEM_INLINE static Lanes<double> gather(__m512i row, const double* data) {
+        return {_mm512_i64gather_pd(row, data, 8)};
+    }
+    TANDEM_INLINE static Ints<float> gather(__m512i row, const std::uint32_t* data) {
+        return ints_of<float>(_mm512_i32gather_epi32(row, data, 4));
+    }
+    TANDEM_INLINE static Ints<double> gather(__m512i row, const std::uint64_t* data) {
+        return ints_of<double>(_mm512_i64gather_epi64(row, data, 8));
+    }
+#endif
+    std::vector<Packet> packets_;
+    bool short_ = true;
+};
+template <class Real>
+using RealColumn = Column<Real, Real, Lanes<Real>>;
+template <class Real>
+using IndexColumn = Column<Real, UnsignedOf<Real>, Ints<Real>>;
+
+template <class Real>
+struct VectorColumn {
+    RealColumn<Real> x, y, z;
+    TANDEM_INLINE Vec3<Lanes<Real>> operator[](Ints<Real> row) const { return {x[row], y[row], z[row]}; }
+};
+
+namespace material_bits {
+inline constexpr unsigned diffuse = 1, specular = 2, translucent = 4, emits = 8, both_sides = 16, schlick = 32,
+                          fuzzy = 64;
+}
+
+// Every triangle has one face, every cuboid six, every sphere one (without a plane).
+template <class Real>
+struct FaceTable {
+    VectorColumn<Real> normal;          // unit, front
+    VectorColumn<Real> shading_normal;  // equal, but for a planted bug
+    RealColumn<Real> offset;            // normal.p = offset
+    RealColumn<Real> extent;            // about the size of the primitive, world units
+    RealColumn<Real> light_density;     // chance of the light over its world area; 0: not a sampled light
+    IndexColumn<Real> primitive, material, sphere, curved;  // curved: 1 on spheres, 0 on planes
+};
+
+template <class Real>
+struct SphereTable {
+    std::array<VectorColumn<Real>, 3> to_local, to_world, normal_map;  // rows
+    VectorColumn<Real> local_shift, centre;
+    RealColumn<Real> radius, chance;  // similarity spheres; chance 0: not a sampled light
+};
+
+template <class Real>
+struct MaterialTable {
+    VectorColumn<Real> colour, radiance;
+    RealColumn<Real> alpha, fuzz, index;
+    IndexColumn<Real> bits;
+};
+
+// Lights in id order, and the planar patches they consist of (a triangle 1, a cuboid 6, a sphere none).
+template <class Real>
+struct LightTable {
+    std::size_t count = 0;
+    bool any_sphere = false, any_cuboid = false;
+    std::vector<Real> cumulative_list;
+    IndexColumn<Real> primitive, material, first_patch, sphere, kind;  // kind: as PrimitiveKind
+    RealColumn<Real> cumulative;                                       // upper bound of v0
+    VectorColumn<Real> patch_corner, patch_edge1, patch_edge2;
+    RealColumn<Real> patch_cumulative;  // within the light, of v1
+    IndexColumn<Real> patch_face;
+};
+
+struct PrimitiveRef {
+    PrimitiveKind kind;
+    std::uint32_t form;  // into triangles, spheres or cuboids
+    std::uint32_t first_face;
+    bool emits;
+};
+
+struct BoundingBox {
+    glm::dvec3 low{0.0}, high{0.0};
+};
+
+template <class Real>
+struct CameraForm {
+    Vec3<Real> position, forward, right, up;  // unit
+    Real half_width, half_height;             // h W/H and h of section 4
+    Real lens_radius, focus_distance;
+    Real film_scale_x, film_scale_y;  // 2/W, 2/H
+};
+
+template <class Real>
+struct Tables {
+    std::vector<PrimitiveRef> primitives;  // by id
+    std::vector<TriangleForm<Real>> triangles;
+    std::vector<SphereForm<Real>> spheres;
+    std::vector<CuboidForm<Real>> cuboids;
+    std::vector<std::array<Vec3<Real>, 3>> triangle_corners;
+    std::vector<BoundingBox> bounds;  // by id, world
+    FaceTable<Real> faces;
+    SphereTable<Real> sphere_table;
+    MaterialTable<Real> materials;
+    LightTable<Real> lights;
+    CameraForm<Real> camera;
+    Vec3<Real> background_down, background_up;
+    Real t_min, limit;  // a hit has t_min <= t < limit
+    bool any_specular = false;
+    double size = 0.0;  // of the scene, world units
+    RenderSettings settings;
+
+#ifdef TANDEM_PLANTED_BUGS
+    PlantedBug bug = PlantedBug::none;
+    [[nodiscard]] bool planted(PlantedBug candidate) const { return bug == candidate; }
+#else
+    [[nodiscard]] static constexpr bool planted(PlantedBug /*candidate*/) { return false; }
+#endif
+};
+
+template <class Real>
+[[nodiscard]] Tables<Real> make_tables(const Scene& scene, const RenderSettings& settings, PlantedBug bug);
+
+extern template Tables<float> make_tables<float>(const Scene&, const RenderSettings&, PlantedBug);
+extern template Tables<double> make_tables<double>(const Scene&, const RenderSettings&, PlantedBug);
+
+}  // namespace tandem::cpu
