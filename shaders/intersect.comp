@@ -1,0 +1,170 @@
+// Stage 4: the closest hit of every live ray against all primitives, by brute force, and for next_event whether the
+// pending shadow ray meets anything (MODEL.md sections 5 and 9.2).
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#include "settings.glsl"
+#include "scene_set.glsl"
+#include "ray_state.glsl"
+#include "sampling.glsl"
+#include "shapes.glsl"
+
+layout(std430, set = 2, binding = 0) readonly restrict buffer OriginsIn { uvec4 origins_in[]; };
+layout(std430, set = 2, binding = 1) readonly restrict buffer DirectionsIn { vec4 directions_in[]; };
+layout(std430, set = 2, binding = 10) writeonly restrict buffer Hits { uvec4 hits[]; };
+layout(std430, set = 2, binding = 11) readonly restrict buffer Shadows { uvec4 shadows[]; };
+
+struct Hit {
+    float t;
+    uint slot;
+    uint face;
+    vec3 local;  // triangle: weights of corners 1 and 2; sphere, cuboid: the point in unit space
+};
+
+// Of equal distances the lower primitive id wins; within a kind that is the earlier slot.
+bool is_closer(float t, uint slot, Hit best) {
+    if (!(t >= settings.ray_min && t <= best.t)) return false;
+    return t < best.t || best.slot == hit_none || placed[slot].id < placed[best.slot].id;
+}
+
+// How a ray meets a sphere or cuboid that it may be leaving (MODEL.md section 5, "Leaving a surface").
+const uint meets_both = 0, meets_exit = 1, meets_never = 2;
+uint meeting(bool is_own, bool inside) {
+    if (!is_own || PLANTED(self_hit_not_excluded)) return meets_both;
+    return inside ? meets_exit : meets_never;
+}
+
+// Distances to the two points of a body that a ray may meet; negative: none there. The exit of a ray that goes inside lies
+// ahead, whatever rounding says.
+vec2 sphere_distances(Ray unit_ray, uint how) {
+    if (how == meets_exit) return vec2(-1.0, sphere_far_side(unit_ray));
+    float entry, exit;
+    const bool meets = how == meets_both && sphere_span(unit_ray, entry, exit);
+    return meets ? vec2(entry, exit) : vec2(-1.0);
+}
+
+vec2 cuboid_distances(Convex cuboid, Ray unit_ray, uint how, out uvec2 faces) {
+    const vec3 extent = vec3(cuboid.to_world0.w, cuboid.to_world1.w, cuboid.to_world2.w);
+    float entry, exit;
+    const bool meets = cuboid_span(unit_ray, extent, entry, exit, faces);
+    if (how == meets_exit) return vec2(-1.0, max(exit, 0.0));
+    return meets && how == meets_both ? vec2(entry, exit) : vec2(-1.0);
+}
+
+void closest_triangle(Ray ray, uint own, inout Hit best) {
+    const mat3 frame = frame_of(ray.direction);
+    for (uint slot = 0; slot < settings.triangle_count; ++slot) {
+        float t;
+        vec2 weights;
+        if (slot == own && !PLANTED(self_hit_not_excluded)) continue;
+        if (intersect_triangle(triangles[slot], ray, frame, t, weights) && is_closer(t, slot, best))
+            best = Hit(t, slot, 0, vec3(weights, 0.0));
+    }
+}
+
+void closest_sphere(Ray ray, uint own, bool inside, inout Hit best) {
+    for (uint i = 0; i < settings.sphere_count; ++i) {
+        const uint slot = settings.triangle_count + i;
+        const Ray unit_ray = to_unit_space(spheres[i], ray);
+        const vec2 ts = sphere_distances(unit_ray, meeting(slot == own, inside));
+        const float t = ts.x >= settings.ray_min ? ts.x : ts.y;
+        if (is_closer(t, slot, best))
+            best = Hit(t, slot, 0, normalize(unit_ray.origin + t * unit_ray.direction));
+    }
+}
+
+// The point in the cube's space, exactly on its face and within it.
+vec3 point_on_face(Ray unit_ray, float t, uint face, vec3 extent) {
+    vec3 local = clamp(unit_ray.origin + t * unit_ray.direction, -extent, extent);
+    const float side = (face & 1u) != 0u ? 1.0 : -1.0;
+    if (face < 2)
+        local.x = side * extent.x;
+    else if (face < 4)
+        local.y = side * extent.y;
+    else
+        local.z = side * extent.z;
+    return local;
+}
+
+void closest_cuboid(Ray ray, uint own, bool inside, inout Hit best) {
+    for (uint i = 0; i < settings.cuboid_count; ++i) {
+        const uint slot = settings.triangle_count + settings.sphere_count + i;
+        const Ray unit_ray = to_unit_space(cuboids[i], ray);
+        uvec2 faces;
+        const vec2 ts = cuboid_distances(cuboids[i], unit_ray, meeting(slot == own, inside), faces);
+        const bool enters = ts.x >= settings.ray_min;
+        const float t = enters ? ts.x : ts.y;
+        if (!is_closer(t, slot, best)) continue;
+        const vec3 extent = vec3(cuboids[i].to_world0.w, cuboids[i].to_world1.w, cuboids[i].to_world2.w);
+        const uint face = enters ? faces.x : faces.y;
+        best = Hit(t, slot, face, point_on_face(unit_ray, t, face, extent));
+    }
+}
+
+bool blocks(float t, float t_max) { return t >= settings.ray_min && t <= t_max; }
+
+bool triangle_blocks(Ray ray, float t_max, uint own, uint light) {
+    const mat3 frame = frame_of(ray.direction);
+    for (uint slot = 0; slot < settings.triangle_count; ++slot) {
+        float t;
+        vec2 weights;
+        if (slot == light || slot == own) continue;
+        if (intersect_triangle(triangles[slot], ray, frame, t, weights) && blocks(t, t_max)) return true;
+    }
+    return false;
+}
+
+// Does anything but `light` stand between the origin and the light's point?
+bool is_occluded(Ray ray, float t_max, uint own, bool inside, uint light) {
+    if (has_triangles && triangle_blocks(ray, t_max, own, light)) return true;
+    if (has_spheres)
+        for (uint i = 0; i < settings.sphere_count; ++i) {
+            const uint slot = settings.triangle_count + i;
+            if (slot == light) continue;
+            const vec2 ts = sphere_distances(to_unit_space(spheres[i], ray), meeting(slot == own, inside));
+            if (blocks(ts.x, t_max) || blocks(ts.y, t_max)) return true;
+        }
+    if (has_cuboids)
+        for (uint i = 0; i < settings.cuboid_count; ++i) {
+            const uint slot = settings.triangle_count + settings.sphere_count + i;
+            if (slot == light) continue;
+            uvec2 faces;
+            const vec2 ts =
+                cuboid_distances(cuboids[i], to_unit_space(cuboids[i], ray), meeting(slot == own, inside), faces);
+            if (blocks(ts.x, t_max) || blocks(ts.y, t_max)) return true;
+        }
+    return false;
+}
+
+void main() {
+    const uint i = gl_GlobalInvocationID.x;
+    if (i >= settings.pixel_count) return;
+    const uvec4 start = origins_in[i];
+    const uint word = start.w;
+    if ((word & (ray_dead | ray_shadow)) == ray_dead) {
+        hits[i] = uvec4(hit_dead, 0, 0, 0);
+        return;
+    }
+    const uint own = word & slot_mask;
+    const bool inside = (word & ray_inside) != 0u;
+    Ray ray = Ray(uintBitsToFloat(start.xyz), vec3(0.0));
+    uint flags = 0;
+    if (next_event && (word & ray_shadow) != 0u) {
+        const uvec4 shadow = shadows[i];
+        const vec3 offset = uintBitsToFloat(shadow.xyz);
+        const float distance = length(offset);
+        ray.direction = offset / distance;
+        if (!is_occluded(ray, min(settings.ray_max, distance), own, inside, shadow.w)) flags |= hit_lit;
+        if ((word & ray_dead) != 0u) {
+            hits[i] = uvec4(hit_ended | flags, 0, 0, 0);
+            return;
+        }
+    }
+    ray.direction = directions_in[i].xyz;
+    Hit best = Hit(settings.ray_max, hit_none, 0, vec3(0.0));
+    if (is_sound(ray)) {
+        if (has_triangles) closest_triangle(ray, own, best);
+        if (has_spheres) closest_sphere(ray, own, inside, best);
+        if (has_cuboids) closest_cuboid(ray, own, inside, best);
+    }
+    hits[i] = uvec4(best.slot | best.face << hit_face_shift | flags, floatBitsToUint(best.local));
+}

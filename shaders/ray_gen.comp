@@ -1,0 +1,23 @@
+// Stage 3: one camera ray a pixel (MODEL.md section 4).
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#include "settings.glsl"
+#include "random.glsl"
+#include "sampling.glsl"
+#include "scene_set.glsl"
+#include "ray_state.glsl"
+#include "shapes.glsl"
+#include "camera.glsl"
+
+layout(std430, set = 2, binding = 5) writeonly restrict buffer OriginsOut { uvec4 origins_out[]; };
+layout(std430, set = 2, binding = 6) writeonly restrict buffer DirectionsOut { vec4 directions_out[]; };
+
+void main() {
+    const uint i = gl_GlobalInvocationID.x;
+    if (i >= settings.pixel_count) return;
+    const uint pixel = settings.first_pixel + i;
+    const vec4 u = random_block(settings.seed, pixel, settings.sample_index, block_film_and_lens);
+    const Ray ray = camera_ray(uvec2(pixel % settings.width, pixel / settings.width), u);
+    origins_out[i] = uvec4(floatBitsToUint(ray.origin), no_slot);
+    directions_out[i] = vec4(ray.direction, 0.0);
+}

@@ -1,0 +1,21 @@
+// Words that the stages pass in the Rays set. Ray state is split and ping-ponged: a stage reads one half and writes the
+// other, so that no block is both read and written and the synchronisation layer sees every missing barrier.
+#ifndef RAY_STATE_GLSL
+#define RAY_STATE_GLSL
+
+// Ray word (w of origins): the slot of the primitive that the ray leaves, and flags.
+const uint slot_mask = 0x07ffffffu;
+const uint no_slot = slot_mask;
+const uint ray_inside = 1u << 27;  // leaves a sphere or cuboid towards its inside
+const uint ray_dead = 1u << 28;
+const uint ray_shadow = 1u << 29;  // a shadow ray from the same origin is pending
+
+// Hit word (x of hits): the slot of the primitive hit, or one of three reserved slots, and flags.
+const uint hit_none = slot_mask;       // the ray left the scene
+const uint hit_dead = slot_mask - 1u;  // no ray; its sample is written
+const uint hit_ended = slot_mask - 2u; // no ray, but its last shadow ray is resolved now
+const uint hit_face_shift = 27;        // three bits: face of a cuboid, -x +x -y +y -z +z
+const uint hit_face_mask = 7u;
+const uint hit_lit = 1u << 30;         // the pending shadow ray met nothing
+
+#endif

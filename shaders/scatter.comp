@@ -1,0 +1,132 @@
+// Stage 5, colour and scatter: gathers the light of the hit, absorbs, and spawns the next ray and the shadow ray, or ends
+// the path and writes its sample (MODEL.md sections 7 to 9).
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#include "settings.glsl"
+#include "random.glsl"
+#include "sampling.glsl"
+#include "scene_set.glsl"
+#include "ray_state.glsl"
+#include "shapes.glsl"
+#include "surface.glsl"
+#include "materials.glsl"
+#include "lights.glsl"
+
+layout(std430, set = 2, binding = 0) readonly restrict buffer OriginsIn { uvec4 origins_in[]; };
+layout(std430, set = 2, binding = 1) readonly restrict buffer DirectionsIn { vec4 directions_in[]; };
+layout(std430, set = 2, binding = 2) readonly restrict buffer ThroughputsIn { vec4 throughputs_in[]; };
+layout(std430, set = 2, binding = 3) readonly restrict buffer RadiancesIn { vec4 radiances_in[]; };
+layout(std430, set = 2, binding = 4) readonly restrict buffer ContributionsIn { vec4 contributions_in[]; };
+layout(std430, set = 2, binding = 5) writeonly restrict buffer OriginsOut { uvec4 origins_out[]; };
+layout(std430, set = 2, binding = 6) writeonly restrict buffer DirectionsOut { vec4 directions_out[]; };
+layout(std430, set = 2, binding = 7) writeonly restrict buffer ThroughputsOut { vec4 throughputs_out[]; };
+layout(std430, set = 2, binding = 8) writeonly restrict buffer RadiancesOut { vec4 radiances_out[]; };
+layout(std430, set = 2, binding = 9) writeonly restrict buffer ContributionsOut { vec4 contributions_out[]; };
+layout(std430, set = 2, binding = 10) readonly restrict buffer Hits { uvec4 hits[]; };
+layout(std430, set = 2, binding = 11) writeonly restrict buffer Shadows { uvec4 shadows[]; };
+layout(std430, set = 2, binding = 12) writeonly restrict buffer Samples { vec4 samples[]; };
+
+void end_path(uint i, vec3 radiance) {
+    samples[i] = vec4(radiance, 0.0);
+    origins_out[i] = uvec4(0, 0, 0, ray_dead);
+}
+
+// W_k of MODEL.md section 9.2: the weight of light that scattering finds. pdf is that of the scattering, 0 after specular.
+float scattering_weight(uint i, uint slot, Surface surface, vec3 direction, float pdf) {
+    const uint index = placed[slot].light;
+    if (index == no_light || pdf == 0.0) return 1.0;
+    const Light light = lights[index];
+    const uvec4 start = origins_in[i];
+    const Receiver receiver =
+        Receiver(uintBitsToFloat(start.xyz), start.w & slot_mask, (start.w & ray_inside) != 0u);
+    const vec3 offset = surface.point - receiver.point;
+    const float cosine = abs(dot(surface.normal, direction));
+    return power_heuristic(pdf, light.probability * light_density(light, receiver, dot(offset, offset), cosine));
+}
+
+// Roulette after scattering event k + 1 (9.3); false: the path ends.
+bool survives(inout vec3 throughput, float u) {
+    const float q = min(1.0, max(throughput.r, max(throughput.g, throughput.b)));
+    if (u >= q) return false;
+    if (!PLANTED(roulette_not_divided)) throughput /= q;
+    return true;
+}
+
+void main() {
+    const uint i = gl_GlobalInvocationID.x;
+    if (i >= settings.pixel_count) return;
+    const uvec4 hit = hits[i];
+    const uint slot = hit.x & slot_mask;
+    if (slot == hit_dead) {
+        origins_out[i] = uvec4(0, 0, 0, ray_dead);
+        return;
+    }
+    const uint k = settings.segment;
+    vec3 radiance = vec3(0.0);
+    if (carries_radiance && k > 0) radiance = radiances_in[i].rgb;
+    if (next_event && (hit.x & hit_lit) != 0u) radiance += contributions_in[i].rgb;
+    if (next_event && slot == hit_ended) {
+        end_path(i, radiance);
+        return;
+    }
+    vec3 throughput = k == 0 ? vec3(1.0) : throughputs_in[i].rgb;
+    const vec4 arriving = directions_in[i];
+    const vec3 d = arriving.xyz;
+    if (slot == hit_none) {
+        end_path(i, radiance + throughput * background(d));
+        return;
+    }
+
+    const Surface surface = surface_at(slot, (hit.x >> hit_face_shift) & hit_face_mask, uintBitsToFloat(hit.yzw));
+    const Material material = materials[placed[slot].material];
+    const bool front = dot(d, surface.normal) < 0.0;
+    const vec3 n_f = front ? surface.normal : -surface.normal;
+    const float c = min(1.0, -dot(d, n_f));  // a rounding above 1 would make sines negative
+    const bool translucent = has_translucent && has_flag(material, flag_translucent);
+    const bool emissive = material.kind == material_emissive;
+    if (material.radiance != vec3(0.0) && emits_to(material, front)) {
+        const float share = emissive && translucent ? material.alpha : 1.0;
+        const float weight = next_event ? scattering_weight(i, slot, surface, d, arriving.w) : 1.0;
+        radiance += throughput * material.radiance * (share * weight);
+    }
+    if (k == settings.bounces || (emissive && !translucent)) {
+        end_path(i, radiance);
+        return;
+    }
+
+    const uint pixel = settings.first_pixel + i;
+    const bool diffuse = has_diffuse && material.kind == material_diffuse;
+    uint word = slot;
+    if (next_event && diffuse && settings.light_count > 0) {
+        const vec3 v = random_block(settings.seed, pixel, settings.sample_index, block_light(k)).xyz;
+        const Receiver receiver = Receiver(offset_ray_origin(surface, n_f), slot, !front);
+        vec3 offset;
+        uint light_slot;
+        const vec3 contribution =
+            throughput * direct_light(receiver, n_f, absorbed(material, vec3(1.0)), v, offset, light_slot);
+        if (contribution != vec3(0.0)) {
+            contributions_out[i] = vec4(contribution, 0.0);
+            shadows[i] = uvec4(floatBitsToUint(offset), light_slot);
+            word |= ray_shadow;
+        }
+    }
+
+    const vec4 u = random_block(settings.seed, pixel, settings.sample_index, block_scatter(k));
+    const vec3 direction = scattered_direction(material, d, n_f, c, front, u);
+    throughput = absorbed(material, throughput);
+    bool goes_on = direction != vec3(0.0) && throughput != vec3(0.0);
+    if (has_roulette && goes_on && k + 1 >= settings.roulette_start) goes_on = survives(throughput, u.w);
+    if (!goes_on && (word & ray_shadow) == 0u) {
+        end_path(i, radiance);
+        return;
+    }
+    const bool to_front = goes_on ? dot(direction, surface.normal) > 0.0 : front;
+    const vec3 origin = offset_ray_origin(surface, to_front ? surface.normal : -surface.normal);
+    if (!to_front) word |= ray_inside;
+    if (!goes_on) word |= ray_dead;
+    origins_out[i] = uvec4(floatBitsToUint(origin), word);
+    if (carries_radiance) radiances_out[i] = vec4(radiance, 0.0);
+    if (!goes_on) return;
+    directions_out[i] = vec4(direction, diffuse ? dot(direction, n_f) / pi : 0.0);
+    throughputs_out[i] = vec4(throughput, 0.0);
+}

@@ -1,0 +1,92 @@
+// The point and normal of a hit, rebuilt from the primitive and not from the ray, so that the error of the point does not
+// grow with the length of the ray; and the origin of the next ray (MODEL.md section 5, "Leaving a surface").
+#ifndef SURFACE_GLSL
+#define SURFACE_GLSL
+
+struct Surface {
+    vec3 point;
+    vec3 normal;  // unit, to the front
+    vec3 error;   // bound on the rounding error of each coordinate of the point
+};
+
+uint kind_of(uint slot) {
+    if (has_triangles && slot < settings.triangle_count) return kind_triangle;
+    return has_spheres && slot < settings.triangle_count + settings.sphere_count ? kind_sphere : kind_cuboid;
+}
+
+Convex convex_at(uint slot) {
+    slot -= settings.triangle_count;
+    if (has_spheres && slot < settings.sphere_count) return spheres[slot];
+    return cuboids[slot - settings.sphere_count];
+}
+
+// u = 2^-24 is the unit roundoff. A point is a sum of products in which no term passes through more than ten roundings:
+// triangle, weight 0 (2), product (1), sums (2), and the division that gave the weights (2, shared); sphere and cuboid,
+// the unit point (5, by its normalisation), product (1), sums (3). One more is due to the move itself. So each coordinate
+// is off by at most gamma(11) = 11 u / (1 - 11 u) times the sum of the absolute terms [Higham 2002, section 3.1].
+const float gamma_point = 6.5565150e-7;
+
+Surface triangle_surface(Triangle triangle, vec2 weights) {
+    precise float weight0 = 1.0 - weights.x - weights.y;
+    precise vec3 p0 = weight0 * triangle.corner0.xyz;
+    precise vec3 p1 = weights.x * triangle.corner1.xyz;
+    precise vec3 p2 = weights.y * triangle.corner2.xyz;
+    precise vec3 point = p0 + p1 + p2;
+    const vec3 normal = normalize(vec3(triangle.corner0.w, triangle.corner1.w, triangle.corner2.w));
+    // Weight 0 is the one with an absolute error, of 2 u.
+    return Surface(point, normal, gamma_point * (abs(triangle.corner0.xyz) + abs(p1) + abs(p2)));
+}
+
+vec3 convex_extent(Convex shape) { return vec3(shape.to_world0.w, shape.to_world1.w, shape.to_world2.w); }
+
+vec3 convex_point(Convex shape, vec3 x) {
+    precise vec3 p = vec3(dot(shape.to_world0.xyz, x), dot(shape.to_world1.xyz, x), dot(shape.to_world2.xyz, x)) +
+        vec3(shape.to_unit0.w, shape.to_unit1.w, shape.to_unit2.w);
+    return p;
+}
+
+// Gradients go to the world by the transpose of the world-to-unit map.
+vec3 convex_normal(Convex shape, vec3 gradient) {
+    return normalize(shape.to_unit0.xyz * gradient.x + shape.to_unit1.xyz * gradient.y + shape.to_unit2.xyz * gradient.z);
+}
+
+vec3 face_axis(uint face) {
+    const float side = (face & 1u) != 0u ? 1.0 : -1.0;
+    return vec3(face < 2u ? side : 0.0, face >= 2u && face < 4u ? side : 0.0, face >= 4u ? side : 0.0);
+}
+
+Surface convex_surface(Convex shape, vec3 x, vec3 gradient) {
+    const vec3 magnitude = abs(x);
+    const vec3 spread = vec3(dot(abs(shape.to_world0.xyz), magnitude), dot(abs(shape.to_world1.xyz), magnitude),
+        dot(abs(shape.to_world2.xyz), magnitude)) + abs(vec3(shape.to_unit0.w, shape.to_unit1.w, shape.to_unit2.w));
+    return Surface(convex_point(shape, x), convex_normal(shape, gradient), gamma_point * spread);
+}
+
+Surface surface_at(uint slot, uint face, vec3 local) {
+    Surface surface;
+    const uint kind = kind_of(slot);
+    if (has_triangles && kind == kind_triangle)
+        surface = triangle_surface(triangles[slot], local.xy);
+    else
+        surface = convex_surface(convex_at(slot), local, kind == kind_sphere ? local : face_axis(face));
+#ifdef PLANTED_BUGS
+    if (PLANTED(normal_transform_wrong)) {
+        const EntityTransform m = transforms[placed[slot].entity];
+        const vec3 n = normalize(m.to_world0.xyz * surface.normal.x + m.to_world1.xyz * surface.normal.y +
+                                 m.to_world2.xyz * surface.normal.z);  // in object space
+        surface.normal = normalize(vec3(dot(m.to_world0.xyz, n), dot(m.to_world1.xyz, n), dot(m.to_world2.xyz, n)));
+    }
+#endif
+    return surface;
+}
+
+// Moves the origin along `side`, the normal on the side that the ray goes to, by the bound on the point's error along it.
+vec3 offset_ray_origin(Surface surface, vec3 side) {
+    precise float distance = dot(abs(side), surface.error);
+    if (PLANTED(self_hit_not_excluded)) distance = 0.0;
+    if (PLANTED(epsilon_too_large)) distance = 0.01 * scene.extent;
+    precise vec3 origin = surface.point + distance * side;
+    return origin;
+}
+
+#endif

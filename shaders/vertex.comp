@@ -1,0 +1,52 @@
+// Stage 2: places every primitive in the world through the indices that it holds (MODEL.md sections 5 and 6). One
+// invocation a primitive, in slot order.
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#include "settings.glsl"
+#define WRITES_SCENE
+#include "scene_set.glsl"
+
+vec3 transformed(EntityTransform m, vec3 p) {
+    precise vec3 world = vec3(dot(m.to_world0.xyz, p) + m.to_world0.w, dot(m.to_world1.xyz, p) + m.to_world1.w,
+        dot(m.to_world2.xyz, p) + m.to_world2.w);
+    return world;
+}
+
+// The map of the cube or sphere with `centre` and half-axes `half_size` along the object axes.
+Convex placed_convex(EntityTransform m, vec3 centre, vec3 half_size) {
+    const vec3 c = transformed(m, centre);
+    const vec3 extent = vec3(notEqual(half_size, vec3(0.0)));
+    const vec3 scale = mix(vec3(1.0), half_size, extent);  // a flat axis keeps the object's unit
+    Convex shape;
+    shape.to_unit0 = vec4(m.to_object0 / scale.x, c.x);
+    shape.to_unit1 = vec4(m.to_object1 / scale.y, c.y);
+    shape.to_unit2 = vec4(m.to_object2 / scale.z, c.z);
+    shape.to_world0 = vec4(m.to_world0.xyz * scale, extent.x);
+    shape.to_world1 = vec4(m.to_world1.xyz * scale, extent.y);
+    shape.to_world2 = vec4(m.to_world2.xyz * scale, extent.z);
+    return shape;
+}
+
+void main() {
+    uint slot = gl_GlobalInvocationID.x;
+    if (slot >= settings.triangle_count + settings.sphere_count + settings.cuboid_count) return;
+    const PrimitiveSource source = sources[slot];
+    const EntityTransform m = transforms[source.entity];
+    const vec3 a = vertices[source.index0].xyz;
+    if (source.kind == kind_triangle) {
+        const vec3 p0 = transformed(m, a);
+        const vec3 p1 = transformed(m, vertices[source.index1].xyz);
+        const vec3 p2 = transformed(m, vertices[source.index2].xyz);
+        // The world's cross product is that of the object through det(M) M^-T: a mirrored triangle keeps its front.
+        precise vec3 normal = m.determinant_sign * cross(p1 - p0, p2 - p0);
+        triangles[slot] = Triangle(vec4(p0, normal.x), vec4(p1, normal.y), vec4(p2, normal.z));
+        return;
+    }
+    slot -= settings.triangle_count;
+    if (source.kind == kind_sphere) {
+        spheres[slot] = placed_convex(m, a, vec3(source.radius));
+        return;
+    }
+    const vec3 b = vertices[source.index1].xyz;
+    cuboids[slot - settings.sphere_count] = placed_convex(m, 0.5 * a + 0.5 * b, 0.5 * (b - a));
+}

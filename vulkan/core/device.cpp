@@ -1,0 +1,58 @@
+#include "vulkan/core/device.h"
+
+#include "common/error.h"
+#include "vulkan/core/device_selection.h"
+
+namespace tandem {
+
+struct Device::Choice {
+    DeviceDescription description;
+    vk::raii::PhysicalDevice physical;
+
+    static Choice make(const Instance& instance, const std::string& wanted) {
+        vk::raii::PhysicalDevices devices = enumerate(instance);
+        const std::vector<DeviceDescription> descriptions = describe_devices(devices);
+        const std::size_t chosen = select_device(descriptions, wanted);
+        return {descriptions[chosen], std::move(devices[chosen])};
+    }
+
+    static vk::raii::PhysicalDevices enumerate(const Instance& instance) {
+        try {
+            return vk::raii::PhysicalDevices(instance.handle());
+        } catch (const vk::SystemError& failure) {
+            throw DeviceError(std::string("no Vulkan device: ") + failure.what() +
+                              "; install a driver (Mesa's lavapipe runs on any CPU)");
+        }
+    }
+};
+
+namespace {
+
+vk::raii::Device make_device(const vk::raii::PhysicalDevice& physical, std::uint32_t family) {
+    const float priority = 1.0f;
+    const vk::DeviceQueueCreateInfo queue({}, family, 1, &priority);
+    return vk::raii::Device(physical, vk::DeviceCreateInfo({}, queue));
+}
+
+}  // namespace
+
+Device::Device(const Instance& instance, const std::string& wanted) : Device(Choice::make(instance, wanted)) {}
+
+Device::Device(Choice choice)
+    : description_(std::move(choice.description)),
+      physical_(std::move(choice.physical)),
+      limits_(physical_.getProperties().limits),
+      memory_(physical_.getMemoryProperties()),
+      family_(compute_queue_family(physical_).value()),
+      device_(make_device(physical_, family_)),
+      queue_(device_, family_, 0) {}
+
+std::uint32_t Device::memory_type(
+    std::uint32_t allowed, vk::MemoryPropertyFlags properties, vk::MemoryPropertyFlags preferred) const {
+    for (const vk::MemoryPropertyFlags wanted : {properties | preferred, properties})
+        for (std::uint32_t i = 0; i < memory_.memoryTypeCount; ++i)
+            if ((allowed >> i & 1) != 0 && (memory_.memoryTypes[i].propertyFlags & wanted) == wanted) return i;
+    throw DeviceError(description_.name + " has no memory that is " + vk::to_string(properties));
+}
+
+}  // namespace tandem

@@ -1,0 +1,85 @@
+#include "vulkan/core/device_selection.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <optional>
+
+#include "common/error.h"
+
+namespace tandem {
+
+namespace {
+
+std::string lower_case(std::string text) {
+    std::ranges::transform(
+        text, text.begin(), [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c + 32) : c; });
+    return text;
+}
+
+// Position in the order of preference, the best first.
+std::size_t rank(DeviceType type) {
+    constexpr std::array order{
+        DeviceType::discrete, DeviceType::integrated, DeviceType::virtual_gpu, DeviceType::cpu, DeviceType::other};
+    return static_cast<std::size_t>(std::ranges::find(order, type) - order.begin());
+}
+
+std::string listing(std::span<const DeviceDescription> devices) {
+    if (devices.empty()) return "there is no Vulkan device; install a driver (Mesa's lavapipe runs on any CPU)";
+    std::string text = "there is";
+    for (const DeviceDescription& device : devices) {
+        text += fmt::format(
+            "{} {}: {} ({})", &device == devices.data() ? "" : ",", device.index, device.name, to_string(device.type));
+        if (!device.suitable) text += fmt::format(" [not usable: {}]", device.reason);
+    }
+    return text;
+}
+
+bool is_named(const DeviceDescription& device, const std::string& wanted) {
+    std::uint32_t index = 0;
+    const char* end = wanted.data() + wanted.size();
+    const auto [parsed, failure] = std::from_chars(wanted.data(), end, index);
+    if (failure == std::errc{} && parsed == end && index == device.index) return true;
+    return lower_case(device.name).find(lower_case(wanted)) != std::string::npos;
+}
+
+}  // namespace
+
+std::string unsuitability(const DeviceDescription& device) {
+    const DeviceAbilities& has = device.abilities;
+    if (std::pair{device.api_major, device.api_minor} < std::pair{1u, 2u})
+        return fmt::format("offers Vulkan {}.{}, Tandem needs 1.2", device.api_major, device.api_minor);
+    if (!has.compute_queue) return "has no queue family with compute";
+    if (has.storage_buffers_per_stage < storage_buffers_needed)
+        return fmt::format("maxPerStageDescriptorStorageBuffers is {}, Tandem needs {}", has.storage_buffers_per_stage,
+            storage_buffers_needed);
+    if (has.storage_buffers_per_set < storage_buffers_needed)
+        return fmt::format("maxDescriptorSetStorageBuffers is {}, Tandem needs {}", has.storage_buffers_per_set,
+            storage_buffers_needed);
+    if (has.workgroup_invocations < workgroup_size)
+        return fmt::format(
+            "maxComputeWorkGroupInvocations is {}, Tandem needs {}", has.workgroup_invocations, workgroup_size);
+    return {};
+}
+
+std::size_t select_device(std::span<const DeviceDescription> devices, const std::string& wanted) {
+    std::optional<std::size_t> best, refused;
+    for (std::size_t i = 0; i < devices.size(); ++i) {
+        if (!wanted.empty() && !is_named(devices[i], wanted)) continue;
+        if (!devices[i].suitable) {
+            if (!refused) refused = i;
+        } else if (!best || rank(devices[i].type) < rank(devices[*best].type)) {
+            best = i;
+        }
+    }
+    if (best) return *best;
+    if (!wanted.empty() && refused)
+        throw DeviceError(
+            fmt::format("Vulkan device '{}' cannot be used: {}", devices[*refused].name, devices[*refused].reason));
+    if (!wanted.empty()) throw DeviceError(fmt::format("no Vulkan device matches '{}'; {}", wanted, listing(devices)));
+    throw DeviceError("no Vulkan device can be used; " + listing(devices));
+}
+
+}  // namespace tandem

@@ -1,0 +1,35 @@
+// Compute pipelines and their layouts.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "vulkan/resources/descriptor_sets.h"
+
+namespace tandem {
+
+// Set layouts (all buffers, all for compute) and the pipeline layout made of them.
+class PipelineLayout {
+public:
+    PipelineLayout(const Device& device, std::span<const SetBindings> sets, std::uint32_t push_constant_bytes);
+
+    [[nodiscard]] vk::PipelineLayout handle() const { return *layout_; }
+    [[nodiscard]] vk::DescriptorSetLayout set(std::size_t i) const { return *sets_[i]; }
+
+private:
+    std::vector<vk::raii::DescriptorSetLayout> sets_;
+    vk::raii::PipelineLayout layout_;
+};
+
+// A 32-bit specialisation constant: bool (0 or 1) or uint.
+struct SpecialisationConstant {
+    std::uint32_t id = 0;
+    std::uint32_t value = 0;
+};
+
+// A pipeline of entry point `main`; `cache` may be null.
+[[nodiscard]] vk::raii::Pipeline make_compute_pipeline(const Device& device, const vk::raii::PipelineCache& cache,
+    vk::PipelineLayout layout, std::span<const std::uint32_t> code, std::span<const SpecialisationConstant> constants);
+
+}  // namespace tandem

@@ -1,0 +1,18 @@
+// The SPIR-V of the six stages, embedded when Tandem is built (shaders/CMakeLists.txt writes the definitions).
+#pragma once
+
+#include <cstdint>
+#include <span>
+
+namespace tandem {
+
+// The thesis's stages, in the order in which a frame runs them.
+enum class Stage : std::uint32_t { pre_process, vertex, ray_gen, intersect, scatter, post_process };
+inline constexpr std::size_t stage_count = 6;
+
+[[nodiscard]] std::span<const std::uint32_t> shader_code(Stage stage);
+
+// Whether these shaders know planted bugs; the ones that users get do not.
+[[nodiscard]] bool shaders_hold_planted_bugs();
+
+}  // namespace tandem

@@ -1,0 +1,44 @@
+// The buffers and descriptor sets of one job: Scene, Camera, Rays and Image, each one allocation.
+#pragma once
+
+#include <array>
+
+#include "vulkan/renderer/scene_data.h"
+#include "vulkan/renderer/stages.h"
+#include "vulkan/resources/buffer_group.h"
+
+namespace tandem {
+
+// Ray state and sums are ping-ponged. Rays: parity p reads half p and writes half 1 - p. Image: likewise for sums.
+class FrameResources {
+public:
+    // `tile_pixels`: pixels that are in flight at a time.
+    FrameResources(const Device& device, const PipelineLayout& layout, const SceneData& scene, bool next_event,
+        bool carries_radiance, std::uint32_t tile_pixels);
+
+    [[nodiscard]] std::array<vk::DescriptorSet, 4> sets(std::uint32_t ray_parity, std::uint32_t sum_parity) const;
+
+    // Copies scene and camera to the device.
+    void record_upload(const vk::raii::CommandBuffer& commands) const;
+    // Sets the count of invalid samples to 0.
+    void record_clear_counters(const vk::raii::CommandBuffer& commands) const;
+    // Copies the sums that parity `sum_parity` reads, and the counter, to the host.
+    void record_download(
+        const vk::raii::CommandBuffer& commands, std::uint32_t sum_parity, std::uint32_t tile_pixels) const;
+    // What was downloaded: [channel * tile_pixels + i], see shaders/moments.glsl.
+    [[nodiscard]] const gpu::Vec4* downloaded_sums() const;
+    [[nodiscard]] std::uint32_t downloaded_invalid() const;
+
+private:
+    BufferGroup scene_, camera_, rays_, image_, upload_, readback_;
+    std::vector<std::pair<vk::DeviceSize, std::uint32_t>> uploads_;  // bytes, binding of the Scene set
+    DescriptorSets sets_;
+};
+
+// Bytes of device memory for each pixel in flight.
+[[nodiscard]] std::uint64_t bytes_per_pixel(bool next_event, bool carries_radiance);
+// As many pixels of an image as the device's limits allow in flight at once.
+[[nodiscard]] std::uint32_t tile_size(
+    const Device& device, std::uint64_t image_pixels, bool next_event, bool carries_radiance);
+
+}  // namespace tandem

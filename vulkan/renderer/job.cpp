@@ -1,0 +1,232 @@
+#include "vulkan/renderer/job.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+
+#include "common/error.h"
+#include "vulkan/command/barrier.h"
+#include "vulkan/core/device_selection.h"
+
+namespace tandem {
+
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
+
+// What a submission should last: long enough that submitting costs nothing, short enough for Ctrl-C and for drivers
+// that kill what takes seconds.
+constexpr double shortest_submission = 0.1, longest_submission = 0.3;  // seconds
+
+Specialisation specialise(const SceneFeatures& features, const RenderSettings& settings, PlantedBug bug) {
+    return {features, settings.integrator, settings.roulette_start <= settings.bounces, bug};
+}
+
+RenderSettings checked(RenderSettings settings) {
+    if (settings.width == 0 || settings.height == 0 || settings.width > 65536 || settings.height > 65536 ||
+        std::uint64_t{settings.width} * settings.height >= std::uint64_t{1} << 32)
+        throw InputError(
+            fmt::format("an image of {} x {} pixels is not possible; use 1 to 65536 a side and fewer than "
+                        "2^32 in all",
+                settings.width, settings.height));
+    if (!(settings.ray_min >= 0.0) || !(settings.ray_max >= settings.ray_min))
+        throw InputError("the interval of ray distances is empty or begins below 0; use 0 <= ray_min <= ray_max");
+    return settings;
+}
+
+// Infinity is given as the greatest float: Vulkan need not keep infinities.
+float to_distance(double distance) {
+    return static_cast<float>(std::min(distance, double{std::numeric_limits<float>::max()}));
+}
+
+}  // namespace
+
+struct VulkanJob::Progress {
+    const RenderControl& control;
+    double samples_before = 0.0;  // of whole blocks, and of earlier tiles of this one as fractions
+    double tile_share = 1.0;
+    double device_seconds = 0.0;
+    bool has_device_clock = true;
+
+    void report(std::uint64_t samples_of_tile) const {
+        if (control.progress) control.progress(samples_before + tile_share * static_cast<double>(samples_of_tile));
+    }
+};
+
+VulkanJob::VulkanJob(const Instance& instance, const Device& device, Stages& stages, const Scene& scene,
+    const RenderSettings& settings, PlantedBug planted_bug)
+    : instance_(instance),
+      settings_(checked(settings)),
+      planted_bug_(planted_bug),
+      scene_(flatten(scene, settings_)),
+      specialisation_(specialise(scene_.features, settings_, planted_bug)),
+      layout_(stages.layout()),
+      pipelines_(stages.pipelines(specialisation_)),
+      tile_pixels_(tile_size(device, std::uint64_t{settings_.width} * settings_.height,
+          settings_.integrator == Integrator::next_event, specialisation_.carries_radiance())),
+      resources_(device, layout_, scene_, settings_.integrator == Integrator::next_event,
+          specialisation_.carries_radiance(), tile_pixels_),
+      submission_(device) {
+    if (planted_bug_ == PlantedBug::one_bounce_more) ++settings_.bounces;
+    if (planted_bug_ == PlantedBug::one_bounce_fewer && settings_.bounces > 0) --settings_.bounces;
+    instance_.log().raise();
+}
+
+gpu::Settings VulkanJob::stage_settings(Tile tile, std::uint64_t sample) const {
+    gpu::Settings result;
+    result.seed = {static_cast<std::uint32_t>(settings_.seed), static_cast<std::uint32_t>(settings_.seed >> 32)};
+    result.sample_index = {static_cast<std::uint32_t>(sample), static_cast<std::uint32_t>(sample >> 32)};
+    result.width = settings_.width;
+    result.height = settings_.height;
+    result.first_pixel = tile.first_pixel;
+    result.pixel_count = tile.pixel_count;
+    result.bounces = settings_.bounces;
+    result.roulette_start = settings_.roulette_start;
+    result.light_count = static_cast<std::uint32_t>(scene_.lights.size());
+    result.triangle_count = scene_.triangle_count;
+    result.sphere_count = scene_.sphere_count;
+    result.cuboid_count = scene_.cuboid_count;
+    result.ray_min = to_distance(settings_.ray_min);
+    result.ray_max = to_distance(settings_.ray_max);
+    return result;
+}
+
+void VulkanJob::dispatch(const vk::raii::CommandBuffer& commands, Stage stage, const gpu::Settings& settings,
+    std::uint32_t invocations, std::uint32_t ray_parity) {
+    if (invocations == 0) return;
+    commands.bindPipeline(vk::PipelineBindPoint::eCompute, *(*pipelines_)[static_cast<std::size_t>(stage)]);
+    commands.bindDescriptorSets(
+        vk::PipelineBindPoint::eCompute, layout_.handle(), 0, resources_.sets(ray_parity, sum_parity_), {});
+    commands.pushConstants<gpu::Settings>(layout_.handle(), vk::ShaderStageFlagBits::eCompute, 0, settings);
+    commands.dispatch((invocations + workgroup_size - 1) / workgroup_size, 1, 1);
+}
+
+// Scene upload and vertex stage only once; the clearing stage, of the half of the sums that is not read, at each block.
+void VulkanJob::record_pre_processing(Tile tile) {
+    const vk::raii::CommandBuffer& commands = submission_.next_command_buffer();
+    const gpu::Settings settings = stage_settings(tile, 0);
+    if (!scene_uploaded_) {
+        resources_.record_upload(commands);
+        resources_.record_clear_counters(commands);
+        barrier(commands, transfer_write, compute_access);
+        dispatch(commands, Stage::vertex, settings, scene_.triangle_count + scene_.sphere_count + scene_.cuboid_count);
+        scene_uploaded_ = true;
+    }
+    dispatch(commands, Stage::pre_process, settings, tile.pixel_count);
+    sum_parity_ = 1 - sum_parity_;
+    barrier(commands, compute_write, compute_access);
+}
+
+// Segment k reads half k mod 2 of the ray state and writes the other; ray_gen writes half 0, as if it were segment -1.
+void VulkanJob::record_sampling(Tile tile, std::uint64_t sample) {
+    const vk::raii::CommandBuffer& commands = submission_.next_command_buffer();
+    gpu::Settings settings = stage_settings(tile, sample);
+    dispatch(commands, Stage::ray_gen, settings, tile.pixel_count, 1);
+    for (settings.segment = 0; settings.segment <= settings_.bounces; ++settings.segment) {
+        barrier(commands, compute_write, compute_access);
+        dispatch(commands, Stage::intersect, settings, tile.pixel_count, settings.segment % 2);
+        barrier(commands, compute_write, compute_access);
+        dispatch(commands, Stage::scatter, settings, tile.pixel_count, settings.segment % 2);
+    }
+}
+
+void VulkanJob::record_post_processing(Tile tile) {
+    const vk::raii::CommandBuffer& commands = submission_.next_command_buffer();
+    barrier(commands, compute_write, compute_access);
+    dispatch(commands, Stage::post_process, stage_settings(tile, 0), tile.pixel_count);
+    sum_parity_ = 1 - sum_parity_;
+    barrier(commands, compute_write, compute_access);
+}
+
+void VulkanJob::adapt_batch(double seconds, std::uint64_t samples) {
+    if (seconds < shortest_submission) batch_ = std::min<std::uint64_t>(2 * samples, samples_per_block);
+    if (seconds > longest_submission)
+        batch_ = std::max<std::uint64_t>(
+            1, static_cast<std::uint64_t>(static_cast<double>(samples) * shortest_submission / seconds));
+}
+
+// Apart from the stages, so that the device's clock counts those alone.
+void VulkanJob::download(Tile tile) {
+    submission_.begin();
+    resources_.record_download(submission_.next_command_buffer(), sum_parity_, tile.pixel_count);
+    submission_.run();
+    instance_.log().raise();
+}
+
+// Renders samples of one block for one tile and leaves the sums downloaded; returns how many it did before a stop.
+std::uint64_t VulkanJob::render_tile_block(Tile tile, SampleRange block, Progress& progress) {
+    std::uint64_t done = 0;
+    while (done < block.count() && (done == 0 || !progress.control.stop.stop_requested())) {
+        const auto start = Clock::now();
+        const std::uint64_t samples = std::min(batch_, block.count() - done);
+        submission_.begin();
+        if (done == 0) record_pre_processing(tile);
+        for (std::uint64_t i = 0; i < samples; ++i) {
+            record_sampling(tile, block.begin + done + i);
+            record_post_processing(tile);
+        }
+        done += samples;
+        const std::optional<double> device_seconds = submission_.run();
+        progress.device_seconds += device_seconds.value_or(0.0);
+        progress.has_device_clock = progress.has_device_clock && device_seconds.has_value();
+        adapt_batch(seconds_since(start), samples);
+        instance_.log().raise();
+        progress.report(done);
+    }
+    download(tile);
+    return done;
+}
+
+void VulkanJob::collect(Tile tile, Estimate::Plane& plane) const {
+    const gpu::Vec4* sums = resources_.downloaded_sums();
+    for (std::size_t channel = 0; channel < channel_count; ++channel) {
+        const gpu::Vec4* of_channel = sums + channel * tile.pixel_count;
+        Moments* target = &plane[std::size_t{tile.first_pixel} * channel_count + channel];
+        for (std::size_t i = 0; i < tile.pixel_count; ++i) {
+            const gpu::Vec4& pair = of_channel[i];
+            target[i * channel_count] = {double{pair.x} + double{pair.y}, double{pair.z} + double{pair.w}};
+        }
+    }
+}
+
+RenderResult VulkanJob::render(SampleRange range, const RenderControl& control) {
+    if (range.begin % samples_per_block != 0 || range.end < range.begin)
+        throw Error(fmt::format(
+            "a sample range must begin at a multiple of {} and not end before it begins", samples_per_block));
+    const auto start = Clock::now();
+    const std::uint32_t pixels = settings_.width * settings_.height;
+    RenderResult result{Estimate(settings_.width, settings_.height), 0.0, std::nullopt};
+    Progress progress{control};
+    std::uint64_t invalid = 0;
+    for (SampleRange block{range.begin, 0}; block.begin < range.end && !control.stop.stop_requested();
+         block.begin = block.end) {
+        block.end = std::min(block.begin + samples_per_block, range.end);
+        Estimate::Plane plane(result.estimate.pixel_count() * channel_count);
+        std::uint64_t done = block.count();
+        for (std::uint32_t first = 0; first < pixels && done > 0; first += tile_pixels_) {
+            const Tile tile{first, std::min(tile_pixels_, pixels - first)};
+            progress.tile_share = static_cast<double>(tile.pixel_count) / pixels;
+            const std::uint64_t done_here = render_tile_block(tile, block, progress);
+            progress.samples_before += progress.tile_share * static_cast<double>(done_here);
+            invalid += resources_.downloaded_invalid() - invalid_before_;
+            invalid_before_ = resources_.downloaded_invalid();
+            collect(tile, plane);
+            // With several tiles, only whole blocks exist for every pixel: a stop drops the current one.
+            const bool whole_image = tile.pixel_count == pixels;
+            done = whole_image || done_here == block.count() ? done_here : 0;
+        }
+        if (done == 0) break;
+        result.estimate.add_block({block.begin, block.begin + done}, std::move(plane));
+        result.estimate.add_invalid(std::exchange(invalid, 0));
+        if (done < block.count()) break;
+    }
+    if (progress.has_device_clock) result.device_seconds = progress.device_seconds;
+    result.seconds = seconds_since(start);
+    return result;
+}
+
+}  // namespace tandem

@@ -1,0 +1,14 @@
+// The sampled lights of a scene and how likely each is chosen (MODEL.md section 9.2).
+#pragma once
+
+#include <vector>
+
+#include "common/scene.h"
+#include "vulkan/renderer/gpu_layout.h"
+
+namespace tandem {
+
+// In id order; `placed` maps slots to ids.
+[[nodiscard]] std::vector<gpu::Light> make_light_table(const Scene& scene, const std::vector<gpu::Placed>& placed);
+
+}  // namespace tandem

@@ -1,0 +1,70 @@
+// The Vulkan backend: a Renderer that owns instance, device and pipelines.
+#include <fmt/format.h>
+
+#include "common/error.h"
+#include "vulkan/backend.h"
+#include "vulkan/renderer/job.h"
+
+namespace tandem {
+
+namespace {
+
+const BackendOptions& checked(const BackendOptions& options) {
+    if (options.precision == Precision::double_precision)
+        throw UnsupportedError(
+            "the Vulkan renderer computes in float: few devices have fast doubles; use --precision "
+            "single, or the cpu or oracle backend");
+    if (options.threads != 0)
+        throw UnsupportedError("the Vulkan renderer has no CPU threads to set; leave --threads out");
+    if (options.planted_bug != PlantedBug::none && !shaders_hold_planted_bugs())
+        throw UnsupportedError("planted bugs exist in test builds only");
+    return options;
+}
+
+// Destroys the device while the messenger still listens, then lets the log speak: called from a destructor, an error
+// thus ends the program, with its text. Only with validation on.
+void raise_leftovers(const Instance& instance) { instance.log().raise(); }
+
+class VulkanRenderer : public Renderer {
+public:
+    explicit VulkanRenderer(const BackendOptions& options)
+        : planted_bug_(checked(options).planted_bug),
+          instance_(validation_wanted(options.validation)),
+          device_(std::make_unique<Device>(instance_, options.device)),
+          stages_(std::make_unique<Stages>(*device_)) {
+        instance_.log().raise();
+    }
+
+    ~VulkanRenderer() override {
+        stages_.reset();
+        device_.reset();
+        raise_leftovers(instance_);
+    }
+
+    [[nodiscard]] RendererInfo info() const override {
+        const DeviceDescription& device = device_->description();
+        return {"vulkan", device.name, device.driver_name + " " + device.driver_version,
+            fmt::format("Vulkan {}.{}.{}", device.api_major, device.api_minor, device.api_patch)};
+    }
+
+    [[nodiscard]] std::unique_ptr<RenderJob> prepare(const Scene& scene, const RenderSettings& settings) override {
+        return std::make_unique<VulkanJob>(instance_, *device_, *stages_, scene, settings, planted_bug_);
+    }
+
+private:
+    PlantedBug planted_bug_;
+    Instance instance_;
+    std::unique_ptr<Device> device_;
+    std::unique_ptr<Stages> stages_;
+};
+
+}  // namespace
+
+Backend vulkan_backend() {
+    return {"vulkan", "six Vulkan compute stages, in float, on any Vulkan 1.2 device",
+        [](const BackendOptions& options) -> std::unique_ptr<Renderer> {
+            return std::make_unique<VulkanRenderer>(options);
+        }};
+}
+
+}  // namespace tandem

@@ -1,0 +1,36 @@
+// A scene flattened for the device: rounded to float, sorted by kind of primitive, with the table of sampled lights and
+// what the scene calls for.
+#pragma once
+
+#include <vector>
+
+#include "common/renderer.h"
+#include "vulkan/renderer/gpu_layout.h"
+
+namespace tandem {
+
+// What a scene and its settings need; all else is specialised away.
+struct SceneFeatures {
+    bool triangles = false, spheres = false, cuboids = false;
+    bool diffuse = false, specular = false, translucent = false, fuzz = false, lens = false;
+    bool passing_emission = false;  // some surface emits and lets the path go on
+    bool operator==(const SceneFeatures&) const = default;
+};
+
+struct SceneData {
+    gpu::SceneHeader header;
+    gpu::Camera camera;
+    std::vector<gpu::Vec4> vertices;
+    std::vector<gpu::PrimitiveSource> sources;  // by slot
+    std::vector<gpu::EntityTransform> transforms;
+    std::vector<gpu::Placed> placed;  // by slot
+    std::vector<gpu::Material> materials;
+    std::vector<gpu::Light> lights;  // in id order
+    std::uint32_t triangle_count = 0, sphere_count = 0, cuboid_count = 0;
+    SceneFeatures features;
+};
+
+// Throws InputError for a camera that MODEL.md section 4 refuses and UnsupportedError for what float cannot hold.
+[[nodiscard]] SceneData flatten(const Scene& scene, const RenderSettings& settings);
+
+}  // namespace tandem

@@ -1,0 +1,47 @@
+#include "vulkan/renderer/stages.h"
+
+#include "vulkan/core/device_selection.h"
+
+namespace tandem {
+
+std::vector<SpecialisationConstant> Specialisation::constants() const {
+    // Ids of shaders/settings.glsl; 0 is the workgroup's size.
+    const std::array<std::uint32_t, 12> values{workgroup_size, static_cast<std::uint32_t>(integrator),
+        features.triangles, features.spheres, features.cuboids, features.diffuse, features.specular,
+        features.translucent, features.fuzz, features.lens, roulette, carries_radiance()};
+    std::vector<SpecialisationConstant> result;
+    for (std::uint32_t id = 0; id < values.size(); ++id) result.push_back({id, values[id]});
+    if (shaders_hold_planted_bugs()) result.push_back({31, static_cast<std::uint32_t>(planted_bug)});
+    return result;
+}
+
+const std::array<SetBindings, 4>& set_bindings() {
+    using Type = vk::DescriptorType;
+    static const std::array<SetBindings, 4> sets = [] {
+        SetBindings scene(1 + storage_buffers_in_scene_set, Type::eStorageBuffer);
+        scene[0] = Type::eUniformBuffer;
+        return std::array<SetBindings, 4>{scene, SetBindings{Type::eUniformBuffer},
+            SetBindings(storage_buffers_in_ray_set, Type::eStorageBuffer),
+            SetBindings(storage_buffers_in_image_set, Type::eStorageBuffer)};
+    }();
+    return sets;
+}
+
+Stages::Stages(const Device& device) : device_(device), layout_(device, set_bindings(), sizeof(gpu::Settings)) {}
+
+std::shared_ptr<const Stages::Pipelines> Stages::pipelines(const Specialisation& specialisation) {
+    const std::vector<SpecialisationConstant> constants = specialisation.constants();
+    std::vector<std::uint32_t> key;
+    for (const SpecialisationConstant& constant : constants) key.push_back(constant.value);
+    std::shared_ptr<const Pipelines>& kept = pipelines_[key];
+    if (!kept) {
+        const auto make = [&](Stage stage) {
+            return make_compute_pipeline(device_, nullptr, layout_.handle(), shader_code(stage), constants);
+        };
+        kept = std::make_shared<const Pipelines>(Pipelines{make(Stage::pre_process), make(Stage::vertex),
+            make(Stage::ray_gen), make(Stage::intersect), make(Stage::scatter), make(Stage::post_process)});
+    }
+    return kept;
+}
+
+}  // namespace tandem

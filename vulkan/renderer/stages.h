@@ -1,0 +1,49 @@
+// The six pipelines of the tracer, specialised to a scene's features and the estimator's settings.
+#pragma once
+
+#include <array>
+#include <map>
+#include <memory>
+
+#include "common/renderer.h"
+#include "vulkan/framework/pipeline.h"
+#include "vulkan/framework/shader_library.h"
+#include "vulkan/renderer/scene_data.h"
+
+namespace tandem {
+
+// Everything that the pipelines are specialised to.
+struct Specialisation {
+    SceneFeatures features;
+    Integrator integrator = Integrator::path;
+    bool roulette = false;
+    PlantedBug planted_bug = PlantedBug::none;
+
+    // A path may gather light and go on: then its radiance travels with it.
+    [[nodiscard]] bool carries_radiance() const {
+        return integrator == Integrator::next_event || features.passing_emission;
+    }
+    [[nodiscard]] std::vector<SpecialisationConstant> constants() const;
+};
+
+// Descriptor sets by how often they change (THESIS.md); settings travel as push constants.
+enum class SetIndex : std::uint32_t { scene, camera, rays, image };
+[[nodiscard]] const std::array<SetBindings, 4>& set_bindings();
+
+// Pipelines are kept per specialisation, so that many jobs of one kind build them once.
+class Stages {
+public:
+    using Pipelines = std::array<vk::raii::Pipeline, stage_count>;
+
+    explicit Stages(const Device& device);
+
+    [[nodiscard]] const PipelineLayout& layout() const { return layout_; }
+    [[nodiscard]] std::shared_ptr<const Pipelines> pipelines(const Specialisation& specialisation);
+
+private:
+    const Device& device_;
+    PipelineLayout layout_;
+    std::map<std::vector<std::uint32_t>, std::shared_ptr<const Pipelines>> pipelines_;  // by constant values
+};
+
+}  // namespace tandem
