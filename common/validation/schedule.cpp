@@ -25,10 +25,10 @@ Schedule make_schedule(const ScheduleRequest& request) {
     Schedule schedule;
     const double both = request.seconds_per_sample_reference + request.seconds_per_sample_candidate;
     double affordable = part_of_budget * std::max(0.0, request.budget_seconds) / std::max(both, 1e-12);
-    affordable = std::min(affordable, static_cast<double>(request.max_samples));
 
     schedule.batch_samples = samples_per_block;
-    while (affordable > static_cast<double>(schedule.batch_samples * most_batches)) schedule.batch_samples *= 2;
+    const double wanted = std::min(affordable, static_cast<double>(request.max_samples));
+    while (wanted > static_cast<double>(schedule.batch_samples * most_batches)) schedule.batch_samples *= 2;
 
     const std::uint64_t batch = schedule.batch_samples;
     // The paired phase costs the candidate's time alone; an eighth of the budget at most.
@@ -38,7 +38,8 @@ Schedule make_schedule(const ScheduleRequest& request) {
         schedule.paired_batches = std::clamp(round_down(batches, 1), least_batches, most_paired_batches);
         affordable -= static_cast<double>(schedule.paired_batches) * paired_seconds / std::max(both, 1e-12);
     }
-    std::uint64_t last = std::max(round_down(affordable, batch), least_batches * batch);
+    affordable = std::min(affordable, static_cast<double>(request.max_samples));
+    const std::uint64_t last = std::max(round_down(affordable, batch), least_batches * batch);
     for (std::uint64_t samples = last; samples >= least_batches * batch && schedule.looks.size() < request.max_looks;
          samples = round_down(static_cast<double>(samples) / 2.0, batch))
         schedule.looks.insert(schedule.looks.begin(), samples);

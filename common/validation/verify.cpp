@@ -53,7 +53,6 @@ private:
     void run_paired();
     void measure_speed();
     [[nodiscard]] static double seconds_to(const Side& side, std::uint64_t samples);
-    void conclude();
     void run_looks();
     void judge_look(const LookShare& share);
     [[nodiscard]] SampledImage sampled(const Side& side) const;
@@ -163,17 +162,8 @@ void Verification::judge_look(const LookShare& share) {
     verdict_.candidate = sampled(candidate_);
     if (verdict_.reference.samples < 2 || verdict_.candidate.samples < 2) return;
     verdict_.judgement = judge(verdict_.reference, verdict_.candidate, &verdict_.paired, verdict_.criteria, share);
-    verdict_.verdict = verdict_.judgement.verdict;
-    Look look;
-    look.samples = std::min(verdict_.reference.samples, verdict_.candidate.samples);
-    look.share = share;
-    look.verdict = verdict_.verdict;
-    for (const LevelResult& level : verdict_.judgement.levels)
-        if (level.threshold > 0.0) look.least_p = std::min(look.least_p, level.p);
-    look.image_bound = widest(verdict_.judgement.level("image")).bound();
-    look.tile_bound = widest(verdict_.judgement.level("tiles 16x16")).bound();
-    look.seconds = elapsed();
-    verdict_.looks.push_back(look);
+    const std::uint64_t samples = std::min(verdict_.reference.samples, verdict_.candidate.samples);
+    verdict_.looks.push_back(look_of(verdict_.judgement, samples, share, elapsed()));
 }
 
 // Until a decision, the end of the schedule or of the budget, or a stop.
@@ -196,7 +186,7 @@ void Verification::run_looks() {
             return;
         }
         judge_look(share);
-        if (verdict_.verdict != Verdict::undecided) return;
+        if (verdict_.judgement.verdict != Verdict::undecided) return;
     }
 }
 
@@ -228,26 +218,6 @@ double Verification::seconds_to(const Side& side, std::uint64_t samples) {
     return done > 0.0 ? side.seconds / done * (static_cast<double>(samples) - done) : 0.0;
 }
 
-void Verification::conclude() {
-    SceneVerdict& verdict = verdict_;
-    // What was seen before the schedule's look was due is no agreement.
-    if (verdict.stopped && verdict.verdict == Verdict::agree)
-        verdict.verdict = verdict.judgement.verdict = Verdict::undecided;
-    if (verdict.looks.empty())
-        verdict.sentence = verdict.reference_name + " and " + verdict.candidate_name +
-                           " are undecided: stopped before there was enough to judge";
-    else
-        verdict.sentence =
-            sentence_of(verdict.judgement, verdict.criteria, verdict.reference_name, verdict.candidate_name);
-    if (verdict.verdict == Verdict::disagree) {
-        verdict.registration = register_images(verdict.reference, verdict.candidate);
-        if (!verdict.registration->text.empty()) verdict.sentence += "; it looks like " + verdict.registration->text;
-    }
-    verdict.reference_seconds = reference_.seconds;
-    verdict.candidate_seconds = candidate_.seconds + paired_seconds_;
-    verdict.seconds = elapsed();
-}
-
 SceneVerdict Verification::run() {
     report(0.0, "preparing");
     reference_ = side(reference_renderer_, verdict_.reference_seed);
@@ -255,7 +225,10 @@ SceneVerdict Verification::run() {
     measure_speed();
     if (!verdict_.stopped) run_paired();
     if (!verdict_.stopped) run_looks();
-    conclude();
+    verdict_.reference_seconds = reference_.seconds;
+    verdict_.candidate_seconds = candidate_.seconds + paired_seconds_;
+    verdict_.seconds = elapsed();
+    conclude(verdict_);
     report(1.0, name_of(verdict_.verdict));
     return std::move(verdict_);
 }

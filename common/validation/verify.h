@@ -6,11 +6,9 @@
 #include <optional>
 #include <stop_token>
 #include <string>
-#include <vector>
 
 #include "common/renderer.h"
-#include "common/validation/registration.h"
-#include "common/validation/verdict.h"
+#include "common/validation/scene_verdict.h"
 
 namespace tandem {
 
@@ -29,37 +27,6 @@ struct VerifyOptions {
 
 // The scene's own settings with the film scaled so that its longer side has `longer_side` pixels (never enlarged).
 [[nodiscard]] RenderSettings verification_settings(const Scene& scene, std::uint32_t longer_side = 128);
-
-// One row of the history of looks.
-struct Look {
-    std::uint64_t samples = 0;  // a pixel and side
-    LookShare share;
-    Verdict verdict = Verdict::undecided;
-    double least_p = 1.0;      // over levels, each corrected for its own tests
-    double image_bound = 0.0;  // relative
-    double tile_bound = 0.0;
-    double seconds = 0.0;  // since the start
-};
-
-// Everything that a report says of one scene (or of one comparison of images).
-struct SceneVerdict {
-    std::string scene;
-    Verdict verdict = Verdict::undecided;
-    std::string sentence;
-    Judgement judgement;  // of the last look
-    PairedResult paired;
-    std::vector<Look> looks;
-    std::optional<Registration> registration;  // looked for where the sides disagree
-    std::string reference_name, candidate_name;
-    RendererInfo reference_info, candidate_info;
-    RenderSettings settings;
-    Criteria criteria;
-    std::uint64_t reference_seed = 0, candidate_seed = 0;
-    SampledImage reference, candidate;
-    double reference_seconds = 0.0, candidate_seconds = 0.0;  // rendering, paired samples included
-    double seconds = 0.0;                                     // all
-    bool stopped = false;
-};
 
 // Throws what the renderers throw (UnsupportedError for a scene or setting that one of them cannot do). A stop request
 // ends it with the verdict "undecided" on what there is, unless a fault was already certain.

@@ -1,0 +1,55 @@
+// The verdict on images of any two renderers. A side is one image with variance channels and a count, or two or more
+// images of independent seeds.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "common/image_io.h"
+#include "common/validation/verify.h"
+
+namespace tandem {
+
+// What a variance channel holds: the variance of one sample (Tandem's own files) or of the pixel's mean.
+enum class VarianceOf { sample, mean };
+
+struct CompareOptions {
+    Criteria criteria = comparison_criteria();
+    VarianceOf variance_of = VarianceOf::sample;
+    std::string reference_name = "A", candidate_name = "B";
+
+    // Two renderers that share no text: what is called negligible is wider (0.1 % of the image, 1 % of a tile, 2 % of a
+    // pixel), other estimators may have other variances, and equal pixels are equal to half precision (2^-10).
+    [[nodiscard]] static Criteria comparison_criteria();
+};
+
+// One image as read, with the name that errors call it by.
+struct NamedImage {
+    std::string name;
+    Image image;
+};
+
+// Channels read: R, G, B; variance.R, .G, .B (or Variance.*, as pbrt-v4's gbuffer film writes them) and `count`. A side
+// of one image needs its variance and its number of samples: the channel `count`, or the metadata "samples" or
+// "samplesPerPixel"; variances of the mean go without one (`assumed_count` then). A side of k >= 2 images takes its
+// variance from their scatter, and from it also how far neighbouring pixels go together (pixel filters, samplers).
+//
+// Throws InputError, naming what differs or is missing: sizes, windows, channels, colour spaces, a single image without
+// variance, images that are the same bits, on one side or on both (no variance, and no evidence), the same seed on both
+// sides in the metadata of Tandem's own files.
+[[nodiscard]] SceneVerdict compare_images(const std::vector<NamedImage>& reference,
+    const std::vector<NamedImage>& candidate, const CompareOptions& options = {});
+
+// Number of samples taken for granted where only the variance of the mean is known; it bounds how sure one pixel can
+// be.
+inline constexpr double assumed_count = 64.0;
+
+// Reads the files and compares them.
+[[nodiscard]] SceneVerdict compare_files(const std::vector<std::filesystem::path>& reference,
+    const std::vector<std::filesystem::path>& candidate, const CompareOptions& options = {});
+
+// One side as the statistics see it. Throws InputError.
+[[nodiscard]] SampledImage sampled_image_of(const std::vector<NamedImage>& side, VarianceOf variance_of);
+
+}  // namespace tandem

@@ -1,0 +1,145 @@
+#include "common/validation/verdict_json.h"
+
+#include <cmath>
+
+namespace tandem {
+
+namespace {
+
+using nlohmann::json;
+
+constexpr std::array<const char*, channel_count> channel_names{"R", "G", "B"};
+
+json number(double value) { return std::isfinite(value) ? json(value) : json(nullptr); }
+
+json region_json(const RegionComparison& region) {
+    const Rectangle& r = region.region;
+    return {{"x0", r.x0}, {"y0", r.y0}, {"x1", r.x1}, {"y1", r.y1}, {"channel", channel_names.at(region.channel)},
+        {"reference", number(region.reference)}, {"candidate", number(region.candidate)},
+        {"relative_difference", number(region.relative)}, {"relative_difference_low", number(region.relative_low)},
+        {"relative_difference_high", number(region.relative_high)}, {"statistic", number(region.statistic)},
+        {"degrees_of_freedom", number(region.dof)}, {"p", number(region.p)}};
+}
+
+json level_json(const LevelResult& level) {
+    json result{{"name", level.name}, {"test", level.test}, {"tests", level.tests}, {"p", number(level.p)},
+        {"threshold", level.threshold}, {"gates", level.threshold > 0.0}, {"significant", level.significant},
+        {"minimum_detectable_relative", number(level.minimum_detectable_relative)},
+        {"worst", region_json(level.worst)}};
+    if (!level.regions.empty()) result["bound_relative"] = number(widest(level).bound());
+    return result;
+}
+
+json info_json(const std::string& name, const RendererInfo& info, std::uint64_t seed) {
+    return {{"name", name}, {"backend", info.backend}, {"device", info.device}, {"driver", info.driver},
+        {"api", info.api}, {"seed", seed}};
+}
+
+json settings_json(const RenderSettings& settings) {
+    return {{"width", settings.width}, {"height", settings.height},
+        {"integrator", settings.integrator == Integrator::path ? "path" : "next_event"}, {"bounces", settings.bounces},
+        {"roulette_start",
+            settings.roulette_start == RenderSettings::no_roulette ? json(nullptr) : json(settings.roulette_start)},
+        {"ray_min", number(settings.ray_min)}, {"ray_max", number(settings.ray_max)}};
+}
+
+json criteria_json(const Criteria& criteria) {
+    const Margins& m = criteria.margins;
+    const Negligible& n = criteria.negligible;
+    return {{"margin_image_relative", m.image}, {"margin_tile_relative", m.tile}, {"tile_floor_relative", m.tile_floor},
+        {"channel_floor_relative", m.channel_floor}, {"negligible_image_relative", n.image},
+        {"negligible_tile_relative", n.tile}, {"negligible_pixel_relative", n.pixel},
+        {"negligible_paired_image_relative", n.paired_image}, {"negligible_paired_tile_relative", n.paired_tile},
+        {"negligible_variance_ratio", n.variance_ratio}, {"false_alarm", criteria.false_alarm},
+        {"doubt", criteria.doubt}, {"discovery_rate", criteria.discovery_rate}, {"power", criteria.power},
+        {"fixed_tolerance_relative", criteria.fixed_tolerance}, {"judge_variance", criteria.judge_variance}};
+}
+
+json looks_json(const std::vector<Look>& looks) {
+    json rows = json::array();
+    for (const Look& look : looks)
+        rows.push_back({{"samples", look.samples}, {"false_alarm", look.share.false_alarm}, {"doubt", look.share.doubt},
+            {"verdict", name_of(look.verdict)}, {"least_p", number(look.least_p)},
+            {"image_bound_relative", number(look.image_bound)}, {"tile_bound_relative", number(look.tile_bound)},
+            {"seconds", look.seconds}});
+    return rows;
+}
+
+json paired_json(const PairedResult& paired) {
+    if (!paired.done) return nullptr;
+    const RegionComparison& image = widest(paired.image);
+    return {{"samples", paired.samples}, {"blocks", paired.blocks}, {"relative_difference", number(image.relative)},
+        {"relative_difference_low", number(image.relative_low)},
+        {"relative_difference_high", number(image.relative_high)},
+        {"worst_tile_relative", number(widest(paired.tiles).bound())},
+        {"identical_fraction", paired.identical_fraction}, {"diverged_fraction", paired.diverged_fraction}};
+}
+
+json registration_json(const std::optional<Registration>& registration) {
+    if (!registration) return nullptr;
+    const Registration& r = *registration;
+    return {{"exposure", r.exposure}, {"exposure_error", r.exposure_error}, {"shift_x_pixels", r.shift_x},
+        {"shift_x_error_pixels", r.shift_x_error}, {"shift_y_pixels", r.shift_y},
+        {"shift_y_error_pixels", r.shift_y_error}, {"explained", r.explained}, {"exposure_found", r.exposure_found},
+        {"shift_found", r.shift_found}, {"text", r.text}};
+}
+
+// The keys that the interface promises.
+json promised(const SceneVerdict& v) {
+    json result{{"scene", v.scene}, {"verdict", name_of(v.verdict)}, {"relative_difference", nullptr},
+        {"relative_difference_low", nullptr}, {"relative_difference_high", nullptr},
+        {"margin_relative", v.criteria.margins.image}, {"worst_tile_relative", nullptr},
+        {"samples_reference", v.reference.samples}, {"samples_candidate", v.candidate.samples},
+        {"seconds_reference", v.reference_seconds}, {"seconds_candidate", v.candidate_seconds},
+        {"minimum_detectable_relative", nullptr}};
+    if (v.looks.empty()) return result;
+    const LevelResult &level = v.judgement.level("image"), &tiles = v.judgement.level("tiles 16x16");
+    const RegionComparison& image = widest(level);
+    result["relative_difference"] = number(image.relative);
+    result["relative_difference_low"] = number(image.relative_low);
+    result["relative_difference_high"] = number(image.relative_high);
+    result["worst_tile_relative"] = number(widest(tiles).bound());
+    result["minimum_detectable_relative"] = number(level.minimum_detectable_relative);
+    result["channel"] = channel_names.at(image.channel);
+    return result;
+}
+
+}  // namespace
+
+json to_json(const SceneVerdict& v) {
+    json result = promised(v);
+    result["sentence"] = v.sentence;
+    result["reasons"] = v.judgement.reasons;
+    result["margin_tile_relative"] = v.criteria.margins.tile;
+    result["reference"] = info_json(v.reference_name, v.reference_info, v.reference_seed);
+    result["candidate"] = info_json(v.candidate_name, v.candidate_info, v.candidate_seed);
+    result["settings"] = settings_json(v.settings);
+    result["criteria"] = criteria_json(v.criteria);
+    result["levels"] = json::array();
+    for (const LevelResult& level : v.judgement.levels) result["levels"].push_back(level_json(level));
+    result["looks"] = looks_json(v.looks);
+    result["paired"] = paired_json(v.paired);
+    result["registration"] = registration_json(v.registration);
+    result["pixel_discoveries"] = v.judgement.discoveries;
+    result["fixed_pixels"] = {{"count", v.judgement.fixed.count}, {"mismatches", v.judgement.fixed.mismatches},
+        {"greatest_relative", v.judgement.fixed.greatest_relative}};
+    result["invalid_samples_reference"] = v.reference.invalid;
+    result["invalid_samples_candidate"] = v.candidate.invalid;
+    result["stopped"] = v.stopped;
+    result["seconds"] = v.seconds;
+    return result;
+}
+
+json to_json(std::span<const SceneVerdict> verdicts) {
+    std::vector<Verdict> all;
+    json scenes = json::array();
+    for (const SceneVerdict& verdict : verdicts) {
+        all.push_back(verdict.verdict);
+        scenes.push_back(to_json(verdict));
+    }
+    const RendererInfo device = verdicts.empty() ? RendererInfo{} : verdicts.front().candidate_info;
+    return {{"verdict", name_of(combined(all))}, {"scenes", scenes},
+        {"device", {{"name", device.device}, {"driver", device.driver}, {"api", device.api}}}};
+}
+
+}  // namespace tandem

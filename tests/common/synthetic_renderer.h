@@ -1,0 +1,95 @@
+// A Renderer whose samples are drawn from distributions that the test knows: the truth about every verdict is known.
+#pragma once
+
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <functional>
+#include <utility>
+
+#include "common/renderer.h"
+
+namespace tandem {
+
+// SplitMix64 [Steele 2014], started from (seed, pixel, sample): one seed gives one set of samples, as a renderer does.
+class SampleRandom {
+public:
+    SampleRandom(std::uint64_t seed, std::uint64_t pixel, std::uint64_t sample)
+        : state_(mix(mix(mix(seed) + pixel) + sample)) {}
+    double uniform() { return static_cast<double>(mix(state_ += 0x9e3779b97f4a7c15u) >> 11) * 0x1p-53; }
+    double exponential() { return -std::log1p(-uniform()); }
+    // Triangular around 0 with variance 1: light tails.
+    double triangular() { return (uniform() - uniform()) * std::sqrt(6.0); }
+    // Pareto on [1, inf) of index 2.2: mean 1.833, a variance of 7.6 that samples badly underestimate, no third moment.
+    double pareto() { return std::pow(1.0 - uniform(), -1.0 / 2.2); }
+
+private:
+    static std::uint64_t mix(std::uint64_t z) {
+        z += 0x9e3779b97f4a7c15u;
+        z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9u;
+        z = (z ^ (z >> 27)) * 0x94d049bb133111ebu;
+        return z ^ (z >> 31);
+    }
+    std::uint64_t state_;
+};
+
+using Radiance = std::array<double, channel_count>;
+// One sample of pixel (x, y).
+using Sampler = std::function<Radiance(std::uint32_t x, std::uint32_t y, SampleRandom& random)>;
+
+class SyntheticJob : public RenderJob {
+public:
+    SyntheticJob(RenderSettings settings, Sampler sampler) : settings_(settings), sampler_(std::move(sampler)) {}
+
+    RenderResult render(SampleRange range, const RenderControl& control) override {
+        RenderResult result;
+        result.estimate = Estimate(settings_.width, settings_.height);
+        for (std::uint64_t begin = range.begin; begin < range.end && !control.stop.stop_requested();
+             begin += samples_per_block) {
+            const SampleRange block{begin, std::min(range.end, begin + samples_per_block)};
+            result.estimate.add_block(block, plane(block, result.estimate));
+            if (control.progress) control.progress(static_cast<double>(block.end - range.begin));
+        }
+        result.seconds = 1e-6 * static_cast<double>(range.count());
+        return result;
+    }
+
+private:
+    Estimate::Plane plane(SampleRange block, Estimate& estimate) const {
+        Estimate::Plane moments(estimate.pixel_count() * channel_count);
+        for (std::uint64_t pixel = 0; pixel < estimate.pixel_count(); ++pixel)
+            for (std::uint64_t sample = block.begin; sample < block.end; ++sample) {
+                SampleRandom random(settings_.seed, pixel, sample);
+                const auto x = static_cast<std::uint32_t>(pixel % settings_.width);
+                const auto y = static_cast<std::uint32_t>(pixel / settings_.width);
+                const Radiance radiance = sampler_(x, y, random);
+                bool valid = true;
+                for (const double value : radiance) valid = valid && std::isfinite(value) && value >= 0.0;
+                if (!valid) estimate.add_invalid(1);
+                for (std::size_t c = 0; valid && c < channel_count; ++c) {
+                    moments[pixel * channel_count + c].sum += radiance[c];
+                    moments[pixel * channel_count + c].sum_of_squares += radiance[c] * radiance[c];
+                }
+            }
+        return moments;
+    }
+
+    RenderSettings settings_;
+    Sampler sampler_;
+};
+
+class SyntheticRenderer : public Renderer {
+public:
+    explicit SyntheticRenderer(Sampler sampler, std::string name = "synthetic")
+        : sampler_(std::move(sampler)), name_(std::move(name)) {}
+    RendererInfo info() const override { return {name_, "no device", "no driver", "C++"}; }
+    std::unique_ptr<RenderJob> prepare(const Scene&, const RenderSettings& settings) override {
+        return std::make_unique<SyntheticJob>(settings, sampler_);
+    }
+
+private:
+    Sampler sampler_;
+    std::string name_;
+};
+
+}  // namespace tandem
