@@ -40,7 +40,9 @@ struct DeviceDescription {
 // fails.
 [[nodiscard]] std::vector<DeviceDescription> list_devices();
 
+// {"devices": [{"index", "name", "type", "driver", "api", "uuid", "suitable", "reason", …}]}
 [[nodiscard]] nlohmann::json to_json(const std::vector<DeviceDescription>& devices);
+[[nodiscard]] nlohmann::json devices_as_json();  // of list_devices()
 [[nodiscard]] std::string to_string(DeviceType type);
 
 }  // namespace tandem

@@ -49,7 +49,8 @@ nlohmann::json to_json(const std::vector<DeviceDescription>& devices) {
     for (const DeviceDescription& device : devices) {
         const DeviceAbilities& has = device.abilities;
         nlohmann::json entry{{"index", device.index}, {"name", device.name}, {"type", to_string(device.type)},
-            {"driver", device.driver_name}, {"driver_version", device.driver_version},
+            {"driver", device.driver_name + " " + device.driver_version}, {"driver_name", device.driver_name},
+            {"driver_version", device.driver_version},
             {"api", fmt::format("{}.{}.{}", device.api_major, device.api_minor, device.api_patch)},
             {"uuid", device.uuid}, {"features_used", device.features_used}, {"suitable", device.suitable}};
         entry["abilities"] = {{"compute_queue", has.compute_queue},
@@ -61,7 +62,9 @@ nlohmann::json to_json(const std::vector<DeviceDescription>& devices) {
         if (!device.suitable) entry["reason"] = device.reason;
         list.push_back(std::move(entry));
     }
-    return list;
+    return {{"devices", std::move(list)}};
 }
+
+nlohmann::json devices_as_json() { return to_json(list_devices()); }
 
 }  // namespace tandem
