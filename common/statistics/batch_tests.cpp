@@ -12,20 +12,51 @@ namespace tandem {
 
 namespace {
 
-using Batches = std::vector<const std::vector<double>*>;
+using Figures = std::vector<double>;
 
-// Greatest |Welch t| over the figures, the first `split` batches being the reference.
-double greatest_t(const Batches& batches, std::size_t split) {
+// Figures less their mean over all batches, so that sums of squares do not cancel.
+std::vector<Figures> centred(std::span<const Figures> reference, std::span<const Figures> candidate) {
+    std::vector<Figures> batches(reference.begin(), reference.end());
+    batches.insert(batches.end(), candidate.begin(), candidate.end());
+    for (std::size_t figure = 0; figure < batches.front().size(); ++figure) {
+        double sum = 0.0;
+        for (const Figures& batch : batches) sum += batch[figure];
+        for (Figures& batch : batches) batch[figure] -= sum / static_cast<double>(batches.size());
+    }
+    return batches;
+}
+
+Figures sums_of_squares(const std::vector<Figures>& batches) {
+    Figures totals(batches.front().size(), 0.0);
+    for (const Figures& batch : batches)
+        for (std::size_t figure = 0; figure < totals.size(); ++figure) totals[figure] += batch[figure] * batch[figure];
+    return totals;
+}
+
+// Greatest |Welch t| over the figures, the first `split` batches of `order` being the reference. The figures add up to
+// zero over all batches, so one side's sums give the other's.
+double greatest_t(const std::vector<Figures>& batches, const Figures& squares, const std::vector<std::size_t>& order,
+    std::size_t split) {
+    Figures side_sum(squares.size(), 0.0), side_squares(squares.size(), 0.0);
+    for (std::size_t i = 0; i < split; ++i) {
+        const Figures& batch = batches[order[i]];
+        for (std::size_t figure = 0; figure < squares.size(); ++figure) {
+            side_sum[figure] += batch[figure];
+            side_squares[figure] += batch[figure] * batch[figure];
+        }
+    }
     const double na = static_cast<double>(split), nb = static_cast<double>(batches.size() - split);
     double greatest = 0.0;
-    for (std::size_t figure = 0; figure < batches.front()->size(); ++figure) {
-        SampleMoments a, b;
-        for (std::size_t i = 0; i < batches.size(); ++i) (i < split ? a : b).add((*batches[i])[figure]);
-        const double error =
-            std::sqrt(a.squared_deviations / (na * (na - 1.0)) + b.squared_deviations / (nb * (nb - 1.0)));
-        const double difference = std::abs(a.mean - b.mean);
+    for (std::size_t figure = 0; figure < squares.size(); ++figure) {
+        const double sum = side_sum[figure];
+        const double difference = std::abs(sum / na + sum / nb);
+        const double deviations_a = side_squares[figure] - sum * sum / na;
+        const double deviations_b = squares[figure] - side_squares[figure] - sum * sum / nb;
+        const double variance =
+            std::max(0.0, deviations_a) / (na * (na - 1.0)) + std::max(0.0, deviations_b) / (nb * (nb - 1.0));
         if (difference > 0.0)
-            greatest = std::max(greatest, error > 0.0 ? difference / error : std::numeric_limits<double>::infinity());
+            greatest = std::max(
+                greatest, variance > 0.0 ? difference / std::sqrt(variance) : std::numeric_limits<double>::infinity());
     }
     return greatest;
 }
@@ -35,19 +66,20 @@ double greatest_t(const Batches& batches, std::size_t split) {
 double permutation_p_value(std::span<const std::vector<double>> reference,
     std::span<const std::vector<double>> candidate, const PermutationOptions& options) {
     if (reference.size() < 2 || candidate.size() < 2 || reference.front().empty()) return 1.0;
-    Batches batches;
-    for (const std::vector<double>& batch : reference) batches.push_back(&batch);
-    for (const std::vector<double>& batch : candidate) batches.push_back(&batch);
-    const double observed = greatest_t(batches, reference.size());
+    const std::vector<Figures> batches = centred(reference, candidate);
+    const Figures squares = sums_of_squares(batches);
+    std::vector<std::size_t> order(batches.size());
+    std::iota(order.begin(), order.end(), std::size_t{0});
+    const double observed = greatest_t(batches, squares, order, reference.size());
     // Rearranged batches are added up in another order: equal statistics may part by rounding.
-    const double threshold = observed * (1.0 - 1e-12);
+    const double threshold = observed * (1.0 - 1e-9);
 
     std::mt19937_64 random(options.seed);
     std::uint32_t extreme = 0, drawn = 0;
     while (drawn < options.permutations && extreme < options.enough) {
-        std::ranges::shuffle(batches, random);
+        std::ranges::shuffle(order, random);
         ++drawn;
-        if (greatest_t(batches, reference.size()) >= threshold) ++extreme;
+        if (greatest_t(batches, squares, order, reference.size()) >= threshold) ++extreme;
     }
     return (1.0 + extreme) / (1.0 + drawn);
 }

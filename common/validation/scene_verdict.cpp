@@ -2,7 +2,19 @@
 
 #include <algorithm>
 
+#include "common/statistics/batch_tests.h"
+
 namespace tandem {
+
+namespace {
+
+std::vector<std::vector<double>> tile_means(const SampledImage& image) {
+    std::vector<std::vector<double>> means;
+    for (const Batch& batch : image.batches) means.push_back(batch.tiles.means);
+    return means;
+}
+
+}  // namespace
 
 Look look_of(const Judgement& judgement, std::uint64_t samples, const LookShare& share, double seconds) {
     Look look;
@@ -27,6 +39,9 @@ void conclude(SceneVerdict& verdict) {
     if (verdict.stopped && verdict.judgement.verdict == Verdict::agree) verdict.judgement.verdict = Verdict::undecided;
     verdict.verdict = verdict.judgement.verdict;
     verdict.sentence = sentence_of(verdict.judgement, verdict.criteria, verdict.reference_name, verdict.candidate_name);
+    if (verdict.reference.batches.size() >= 4 && verdict.candidate.batches.size() >= 4)
+        verdict.permutation_p = permutation_p_value(tile_means(verdict.reference), tile_means(verdict.candidate),
+            {.permutations = 999, .enough = 50, .seed = 1});
     if (verdict.verdict != Verdict::disagree) return;
     verdict.registration = register_images(verdict.reference, verdict.candidate);
     if (!verdict.registration->text.empty()) verdict.sentence += "; it looks like " + verdict.registration->text;

@@ -30,6 +30,9 @@ struct SceneVerdict {
     Judgement judgement;  // of the last look
     PairedResult paired;
     std::vector<Look> looks;
+    // Exact check beside the levels, where there are four batches a side: permutation of batches, greatest |t| over
+    // tiles and channels. It gates nothing (its least p, 1/1000, is too coarse).
+    std::optional<double> permutation_p;
     std::optional<Registration> registration;  // looked for where the sides disagree
     std::string reference_name, candidate_name;
     RendererInfo reference_info, candidate_info;
@@ -45,7 +48,8 @@ struct SceneVerdict {
 // Row of the history for a judgement on `samples` a pixel and side, made `seconds` after the start.
 [[nodiscard]] Look look_of(const Judgement& judgement, std::uint64_t samples, const LookShare& share, double seconds);
 
-// Sets the verdict, its sentence and, where the sides disagree, the registration from the judgement at hand.
+// Sets the verdict, its sentence, the permutation check and, where the sides disagree, the registration, all from the
+// judgement and the two sides at hand.
 void conclude(SceneVerdict& verdict);
 
 }  // namespace tandem

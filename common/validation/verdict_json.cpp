@@ -120,6 +120,7 @@ json to_json(const SceneVerdict& v) {
     result["looks"] = looks_json(v.looks);
     result["paired"] = paired_json(v.paired);
     result["registration"] = registration_json(v.registration);
+    result["permutation_p"] = v.permutation_p ? json(*v.permutation_p) : json(nullptr);
     result["pixel_discoveries"] = v.judgement.discoveries;
     result["fixed_pixels"] = {{"count", v.judgement.fixed.count}, {"mismatches", v.judgement.fixed.mismatches},
         {"greatest_relative", v.judgement.fixed.greatest_relative}};
