@@ -23,7 +23,7 @@ double miss(const Backend& backend, PlantedBug bug, const std::string& file, Int
     settings.height = std::min(settings.height, 12u);
     BackendOptions options;
     options.planted_bug = bug;
-    const std::uint64_t samples = settings.width == 1 ? 32768 : 256;
+    const std::uint64_t samples = settings.width == 1 ? 4096 : 256;
     const auto renderer = backend.create(options);
     const Measured measured = pooled(renderer->prepare(scene, settings)->render({0, samples}).estimate);
     CHECK(measured.invalid == 0);

@@ -39,7 +39,7 @@ TEST_CASE("a triangle smaller than a pixel shows the fraction of the pixel that 
                                 .scene();
         for (Witness& witness : all) {
             CAPTURE(witness.name);
-            const std::uint64_t samples = 16384;
+            const std::uint64_t samples = 4096;
             const Estimate estimate = render(witness, scene, settings_of(3, 1), samples);
             const std::vector<double> mean = mean_of(estimate), variance = variance_of(estimate);
             for (std::uint32_t i = 0; i < 9; ++i) {
