@@ -4,6 +4,7 @@
 
 #include <charconv>
 #include <cmath>
+#include <glm/geometric.hpp>
 #include <sstream>
 #include <string_view>
 
@@ -54,13 +55,41 @@ public:
                     static_cast<std::uint32_t>(indices[i + 1].vertex_index),
                     static_cast<std::uint32_t>(indices[i + 2].vertex_index)});
         }
-        line_ = 0;
-        if (model.triangles.size() != expected_triangles_)
-            refuse("has a polygon that cannot be cut into triangles", "export it as triangles");
+        if (model.triangles.size() != expected_triangles_) refuse_polygon(0);
+        check_fronts(model);
         return model;
     }
 
 private:
+    // A face with its place in the file; its corners − 2 triangles follow those of the face before.
+    struct Face {
+        std::size_t line, corners;
+    };
+
+    [[noreturn]] void refuse_polygon(std::size_t line) {
+        line_ = line;
+        refuse("a polygon cannot be cut into triangles", "export the model as triangles");
+    }
+
+    // A bad cut of a concave polygon shows in a triangle whose front is not the polygon's. The front of the polygon is
+    // its vector area, the sum of those of its triangles however they are cut.
+    void check_fronts(const ObjModel& model) {
+        const auto vector_area = [&](const std::array<std::uint32_t, 3>& t) {
+            const glm::dvec3& a = model.vertices[t[0]];
+            return glm::cross(model.vertices[t[1]] - a, model.vertices[t[2]] - a);
+        };
+        auto triangle = model.triangles.begin();
+        for (const Face& face : face_list_) {
+            const auto end = triangle + static_cast<std::ptrdiff_t>(face.corners - 2);
+            glm::dvec3 front(0.0);
+            for (auto t = triangle; t != end; ++t) front += vector_area(*t);
+            // Flat triangles, of no area but for rounding, are legal: 2^-40 of the whole lies well above rounding.
+            for (; triangle != end; ++triangle)
+                if (glm::dot(vector_area(*triangle), front) < -0x1p-40 * glm::dot(front, front))
+                    refuse_polygon(face.line);
+        }
+    }
+
     [[noreturn]] void refuse(const std::string& reason, const std::string& mend) const {
         const std::string where = line_ == 0 ? "" : fmt::format("line {}: ", line_);
         throw input_error(place_.file, place_.pointer, printable(shown_) + ": " + where + reason, mend);
@@ -115,6 +144,7 @@ private:
         if (corners > greatest_corners)
             refuse(fmt::format("a face has more than {} corners", greatest_corners), "export it as triangles");
         expected_triangles_ += corners - 2;
+        face_list_.push_back({line_, corners});
     }
 
     const Place& place_;
@@ -122,7 +152,8 @@ private:
     std::size_t line_ = 0;
     std::size_t expected_triangles_ = 0;
     std::vector<glm::dvec3> vertices_;
-    std::string faces_;
+    std::vector<Face> face_list_;
+    std::string faces_;  // the sound part of the file, for tinyobjloader
 };
 
 }  // namespace

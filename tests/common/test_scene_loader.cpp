@@ -290,6 +290,12 @@ TEST_CASE("a concave polygon of an OBJ model keeps its area") {
     CHECK(area == doctest::Approx(10.0));  // 16 less the notch of 4 · 3 / 2
 }
 
+TEST_CASE("a polygon that tinyobjloader cuts wrongly is refused, not rendered inside out") {
+    // A dart whose shorter diagonal lies outside it.
+    CHECK(names(obj_refusal("v 0 0 0\nv 4 1 0\nv 3 0 0\nv 4 -1 0\nf 1 4 3 2\n"),
+        "line 5: a polygon cannot be cut into triangles"));
+}
+
 TEST_CASE("a model named twice shares its vertices") {
     const TemporaryFolder folder;
     put(folder / "m.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
