@@ -92,7 +92,7 @@ Side Verification::side(Renderer& renderer, std::uint64_t seed) const {
 }
 
 void Verification::report(double fraction, const std::string& text) const {
-    if (options_.progress) options_.progress(std::clamp(fraction, 0.0, 1.0), scene_.name + ": " + text);
+    if (options_.progress) options_.progress(std::clamp(fraction, 0.0, 1.0), text);
 }
 
 // The samples of `range`, or nothing when stopped on the way: only whole batches count.

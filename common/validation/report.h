@@ -1,0 +1,18 @@
+// A folder that a report is made of: report.json and the pictures. scripts/report turns it into one HTML file.
+#pragma once
+
+#include <filesystem>
+#include <span>
+
+#include "common/validation/scene_verdict.h"
+
+namespace tandem {
+
+// Writes DIR/report.json (verdict_json.h, and for each scene "images": file names and the ranges of the maps) and the
+// PNGs it names. Makes the folder if need be. Throws InputError where it cannot be written.
+void write_report(const std::filesystem::path& folder, std::span<const SceneVerdict> verdicts);
+
+// Asked before long work: throws InputError unless the folder is there or can be made, and takes files.
+void check_report_folder(const std::filesystem::path& folder);
+
+}  // namespace tandem

@@ -1,0 +1,57 @@
+// The report folder and its maps.
+#include <doctest/doctest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "common/error.h"
+#include "common/validation/colour_map.h"
+#include "common/validation/report.h"
+#include "common/validation/verify.h"
+#include "tests/common/synthetic_renderer.h"
+
+using namespace tandem;
+
+namespace {
+
+Radiance noisy(std::uint32_t x, std::uint32_t y, SampleRandom& random) {
+    const double value = (0.2 + 0.02 * x) * random.exponential() * (y < 20 ? 1.0 : 0.5);
+    return {value, 0.8 * value, 0.5 * value};
+}
+
+}  // namespace
+
+TEST_CASE("maps end at their named colours and pass through white and the middle of inferno") {
+    CHECK(diverging_colour(0.0) == Colour{1.0, 1.0, 1.0});
+    CHECK(diverging_colour(7.0)[0] == doctest::Approx(0xb2 / 255.0));
+    CHECK(diverging_colour(-7.0)[2] == doctest::Approx(0xac / 255.0));
+    CHECK(sequential_colour(0.5)[1] == doctest::Approx(0x37 / 255.0));
+    CHECK(sequential_colour(1.0)[2] == doctest::Approx(0xa4 / 255.0));
+}
+
+TEST_CASE("a report folder holds the verdict and every picture that it names") {
+    Scene scene;
+    scene.name = "a scene/with: odd name";
+    VerifyOptions options;
+    RenderSettings settings;
+    settings.width = 40;
+    settings.height = 30;
+    options.settings = settings;
+    options.max_samples = 128;
+    SyntheticRenderer a(noisy, "cpu"), b(noisy, "vulkan");
+    const std::vector<SceneVerdict> verdicts{verify_scene(scene, a, b, options)};
+    const std::filesystem::path folder = std::filesystem::temp_directory_path() / "tandem_test_report";
+    std::filesystem::remove_all(folder);
+    write_report(folder, verdicts);
+    const nlohmann::json report = nlohmann::json::parse(std::ifstream(folder / "report.json"));
+    for (const char* picture : {"reference", "candidate", "difference", "tiles", "p"}) {
+        CAPTURE(picture);
+        CHECK(std::filesystem::exists(folder / report["scenes"][0]["images"][picture].get<std::string>()));
+    }
+    std::filesystem::remove_all(folder);
+}
+
+TEST_CASE("a report folder that cannot be made is refused") {
+    CHECK_THROWS_AS(check_report_folder("/dev/null/report"), InputError);
+}
