@@ -81,7 +81,7 @@ struct SceneDefaults {
     double ray_max = std::numeric_limits<double>::infinity();
 };
 
-// The closed form that a scene's file may carry: the mean radiance of every pixel, at the file's own bounces and ray
+// The closed form that a scene's file may carry: the mean radiance of the image, at the file's own bounces and ray
 // interval, and the formula it follows from.
 struct Expectation {
     glm::dvec3 radiance{0.0};
