@@ -169,7 +169,7 @@ Judgement judge(const SampledImage& reference, const SampledImage& candidate, co
 std::string percent(double fraction) {
     const double value = 100.0 * std::abs(fraction);
     if (!std::isfinite(value)) return "∞ %";
-    return value >= 10.0 ? fmt::format("{:.0f} %", value) : fmt::format("{:.2g} %", value);
+    return value >= 10.0 ? fmt::format("{:.0f} %", value) : fmt::format("{:#.2g} %", value);
 }
 
 std::string sentence_of(const Judgement& judgement, const Criteria& criteria, const std::string& reference_name,

@@ -1,8 +1,10 @@
 // The report folder and its maps.
 #include <doctest/doctest.h>
 
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <iterator>
 #include <nlohmann/json.hpp>
 
 #include "common/error.h"
@@ -49,6 +51,31 @@ TEST_CASE("a report folder holds the verdict and every picture that it names") {
         CAPTURE(picture);
         CHECK(std::filesystem::exists(folder / report["scenes"][0]["images"][picture].get<std::string>()));
     }
+    std::filesystem::remove_all(folder);
+}
+
+TEST_CASE("scripts/report makes one HTML file that needs nothing beside it") {
+    Scene scene;
+    scene.name = "html";
+    VerifyOptions options;
+    RenderSettings settings;
+    settings.width = settings.height = 32;
+    options.settings = settings;
+    options.max_samples = 512;
+    options.criteria.margins.image = 1e-6;  // several looks, hence a plot
+    SyntheticRenderer a(noisy, "cpu"), b(noisy, "vulkan");
+    const std::vector<SceneVerdict> verdicts{verify_scene(scene, a, b, options)};
+    const std::filesystem::path folder = std::filesystem::temp_directory_path() / "tandem_test_report_html";
+    std::filesystem::remove_all(folder);
+    write_report(folder, verdicts);
+    const std::string command = "/usr/bin/python3 " TANDEM_SOURCE_DIR "/scripts/report " + folder.string();
+    REQUIRE(std::system(command.c_str()) == 0);
+    std::ifstream stream(folder / "report.html");
+    const std::string html{std::istreambuf_iterator<char>(stream), {}};
+    CHECK(html.find("<span class=\"verdict undecided\">undecided</span>") != std::string::npos);
+    CHECK(html.find("src=\"data:image/png;base64,") != std::string::npos);
+    CHECK(html.find("<svg") != std::string::npos);
+    CHECK(html.find("src=\"http") == std::string::npos);
     std::filesystem::remove_all(folder);
 }
 
