@@ -5,6 +5,7 @@
 
 #include <tbb/blocked_range.h>
 #include <tbb/enumerable_thread_specific.h>
+#include <tbb/global_control.h>
 #include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
 
@@ -12,6 +13,7 @@
 #include <chrono>
 #include <cmath>
 #include <mutex>
+#include <thread>
 
 #include "common/error.h"
 #include "cpu_ref/path_tracer.h"
@@ -68,6 +70,8 @@ public:
         : tables_(make_tables<Real>(scene, settings, bug)),
           accelerator_(device, tables_),
           workers_([this] { return Worker<Real, next_event>(tables_, accelerator_); }),
+          thread_limit_(tbb::global_control::max_allowed_parallelism,
+              std::max(threads, std::max(1u, std::thread::hardware_concurrency()))),
           arena_(threads == 0 ? tbb::task_arena::automatic : static_cast<int>(threads)) {}
 
     RenderResult render(SampleRange range, const RenderControl& control) override {
@@ -170,6 +174,7 @@ private:
     Tables<Real> tables_;
     Accelerator<Real> accelerator_;
     tbb::enumerable_thread_specific<Worker<Real, next_event>> workers_;
+    tbb::global_control thread_limit_;  // else no more threads than processors
     tbb::task_arena arena_;
     double seconds_per_sample_ = 0.0;
 };
