@@ -64,6 +64,7 @@ vec3 scattered_direction(Material material, vec3 d, vec3 n_f, float c, bool fron
         if (PLANTED(pdf_not_of_sampler)) local = vec3(sqrt(u.x * (2.0 - u.x)) * cos_sin_turn(u.y), 1.0 - u.x);
         return normalize(frame_of(n_f) * local);
     }
+    if (!has_specular && !has_translucent) return vec3(0.0);
     vec3 w = d + 2.0 * c * n_f;
     if (has_translucent && has_flag(material, flag_translucent))
         w = translucent_direction(material, d, n_f, c, front, u.z);

@@ -40,3 +40,146 @@ TEST_CASE("every sample of a furnace is the closed form of its depth") {
         for (const double mean : mean_of(result.estimate)) REQUIRE(std::abs(mean - answer) <= bound);
     }
 }
+
+TEST_CASE("next events leave the furnace as it is") {
+    constexpr double albedo = 0.8, radiance = 0.5;
+    const RenderResult result = render(furnace(albedo, radiance), settings_of(16, 5, Integrator::next_event), 256);
+    const double answer = furnace_answer(albedo, radiance, 5);
+    // Six standard errors: a false alarm in 10^8 runs; and the rounding of the closed form's sums.
+    CHECK(std::abs(image_mean(result.estimate) - answer) <= 6.0 * standard_error(result.estimate) + answer * 0x1p-19);
+}
+
+TEST_CASE("a closed mirror box lets no light in") {
+    SceneBuilder builder;
+    builder.camera({0.1, 0.2, 0.3}, {1.0, 0.4, -0.3}, 70.0);
+    builder.cuboid(builder.material(mirror(glm::dvec3(0.9))), glm::dvec3(-1.0), glm::dvec3(1.0));
+    builder.background(glm::dvec3(1.0), glm::dvec3(1.0));
+    // No light inside and no way out: every path ends black after its last bounce.
+    const RenderResult closed = render(builder.scene, settings_of(16, 7), 4);
+    for (const double mean : mean_of(closed.estimate)) REQUIRE(mean == 0.0);
+}
+
+TEST_CASE("a lamp seen in a mirror is dimmed by the mirror's colour") {
+    SceneBuilder builder;
+    builder.camera({0.0, 0.0, 0.0}, {0.0, 0.0, -1.0}, 20.0);
+    const std::uint32_t silver = builder.material(mirror({0.5, 0.9, 1.0}));
+    builder.quad(silver, {glm::dvec3{-5, -5, -1}, {5, -5, -1}, {5, 5, -1}, {-5, 5, -1}});
+    builder.sphere(builder.material(emissive(glm::dvec3(2.0))), {0.0, 0.0, 0.0}, 50.0);
+    const RenderResult result = render(builder.scene, settings_of(16, 3), 4);
+    const std::vector<double> mean = mean_of(result.estimate);
+    const glm::dvec3 colour{0.5, 0.9, 1.0};
+    for (int i = 0; i < 16 * 16 * 3; ++i)
+        REQUIRE(mean[static_cast<std::size_t>(i)] == doctest::Approx(2.0 * colour[i % 3]).epsilon(1e-6));
+}
+
+TEST_CASE("the same samples give the same bits, however the range is cut at blocks") {
+    for (const Integrator integrator : {Integrator::path, Integrator::next_event}) {
+        const auto renderer = vulkan_backend().create({});
+        const RenderSettings settings = settings_of(16, 6, integrator);
+        const Estimate whole = renderer->prepare(full_scene(), settings)->render({0, 256}).estimate;
+        const auto job = renderer->prepare(full_scene(), settings);
+        Estimate late = job->render({128, 256}).estimate;
+        late.merge(job->render({64, 128}).estimate);
+        late.merge(job->render({0, 64}).estimate);
+        CHECK(whole.count() == 256);
+        CHECK(same_bits(whole, late));
+    }
+}
+
+TEST_CASE("another seed gives other samples") {
+    const Estimate one = render(full_scene(), settings_of(8, 3), 4).estimate;
+    const Estimate other = render(full_scene(), settings_of(8, 3, Integrator::path, 2), 4).estimate;
+    CHECK(!same_bits(one, other));
+}
+
+TEST_CASE("a range that does not begin at a block is refused") {
+    const auto renderer = vulkan_backend().create({});
+    const auto job = renderer->prepare(full_scene(), settings_of(4, 1));
+    CHECK_THROWS_AS(static_cast<void>(job->render({1, 64})), Error);
+}
+
+TEST_CASE("a stop returns the samples finished until then") {
+    const auto renderer = vulkan_backend().create({});
+    const auto job = renderer->prepare(full_scene(), settings_of(64, 4));
+    std::stop_source source;
+    RenderControl control;
+    control.stop = source.get_token();
+    control.progress = [&](double done) {
+        if (done >= 3.0) source.request_stop();
+    };
+    const Estimate partial = job->render({0, 1000}, control).estimate;
+    CHECK(partial.count() >= 3);
+    CHECK(partial.count() < 1000);
+    CHECK(same_bits(partial, job->render({0, partial.count()}).estimate));
+}
+
+TEST_CASE("progress grows to the number of samples asked for") {
+    const auto renderer = vulkan_backend().create({});
+    const auto job = renderer->prepare(full_scene(), settings_of(16, 2));
+    double last = 0.0;
+    bool grows = true;
+    RenderControl control;
+    control.progress = [&](double done) {
+        grows = grows && done > last;
+        last = done;
+    };
+    static_cast<void>(job->render({0, 100}, control));
+    CHECK(grows);
+    CHECK(last == 100.0);
+}
+
+TEST_CASE("scattering alone and next events have the same mean") {
+    const Scene scene = full_scene();
+    const Estimate path = render(scene, settings_of(24, 5, Integrator::path, 11), 1024).estimate;
+    const Estimate next = render(scene, settings_of(24, 5, Integrator::next_event, 12), 1024).estimate;
+    CHECK(path.invalid() + next.invalid() == 0);
+    for (int channel = 0; channel < 3; ++channel) {
+        const double error = std::hypot(standard_error(path, channel), standard_error(next, channel));
+        CAPTURE(channel);
+        // Five standard errors of the difference: three tests at 6e-7 each.
+        CHECK(std::abs(image_mean(path, channel) - image_mean(next, channel)) <= 5.0 * error);
+    }
+}
+
+TEST_CASE("roulette leaves the mean as it is") {
+    const Scene scene = full_scene();
+    RenderSettings settings = settings_of(24, 5, Integrator::next_event, 13);
+    const Estimate without = render(scene, settings, 512).estimate;
+    settings.roulette_start = 1;
+    settings.seed = 14;
+    const Estimate with = render(scene, settings, 512).estimate;
+    const double error = std::hypot(standard_error(without), standard_error(with));
+    CHECK(std::abs(image_mean(without) - image_mean(with)) <= 5.0 * error);
+}
+
+TEST_CASE("what the backend does not offer is refused with its reason") {
+    BackendOptions options;
+    options.precision = Precision::double_precision;
+    CHECK_THROWS_AS(vulkan_backend().create(options), UnsupportedError);
+    options = {};
+    options.planted_bug = PlantedBug::cosine_dropped;
+    CHECK_THROWS_AS(vulkan_backend().create(options), UnsupportedError);
+    options = {};
+    options.threads = 3;
+    CHECK_THROWS_AS(vulkan_backend().create(options), UnsupportedError);
+    options = {};
+    options.device = "no such device";
+    CHECK_THROWS_AS(vulkan_backend().create(options), DeviceError);
+}
+
+TEST_CASE("a camera without a frame is refused") {
+    Scene scene = full_scene();
+    scene.camera.target = scene.camera.position;
+    CHECK_THROWS_AS(static_cast<void>(render(scene, settings_of(4, 1), 1)), InputError);
+}
+
+TEST_CASE("an empty scene shows its background") {
+    SceneBuilder builder;
+    builder.camera({0, 0, 0}, {0, 0, -1}).background({0.25, 0.5, 1.0}, {0.25, 0.5, 1.0});
+    const std::vector<double> mean = mean_of(render(builder.scene, settings_of(4, 3), 2).estimate);
+    for (std::size_t i = 0; i < mean.size(); i += 3) {
+        CHECK(mean[i] == 0.25);
+        CHECK(mean[i + 1] == 0.5);
+        CHECK(mean[i + 2] == 1.0);
+    }
+}

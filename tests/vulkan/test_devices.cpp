@@ -1,0 +1,110 @@
+// Which device is taken, and why one is refused, on invented devices; and the list of the real ones.
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+#include "common/error.h"
+#include "vulkan/core/device_selection.h"
+
+using namespace tandem;
+
+namespace {
+
+DeviceDescription device(std::uint32_t index, const std::string& name, DeviceType type) {
+    DeviceDescription result;
+    result.index = index;
+    result.name = name;
+    result.type = type;
+    result.api_major = 1;
+    result.api_minor = 2;
+    result.abilities = {true, 64, 64, 1024, 1u << 30, 1u << 30, 1u << 30, 64};
+    result.suitable = true;
+    return result;
+}
+
+DeviceDescription refused(DeviceDescription description, const std::string& reason) {
+    description.suitable = false;
+    description.reason = reason;
+    return description;
+}
+
+const std::vector<DeviceDescription> three{device(0, "llvmpipe (LLVM 15)", DeviceType::cpu),
+    device(1, "Intel Arc", DeviceType::integrated), device(2, "NVIDIA H200", DeviceType::discrete)};
+
+std::string error_of(const std::vector<DeviceDescription>& devices, const std::string& wanted) {
+    try {
+        static_cast<void>(select_device(devices, wanted));
+    } catch (const DeviceError& error) {
+        return error.what();
+    }
+    return {};
+}
+
+bool contains(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
+
+}  // namespace
+
+TEST_CASE("by default a discrete GPU is taken before an integrated one and both before a CPU") {
+    CHECK(select_device(three, "") == 2);
+    CHECK(select_device(std::vector{three[0], three[1]}, "") == 1);
+    CHECK(select_device(std::vector{three[0]}, "") == 0);
+}
+
+TEST_CASE("a device that cannot be used is passed over by default") {
+    CHECK(select_device(std::vector{three[0], refused(three[2], "is old")}, "") == 0);
+}
+
+TEST_CASE("a device is named by its index or a part of its name in any case") {
+    CHECK(select_device(three, "1") == 1);
+    CHECK(select_device(three, "nvidia") == 2);
+    CHECK(select_device(three, "LLVM") == 0);
+    CHECK(select_device(three, "200") == 2);
+}
+
+TEST_CASE("a name that matches nothing is refused with a list of what there is") {
+    const std::string error = error_of(three, "radeon");
+    CHECK(contains(error, "radeon"));
+    CHECK(contains(error, "2: NVIDIA H200 (discrete GPU)"));
+    CHECK(contains(error, "0: llvmpipe"));
+    CHECK(contains(error_of({}, ""), "there is no Vulkan device"));
+}
+
+TEST_CASE("naming a device that cannot be used says what it lacks") {
+    CHECK(contains(error_of({three[0], refused(three[1], "offers Vulkan 1.1")}, "arc"), "offers Vulkan 1.1"));
+}
+
+TEST_CASE("each lack is named") {
+    CHECK(unsuitability(three[0]).empty());
+    DeviceDescription old = three[0];
+    old.api_minor = 1;
+    CHECK(contains(unsuitability(old), "Vulkan 1.1"));
+    DeviceDescription no_compute = three[0];
+    no_compute.abilities.compute_queue = false;
+    CHECK(contains(unsuitability(no_compute), "compute"));
+    DeviceDescription few_per_stage = three[0];
+    few_per_stage.abilities.storage_buffers_per_stage = 8;
+    CHECK(contains(unsuitability(few_per_stage), "maxPerStageDescriptorStorageBuffers is 8"));
+    DeviceDescription few_per_set = three[0];
+    few_per_set.abilities.storage_buffers_per_set = 24;
+    CHECK(contains(unsuitability(few_per_set), "maxDescriptorSetStorageBuffers is 24"));
+    DeviceDescription small_groups = three[0];
+    small_groups.abilities.workgroup_invocations = 64;
+    CHECK(contains(unsuitability(small_groups), "maxComputeWorkGroupInvocations is 64"));
+}
+
+TEST_CASE("this machine's devices are listed with driver, version and UUID") {
+    const std::vector<DeviceDescription> devices = list_devices();
+    REQUIRE(!devices.empty());
+    for (const DeviceDescription& each : devices) {
+        CHECK(!each.name.empty());
+        CHECK(each.api_major >= 1);
+        CHECK(each.uuid.size() == 32);
+        CHECK(each.suitable == each.reason.empty());
+    }
+    CHECK(std::ranges::any_of(devices, &DeviceDescription::suitable));
+    const nlohmann::json report = devices_as_json();
+    CHECK(report.at("devices").size() == devices.size());
+    CHECK(report.at("devices")[0].at("name") == devices[0].name);
+    CHECK(report.at("devices")[0].at("index") == 0);
+}

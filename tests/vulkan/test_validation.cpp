@@ -1,0 +1,45 @@
+// The renderer is clean under the validation layer, and the layer would have spoken. Where the layer is not installed
+// these tests fail, as scripts/setup installs it.
+#include <doctest/doctest.h>
+
+#include "tests/vulkan/probe.h"
+#include "tests/vulkan/scene_builder.h"
+
+using namespace tandem;
+using namespace tandem::testing;
+
+namespace {
+
+bool speaks_of(const std::vector<std::string>& messages, const std::string& what) {
+    for (const std::string& message : messages)
+        if (message.find(what) != std::string::npos) return true;
+    return false;
+}
+
+}  // namespace
+
+TEST_CASE("the layer sees a missing barrier between two dispatches") {
+    CHECK(speaks_of(messages_about_copies(Ordering::none_in_one_submit), "READ_AFTER_WRITE"));
+}
+
+TEST_CASE("the layer sees a missing barrier across two submits") {
+    CHECK(speaks_of(messages_about_copies(Ordering::none_across_submits), "READ_AFTER_WRITE"));
+}
+
+TEST_CASE("the layer has nothing to say about dispatches with a barrier") {
+    CHECK(messages_about_copies(Ordering::barrier).empty());
+}
+
+TEST_CASE("the layer has nothing to say about a render with every feature") {
+    BackendOptions options;
+    options.validation = true;
+    const auto renderer = vulkan_backend().create(options);
+    for (const Integrator integrator : {Integrator::path, Integrator::next_event}) {
+        RenderSettings settings = settings_of(16, 6, integrator);
+        settings.roulette_start = 3;
+        const auto job = renderer->prepare(full_scene(), settings);
+        // Two blocks, the second ragged, and then another call.
+        CHECK_NOTHROW(static_cast<void>(job->render({0, 70})));
+        CHECK_NOTHROW(static_cast<void>(job->render({128, 130})));
+    }
+}
