@@ -23,7 +23,7 @@ struct Negligible {
     double tile = 1e-3;
     double pixel = 1e-2;
     double paired_image = 1e-3;
-    double paired_tile = 2e-2;
+    double paired_tile = 1e-2;
     double variance_ratio = 1.25;  // variances of one sample, either way
 };
 

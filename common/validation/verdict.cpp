@@ -178,15 +178,17 @@ std::string sentence_of(const Judgement& judgement, const Criteria& criteria, co
     const std::string bounds =
         fmt::format("±{} overall, worst 16×16 tile ±{} ({:.0f} %)", percent(widest(judgement.level("image")).bound()),
             percent(widest(judgement.level("tiles 16x16")).bound()), 100.0 * (1.0 - criteria.doubt));
+    const std::string detectable =
+        "; detectable: " + percent(judgement.level("image").minimum_detectable_relative) + " overall";
     switch (judgement.verdict) {
         case Verdict::agree:
-            return both + " agree within " + bounds;
+            return both + " agree within " + bounds + detectable;
         case Verdict::disagree:
             return both + " disagree: " + judgement.reasons.front();
         case Verdict::undecided:
             break;
     }
-    return both + " are undecided: no difference found, but it is only known to lie within " + bounds;
+    return both + " are undecided: no difference found, but it is only known to lie within " + bounds + detectable;
 }
 
 }  // namespace tandem

@@ -24,7 +24,8 @@ json region_json(const RegionComparison& region) {
 json level_json(const LevelResult& level) {
     json result{{"name", level.name}, {"test", level.test}, {"tests", level.tests}, {"p", number(level.p)},
         {"threshold", level.threshold}, {"gates", level.threshold > 0.0}, {"significant", level.significant},
-        {"minimum_detectable_relative", number(level.minimum_detectable_relative)},
+        {"minimum_detectable_relative",
+            level.minimum_detectable_relative > 0.0 ? json(level.minimum_detectable_relative) : json(nullptr)},
         {"worst", region_json(level.worst)}};
     if (!level.regions.empty()) result["bound_relative"] = number(widest(level).bound());
     return result;

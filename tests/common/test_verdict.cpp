@@ -1,0 +1,144 @@
+// The judgement on two images at one look, level by level, and the parts that it is made of.
+#include <doctest/doctest.h>
+
+#include <numeric>
+#include <random>
+
+#include "common/statistics/multiple_tests.h"
+#include "common/validation/schedule.h"
+#include "common/validation/verdict.h"
+
+using namespace tandem;
+
+namespace {
+
+// Independent normal pixel means about `level`, each known from `count` samples of variance `variance`.
+SampledImage normal_image(
+    std::uint32_t width, std::uint32_t height, double level, double variance, double count, std::uint64_t seed) {
+    std::mt19937_64 random(seed);
+    std::normal_distribution<double> noise(0.0, std::sqrt(variance / count));
+    SampledImage image;
+    image.width = width;
+    image.height = height;
+    image.samples = static_cast<std::uint64_t>(count);
+    for (std::size_t i = 0; i < std::size_t{width} * height * channel_count; ++i)
+        image.pixels.push_back({level + noise(random), variance, count});
+    return image;
+}
+
+std::uint64_t area(const Rectangle& r) { return std::uint64_t{r.x1 - r.x0} * (r.y1 - r.y0); }
+
+}  // namespace
+
+TEST_CASE("tiles cover the image once, without slivers") {
+    for (const std::uint32_t width : {1u, 7u, 16u, 100u, 130u}) {
+        const TileGrid grid(width, 33, 16);
+        std::uint64_t total = 0;
+        for (std::size_t tile = 0; tile < grid.size(); ++tile) {
+            total += area(grid.rectangle(tile));
+            CHECK(grid.rectangle(tile).x1 - grid.rectangle(tile).x0 >= std::min(width, 11u));
+        }
+        CHECK(total == 33u * width);
+        CHECK(grid.tile_of_pixel().back() == grid.size() - 1);
+    }
+}
+
+TEST_CASE("a tile darker than the floor is judged against the image, a brighter one against itself") {
+    SampledImage a = normal_image(32, 16, 1.0, 1e-4, 100, 1), b = a;
+    // The right tile: a hundredth of the left one, and the candidate 50 % brighter there.
+    for (std::size_t i = 0; i < a.pixels.size(); ++i)
+        if (i / channel_count % 32 >= 16) {
+            a.pixels[i].mean = 0.01;
+            b.pixels[i].mean = 0.015;
+        }
+    const Criteria criteria;
+    const Judgement judgement = judge(a, b, nullptr, criteria, {});
+    const RegionComparison& dark = judgement.level("tiles 16x16").regions[3];
+    // 0.005 over a quarter of the image's mean, 0.505.
+    CHECK(dark.relative == doctest::Approx(0.005 / (0.25 * 0.505)).epsilon(1e-3));
+}
+
+TEST_CASE("the threshold of each level is Holm's") {
+    const SampledImage a = normal_image(32, 32, 1.0, 1.0, 64, 1), b = normal_image(32, 32, 1.0, 1.0, 64, 2);
+    const Judgement judgement = judge(a, b, nullptr, Criteria{}, {.false_alarm = 0.01, .doubt = 0.05});
+    std::vector<double> p, thresholds;
+    for (const LevelResult& level : judgement.levels) p.push_back(level.p);
+    const std::vector<double> expected = holm_thresholds(p, 0.01);
+    for (std::size_t i = 0; i < p.size(); ++i) CHECK(judgement.levels[i].threshold == expected[i]);
+}
+
+TEST_CASE("an agreement is never given where the margin is not inside what is known") {
+    Criteria criteria;
+    for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+        // A true difference right at the margin of the image.
+        const SampledImage a = normal_image(32, 32, 1.0, 1.0, 4096, 2 * seed);
+        const SampledImage b = normal_image(32, 32, 1.0 + criteria.margins.image, 1.0, 4096, 2 * seed + 1);
+        CHECK(judge(a, b, nullptr, criteria, {}).verdict != Verdict::agree);
+    }
+}
+
+TEST_CASE("tied pixels widen the interval of the image by the root of their correlation") {
+    SampledImage a = normal_image(32, 32, 1.0, 1.0, 64, 1), b = normal_image(32, 32, 1.0, 1.0, 64, 2);
+    const double independent = judge(a, b, nullptr, Criteria{}, {}).level("image").regions[0].relative_error;
+    a.correlation = b.correlation = 4.0;
+    const double tied = judge(a, b, nullptr, Criteria{}, {}).level("image").regions[0].relative_error;
+    CHECK(tied == doctest::Approx(2.0 * independent));
+}
+
+TEST_CASE("a side with few samples that saw no light does not accuse a side with many that did") {
+    // One sample of a hundred is lit: 4096 samples saw some, 64 saw none, as happens every other time.
+    SampledImage many = normal_image(1, 1, 1.0, 1.0, 4096, 1), few = many;
+    const double lit = 1e-2;
+    for (std::size_t c = 0; c < channel_count; ++c) {
+        many.pixels[c] = {lit, lit * (1.0 - lit), 4096.0};
+        few.pixels[c] = {0.0, 0.0, 64.0};
+    }
+    const Judgement judgement = judge(many, few, nullptr, Criteria{}, {});
+    CHECK(judgement.level("image").worst.statistic > 6.0);  // Welch's t alone would be sure
+    CHECK(judgement.verdict == Verdict::undecided);
+}
+
+TEST_CASE("percentages keep two figures") {
+    CHECK(percent(0.0021) == "0.21 %");
+    CHECK(percent(0.03) == "3.0 %");
+    CHECK(percent(0.123) == "12 %");
+    CHECK(percent(std::numeric_limits<double>::infinity()) == "∞ %");
+}
+
+TEST_CASE("the schedule doubles up to what the budget affords, in whole batches") {
+    ScheduleRequest request;
+    request.seconds_per_sample_reference = 0.01;
+    request.seconds_per_sample_candidate = 0.03;
+    request.budget_seconds = 120.0;
+    request.max_samples = 1u << 20;
+    const Schedule schedule = make_schedule(request);
+    CHECK(schedule.batch_samples == 64);
+    CHECK(schedule.looks.size() <= 6);
+    for (const std::uint64_t look : schedule.looks) CHECK(look % schedule.batch_samples == 0);
+    const double cost = 0.04 * static_cast<double>(schedule.looks.back()) +
+                        0.03 * static_cast<double>(schedule.paired_batches * schedule.batch_samples);
+    CHECK(cost <= 120.0);
+    CHECK(cost >= 0.8 * 120.0);
+}
+
+TEST_CASE("a budget of nothing still allows one look at two batches") {
+    ScheduleRequest request;
+    request.seconds_per_sample_reference = request.seconds_per_sample_candidate = 1.0;
+    request.budget_seconds = 0.0;
+    request.max_samples = 1u << 20;
+    CHECK(make_schedule(request).looks == std::vector<std::uint64_t>{128});
+}
+
+TEST_CASE("fast renderers get longer batches, not more of them") {
+    ScheduleRequest request;
+    request.seconds_per_sample_reference = request.seconds_per_sample_candidate = 1e-6;
+    request.max_samples = 1u << 20;
+    const Schedule schedule = make_schedule(request);
+    CHECK(schedule.looks.back() == (1u << 20));
+    CHECK(schedule.looks.back() / schedule.batch_samples <= 64);
+}
+
+TEST_CASE("the rounding of float transport grows with the bounces") {
+    CHECK(float_transport_tolerance(0) == 8 * 0x1p-23);
+    CHECK(float_transport_tolerance(12) == 92 * 0x1p-23);
+}
