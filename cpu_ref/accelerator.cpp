@@ -163,9 +163,10 @@ struct Accelerator<Real>::Callbacks {
         for (const PrimitiveRef& ref : tables.primitives) {
             const Ints<Real> number(id++);
             const Mask<Real> departing = query.departure.primitive == number;
-            const Candidate<V> candidate = with_form(
-                tables, ref, [&](const auto& form) { return intersect(form, ray, departing, query.departure.inside); });
-            blocked = blocked | (candidate.hit & !(query.light == number));
+            const Mask<Real> hit = with_form(
+                tables, ref, [&](const auto& form) { return blocks(form, ray, departing, query.departure.inside); });
+            blocked = blocked | (hit & !(query.light == number));
+            if (all(blocked)) break;
         }
         query.hit.found = blocked & query.active;
     }

@@ -58,23 +58,41 @@ struct CuboidForm {
     Vec3<Real> half{};
 };
 
+// Does the line of the ray pass between the edges, these included?
 template <class V>
-TANDEM_INLINE Candidate<V> intersect(
-    const TriangleForm<RealOf<V>>& triangle, const Ray<V>& ray, BoolOf<V> departing, BoolOf<V> /*inside*/) {
-    using Real = RealOf<V>;
-    const V zero(Real(0));
+TANDEM_INLINE BoolOf<V> passes_within(const TriangleForm<RealOf<V>>& triangle, const Ray<V>& ray) {
+    const V zero(RealOf<V>(0));
     const auto side = [&](std::size_t i) {
-        const Vec3<Real>&e = triangle.edge[i], &m = triangle.edge_moment[i];
+        const auto &e = triangle.edge[i], &m = triangle.edge_moment[i];
         const Vec3<V>&d = ray.direction, &l = ray.moment;
         return fma(
             V(e.x), l.x, fma(V(e.y), l.y, fma(V(e.z), l.z, fma(V(m.x), d.x, fma(V(m.y), d.y, V(V(m.z) * d.z))))));
     };
     const V s0 = side(0), s1 = side(1), s2 = side(2);
-    const auto within = ((s0 >= zero) & (s1 >= zero) & (s2 >= zero)) | ((s0 <= zero) & (s1 <= zero) & (s2 <= zero));
+    return static_cast<BoolOf<V>>(
+        ((s0 >= zero) & (s1 >= zero) & (s2 >= zero)) | ((s0 <= zero) & (s1 <= zero) & (s2 <= zero)));
+}
+
+template <class V>
+TANDEM_INLINE Candidate<V> intersect(
+    const TriangleForm<RealOf<V>>& triangle, const Ray<V>& ray, BoolOf<V> departing, BoolOf<V> /*inside*/) {
+    const BoolOf<V> within = passes_within(triangle, ray);
     const Vec3<V> n = splat<V>(triangle.normal);
     const V t = (V(triangle.offset) - dot(n, ray.origin)) / dot(n, ray.direction);
     // A ray in the plane has t = NaN or infinite and misses, as limit <= infinity.
     return {static_cast<BoolOf<V>>(within & (t >= ray.t_min) & (t < ray.limit) & !departing), t, IndexOf<V>{0}};
+}
+
+// Does the ray meet it at all? As intersect, without its division: t is compared as a fraction.
+template <class V>
+TANDEM_INLINE BoolOf<V> blocks(
+    const TriangleForm<RealOf<V>>& triangle, const Ray<V>& ray, BoolOf<V> departing, BoolOf<V> /*inside*/) {
+    const BoolOf<V> within = passes_within(triangle, ray);
+    const Vec3<V> n = splat<V>(triangle.normal);
+    const V height = V(triangle.offset) - dot(n, ray.origin), slope = dot(n, ray.direction);
+    const V steepness = absolute(slope), ahead = select(slope < V(RealOf<V>(0)), V(-height), height);
+    return static_cast<BoolOf<V>>(
+        within & (ahead >= ray.t_min * steepness) & (ahead < ray.limit * steepness) & !departing);
 }
 
 template <class V>
@@ -140,6 +158,11 @@ TANDEM_INLINE Candidate<V> intersect(
     const BoolOf<V> met = ((slabs.entry <= slabs.exit) | exits) & !(departing & !inside);
     return {static_cast<BoolOf<V>>(met & (t >= ray.t_min) & (t < ray.limit)), t,
         select(takes_entry, slabs.entry_face, slabs.exit_face)};
+}
+
+template <class V, class Form>
+TANDEM_INLINE BoolOf<V> blocks(const Form& form, const Ray<V>& ray, BoolOf<V> departing, BoolOf<V> inside) {
+    return intersect(form, ray, departing, inside).hit;
 }
 
 }  // namespace tandem::cpu
