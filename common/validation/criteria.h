@@ -22,8 +22,11 @@ struct Negligible {
     double image = 1e-4;
     double tile = 1e-3;
     double pixel = 1e-2;
-    double paired_image = 1e-3;
-    double paired_tile = 1e-2;
+    // Paired seeds know a difference so well that rounding itself shows: float against double was measured to differ by
+    // (4 +- 2) 1e-6 of the image on the classic Cornell box, and by less than 6e-4 of any tile. One bounce fewer of
+    // twelve makes 3.4e-4 of the image there.
+    double paired_image = 2e-4;
+    double paired_tile = 2e-3;
     double variance_ratio = 1.25;  // variances of one sample, either way
 };
 

@@ -9,6 +9,8 @@
 #include <glm/matrix.hpp>
 #include <glm/vec3.hpp>
 
+#include "common/validation/levels.h"
+
 namespace tandem {
 
 namespace {
@@ -60,6 +62,19 @@ std::vector<Equation> equations_of(const SampledImage& a, const SampledImage& b)
             equations.push_back(equation);
         }
     return equations;
+}
+
+// A factor is constant if nothing is left to see in tiles once it is taken out.
+bool is_constant(const SampledImage& reference, SampledImage candidate, double exposure) {
+    for (PixelStatistics& pixel : candidate.pixels) {
+        pixel.mean /= exposure;
+        pixel.variance /= exposure * exposure;
+    }
+    const Criteria criteria;
+    const LevelResult tiles = compare_regions("tiles", reference, candidate, standard_tile_edge,
+        scales_of(reference, candidate, criteria.margins), criteria.negligible.tile, criteria.margins.tile_floor,
+        0.5 * criteria.doubt);
+    return tiles.p > criteria.false_alarm;
 }
 
 std::string describe(const Registration& r) {
@@ -119,9 +134,10 @@ Registration register_images(const SampledImage& reference, const SampledImage& 
     const auto found = [](double value, double sigma, double least) {
         return std::abs(value) > std::max(5.0 * sigma, least);
     };
-    result.exposure_found = found(result.exposure - 1.0, result.exposure_error, 1e-3);
     result.shift_found =
         found(result.shift_x, result.shift_x_error, 0.05) || found(result.shift_y, result.shift_y_error, 0.05);
+    result.exposure_found = found(result.exposure - 1.0, result.exposure_error, 1e-3) &&
+                            (result.shift_found || is_constant(reference, candidate, result.exposure));
     result.text = describe(result);
     return result;
 }
