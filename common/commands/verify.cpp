@@ -1,0 +1,229 @@
+// tandem verify: two backends, one verdict a scene. tandem compare: the same for images of any renderers.
+#include <fmt/format.h>
+
+#include "common/commands/command.h"
+#include "common/commands/console.h"
+#include "common/error.h"
+#include "common/scene_loader.h"
+#include "common/validation/compare.h"
+#include "common/validation/report.h"
+#include "common/validation/verdict_json.h"
+#include "common/validation/verify.h"
+
+namespace tandem {
+
+namespace {
+
+// Margins and error rates, shared by both commands.
+struct CriteriaArguments {
+    std::string image_margin, tile_margin;
+    std::string report;
+};
+
+struct VerifyArguments {
+    std::vector<std::string> scenes;
+    std::string reference = "cpu", candidate = "vulkan", device, reference_device, precision, reference_precision;
+    RenderOptions render;
+    CriteriaArguments criteria;
+    double seconds = 120.0;
+    std::uint64_t samples = 1u << 20;
+    bool no_paired = false, validation = false;
+};
+
+struct CompareArguments {
+    std::vector<std::string> images, reference, candidate;
+    CriteriaArguments criteria;
+    std::string variance_of = "sample";
+    bool judge_variance = false;
+};
+
+void add_criteria(CLI::App& command, CriteriaArguments& arguments, const Criteria& defaults) {
+    command
+        .add_option("--margin", arguments.image_margin,
+            fmt::format("Agreement means: image mean within this (default {})", percent(defaults.margins.image)))
+        ->type_name("FRACTION");
+    command
+        .add_option("--tile-margin", arguments.tile_margin,
+            fmt::format("... and every 16x16 tile within this (default {})", percent(defaults.margins.tile)))
+        ->type_name("FRACTION");
+    command.add_option("--report", arguments.report, "Write report.json and images to a folder (see scripts/report)")
+        ->type_name("FOLDER");
+}
+
+Criteria criteria_from(const CriteriaArguments& arguments, Criteria criteria) {
+    if (!arguments.image_margin.empty()) criteria.margins.image = fraction_from(arguments.image_margin, "--margin");
+    if (!arguments.tile_margin.empty()) criteria.margins.tile = fraction_from(arguments.tile_margin, "--tile-margin");
+    return criteria;
+}
+
+ExitStatus status_of(Verdict verdict) {
+    switch (verdict) {
+        case Verdict::agree: return ExitStatus::fine;
+        case Verdict::disagree: return ExitStatus::disagree;
+        case Verdict::undecided: return ExitStatus::undecided;
+    }
+    return ExitStatus::undecided;
+}
+
+void print_verdict(const SceneVerdict& verdict, bool verbose) {
+    fmt::print("{}: {}\n", verdict.scene, verdict.sentence);
+    if (verdict.verdict != Verdict::agree || verbose)
+        for (const std::string& reason : verdict.judgement.reasons) fmt::print("    {}\n", reason);
+    std::fflush(stdout);
+}
+
+// Prints the overall verdict, writes --json and --report, and gives the exit status.
+ExitStatus conclude(
+    const std::vector<SceneVerdict>& verdicts, const CriteriaArguments& arguments, const CommandContext& context) {
+    std::vector<Verdict> each;
+    for (const SceneVerdict& verdict : verdicts) each.push_back(verdict.verdict);
+    write_json(context, to_json(verdicts));
+    if (!arguments.report.empty()) write_report(arguments.report, verdicts);
+    const Verdict all = combined(each);
+    fmt::print("Verdict: {}\n", name_of(all));
+    return status_of(all);
+}
+
+RenderSettings verification_settings_from(const RenderOptions& options, const Scene& scene) {
+    RenderSettings settings = settings_from(options, scene);
+    if (!options.size.empty()) return settings;
+    const RenderSettings small = verification_settings(scene);
+    settings.width = small.width;
+    settings.height = small.height;
+    return settings;
+}
+
+ExitStatus verify(const VerifyArguments& arguments, const CommandContext& context) {
+    // Every scene is read before the first is rendered: bad input costs no time.
+    std::vector<Scene> scenes;
+    for (const std::string& file : arguments.scenes) scenes.push_back(load_scene(file));
+    std::vector<RenderSettings> settings;
+    for (const Scene& scene : scenes) settings.push_back(verification_settings_from(arguments.render, scene));
+    if (!arguments.criteria.report.empty()) check_report_folder(arguments.criteria.report);
+
+    const BackendList& backends = context.program.backends;
+    const auto reference = find_backend(backends, arguments.reference)
+                               .create({.device = arguments.reference_device,
+                                   .precision = precision_from(arguments.reference_precision)});
+    const auto candidate = find_backend(backends, arguments.candidate)
+                               .create({.device = arguments.device,
+                                   .precision = precision_from(arguments.precision),
+                                   .validation = arguments.validation});
+    fmt::print("Reference: {}, {}\nCandidate: {}, {}\n", reference->info().backend, reference->info().device,
+        candidate->info().backend, candidate->info().device);
+
+    std::vector<SceneVerdict> verdicts;
+    for (std::size_t i = 0; i < scenes.size() && !context.stop.stop_requested(); ++i) {
+        VerifyOptions options;
+        options.settings = settings[i];
+        options.criteria = criteria_from(arguments.criteria, {});
+        options.budget_seconds = arguments.seconds;
+        options.max_samples = arguments.samples;
+        options.seed = arguments.render.seed;
+        options.paired = !arguments.no_paired;
+        options.scenes = scenes.size();
+        options.stop = context.stop;
+        {
+            ProgressLine line;
+            options.progress = [&](double fraction, const std::string& text) {
+                line.update(fraction, scenes[i].name + ": " + text);
+            };
+            verdicts.push_back(verify_scene(scenes[i], *reference, *candidate, options));
+        }
+        print_verdict(verdicts.back(), context.verbose);
+    }
+    const ExitStatus status = conclude(verdicts, arguments.criteria, context);
+    const bool cut = verdicts.size() < scenes.size();
+    if (cut) fmt::print(stderr, "tandem: stopped; {} scenes were not verified\n", scenes.size() - verdicts.size());
+    return cut && status == ExitStatus::fine ? ExitStatus::undecided : status;
+}
+
+// The two sides: by --reference and --candidate, by the word "vs", or the first and second half.
+void split_sides(CompareArguments& arguments) {
+    if (!arguments.images.empty() && (!arguments.reference.empty() || !arguments.candidate.empty()))
+        throw InputError("compare: name the images either in a row or by --reference and --candidate");
+    const auto word = std::ranges::find(arguments.images, "vs");
+    const std::size_t images = arguments.images.size();
+    if (word != arguments.images.end()) {
+        arguments.reference.assign(arguments.images.begin(), word);
+        arguments.candidate.assign(word + 1, arguments.images.end());
+    } else if (images % 2 == 0 && images > 0) {
+        const auto middle = arguments.images.begin() + static_cast<std::ptrdiff_t>(images / 2);
+        arguments.reference.assign(arguments.images.begin(), middle);
+        arguments.candidate.assign(middle, arguments.images.end());
+    } else if (images > 0) {
+        throw InputError("compare: an odd number of images; put the word vs between the two sides");
+    }
+    if (arguments.reference.empty() || arguments.candidate.empty())
+        throw InputError("compare: needs images on both sides: A... vs B...");
+}
+
+ExitStatus compare(CompareArguments arguments, const CommandContext& context) {
+    split_sides(arguments);
+    if (!arguments.criteria.report.empty()) check_report_folder(arguments.criteria.report);
+    CompareOptions options;
+    options.criteria = criteria_from(arguments.criteria, CompareOptions::comparison_criteria());
+    options.criteria.judge_variance = arguments.judge_variance;
+    options.variance_of = arguments.variance_of == "mean" ? VarianceOf::mean : VarianceOf::sample;
+    const std::vector<std::filesystem::path> reference(arguments.reference.begin(), arguments.reference.end());
+    const std::vector<std::filesystem::path> candidate(arguments.candidate.begin(), arguments.candidate.end());
+    const std::vector<SceneVerdict> verdicts{compare_files(reference, candidate, options)};
+    print_verdict(verdicts.front(), context.verbose);
+    return conclude(verdicts, arguments.criteria, context);
+}
+
+}  // namespace
+
+void add_verify_command(CLI::App& app, CommandContext& context) {
+    CLI::App* command = app.add_subcommand("verify", "Decide whether two backends agree on scenes");
+    const auto arguments = std::make_shared<VerifyArguments>();
+    arguments->render.seed = 1;
+    command->add_option("scenes", arguments->scenes, "Scene files")->required()->type_name("SCENE");
+    command->add_option("--reference", arguments->reference, "Backend that is trusted")->capture_default_str();
+    command->add_option("--candidate", arguments->candidate, "Backend that is judged")->capture_default_str();
+    command->add_option("--device", arguments->device, "Candidate's Vulkan device: index or part of its name");
+    command->add_option("--reference-device", arguments->reference_device, "Reference's Vulkan device");
+    command->add_option("--precision", arguments->precision, "Candidate's: single or double");
+    command->add_option("--reference-precision", arguments->reference_precision, "Reference's: single or double");
+    command->add_option("--time", arguments->seconds, "Seconds a scene, at most")
+        ->check(CLI::PositiveNumber)
+        ->capture_default_str();
+    command->add_option("--samples", arguments->samples, "Samples a pixel and side, at most")
+        ->check(CLI::Range(std::uint64_t{64}, std::uint64_t{1} << 40))
+        ->capture_default_str();
+    command->add_flag("--no-paired", arguments->no_paired, "Leave out the paired seeds, which find small faults sooner");
+    command->add_flag("--validation", arguments->validation, "Vulkan validation layers; any message is an error");
+    add_render_options(*command, arguments->render);
+    add_criteria(*command, arguments->criteria, {});
+    add_common_options(*command, context,
+        "  tandem verify scenes/cornell-thesis.json\n"
+        "  tandem verify scenes/*.json --json verdict.json --report report\n"
+        "  tandem verify scenes/furnace.json --reference oracle --candidate cpu --precision double\n"
+        "Exit status: 0 agree, 1 disagree, 3 undecided within the time.");
+    command->callback(
+        [&context, arguments] { context.action = [&context, arguments] { return verify(*arguments, context); }; });
+}
+
+void add_compare_command(CLI::App& app, CommandContext& context) {
+    CLI::App* command = app.add_subcommand("compare", "Decide whether images of any two renderers agree");
+    const auto arguments = std::make_shared<CompareArguments>();
+    command->add_option("images", arguments->images, "A... vs B...; without vs, the first half against the second")
+        ->type_name("IMAGE");
+    command->add_option("--reference", arguments->reference, "Images of side A")->type_name("IMAGE");
+    command->add_option("--candidate", arguments->candidate, "Images of side B")->type_name("IMAGE");
+    command
+        ->add_option("--variance-of", arguments->variance_of,
+            "What variance channels hold: the variance of one sample, or of the pixel's mean")
+        ->check(CLI::IsMember({"sample", "mean"}))
+        ->capture_default_str();
+    command->add_flag("--judge-variance", arguments->judge_variance, "Different noise on the two sides is a fault too");
+    add_criteria(*command, arguments->criteria, CompareOptions::comparison_criteria());
+    add_common_options(*command, context,
+        "  tandem compare ours.exr theirs.exr             one image a side, with variance channels\n"
+        "  tandem compare a1.exr a2.exr vs b1.exr b2.exr  independent seeds a side\n"
+        "A side is one image with variance channels and a sample count, or two or more images of independent seeds.");
+    command->callback(
+        [&context, arguments] { context.action = [&context, arguments] { return compare(*arguments, context); }; });
+}
+
+}  // namespace tandem
