@@ -3,6 +3,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "settings.glsl"
+#define LOOPS_OVER_PRIMITIVES
 #include "scene_set.glsl"
 #include "ray_state.glsl"
 #include "sampling.glsl"
@@ -56,7 +57,7 @@ void closest_triangle(Ray ray, uint own, inout Hit best) {
         float t;
         vec2 weights;
         if (slot == own && !PLANTED(self_hit_not_excluded)) continue;
-        if (intersect_triangle(triangles[slot], ray, frame, t, weights) && is_closer(t, slot, best))
+        if (intersect_triangle(triangle_at(slot), ray, frame, t, weights) && is_closer(t, slot, best))
             best = Hit(t, slot, 0, vec3(weights, 0.0));
     }
 }
@@ -64,7 +65,7 @@ void closest_triangle(Ray ray, uint own, inout Hit best) {
 void closest_sphere(Ray ray, uint own, bool inside, inout Hit best) {
     for (uint i = 0; i < settings.sphere_count; ++i) {
         const uint slot = settings.triangle_count + i;
-        const Ray unit_ray = to_unit_space(spheres[i], ray);
+        const Ray unit_ray = to_unit_space(sphere_at(i), ray);
         const vec2 ts = sphere_distances(unit_ray, meeting(slot == own, inside));
         const float t = ts.x >= settings.ray_min ? ts.x : ts.y;
         if (is_closer(t, slot, best))
@@ -88,13 +89,14 @@ vec3 point_on_face(Ray unit_ray, float t, uint face, vec3 extent) {
 void closest_cuboid(Ray ray, uint own, bool inside, inout Hit best) {
     for (uint i = 0; i < settings.cuboid_count; ++i) {
         const uint slot = settings.triangle_count + settings.sphere_count + i;
-        const Ray unit_ray = to_unit_space(cuboids[i], ray);
+        const Convex cuboid = cuboid_at(i);
+        const Ray unit_ray = to_unit_space(cuboid, ray);
         uvec2 faces;
-        const vec2 ts = cuboid_distances(cuboids[i], unit_ray, meeting(slot == own, inside), faces);
+        const vec2 ts = cuboid_distances(cuboid, unit_ray, meeting(slot == own, inside), faces);
         const bool enters = ts.x >= settings.ray_min;
         const float t = enters ? ts.x : ts.y;
         if (!is_closer(t, slot, best)) continue;
-        const vec3 extent = vec3(cuboids[i].to_world0.w, cuboids[i].to_world1.w, cuboids[i].to_world2.w);
+        const vec3 extent = vec3(cuboid.to_world0.w, cuboid.to_world1.w, cuboid.to_world2.w);
         const uint face = enters ? faces.x : faces.y;
         best = Hit(t, slot, face, point_on_face(unit_ray, t, face, extent));
     }
@@ -108,7 +110,7 @@ bool triangle_blocks(Ray ray, float t_max, uint own, uint light) {
         float t;
         vec2 weights;
         if (slot == light || slot == own) continue;
-        if (intersect_triangle(triangles[slot], ray, frame, t, weights) && blocks(t, t_max)) return true;
+        if (intersect_triangle(triangle_at(slot), ray, frame, t, weights) && blocks(t, t_max)) return true;
     }
     return false;
 }
@@ -120,7 +122,7 @@ bool is_occluded(Ray ray, float t_max, uint own, bool inside, uint light) {
         for (uint i = 0; i < settings.sphere_count; ++i) {
             const uint slot = settings.triangle_count + i;
             if (slot == light) continue;
-            const vec2 ts = sphere_distances(to_unit_space(spheres[i], ray), meeting(slot == own, inside));
+            const vec2 ts = sphere_distances(to_unit_space(sphere_at(i), ray), meeting(slot == own, inside));
             if (blocks(ts.x, t_max) || blocks(ts.y, t_max)) return true;
         }
     if (has_cuboids)
@@ -128,8 +130,9 @@ bool is_occluded(Ray ray, float t_max, uint own, bool inside, uint light) {
             const uint slot = settings.triangle_count + settings.sphere_count + i;
             if (slot == light) continue;
             uvec2 faces;
+            const Convex cuboid = cuboid_at(i);
             const vec2 ts =
-                cuboid_distances(cuboids[i], to_unit_space(cuboids[i], ray), meeting(slot == own, inside), faces);
+                cuboid_distances(cuboid, to_unit_space(cuboid, ray), meeting(slot == own, inside), faces);
             if (blocks(ts.x, t_max) || blocks(ts.y, t_max)) return true;
         }
     return false;

@@ -105,4 +105,24 @@ layout(std430, set = 0, binding = 7) WORLD_ACCESS restrict buffer Triangles { Tr
 layout(std430, set = 0, binding = 8) WORLD_ACCESS restrict buffer Spheres { Convex spheres[]; };
 layout(std430, set = 0, binding = 9) WORLD_ACCESS restrict buffer Cuboids { Convex cuboids[]; };
 
+#ifdef LOOPS_OVER_PRIMITIVES
+// The same three buffers as uniform blocks, of at most the 16 KiB that every device allows: where all threads read the same
+// primitive, that is the faster way.
+layout(std140, set = 0, binding = 10) uniform FewTriangles { Triangle few_triangles[16384 / 48]; };
+layout(std140, set = 0, binding = 11) uniform FewSpheres { Convex few_spheres[16384 / 96]; };
+layout(std140, set = 0, binding = 12) uniform FewCuboids { Convex few_cuboids[16384 / 96]; };
+Triangle triangle_at(uint i) {
+    if (few_primitives) return few_triangles[i];
+    return triangles[i];
+}
+Convex sphere_at(uint i) {
+    if (few_primitives) return few_spheres[i];
+    return spheres[i];
+}
+Convex cuboid_at(uint i) {
+    if (few_primitives) return few_cuboids[i];
+    return cuboids[i];
+}
+#endif
+
 #endif

@@ -17,6 +17,7 @@ layout(constant_id = 8) const bool has_fuzz = true;
 layout(constant_id = 9) const bool has_lens = true;
 layout(constant_id = 10) const bool has_roulette = true;
 layout(constant_id = 11) const bool carries_radiance = true;  // a path may gather light and go on
+layout(constant_id = 12) const bool few_primitives = false;   // each kind's world primitives fit a uniform block
 const uint integrator_next_event = 1;
 const bool next_event = integrator == integrator_next_event;
 

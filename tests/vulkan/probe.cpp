@@ -35,7 +35,7 @@ std::vector<std::uint32_t> run_probe(std::span<const std::uint32_t> code, std::s
         std::array{BufferSpec{input.size_bytes(), storage}, BufferSpec{output_words * 4, storage}});
     std::memcpy(buffers.mapped(0), input.data(), input.size_bytes());
     const DescriptorSets sets(
-        device, std::array{DescriptorSets::Request{layout.set(0), two_buffers, {buffers[0], buffers[1]}}});
+        device, std::array{DescriptorSets::Request{layout.set(0), two_buffers, {buffers.info(0), buffers.info(1)}}});
     Submission submission(device);
     submission.begin();
     const vk::raii::CommandBuffer& commands = submission.next_command_buffer();
@@ -55,8 +55,8 @@ std::vector<std::string> messages_about_copies(Ordering ordering) {
     const BufferSpec spec{1024, vk::BufferUsageFlagBits::eStorageBuffer};
     const BufferGroup buffers(device, MemoryDomain::device, std::array{spec, spec, spec});
     const DescriptorSets sets(
-        device, std::array{DescriptorSets::Request{layout.set(0), two_buffers, {buffers[0], buffers[1]}},
-                    DescriptorSets::Request{layout.set(0), two_buffers, {buffers[1], buffers[2]}}});
+        device, std::array{DescriptorSets::Request{layout.set(0), two_buffers, {buffers.info(0), buffers.info(1)}},
+                    DescriptorSets::Request{layout.set(0), two_buffers, {buffers.info(1), buffers.info(2)}}});
     const vk::raii::CommandPool pool(device.handle(), vk::CommandPoolCreateInfo({}, device.queue_family()));
     const vk::raii::CommandBuffers commands(
         device.handle(), vk::CommandBufferAllocateInfo(*pool, vk::CommandBufferLevel::ePrimary, 2));

@@ -24,12 +24,15 @@ vk::DeviceSize bytes_of(const std::vector<T>& data) {
 
 std::vector<BufferSpec> scene_specs(const SceneData& scene) {
     const vk::BufferUsageFlags filled = Usage::eStorageBuffer | Usage::eTransferDst;
+    const auto world = [](vk::DeviceSize bytes) {
+        return BufferSpec{
+            std::max<vk::DeviceSize>(bytes, uniform_block_bytes), Usage::eStorageBuffer | Usage::eUniformBuffer};
+    };
     return {{sizeof scene.header, Usage::eUniformBuffer | Usage::eTransferDst}, {bytes_of(scene.vertices), filled},
         {bytes_of(scene.sources), filled}, {bytes_of(scene.transforms), filled}, {bytes_of(scene.placed), filled},
         {bytes_of(scene.materials), filled}, {bytes_of(scene.lights), filled},
-        {scene.triangle_count * sizeof(gpu::Triangle), Usage::eStorageBuffer},
-        {scene.sphere_count * sizeof(gpu::Convex), Usage::eStorageBuffer},
-        {scene.cuboid_count * sizeof(gpu::Convex), Usage::eStorageBuffer}};
+        world(scene.triangle_count * sizeof(gpu::Triangle)), world(scene.sphere_count * sizeof(gpu::Convex)),
+        world(scene.cuboid_count * sizeof(gpu::Convex))};
 }
 
 // Which ray buffers hold anything: the five ping-ponged ones, hits, shadow rays, samples.
@@ -65,32 +68,40 @@ std::vector<BufferSpec> readback_specs(std::uint64_t pixels) {
     return {{pixels * sums_per_pixel * element, Usage::eTransferDst}, {element, Usage::eTransferDst}};
 }
 
-std::vector<vk::Buffer> all_of(const BufferGroup& group) {
-    std::vector<vk::Buffer> buffers;
-    for (std::size_t i = 0; i < group.size(); ++i) buffers.push_back(group[i]);
+std::vector<vk::DescriptorBufferInfo> all_of(const BufferGroup& group) {
+    std::vector<vk::DescriptorBufferInfo> buffers;
+    for (std::size_t i = 0; i < group.size(); ++i) buffers.push_back(group.info(i));
+    return buffers;
+}
+
+// All buffers of the scene, and those of the world primitives once more, as uniform blocks.
+std::vector<vk::DescriptorBufferInfo> scene_buffers(const BufferGroup& scene) {
+    std::vector<vk::DescriptorBufferInfo> buffers = all_of(scene);
+    for (std::size_t i = 1 + storage_buffers_in_scene_set - uniform_views; i < scene.size(); ++i)
+        buffers.push_back(scene.info(i, uniform_block_bytes));
     return buffers;
 }
 
 // The Rays set of one parity: bindings 0 … 4 are the half that is read, 5 … 9 the one that is written.
-std::vector<vk::Buffer> ray_buffers(const BufferGroup& rays, bool odd) {
-    std::vector<vk::Buffer> buffers = all_of(rays);
+std::vector<vk::DescriptorBufferInfo> ray_buffers(const BufferGroup& rays, bool odd) {
+    std::vector<vk::DescriptorBufferInfo> buffers = all_of(rays);
     if (odd) std::rotate(buffers.begin(), buffers.begin() + ping_ponged, buffers.begin() + 2 * ping_ponged);
     return buffers;
 }
 
-std::vector<vk::Buffer> image_buffers(const BufferGroup& image, bool odd) {
-    std::vector<vk::Buffer> buffers = all_of(image);
+std::vector<vk::DescriptorBufferInfo> image_buffers(const BufferGroup& image, bool odd) {
+    std::vector<vk::DescriptorBufferInfo> buffers = all_of(image);
     if (odd) std::swap(buffers[0], buffers[1]);
     return buffers;
 }
 
 std::vector<DescriptorSets::Request> set_requests(const PipelineLayout& layout, const BufferGroup& scene,
     const BufferGroup& camera, const BufferGroup& rays, const BufferGroup& image) {
-    const auto request = [&](SetIndex index, std::vector<vk::Buffer> buffers) {
+    const auto request = [&](SetIndex index, std::vector<vk::DescriptorBufferInfo> buffers) {
         const auto i = static_cast<std::size_t>(index);
         return DescriptorSets::Request{layout.set(i), set_bindings()[i], std::move(buffers)};
     };
-    return {request(SetIndex::scene, all_of(scene)), request(SetIndex::camera, all_of(camera)),
+    return {request(SetIndex::scene, scene_buffers(scene)), request(SetIndex::camera, all_of(camera)),
         request(SetIndex::rays, ray_buffers(rays, false)), request(SetIndex::rays, ray_buffers(rays, true)),
         request(SetIndex::image, image_buffers(image, false)), request(SetIndex::image, image_buffers(image, true))};
 }

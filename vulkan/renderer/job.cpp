@@ -22,8 +22,11 @@ double seconds_since(Clock::time_point start) { return std::chrono::duration<dou
 // that kill what takes seconds.
 constexpr double shortest_submission = 0.1, longest_submission = 0.3;  // seconds
 
-Specialisation specialise(const SceneFeatures& features, const RenderSettings& settings, PlantedBug bug) {
-    return {features, settings.integrator, settings.roulette_start <= settings.bounces, bug};
+Specialisation specialise(const SceneData& scene, const RenderSettings& settings, PlantedBug bug) {
+    const bool few_primitives =
+        scene.triangle_count <= uniform_block_bytes / sizeof(gpu::Triangle) &&
+        std::max(scene.sphere_count, scene.cuboid_count) <= uniform_block_bytes / sizeof(gpu::Convex);
+    return {scene.features, settings.integrator, settings.roulette_start <= settings.bounces, few_primitives, bug};
 }
 
 RenderSettings checked(RenderSettings settings) {
@@ -63,7 +66,7 @@ VulkanJob::VulkanJob(const Instance& instance, const Device& device, Stages& sta
       settings_(checked(settings)),
       planted_bug_(planted_bug),
       scene_(flatten(scene, settings_)),
-      specialisation_(specialise(scene_.features, settings_, planted_bug)),
+      specialisation_(specialise(scene_, settings_, planted_bug)),
       layout_(stages.layout()),
       pipelines_(stages.pipelines(specialisation_)),
       tile_pixels_(tile_size(device, std::uint64_t{settings_.width} * settings_.height,

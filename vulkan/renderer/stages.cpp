@@ -6,9 +6,9 @@ namespace tandem {
 
 std::vector<SpecialisationConstant> Specialisation::constants() const {
     // Ids of shaders/settings.glsl; 0 is the workgroup's size.
-    const std::array<std::uint32_t, 12> values{workgroup_size, static_cast<std::uint32_t>(integrator),
+    const std::array<std::uint32_t, 13> values{workgroup_size, static_cast<std::uint32_t>(integrator),
         features.triangles, features.spheres, features.cuboids, features.diffuse, features.specular,
-        features.translucent, features.fuzz, features.lens, roulette, carries_radiance()};
+        features.translucent, features.fuzz, features.lens, roulette, carries_radiance(), few_primitives};
     std::vector<SpecialisationConstant> result;
     for (std::uint32_t id = 0; id < values.size(); ++id) result.push_back({id, values[id]});
     if (shaders_hold_planted_bugs()) result.push_back({31, static_cast<std::uint32_t>(planted_bug)});
@@ -20,6 +20,7 @@ const std::array<SetBindings, 4>& set_bindings() {
     static const std::array<SetBindings, 4> sets = [] {
         SetBindings scene(1 + storage_buffers_in_scene_set, Type::eStorageBuffer);
         scene[0] = Type::eUniformBuffer;
+        scene.insert(scene.end(), uniform_views, Type::eUniformBuffer);
         return std::array<SetBindings, 4>{scene, SetBindings{Type::eUniformBuffer},
             SetBindings(storage_buffers_in_ray_set, Type::eStorageBuffer),
             SetBindings(storage_buffers_in_image_set, Type::eStorageBuffer)};

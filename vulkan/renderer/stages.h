@@ -17,6 +17,7 @@ struct Specialisation {
     SceneFeatures features;
     Integrator integrator = Integrator::path;
     bool roulette = false;
+    bool few_primitives = false;  // each kind's world primitives fit a uniform block
     PlantedBug planted_bug = PlantedBug::none;
 
     // A path may gather light and go on: then its radiance travels with it.
@@ -25,6 +26,10 @@ struct Specialisation {
     }
     [[nodiscard]] std::vector<SpecialisationConstant> constants() const;
 };
+
+// The world primitives of each kind are also seen as a uniform block, of the size that every device allows.
+inline constexpr std::size_t uniform_views = 3;
+inline constexpr std::uint32_t uniform_block_bytes = 16384;
 
 // Descriptor sets by how often they change (THESIS.md); settings travel as push constants.
 enum class SetIndex : std::uint32_t { scene, camera, rays, image };

@@ -26,6 +26,10 @@ public:
 
     [[nodiscard]] std::size_t size() const { return buffers_.size(); }
     [[nodiscard]] vk::Buffer operator[](std::size_t i) const { return *buffers_[i]; }
+    // The whole of buffer i, or its first `bytes`, for a descriptor.
+    [[nodiscard]] vk::DescriptorBufferInfo info(std::size_t i, vk::DeviceSize bytes = VK_WHOLE_SIZE) const {
+        return {*buffers_[i], 0, bytes};
+    }
     [[nodiscard]] vk::DeviceSize bytes(std::size_t i) const { return bytes_[i]; }
     // Host memory of buffer i: coherent, no flush is needed. Not for MemoryDomain::device.
     [[nodiscard]] std::byte* mapped(std::size_t i) const { return mapped_ + offsets_[i]; }

@@ -26,8 +26,7 @@ DescriptorSets::DescriptorSets(const Device& device, std::span<const Request> re
         (*device.handle())
             .allocateDescriptorSets(vk::DescriptorSetAllocateInfo(*pool_, layouts), *device.handle().getDispatcher());
     std::vector<vk::DescriptorBufferInfo> infos;
-    for (const Request& request : requests)
-        for (const vk::Buffer buffer : request.buffers) infos.emplace_back(buffer, 0, VK_WHOLE_SIZE);
+    for (const Request& request : requests) infos.insert(infos.end(), request.buffers.begin(), request.buffers.end());
     std::vector<vk::WriteDescriptorSet> writes;
     for (std::size_t set = 0; set < requests.size(); ++set)
         for (std::uint32_t binding = 0; binding < requests[set].bindings.size(); ++binding)

@@ -17,7 +17,7 @@ public:
     struct Request {
         vk::DescriptorSetLayout layout;
         SetBindings bindings;
-        std::vector<vk::Buffer> buffers;  // whole buffers, by binding
+        std::vector<vk::DescriptorBufferInfo> buffers;  // by binding
     };
     DescriptorSets(const Device& device, std::span<const Request> requests);
 
