@@ -51,26 +51,20 @@ vec2 cuboid_distances(Convex cuboid, Ray unit_ray, uint how, out uvec2 faces) {
     return meets && how == meets_both ? vec2(entry, exit) : vec2(-1.0);
 }
 
-void closest_triangle(Ray ray, uint own, inout Hit best) {
-    const mat3 frame = frame_of(ray.direction);
-    for (uint slot = 0; slot < settings.triangle_count; ++slot) {
-        float t;
-        vec2 weights;
-        if (slot == own && !PLANTED(self_hit_not_excluded)) continue;
-        if (intersect_triangle(triangle_at(slot), ray, frame, t, weights) && is_closer(t, slot, best))
-            best = Hit(t, slot, 0, vec3(weights, 0.0));
-    }
+void try_triangle(uint slot, Ray ray, mat3 frame, uint own, inout Hit best) {
+    float t;
+    vec2 weights;
+    if (slot == own && !PLANTED(self_hit_not_excluded)) return;
+    if (intersect_triangle(triangle_at(slot), ray, frame, t, weights) && is_closer(t, slot, best))
+        best = Hit(t, slot, 0, vec3(weights, 0.0));
 }
 
-void closest_sphere(Ray ray, uint own, bool inside, inout Hit best) {
-    for (uint i = 0; i < settings.sphere_count; ++i) {
-        const uint slot = settings.triangle_count + i;
-        const Ray unit_ray = to_unit_space(sphere_at(i), ray);
-        const vec2 ts = sphere_distances(unit_ray, meeting(slot == own, inside));
-        const float t = ts.x >= settings.ray_min ? ts.x : ts.y;
-        if (is_closer(t, slot, best))
-            best = Hit(t, slot, 0, normalize(unit_ray.origin + t * unit_ray.direction));
-    }
+void try_sphere(uint i, Ray ray, uint own, bool inside, inout Hit best) {
+    const uint slot = settings.triangle_count + i;
+    const Ray unit_ray = to_unit_space(sphere_at(i), ray);
+    const vec2 ts = sphere_distances(unit_ray, meeting(slot == own, inside));
+    const float t = ts.x >= settings.ray_min ? ts.x : ts.y;
+    if (is_closer(t, slot, best)) best = Hit(t, slot, 0, normalize(unit_ray.origin + t * unit_ray.direction));
 }
 
 // The point in the cube's space, exactly on its face and within it.
@@ -86,20 +80,32 @@ vec3 point_on_face(Ray unit_ray, float t, uint face, vec3 extent) {
     return local;
 }
 
-void closest_cuboid(Ray ray, uint own, bool inside, inout Hit best) {
-    for (uint i = 0; i < settings.cuboid_count; ++i) {
-        const uint slot = settings.triangle_count + settings.sphere_count + i;
-        const Convex cuboid = cuboid_at(i);
-        const Ray unit_ray = to_unit_space(cuboid, ray);
-        uvec2 faces;
-        const vec2 ts = cuboid_distances(cuboid, unit_ray, meeting(slot == own, inside), faces);
-        const bool enters = ts.x >= settings.ray_min;
-        const float t = enters ? ts.x : ts.y;
-        if (!is_closer(t, slot, best)) continue;
-        const vec3 extent = vec3(cuboid.to_world0.w, cuboid.to_world1.w, cuboid.to_world2.w);
-        const uint face = enters ? faces.x : faces.y;
-        best = Hit(t, slot, face, point_on_face(unit_ray, t, face, extent));
+void try_cuboid(uint i, Ray ray, uint own, bool inside, inout Hit best) {
+    const uint slot = settings.triangle_count + settings.sphere_count + i;
+    const Convex cuboid = cuboid_at(i);
+    const Ray unit_ray = to_unit_space(cuboid, ray);
+    uvec2 faces;
+    const vec2 ts = cuboid_distances(cuboid, unit_ray, meeting(slot == own, inside), faces);
+    const bool enters = ts.x >= settings.ray_min;
+    const float t = enters ? ts.x : ts.y;
+    if (!is_closer(t, slot, best)) return;
+    const vec3 extent = vec3(cuboid.to_world0.w, cuboid.to_world1.w, cuboid.to_world2.w);
+    const uint face = enters ? faces.x : faces.y;
+    best = Hit(t, slot, face, point_on_face(unit_ray, t, face, extent));
+}
+
+Hit closest_hit(Ray ray, uint own, bool inside) {
+    Hit best = Hit(settings.ray_max, hit_none, 0, vec3(0.0));
+    if (!is_sound(ray)) return best;
+    if (has_triangles) {
+        const mat3 frame = frame_of(ray.direction);
+        for (uint i = 0; i < settings.triangle_count; ++i) try_triangle(i, ray, frame, own, best);
     }
+    if (has_spheres)
+        for (uint i = 0; i < settings.sphere_count; ++i) try_sphere(i, ray, own, inside, best);
+    if (has_cuboids)
+        for (uint i = 0; i < settings.cuboid_count; ++i) try_cuboid(i, ray, own, inside, best);
+    return best;
 }
 
 bool blocks(float t, float t_max) { return t >= settings.ray_min && t <= t_max; }
@@ -163,11 +169,6 @@ void main() {
         }
     }
     ray.direction = directions_in[i].xyz;
-    Hit best = Hit(settings.ray_max, hit_none, 0, vec3(0.0));
-    if (is_sound(ray)) {
-        if (has_triangles) closest_triangle(ray, own, best);
-        if (has_spheres) closest_sphere(ray, own, inside, best);
-        if (has_cuboids) closest_cuboid(ray, own, inside, best);
-    }
+    const Hit best = closest_hit(ray, own, inside);
     hits[i] = uvec4(best.slot | best.face << hit_face_shift | flags, floatBitsToUint(best.local));
 }

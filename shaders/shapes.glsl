@@ -3,8 +3,6 @@
 #ifndef SHAPES_GLSL
 #define SHAPES_GLSL
 
-#extension GL_EXT_control_flow_attributes : enable
-
 struct Ray {
     vec3 origin;
     vec3 direction;
@@ -78,24 +76,18 @@ bool sphere_span(Ray unit_ray, out float entry, out float exit) {
     return true;
 }
 
-// The same for the cube [-extent, extent]; true if the line meets it. faces: entered and left, in the order
-// -x +x -y +y -z +z. No min or max meets a NaN: an axis along which the ray stands still (its component being so small
-// that quotients would overflow) only asks whether the ray lies between its two planes.
-bool cuboid_span(Ray unit_ray, vec3 extent, out float entry, out float exit, out uvec2 faces) {
-    entry = -3.4e38;
-    exit = 3.4e38;
-    faces = uvec2(0);
-    bool beside = false;
-    [[unroll]] for (uint axis = 0; axis < 3; ++axis) {
-        const float o = unit_ray.origin[axis], d = unit_ray.direction[axis], e = extent[axis];
-        if (abs(d) < 1.0e-37) {
-            beside = beside || abs(o) > e;
-            continue;
-        }
-        const bool ascending = d > 0.0;
+// Cuts the span in which a ray lies in a cube by the two planes of one axis; faces: of the entry and of the exit so far.
+// No min or max meets a NaN: an axis along which the ray stands still (its component being so small that quotients would
+// overflow) only asks whether the ray lies between its two planes.
+void clip_to_slab(float o, float d, float extent, uint axis, inout float entry, inout float exit, inout uvec2 faces,
+    inout bool beside) {
+    const bool ascending = d > 0.0;
+    if (abs(d) < 1.0e-37) {
+        beside = beside || abs(o) > extent;
+    } else {
         precise float inverse = 1.0 / d;
-        precise float first = ((ascending ? -e : e) - o) * inverse;
-        precise float last = ((ascending ? e : -e) - o) * inverse;
+        precise float first = ((ascending ? -extent : extent) - o) * inverse;
+        precise float last = ((ascending ? extent : -extent) - o) * inverse;
         if (first > entry) {
             entry = first;
             faces.x = 2 * axis + (ascending ? 0 : 1);
@@ -105,6 +97,18 @@ bool cuboid_span(Ray unit_ray, vec3 extent, out float entry, out float exit, out
             faces.y = 2 * axis + (ascending ? 1 : 0);
         }
     }
+}
+
+// The same for the cube [-extent, extent]; true if the line meets it. faces: entered and left, in the order
+// -x +x -y +y -z +z.
+bool cuboid_span(Ray unit_ray, vec3 extent, out float entry, out float exit, out uvec2 faces) {
+    entry = -3.4e38;
+    exit = 3.4e38;
+    faces = uvec2(0);
+    bool beside = false;
+    clip_to_slab(unit_ray.origin.x, unit_ray.direction.x, extent.x, 0, entry, exit, faces, beside);
+    clip_to_slab(unit_ray.origin.y, unit_ray.direction.y, extent.y, 1, entry, exit, faces, beside);
+    clip_to_slab(unit_ray.origin.z, unit_ray.direction.z, extent.z, 2, entry, exit, faces, beside);
     return !beside && entry <= exit;
 }
 
