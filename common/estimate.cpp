@@ -35,7 +35,8 @@ void Estimate::check_free(SampleRange range) const {
 }
 
 void Estimate::add_block(SampleRange range, Plane moments) {
-    if (moments.size() != pixel_count() * channel_count) throw Error("a block's moments do not fit the estimate's size");
+    if (moments.size() != pixel_count() * channel_count)
+        throw Error("a block's moments do not fit the estimate's size");
     if (range.begin % samples_per_block != 0 || range.count() == 0 || range.count() > samples_per_block)
         throw Error("a sample range must begin at a multiple of " + std::to_string(samples_per_block) +
                     " and lie in one block");
@@ -67,7 +68,8 @@ void Estimate::insert(Run run, Plane plane) {
 }
 
 void Estimate::merge(Estimate other) {
-    if (other.width_ != width_ || other.height_ != height_) throw Error("estimates of different sizes cannot be merged");
+    if (other.width_ != width_ || other.height_ != height_)
+        throw Error("estimates of different sizes cannot be merged");
     for (const SampleRange& range : other.ranges()) check_free(range);
     for (auto& [run, plane] : other.runs_) insert(run, std::move(plane));
     ragged_.merge(other.ragged_);

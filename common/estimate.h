@@ -72,7 +72,7 @@ private:
 
     std::uint32_t width_ = 0, height_ = 0;
     std::uint64_t invalid_ = 0;
-    std::map<Run, Plane> runs_;                      // complete dyadic runs, siblings joined
+    std::map<Run, Plane> runs_;                                        // complete dyadic runs, siblings joined
     std::map<std::uint64_t, std::pair<std::uint64_t, Plane>> ragged_;  // begin -> (end, moments)
 };
 

@@ -13,14 +13,14 @@
 namespace tandem {
 
 struct Image {
-    std::uint32_t width = 0, height = 0;     // the data window, pixels
-    std::vector<std::string> channels;       // "R", "variance.R", "count", …
-    std::vector<float> pixels;               // [(y * width + x) * channels.size() + channel], y down
+    std::uint32_t width = 0, height = 0;  // the data window, pixels
+    std::vector<std::string> channels;    // "R", "variance.R", "count", …
+    std::vector<float> pixels;            // [(y * width + x) * channels.size() + channel], y down
     std::map<std::string, std::string> metadata;
-    std::int32_t data_x = 0, data_y = 0;     // upper left corner of the data window
-    std::int32_t full_x = 0, full_y = 0;     // display window
+    std::int32_t data_x = 0, data_y = 0;            // upper left corner of the data window
+    std::int32_t full_x = 0, full_y = 0;            // display window
     std::uint32_t full_width = 0, full_height = 0;  // 0: the data window's
-    std::string colour_space;                // as the file declares it; empty: it does not
+    std::string colour_space;                       // as the file declares it; empty: it does not
 };
 
 // Throws InputError (file, reason, mend).

@@ -17,8 +17,7 @@ using RandomBlock = std::array<std::uint32_t, 4>;
     for (int round = 0; round < 10; ++round) {
         const std::uint64_t product0 = multiplier0 * counter[0], product1 = multiplier1 * counter[2];
         counter = {static_cast<std::uint32_t>(product1 >> 32) ^ counter[1] ^ key[0],
-            static_cast<std::uint32_t>(product1),
-            static_cast<std::uint32_t>(product0 >> 32) ^ counter[3] ^ key[1],
+            static_cast<std::uint32_t>(product1), static_cast<std::uint32_t>(product0 >> 32) ^ counter[3] ^ key[1],
             static_cast<std::uint32_t>(product0)};
         key[0] += weyl0;
         key[1] += weyl1;
@@ -29,8 +28,7 @@ using RandomBlock = std::array<std::uint32_t, 4>;
 // The four numbers of dimension block `block` for one sample of one pixel (MODEL.md section 3 has the table of blocks).
 [[nodiscard]] constexpr RandomBlock random_block(
     std::uint64_t seed, std::uint32_t pixel, std::uint64_t sample, std::uint32_t block) {
-    return philox4x32_10(
-        {pixel, static_cast<std::uint32_t>(sample), block, static_cast<std::uint32_t>(sample >> 32)},
+    return philox4x32_10({pixel, static_cast<std::uint32_t>(sample), block, static_cast<std::uint32_t>(sample >> 32)},
         {static_cast<std::uint32_t>(seed), static_cast<std::uint32_t>(seed >> 32)});
 }
 
@@ -42,11 +40,11 @@ template <class Real>
 
 // Numbers of the dimension blocks (MODEL.md section 3).
 namespace dimension {
-inline constexpr std::uint32_t film_and_lens = 0;     // pixel x, pixel y, lens u, lens v
-inline constexpr std::uint32_t first_vertex = 4;      // vertex k owns the blocks 4 + 4k … 7 + 4k
+inline constexpr std::uint32_t film_and_lens = 0;  // pixel x, pixel y, lens u, lens v
+inline constexpr std::uint32_t first_vertex = 4;   // vertex k owns the blocks 4 + 4k … 7 + 4k
 inline constexpr std::uint32_t blocks_per_vertex = 4;
-inline constexpr std::uint32_t scatter = 0;           // direction u, direction v, lobe choice, roulette
-inline constexpr std::uint32_t light = 1;             // light choice, point u, point v, unused
+inline constexpr std::uint32_t scatter = 0;  // direction u, direction v, lobe choice, roulette
+inline constexpr std::uint32_t light = 1;    // light choice, point u, point v, unused
 }  // namespace dimension
 
 }  // namespace tandem

@@ -26,9 +26,9 @@ struct RenderSettings {
     std::uint32_t width = 512, height = 512;  // pixels, each in [1, 65536], their product below 2^32
     std::uint64_t seed = 0;
     Integrator integrator = Integrator::path;
-    std::uint32_t bounces = 12;               // scattering events at most: bounces + 1 segments
+    std::uint32_t bounces = 12;                  // scattering events at most: bounces + 1 segments
     std::uint32_t roulette_start = no_roulette;  // scattering events before roulette may end a path
-    double ray_min = 0.0;                     // inclusive interval of ray parameters, scene units
+    double ray_min = 0.0;                        // inclusive interval of ray parameters, scene units
     double ray_max = std::numeric_limits<double>::infinity();
 
     static constexpr std::uint32_t no_roulette = std::numeric_limits<std::uint32_t>::max();
@@ -47,8 +47,8 @@ struct RenderControl {
 
 struct RenderResult {
     Estimate estimate;
-    double seconds = 0.0;                     // wall clock inside render()
-    std::optional<double> device_seconds;     // the device's own clock, where there is one
+    double seconds = 0.0;                  // wall clock inside render()
+    std::optional<double> device_seconds;  // the device's own clock, where there is one
 };
 
 // A scene made ready for one renderer and one set of settings.
@@ -78,10 +78,10 @@ public:
 
 // How to make a renderer. A backend refuses what it has no use for (UnsupportedError), never ignores it.
 struct BackendOptions {
-    std::string device;                       // Vulkan: index or part of the name; empty: the best one
-    std::optional<Precision> precision;       // empty: single, the oracle double
-    unsigned threads = 0;                     // CPU: 0 is all
-    bool validation = false;                  // Vulkan: layers on, any message is an Error
+    std::string device;                         // Vulkan: index or part of the name; empty: the best one
+    std::optional<Precision> precision;         // empty: single, the oracle double
+    unsigned threads = 0;                       // CPU: 0 is all
+    bool validation = false;                    // Vulkan: layers on, any message is an Error
     PlantedBug planted_bug = PlantedBug::none;  // test builds only
 };
 

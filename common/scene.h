@@ -1,5 +1,6 @@
-// The scene as plain data, what every backend renders. Its meaning is MODEL.md's; its file format is scenes/FORMAT.md's.
-// Lengths are in scene units, colours and radiances in linear Rec. 709 RGB, angles in degrees where the name says so.
+// The scene as plain data, what every backend renders. Its meaning is MODEL.md's; its file format is
+// scenes/format/FORMAT.md's. Lengths are in scene units, colours and radiances in linear Rec. 709 RGB, angles in
+// degrees where the name says so.
 #pragma once
 
 #include <array>
@@ -16,8 +17,8 @@ namespace tandem {
 enum class PrimitiveKind : std::uint32_t { triangle = 0, sphere = 1, cuboid = 2 };
 
 // One primitive in the object space of its entity (MODEL.md section 5). It names its points by index into
-// Scene::vertices: a triangle its three corners (counter-clockwise seen from the front), a sphere its centre (index[0]),
-// a cuboid its least and greatest corner (index[0], index[1]). `radius` (> 0) is the sphere's alone.
+// Scene::vertices: a triangle its three corners (counter-clockwise seen from the front), a sphere its centre
+// (index[0]), a cuboid its least and greatest corner (index[0], index[1]). `radius` (> 0) is the sphere's alone.
 struct Primitive {
     PrimitiveKind kind = PrimitiveKind::triangle;
     std::array<std::uint32_t, 3> index{};
@@ -32,14 +33,14 @@ enum class EmittingSides : std::uint32_t { both = 0, front = 1 };
 struct Material {
     std::string name;
     MaterialKind kind = MaterialKind::diffuse;
-    glm::dvec3 colour{1.0};              // C, each in [0, 1]
-    glm::dvec3 radiance{0.0};            // L_e >= 0: emissive, and diffuse surfaces that also emit
+    glm::dvec3 colour{1.0};    // C, each in [0, 1]
+    glm::dvec3 radiance{0.0};  // L_e >= 0: emissive, and diffuse surfaces that also emit
     EmittingSides sides = EmittingSides::both;
-    bool translucent = false;            // specular and emissive only
-    double alpha = 1.0;                  // [0, 1], translucent only
-    double fuzz = 0.0;                   // [0, 1], specular and translucent emissive only
-    double refractive_index = 1.5;       // > 0, inside against outside, translucent only
-    Fresnel fresnel = Fresnel::exact;    // translucent only
+    bool translucent = false;          // specular and emissive only
+    double alpha = 1.0;                // [0, 1], translucent only
+    double fuzz = 0.0;                 // [0, 1], specular and translucent emissive only
+    double refractive_index = 1.5;     // > 0, inside against outside, translucent only
+    Fresnel fresnel = Fresnel::exact;  // translucent only
 };
 
 // Primitives [first_primitive, first_primitive + primitive_count) of Scene::primitives under one transform and one
@@ -49,7 +50,7 @@ struct Entity {
     std::uint32_t material = 0;
     std::uint32_t first_primitive = 0;
     std::uint32_t primitive_count = 0;
-    glm::dmat4 object_to_world{1.0};     // affine and invertible; column vectors: p_world = object_to_world * p_object
+    glm::dmat4 object_to_world{1.0};  // affine and invertible; column vectors: p_world = object_to_world * p_object
 };
 
 // Thin-lens camera (MODEL.md section 4); lens_radius 0 is a pinhole.
@@ -89,7 +90,7 @@ struct Expectation {
 };
 
 struct Scene {
-    std::string name;                  // file name without folder and ending
+    std::string name;  // file name without folder and ending
     Film film;
     Camera camera;
     Background background;

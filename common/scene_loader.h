@@ -1,4 +1,4 @@
-// Scene files (scenes/FORMAT.md, scenes/scene.schema.json) to Scene.
+// Scene files (scenes/format/FORMAT.md, scenes/format/scene.schema.json) to Scene.
 #pragma once
 
 #include <filesystem>

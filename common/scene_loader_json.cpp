@@ -117,7 +117,7 @@ private:
     bool open(Json container) {
         if (open_.size() == max_depth)
             throw input_error(file_, pointer(), fmt::format("nested deeper than {} levels", max_depth),
-                "scenes/FORMAT.md shows the shape of a scene file");
+                "scenes/format/FORMAT.md shows the shape of a scene file");
         Json* const placed = place(std::move(container));
         if (open_.empty())
             names_.emplace_back();
@@ -274,7 +274,7 @@ Value Value::member(std::string_view key) const {
 
 Value Value::required(std::string_view key) const {
     expect_object();
-    if (!has(key)) refuse(fmt::format("\"{}\" is missing", key), "add it; scenes/FORMAT.md says what it holds");
+    if (!has(key)) refuse(fmt::format("\"{}\" is missing", key), "add it; scenes/format/FORMAT.md says what it holds");
     return member(key);
 }
 

@@ -1,5 +1,5 @@
 // The parts of a scene file that stand alone: film, camera, background, render defaults, materials, transforms. Each
-// reads one JSON value after scenes/FORMAT.md and refuses what the format or MODEL.md forbids.
+// reads one JSON value after scenes/format/FORMAT.md and refuses what the format or MODEL.md forbids.
 #pragma once
 
 #include "common/scene.h"

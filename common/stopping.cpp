@@ -78,7 +78,8 @@ StoppedRender render_until(RenderJob& job, const StoppingRule& rule, std::stop_t
     const std::stop_callback forward(stop, [&] { ending.request_stop(); });
     const Clock::time_point start = Clock::now();
     std::optional<Clock::time_point> when;
-    if (rule.seconds) when = start + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(*rule.seconds));
+    if (rule.seconds)
+        when = start + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(*rule.seconds));
     const Deadline deadline(ending, when);
 
     StoppedRender result;

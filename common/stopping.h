@@ -9,23 +9,23 @@
 namespace tandem {
 
 struct StoppingRule {
-    std::optional<std::uint64_t> samples;   // a pixel
-    std::optional<double> seconds;          // wall clock; the last samples may end a little later
-    std::optional<double> relative_error;   // see relative_error_of
+    std::optional<std::uint64_t> samples;  // a pixel
+    std::optional<double> seconds;         // wall clock; the last samples may end a little later
+    std::optional<double> relative_error;  // see relative_error_of
 };
 
 struct RenderProgress {
-    double samples = 0.0;                   // a pixel
-    double fraction = 0.0;                  // of the whole, by the rule that will likely end it
+    double samples = 0.0;   // a pixel
+    double fraction = 0.0;  // of the whole, by the rule that will likely end it
     std::optional<double> relative_error;
 };
 
 struct StoppedRender {
     Estimate estimate;
-    double seconds = 0.0;                   // of rendering
+    double seconds = 0.0;  // of rendering
     std::optional<double> device_seconds;
-    std::optional<double> relative_error;   // none below two samples
-    bool complete = true;                   // false: stop request
+    std::optional<double> relative_error;  // none below two samples
+    bool complete = true;                  // false: stop request
 };
 
 // Root mean square, over pixels and channels, of the standard error of the mean, divided by the mean over pixels and

@@ -116,8 +116,7 @@ void check_writable(const std::string& path) {
     const std::filesystem::path file(path);
     const std::filesystem::path folder = file.has_parent_path() ? file.parent_path() : ".";
     std::error_code error;
-    if (std::filesystem::is_directory(file, error))
-        throw input_error(path, "", "is a folder", "name a file in it");
+    if (std::filesystem::is_directory(file, error)) throw input_error(path, "", "is a folder", "name a file in it");
     if (!std::filesystem::is_directory(folder, error))
         throw input_error(path, "", "its folder does not exist", "make " + folder.string() + " first");
     if (access(folder.c_str(), W_OK) != 0)

@@ -1,5 +1,5 @@
-// The command line: what the subcommands share. A command parses its options with CLI11, works through the libraries and
-// returns an exit status; it alone prints. Errors travel as exceptions to `run_program`.
+// The command line: what the subcommands share. A command parses its options with CLI11, works through the libraries
+// and returns an exit status; it alone prints. Errors travel as exceptions to `run_program`.
 #pragma once
 
 #include <CLI/CLI.hpp>
@@ -26,9 +26,9 @@ struct Program {
 // Options and duties of every command.
 struct CommandContext {
     const Program& program;
-    std::stop_token stop;       // Ctrl-C, once: finish what is in hand
-    std::string json_file;      // --json
-    bool verbose = false;       // -v
+    std::stop_token stop;                // Ctrl-C, once: finish what is in hand
+    std::string json_file;               // --json
+    bool verbose = false;                // -v
     std::function<ExitStatus()> action;  // set by the chosen subcommand
 };
 
@@ -45,8 +45,8 @@ void add_common_options(CLI::App& command, CommandContext& context, const std::s
 
 // Options that say what and how to render, shared by render and verify.
 struct RenderOptions {
-    std::string size;           // "WxH" or "N" (longer side); empty: the scene's film
-    std::string integrator;     // empty: path
+    std::string size;        // "WxH" or "N" (longer side); empty: the scene's film
+    std::string integrator;  // empty: path
     std::optional<std::uint32_t> bounces, roulette;
     std::uint64_t seed = 0;
 };

@@ -26,8 +26,8 @@ private:
     Clock::time_point start_ = Clock::now(), last_{};
 };
 
-// While it lives, the first SIGINT or SIGTERM requests a stop; a second one ends the program at once. Make it before any
-// other thread, so that all inherit the blocked signals.
+// While it lives, the first SIGINT or SIGTERM requests a stop; a second one ends the program at once. Make it before
+// any other thread, so that all inherit the blocked signals.
 class InterruptWatch {
 public:
     InterruptWatch();

@@ -48,10 +48,9 @@ nlohmann::json describe(const RenderArguments& arguments, const RenderSettings& 
     nlohmann::json report{{"scene", scene.name}, {"backend", info.backend}, {"device", info.device},
         {"driver", info.driver}, {"api", info.api}, {"width", settings.width}, {"height", settings.height},
         {"samples", result.estimate.count()}, {"seed", settings.seed},
-        {"integrator", settings.integrator == Integrator::path ? "path" : "next-event"},
-        {"bounces", settings.bounces}, {"precision", arguments.precision.empty() ? "default" : arguments.precision},
-        {"seconds", result.seconds}, {"paths", paths},
-        {"paths_per_second", result.seconds > 0.0 ? paths / result.seconds : 0.0},
+        {"integrator", settings.integrator == Integrator::path ? "path" : "next-event"}, {"bounces", settings.bounces},
+        {"precision", arguments.precision.empty() ? "default" : arguments.precision}, {"seconds", result.seconds},
+        {"paths", paths}, {"paths_per_second", result.seconds > 0.0 ? paths / result.seconds : 0.0},
         {"invalid_samples", result.estimate.invalid()}, {"complete", result.complete}};
     if (settings.roulette_start != RenderSettings::no_roulette) report["roulette"] = settings.roulette_start;
     if (result.relative_error) report["relative_error"] = *result.relative_error;
@@ -131,7 +130,8 @@ void add_how(CLI::App& command, RenderArguments& arguments) {
 }
 
 void add_how_long(CLI::App& command, RenderArguments& arguments) {
-    command.add_option("--samples", arguments.samples, "Samples a pixel (default: 64, without --time or --target-error)")
+    command
+        .add_option("--samples", arguments.samples, "Samples a pixel (default: 64, without --time or --target-error)")
         ->check(CLI::Range(std::uint64_t{1}, std::uint64_t{1} << 40));
     command.add_option("--time", arguments.seconds, "Seconds to render for, at most")->check(CLI::PositiveNumber);
     command.add_option("--target-error", arguments.target_error,
@@ -151,9 +151,8 @@ void add_render_command(CLI::App& app, CommandContext& context) {
         "  tandem render scenes/one-weekend.json -o out.exr --backend vulkan --size 600 --time 30\n"
         "  tandem render scenes/cornell-thesis.json -o out.exr --target-error 5% --json figures.json\n"
         "Ctrl-C stops the render and writes what is done.");
-    command->callback([&context, arguments] {
-        context.action = [&context, arguments] { return render(*arguments, context); };
-    });
+    command->callback(
+        [&context, arguments] { context.action = [&context, arguments] { return render(*arguments, context); }; });
 }
 
 }  // namespace tandem

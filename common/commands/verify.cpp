@@ -1,4 +1,6 @@
 // tandem verify: two backends, one verdict a scene. tandem compare: the same for images of any renderers.
+#include "common/validation/verify.h"
+
 #include <fmt/format.h>
 
 #include "common/commands/command.h"
@@ -8,7 +10,6 @@
 #include "common/validation/compare.h"
 #include "common/validation/report.h"
 #include "common/validation/verdict_json.h"
-#include "common/validation/verify.h"
 
 namespace tandem {
 
@@ -58,9 +59,12 @@ Criteria criteria_from(const CriteriaArguments& arguments, Criteria criteria) {
 
 ExitStatus status_of(Verdict verdict) {
     switch (verdict) {
-        case Verdict::agree: return ExitStatus::fine;
-        case Verdict::disagree: return ExitStatus::disagree;
-        case Verdict::undecided: return ExitStatus::undecided;
+        case Verdict::agree:
+            return ExitStatus::fine;
+        case Verdict::disagree:
+            return ExitStatus::disagree;
+        case Verdict::undecided:
+            return ExitStatus::undecided;
     }
     return ExitStatus::undecided;
 }
@@ -102,9 +106,9 @@ ExitStatus verify(const VerifyArguments& arguments, const CommandContext& contex
     if (!arguments.criteria.report.empty()) check_report_folder(arguments.criteria.report);
 
     const BackendList& backends = context.program.backends;
-    const auto reference = find_backend(backends, arguments.reference)
-                               .create({.device = arguments.reference_device,
-                                   .precision = precision_from(arguments.reference_precision)});
+    const auto reference =
+        find_backend(backends, arguments.reference)
+            .create({.device = arguments.reference_device, .precision = precision_from(arguments.reference_precision)});
     const auto candidate = find_backend(backends, arguments.candidate)
                                .create({.device = arguments.device,
                                    .precision = precision_from(arguments.precision),
@@ -191,7 +195,8 @@ void add_verify_command(CLI::App& app, CommandContext& context) {
     command->add_option("--samples", arguments->samples, "Samples a pixel and side, at most")
         ->check(CLI::Range(std::uint64_t{64}, std::uint64_t{1} << 40))
         ->capture_default_str();
-    command->add_flag("--no-paired", arguments->no_paired, "Leave out the paired seeds, which find small faults sooner");
+    command->add_flag(
+        "--no-paired", arguments->no_paired, "Leave out the paired seeds, which find small faults sooner");
     command->add_flag("--validation", arguments->validation, "Vulkan validation layers; any message is an error");
     add_render_options(*command, arguments->render);
     add_criteria(*command, arguments->criteria, {});

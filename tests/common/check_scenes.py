@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Holds scenes/scene.schema.json against the shipped scenes and against samples that the loader is tested with too."""
+"""Holds scenes/format/scene.schema.json against the shipped scenes and against samples that the loader is tested with too."""
 import json
 import pathlib
 import subprocess
@@ -8,7 +8,7 @@ import sys
 import jsonschema
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent.parent
-SCHEMA = json.loads((ROOT / "scenes" / "scene.schema.json").read_text(encoding="utf-8"))
+SCHEMA = json.loads((ROOT / "scenes" / "format" / "scene.schema.json").read_text(encoding="utf-8"))
 VALIDATOR = jsonschema.Draft202012Validator(SCHEMA)
 
 

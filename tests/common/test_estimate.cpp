@@ -23,9 +23,8 @@ Estimate::Plane block_moments(std::uint64_t block, std::size_t size) {
 
 bool same_bits(const Estimate& a, const Estimate& b) {
     const Estimate::Plane left = a.totals(), right = b.totals();
-    return std::ranges::equal(left, right, [](const Moments& x, const Moments& y) {
-        return x.sum == y.sum && x.sum_of_squares == y.sum_of_squares;
-    });
+    return std::ranges::equal(left, right,
+        [](const Moments& x, const Moments& y) { return x.sum == y.sum && x.sum_of_squares == y.sum_of_squares; });
 }
 
 Estimate one_block(std::uint64_t block) {

@@ -14,8 +14,7 @@ std::vector<Scene> scenes_with_closed_form() {
     std::vector<std::filesystem::path> files;
     for (const char* folder : {TANDEM_SOURCE_DIR "/scenes", TANDEM_SOURCE_DIR "/scenes/closed-forms"})
         for (const auto& entry : std::filesystem::directory_iterator(folder))
-            if (entry.path().extension() == ".json" && entry.path().filename() != "scene.schema.json")
-                files.push_back(entry.path());
+            if (entry.path().extension() == ".json") files.push_back(entry.path());
     std::sort(files.begin(), files.end());
     std::vector<Scene> scenes;
     for (const auto& file : files) {
