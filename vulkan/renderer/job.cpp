@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <limits>
+#include <utility>
 
 #include "common/error.h"
 #include "vulkan/command/barrier.h"
@@ -38,6 +40,7 @@ RenderSettings checked(RenderSettings settings) {
                 settings.width, settings.height));
     if (!(settings.ray_min >= 0.0) || !(settings.ray_max >= settings.ray_min))
         throw InputError("the interval of ray distances is empty or begins below 0; use 0 <= ray_min <= ray_max");
+    if (settings.bounces >= 1u << 28) throw InputError("more than 2^28 bounces have no random numbers; ask for fewer");
     return settings;
 }
 
@@ -55,8 +58,8 @@ struct VulkanJob::Progress {
     double device_seconds = 0.0;
     bool has_device_clock = true;
 
-    void report(std::uint64_t samples_of_tile) const {
-        if (control.progress) control.progress(samples_before + tile_share * static_cast<double>(samples_of_tile));
+    void report(double samples_of_tile) const {
+        if (control.progress) control.progress(samples_before + tile_share * samples_of_tile);
     }
 };
 
@@ -125,11 +128,12 @@ void VulkanJob::record_pre_processing(Tile tile) {
 }
 
 // Segment k reads half k mod 2 of the ray state and writes the other; ray_gen writes half 0, as if it were segment -1.
-void VulkanJob::record_sampling(Tile tile, std::uint64_t sample) {
+void VulkanJob::record_sampling(
+    Tile tile, std::uint64_t sample, std::uint32_t first_segment, std::uint32_t end_segment) {
     const vk::raii::CommandBuffer& commands = submission_.next_command_buffer();
     gpu::Settings settings = stage_settings(tile, sample);
-    dispatch(commands, Stage::ray_gen, settings, tile.pixel_count, 1);
-    for (settings.segment = 0; settings.segment <= settings_.bounces; ++settings.segment) {
+    if (first_segment == 0) dispatch(commands, Stage::ray_gen, settings, tile.pixel_count, 1);
+    for (settings.segment = first_segment; settings.segment < end_segment; ++settings.segment) {
         barrier(commands, compute_write, compute_access);
         dispatch(commands, Stage::intersect, settings, tile.pixel_count, settings.segment % 2);
         barrier(commands, compute_write, compute_access);
@@ -145,11 +149,31 @@ void VulkanJob::record_post_processing(Tile tile) {
     barrier(commands, compute_write, compute_access);
 }
 
-void VulkanJob::adapt_batch(double seconds, std::uint64_t samples) {
-    if (seconds < shortest_submission) batch_ = std::min<std::uint64_t>(2 * samples, samples_per_block);
+void VulkanJob::adapt_batch(double seconds, std::uint64_t segments) {
+    const std::uint64_t most = samples_per_block * (std::uint64_t{settings_.bounces} + 1);
+    if (seconds < shortest_submission) batch_ = std::clamp<std::uint64_t>(2 * segments, batch_, most);
     if (seconds > longest_submission)
         batch_ = std::max<std::uint64_t>(
-            1, static_cast<std::uint64_t>(static_cast<double>(samples) * shortest_submission / seconds));
+            1, static_cast<std::uint64_t>(static_cast<double>(segments) * shortest_submission / seconds));
+}
+
+// Records up to batch_ segments from sample `done` of the block, segment `segment`, and moves both on; returns how
+// many.
+std::uint64_t VulkanJob::record_batch(Tile tile, SampleRange block, std::uint64_t& done, std::uint32_t& segment) {
+    const std::uint32_t segments_a_sample = settings_.bounces + 1;
+    std::uint64_t recorded = 0;
+    while (recorded < batch_ && done < block.count()) {
+        const auto end =
+            static_cast<std::uint32_t>(std::min<std::uint64_t>(segments_a_sample, segment + (batch_ - recorded)));
+        record_sampling(tile, block.begin + done, segment, end);
+        recorded += end - segment;
+        segment = end;
+        if (segment < segments_a_sample) break;
+        record_post_processing(tile);
+        segment = 0;
+        ++done;
+    }
+    return recorded;
 }
 
 // Apart from the stages, so that the device's clock counts those alone.
@@ -163,22 +187,20 @@ void VulkanJob::download(Tile tile) {
 // Renders samples of one block for one tile and leaves the sums downloaded; returns how many it did before a stop.
 std::uint64_t VulkanJob::render_tile_block(Tile tile, SampleRange block, Progress& progress) {
     std::uint64_t done = 0;
-    while (done < block.count() && (done == 0 || !progress.control.stop.stop_requested())) {
+    std::uint32_t segment = 0;  // of sample `done`, which a slow device begins in one submission and ends in another
+    bool first = true;
+    while (done < block.count()) {
+        if (done > 0 && segment == 0 && progress.control.stop.stop_requested()) break;
         const auto start = Clock::now();
-        const std::uint64_t samples = std::min(batch_, block.count() - done);
         submission_.begin();
-        if (done == 0) record_pre_processing(tile);
-        for (std::uint64_t i = 0; i < samples; ++i) {
-            record_sampling(tile, block.begin + done + i);
-            record_post_processing(tile);
-        }
-        done += samples;
+        if (std::exchange(first, false)) record_pre_processing(tile);
+        const std::uint64_t recorded = record_batch(tile, block, done, segment);
         const std::optional<double> device_seconds = submission_.run();
         progress.device_seconds += device_seconds.value_or(0.0);
         progress.has_device_clock = progress.has_device_clock && device_seconds.has_value();
-        adapt_batch(seconds_since(start), samples);
+        adapt_batch(seconds_since(start), recorded);
         instance_.log().raise();
-        progress.report(done);
+        progress.report(static_cast<double>(done) + static_cast<double>(segment) / (settings_.bounces + 1.0));
     }
     download(tile);
     return done;

@@ -23,14 +23,15 @@ private:
 
     [[nodiscard]] std::uint64_t render_tile_block(Tile tile, SampleRange block, Progress& progress);
     void record_pre_processing(Tile tile);
-    void record_sampling(Tile tile, std::uint64_t sample);
+    void record_sampling(Tile tile, std::uint64_t sample, std::uint32_t first_segment, std::uint32_t end_segment);
     void record_post_processing(Tile tile);
     void dispatch(const vk::raii::CommandBuffer& commands, Stage stage, const gpu::Settings& settings,
         std::uint32_t invocations, std::uint32_t ray_parity = 0);
     [[nodiscard]] gpu::Settings stage_settings(Tile tile, std::uint64_t sample) const;
     void download(Tile tile);
     void collect(Tile tile, Estimate::Plane& plane) const;
-    void adapt_batch(double seconds, std::uint64_t samples);
+    void adapt_batch(double seconds, std::uint64_t segments);
+    [[nodiscard]] std::uint64_t record_batch(Tile tile, SampleRange block, std::uint64_t& done, std::uint32_t& segment);
 
     const Instance& instance_;
     RenderSettings settings_;
@@ -44,7 +45,7 @@ private:
     Submission submission_;
     bool scene_uploaded_ = false;
     std::uint32_t sum_parity_ = 0;      // the half of the sums that holds the current ones
-    std::uint64_t batch_ = 1;           // samples a submission
+    std::uint64_t batch_ = 1;           // path segments a submission, over one or several samples
     std::uint32_t invalid_before_ = 0;  // of the device's running count
 };
 
