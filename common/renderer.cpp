@@ -10,7 +10,9 @@ RenderSettings default_settings(const Scene& scene) {
     RenderSettings settings;
     settings.width = scene.film.width;
     settings.height = scene.film.height;
+    settings.integrator = scene.defaults.integrator;
     settings.bounces = scene.defaults.bounces;
+    settings.roulette_start = scene.defaults.roulette_start;
     settings.ray_min = scene.defaults.ray_min;
     settings.ray_max = scene.defaults.ray_max;
     return settings;

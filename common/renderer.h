@@ -16,9 +16,6 @@
 
 namespace tandem {
 
-// path: scattering alone finds the light, as the thesis does; next_event: light sampling at diffuse vertices, combined
-// with scattering by multiple importance sampling (MODEL.md section 9).
-enum class Integrator : std::uint32_t { path = 0, next_event = 1 };
 enum class Precision : std::uint32_t { single_precision = 0, double_precision = 1 };
 
 // What the estimator is to do (MODEL.md sections 9 and 10).
@@ -30,8 +27,6 @@ struct RenderSettings {
     std::uint32_t roulette_start = no_roulette;  // scattering events before roulette may end a path
     double ray_min = 0.0;                        // inclusive interval of ray parameters, scene units
     double ray_max = std::numeric_limits<double>::infinity();
-
-    static constexpr std::uint32_t no_roulette = std::numeric_limits<std::uint32_t>::max();
 };
 
 // The settings that the scene's file asks for.

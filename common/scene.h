@@ -75,9 +75,18 @@ struct Film {
     std::uint32_t height = 512;
 };
 
+// path: scattering alone finds the light, as the thesis does; next_event: light sampling at diffuse vertices, combined
+// with scattering by multiple importance sampling (MODEL.md section 9).
+enum class Integrator : std::uint32_t { path = 0, next_event = 1 };
+
+// Value of a roulette start that means: never (MODEL.md section 9.3).
+inline constexpr std::uint32_t no_roulette = std::numeric_limits<std::uint32_t>::max();
+
 // Defaults for RenderSettings that the scene file carries.
 struct SceneDefaults {
+    Integrator integrator = Integrator::path;
     std::uint32_t bounces = 12;
+    std::uint32_t roulette_start = no_roulette;
     double ray_min = 0.0;
     double ray_max = std::numeric_limits<double>::infinity();
 };

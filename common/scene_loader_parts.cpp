@@ -187,9 +187,13 @@ Background read_background(const Value& value) {
 }
 
 SceneDefaults read_render(const Value& value) {
-    value.only({"bounces", "ray_min", "ray_max"});
+    value.only({"integrator", "bounces", "roulette_start", "ray_min", "ray_max"});
     SceneDefaults defaults;
+    if (value.has("integrator") && value.member("integrator").choice({"path", "next-event"}) == 1)
+        defaults.integrator = Integrator::next_event;
     if (value.has("bounces")) defaults.bounces = value.member("bounces").integer(0, greatest_bounces);
+    if (value.has("roulette_start"))
+        defaults.roulette_start = value.member("roulette_start").integer(1, greatest_bounces);
     defaults.ray_min = optional_number(value, "ray_min", 0.0, greatest_length, defaults.ray_min);
     defaults.ray_max = optional_number(value, "ray_max", 0.0, greatest_length, defaults.ray_max);
     if (defaults.ray_min > defaults.ray_max)

@@ -320,7 +320,7 @@ void PathTracer<Real, next_event>::scatter(Vertex& at, M lanes, std::uint32_t fi
     Vec3<V> throughput = at.throughput * absorbed;
     const V strongest = greatest(greatest(throughput.x, throughput.y), throughput.z);
     alive = alive & !(strongest == zero);
-    if (tables_.settings.roulette_start != RenderSettings::no_roulette) {
+    if (tables_.settings.roulette_start != no_roulette) {
         // Event number k + 1 is the vertex number plus one.
         const M played = !(at.number + I(U{1}) < I(U{tables_.settings.roulette_start}));
         const V survival = least(one, strongest);

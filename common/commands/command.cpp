@@ -67,23 +67,24 @@ void add_render_options(CLI::App& command, RenderOptions& options) {
     command.add_option("--size", options.size, "Image size: WxH, or the longer side, in pixels")->type_name("SIZE");
     command
         .add_option("--integrator", options.integrator,
-            "path (scattering alone finds the light) or next-event (light sampling with MIS)")
+            "path (scattering alone finds the light) or next-event (light sampling with MIS); default: the scene's")
         ->check(CLI::IsMember({"path", "next-event"}));
     command.add_option("--bounces", options.bounces, "Scattering events at most (default: the scene's)")
         ->check(CLI::Range(0, 1'000'000));
     command
         .add_option("--roulette", options.roulette,
-            "Russian roulette may end paths from this scattering event on (default: off)")
-        ->check(CLI::Range(1, 1'000'000));
+            "Russian roulette may end paths from this scattering event on, 0: never (default: the scene's)")
+        ->check(CLI::Range(0, 1'000'000));
     command.add_option("--seed", options.seed, "Seed of the random numbers")->capture_default_str();
 }
 
 RenderSettings settings_from(const RenderOptions& options, const Scene& scene) {
     RenderSettings settings = default_settings(scene);
     if (!options.size.empty()) apply_size(options.size, settings);
-    if (options.integrator == "next-event") settings.integrator = Integrator::next_event;
+    if (!options.integrator.empty())
+        settings.integrator = options.integrator == "path" ? Integrator::path : Integrator::next_event;
     if (options.bounces) settings.bounces = *options.bounces;
-    if (options.roulette) settings.roulette_start = *options.roulette;
+    if (options.roulette) settings.roulette_start = *options.roulette == 0 ? no_roulette : *options.roulette;
     settings.seed = options.seed;
     return settings;
 }

@@ -46,7 +46,7 @@ void add_common_options(CLI::App& command, CommandContext& context, const std::s
 // Options that say what and how to render, shared by render and verify.
 struct RenderOptions {
     std::string size;        // "WxH" or "N" (longer side); empty: the scene's film
-    std::string integrator;  // empty: path
+    std::string integrator;  // empty: the scene's
     std::optional<std::uint32_t> bounces, roulette;
     std::uint64_t seed = 0;
 };

@@ -52,7 +52,7 @@ nlohmann::json describe(const RenderArguments& arguments, const RenderSettings& 
         {"precision", arguments.precision.empty() ? "default" : arguments.precision}, {"seconds", result.seconds},
         {"paths", paths}, {"paths_per_second", result.seconds > 0.0 ? paths / result.seconds : 0.0},
         {"invalid_samples", result.estimate.invalid()}, {"complete", result.complete}};
-    if (settings.roulette_start != RenderSettings::no_roulette) report["roulette"] = settings.roulette_start;
+    if (settings.roulette_start != no_roulette) report["roulette"] = settings.roulette_start;
     if (result.relative_error) report["relative_error"] = *result.relative_error;
     if (result.device_seconds) report["device_seconds"] = *result.device_seconds;
     return report;

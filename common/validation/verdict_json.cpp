@@ -40,7 +40,7 @@ json settings_json(const RenderSettings& settings) {
     return {{"width", settings.width}, {"height", settings.height},
         {"integrator", settings.integrator == Integrator::path ? "path" : "next_event"}, {"bounces", settings.bounces},
         {"roulette_start",
-            settings.roulette_start == RenderSettings::no_roulette ? json(nullptr) : json(settings.roulette_start)},
+            settings.roulette_start == no_roulette ? json(nullptr) : json(settings.roulette_start)},
         {"ray_min", number(settings.ray_min)}, {"ray_max", number(settings.ray_max)}};
 }
 

@@ -136,7 +136,9 @@ TEST_CASE("what is left out takes its documented default") {
     CHECK(scene.camera.up == glm::dvec3(0, 1, 0));
     CHECK(scene.camera.lens_radius == 0.0);
     CHECK(scene.background.up == glm::dvec3(0.0));
+    CHECK(scene.defaults.integrator == Integrator::path);
     CHECK(scene.defaults.bounces == 12);
+    CHECK(scene.defaults.roulette_start == no_roulette);
     CHECK(scene.defaults.ray_min == 0.0);
     CHECK(std::isinf(scene.defaults.ray_max));
     CHECK(scene.entities.empty());
@@ -149,7 +151,7 @@ TEST_CASE("every field of a file reaches the scene") {
         "camera": {"position": [1, 2, 3], "target": [4, 5, 6], "up": [0, 0, 1], "vertical_field_degrees": 50,
             "lens_radius": 0.25, "focus_distance": 7},
         "background": {"down": [1, 2, 3], "up": [4, 5, 6]},
-        "render": {"bounces": 5, "ray_min": 0.5, "ray_max": 100},
+        "render": {"integrator": "next-event", "bounces": 5, "roulette_start": 3, "ray_min": 0.5, "ray_max": 100},
         "materials": {"glass": {"kind": "emissive", "colour": [0.1, 0.2, 0.3], "radiance": [7, 8, 9], "sides": "front",
             "translucent": true, "alpha": 0.4, "fuzz": 0.6, "refractive_index": 1.7, "fresnel": "schlick"}},
         "entities": [{"name": "e", "material": "glass", "primitives": [
@@ -164,7 +166,9 @@ TEST_CASE("every field of a file reaches the scene") {
     CHECK(scene.camera.focus_distance == 7.0);
     CHECK(scene.background.down == glm::dvec3(1, 2, 3));
     CHECK(scene.background.up == glm::dvec3(4, 5, 6));
+    CHECK(scene.defaults.integrator == Integrator::next_event);
     CHECK(scene.defaults.bounces == 5);
+    CHECK(scene.defaults.roulette_start == 3);
     CHECK(scene.defaults.ray_min == 0.5);
     CHECK(scene.defaults.ray_max == 100.0);
     const Material& material = scene.materials.at(0);

@@ -13,7 +13,7 @@ namespace {
 // By how many of its own errors (a sixth of what tests/suite allows) a backend with the bug misses the closed form, in
 // the channel where it does so most.
 double miss(const Backend& backend, PlantedBug bug, const std::string& file, Integrator integrator,
-    std::uint32_t roulette_start = RenderSettings::no_roulette) {
+    std::uint32_t roulette_start = no_roulette) {
     const Scene scene = load_scene(TANDEM_SOURCE_DIR "/scenes/closed-forms/" + file + ".json");
     REQUIRE(scene.expect.has_value());
     RenderSettings settings = default_settings(scene);
