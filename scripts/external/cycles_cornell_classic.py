@@ -41,6 +41,16 @@ def diffuse(name, colour):
     return material(name, build)
 
 
+def emitter(name, radiance):
+    def build(nodes, links):
+        shader = nodes.new("ShaderNodeEmission")
+        shader.inputs["Strength"].default_value = radiance
+        return shader
+    made = material(name, build)
+    made.cycles.sample_as_light = False
+    return made
+
+
 def add_lamp(corner, size, radiance):
     """A rectangle in a horizontal plane that emits downwards only, and a black sheet a hair above it that blocks rays.
 
@@ -54,9 +64,14 @@ def add_lamp(corner, size, radiance):
     placed.location = (x + size[0] / 2, y, z + size[1] / 2)
     placed.rotation_euler = (math.radians(-90.0), 0.0, 0.0)  # its -z turns to world -y
     bpy.context.scene.collection.objects.link(placed)
-    x1, z1, above = x + size[0], z + size[1], y + 0.01
-    add_mesh("cap", [(x, above, z), (x1, above, z), (x1, above, z1), (x, above, z1)], [(0, 1, 2, 3)],
-             diffuse("black", (0.0, 0.0, 0.0)))
+    x1, z1 = x + size[0], z + size[1]
+
+    def sheet(name, height, shader):
+        return add_mesh(name, [(x, height, z), (x1, height, z), (x1, height, z1), (x, height, z1)], [(0, 1, 2, 3)], shader)
+
+    sheet("cap", y + 0.01, diffuse("black", (0.0, 0.0, 0.0)))
+    face = sheet("face", y, emitter("face", radiance))  # the camera does not see area lights
+    face.visible_diffuse = face.visible_glossy = face.visible_shadow = face.visible_transmission = False
 
 
 def add_mesh(name, vertices, faces, shader, matrix=None):
@@ -67,6 +82,7 @@ def add_mesh(name, vertices, faces, shader, matrix=None):
     if matrix is not None:
         placed.matrix_world = matrix
     bpy.context.scene.collection.objects.link(placed)
+    return placed
 
 
 def add_box(name, size, degrees, offset, shader):
