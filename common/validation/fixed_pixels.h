@@ -25,7 +25,8 @@ struct FixedPixels {
     double greatest_relative = 0.0;  // greatest relative difference among them
 };
 
-// A pixel is fixed when the relative deviation of its samples is within `tolerance` on both sides.
+// A pixel is fixed when the relative deviation of its samples is within `tolerance` on both sides; where a side is a
+// handful of images, whose values may lie together by chance, only if the same holds of its neighbours.
 [[nodiscard]] FixedPixels compare_fixed_pixels(
     const SampledImage& reference, const SampledImage& candidate, double tolerance);
 
