@@ -1,7 +1,8 @@
-// Stage 4: the closest hit of every live ray against all primitives, by brute force, and for next_event whether the
+// Stage 4: the closest hit of every ray of the segment's queue, and for next_event whether the
 // pending shadow ray meets anything (MODEL.md sections 5 and 9.2).
 #version 460
 #extension GL_GOOGLE_include_directive : require
+#extension GL_EXT_control_flow_attributes : require
 #include "settings.glsl"
 #define LOOPS_OVER_PRIMITIVES
 #include "scene_set.glsl"
@@ -13,6 +14,7 @@ layout(std430, set = 2, binding = 0) readonly restrict buffer OriginsIn { uvec4 
 layout(std430, set = 2, binding = 1) readonly restrict buffer DirectionsIn { vec4 directions_in[]; };
 layout(std430, set = 2, binding = 10) writeonly restrict buffer Hits { uvec4 hits[]; };
 layout(std430, set = 2, binding = 11) readonly restrict buffer Shadows { uvec4 shadows[]; };
+layout(std430, set = 2, binding = 13) readonly restrict buffer Queues { RayQueue queues[]; };
 
 struct Hit {
     float t;
@@ -21,10 +23,9 @@ struct Hit {
     vec3 local;  // triangle: weights of corners 1 and 2; sphere, cuboid: the point in unit space
 };
 
-// Of equal distances the lower primitive id wins; within a kind that is the earlier slot.
+// Of equal distances the lower primitive id wins; within a kind that is the lower slot, and hit_none is above all slots.
 bool is_closer(float t, uint slot, Hit best) {
-    if (!(t >= settings.ray_min && t <= best.t)) return false;
-    return t < best.t || best.slot == hit_none || placed[slot].id < placed[best.slot].id;
+    return t >= settings.ray_min && (t < best.t || (t == best.t && slot < best.slot));
 }
 
 // How a ray meets a sphere or cuboid that it may be leaving (MODEL.md section 5, "Leaving a surface").
@@ -53,10 +54,10 @@ vec2 cuboid_distances(Convex cuboid, Ray unit_ray, uint how, out uvec2 faces) {
 
 void try_triangle(uint slot, Ray ray, mat3 frame, uint own, inout Hit best) {
     float t;
-    vec2 weights;
+    vec3 weights;
     if (slot == own && !PLANTED(self_hit_not_excluded)) return;
     if (intersect_triangle(triangle_at(slot), ray, frame, t, weights) && is_closer(t, slot, best))
-        best = Hit(t, slot, 0, vec3(weights, 0.0));
+        best = Hit(t, slot, 0, weights);
 }
 
 void try_sphere(uint i, Ray ray, uint own, bool inside, inout Hit best) {
@@ -64,12 +65,12 @@ void try_sphere(uint i, Ray ray, uint own, bool inside, inout Hit best) {
     const Ray unit_ray = to_unit_space(sphere_at(i), ray);
     const vec2 ts = sphere_distances(unit_ray, meeting(slot == own, inside));
     const float t = ts.x >= settings.ray_min ? ts.x : ts.y;
-    if (is_closer(t, slot, best)) best = Hit(t, slot, 0, normalize(unit_ray.origin + t * unit_ray.direction));
+    if (is_closer(t, slot, best)) best = Hit(t, slot, 0, unit_ray.origin + t * unit_ray.direction);
 }
 
 // The point in the cube's space, exactly on its face and within it.
-vec3 point_on_face(Ray unit_ray, float t, uint face, vec3 extent) {
-    vec3 local = clamp(unit_ray.origin + t * unit_ray.direction, -extent, extent);
+vec3 point_on_face(vec3 near_face, uint face, vec3 extent) {
+    vec3 local = clamp(near_face, -extent, extent);
     const float side = (face & 1u) != 0u ? 1.0 : -1.0;
     if (face < 2)
         local.x = side * extent.x;
@@ -80,7 +81,7 @@ vec3 point_on_face(Ray unit_ray, float t, uint face, vec3 extent) {
     return local;
 }
 
-void try_cuboid(uint i, Ray ray, uint own, bool inside, inout Hit best) {
+void try_cuboid(uint i, Ray ray, uint own, bool inside, inout Hit best, inout vec3 extent) {
     const uint slot = settings.triangle_count + settings.sphere_count + i;
     const Convex cuboid = cuboid_at(i);
     const Ray unit_ray = to_unit_space(cuboid, ray);
@@ -89,70 +90,99 @@ void try_cuboid(uint i, Ray ray, uint own, bool inside, inout Hit best) {
     const bool enters = ts.x >= settings.ray_min;
     const float t = enters ? ts.x : ts.y;
     if (!is_closer(t, slot, best)) return;
-    const vec3 extent = vec3(cuboid.to_world0.w, cuboid.to_world1.w, cuboid.to_world2.w);
-    const uint face = enters ? faces.x : faces.y;
-    best = Hit(t, slot, face, point_on_face(unit_ray, t, face, extent));
+    extent = vec3(cuboid.to_world0.w, cuboid.to_world1.w, cuboid.to_world2.w);
+    best = Hit(t, slot, enters ? faces.x : faces.y, unit_ray.origin + t * unit_ray.direction);
+}
+
+// The closest hits of each kind of primitive, up to and including the distance `limit`.
+Hit closest_triangle(Ray ray, uint own, float limit) {
+    Hit best = Hit(limit, hit_none, 0, vec3(0.0));
+    const mat3 frame = frame_of(ray.direction);
+    [[unroll]] for (uint i = 0; i < triangle_count(); ++i) try_triangle(i, ray, frame, own, best);
+    best.local = vec3(best.local.xy / best.local.z, 0.0);
+    return best;
+}
+
+Hit closest_sphere(Ray ray, uint own, bool inside, float limit) {
+    Hit best = Hit(limit, hit_none, 0, vec3(0.0));
+    [[unroll]] for (uint i = 0; i < sphere_count(); ++i) try_sphere(i, ray, own, inside, best);
+    best.local = normalize(best.local);
+    return best;
+}
+
+Hit closest_cuboid(Ray ray, uint own, bool inside, float limit) {
+    Hit best = Hit(limit, hit_none, 0, vec3(0.0));
+    vec3 extent = vec3(1.0);
+    [[unroll]] for (uint i = 0; i < cuboid_count(); ++i) try_cuboid(i, ray, own, inside, best, extent);
+    best.local = point_on_face(best.local, best.face, extent);
+    return best;
+}
+
+// The closer of the hits of two kinds.
+Hit closer(Hit a, Hit b) {
+    if (b.slot == hit_none) return a;
+    if (a.slot == hit_none || b.t < a.t || placed[b.slot].id < placed[a.slot].id) return b;
+    return a;
 }
 
 Hit closest_hit(Ray ray, uint own, bool inside) {
     Hit best = Hit(settings.ray_max, hit_none, 0, vec3(0.0));
     if (!is_sound(ray)) return best;
-    if (has_triangles) {
-        const mat3 frame = frame_of(ray.direction);
-        for (uint i = 0; i < settings.triangle_count; ++i) try_triangle(i, ray, frame, own, best);
-    }
-    if (has_spheres)
-        for (uint i = 0; i < settings.sphere_count; ++i) try_sphere(i, ray, own, inside, best);
-    if (has_cuboids)
-        for (uint i = 0; i < settings.cuboid_count; ++i) try_cuboid(i, ray, own, inside, best);
+    if (has_triangles) best = closer(best, closest_triangle(ray, own, best.t));
+    if (has_spheres) best = closer(best, closest_sphere(ray, own, inside, best.t));
+    if (has_cuboids) best = closer(best, closest_cuboid(ray, own, inside, best.t));
     return best;
 }
 
 bool blocks(float t, float t_max) { return t >= settings.ray_min && t <= t_max; }
 
-bool triangle_blocks(Ray ray, float t_max, uint own, uint light) {
-    const mat3 frame = frame_of(ray.direction);
-    for (uint slot = 0; slot < settings.triangle_count; ++slot) {
-        float t;
-        vec2 weights;
-        if (slot == light || slot == own) continue;
-        if (intersect_triangle(triangle_at(slot), ray, frame, t, weights) && blocks(t, t_max)) return true;
-    }
-    return false;
+bool triangle_blocks(uint slot, Ray ray, mat3 frame, float t_max) {
+    float t;
+    vec3 weights;
+    return intersect_triangle(triangle_at(slot), ray, frame, t, weights) && blocks(t, t_max);
+}
+
+bool sphere_blocks(uint i, Ray ray, float t_max, uint how) {
+    const vec2 ts = sphere_distances(to_unit_space(sphere_at(i), ray), how);
+    return blocks(ts.x, t_max) || blocks(ts.y, t_max);
+}
+
+bool cuboid_blocks(uint i, Ray ray, float t_max, uint how) {
+    uvec2 faces;
+    const Convex cuboid = cuboid_at(i);
+    const vec2 ts = cuboid_distances(cuboid, to_unit_space(cuboid, ray), how, faces);
+    return blocks(ts.x, t_max) || blocks(ts.y, t_max);
 }
 
 // Does anything but `light` stand between the origin and the light's point?
 bool is_occluded(Ray ray, float t_max, uint own, bool inside, uint light) {
-    if (has_triangles && triangle_blocks(ray, t_max, own, light)) return true;
-    if (has_spheres)
-        for (uint i = 0; i < settings.sphere_count; ++i) {
+    bool occluded = false;
+    const mat3 frame = frame_of(ray.direction);
+    if (has_triangles) {
+        [[unroll]] for (uint slot = 0; slot < triangle_count(); ++slot)
+            if (!occluded && slot != light && slot != own) occluded = triangle_blocks(slot, ray, frame, t_max);
+    }
+    if (has_spheres) {
+        [[unroll]] for (uint i = 0; i < sphere_count(); ++i) {
             const uint slot = settings.triangle_count + i;
-            if (slot == light) continue;
-            const vec2 ts = sphere_distances(to_unit_space(sphere_at(i), ray), meeting(slot == own, inside));
-            if (blocks(ts.x, t_max) || blocks(ts.y, t_max)) return true;
+            if (!occluded && slot != light) occluded = sphere_blocks(i, ray, t_max, meeting(slot == own, inside));
         }
-    if (has_cuboids)
-        for (uint i = 0; i < settings.cuboid_count; ++i) {
+    }
+    if (has_cuboids) {
+        [[unroll]] for (uint i = 0; i < cuboid_count(); ++i) {
             const uint slot = settings.triangle_count + settings.sphere_count + i;
-            if (slot == light) continue;
-            uvec2 faces;
-            const Convex cuboid = cuboid_at(i);
-            const vec2 ts =
-                cuboid_distances(cuboid, to_unit_space(cuboid, ray), meeting(slot == own, inside), faces);
-            if (blocks(ts.x, t_max) || blocks(ts.y, t_max)) return true;
+            if (!occluded && slot != light) occluded = cuboid_blocks(i, ray, t_max, meeting(slot == own, inside));
         }
-    return false;
+    }
+    return occluded;
 }
 
 void main() {
+    preload_primitives();
     const uint i = gl_GlobalInvocationID.x;
-    if (i >= settings.pixel_count) return;
+    if (i >= queues[settings.segment].count) return;
     const uvec4 start = origins_in[i];
     const uint word = start.w;
-    if ((word & (ray_dead | ray_shadow)) == ray_dead) {
-        hits[i] = uvec4(hit_dead, 0, 0, 0);
-        return;
-    }
     const uint own = word & slot_mask;
     const bool inside = (word & ray_inside) != 0u;
     Ray ray = Ray(uintBitsToFloat(start.xyz), vec3(0.0));

@@ -1,4 +1,4 @@
-// Stage 3: one camera ray a pixel (MODEL.md section 4).
+// Stage 3: one camera ray a pixel (MODEL.md section 4), all of them the queue of segment 0; the later queues are emptied.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "settings.glsl"
@@ -11,6 +11,7 @@
 
 layout(std430, set = 2, binding = 5) writeonly restrict buffer OriginsOut { uvec4 origins_out[]; };
 layout(std430, set = 2, binding = 6) writeonly restrict buffer DirectionsOut { vec4 directions_out[]; };
+layout(std430, set = 2, binding = 13) writeonly restrict buffer Queues { RayQueue queues[]; };
 
 void main() {
     const uint i = gl_GlobalInvocationID.x;
@@ -20,4 +21,9 @@ void main() {
     const Ray ray = camera_ray(uvec2(pixel % settings.width, pixel / settings.width), u);
     origins_out[i] = uvec4(floatBitsToUint(ray.origin), no_slot);
     directions_out[i] = vec4(ray.direction, 0.0);
+    if (i == 0) {
+        const uint size = gl_WorkGroupSize.x;
+        queues[0] = RayQueue((settings.pixel_count + size - 1) / size, 1, 1, settings.pixel_count);
+    }
+    for (uint k = i + 1; k <= settings.bounces + 1; k += settings.pixel_count) queues[k] = RayQueue(0, 1, 1, 0);
 }

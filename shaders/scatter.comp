@@ -14,21 +14,27 @@
 
 layout(std430, set = 2, binding = 0) readonly restrict buffer OriginsIn { uvec4 origins_in[]; };
 layout(std430, set = 2, binding = 1) readonly restrict buffer DirectionsIn { vec4 directions_in[]; };
-layout(std430, set = 2, binding = 2) readonly restrict buffer ThroughputsIn { vec4 throughputs_in[]; };
+layout(std430, set = 2, binding = 2) readonly restrict buffer ThroughputsIn { uvec4 throughputs_in[]; };
 layout(std430, set = 2, binding = 3) readonly restrict buffer RadiancesIn { vec4 radiances_in[]; };
 layout(std430, set = 2, binding = 4) readonly restrict buffer ContributionsIn { vec4 contributions_in[]; };
 layout(std430, set = 2, binding = 5) writeonly restrict buffer OriginsOut { uvec4 origins_out[]; };
 layout(std430, set = 2, binding = 6) writeonly restrict buffer DirectionsOut { vec4 directions_out[]; };
-layout(std430, set = 2, binding = 7) writeonly restrict buffer ThroughputsOut { vec4 throughputs_out[]; };
+layout(std430, set = 2, binding = 7) writeonly restrict buffer ThroughputsOut { uvec4 throughputs_out[]; };
 layout(std430, set = 2, binding = 8) writeonly restrict buffer RadiancesOut { vec4 radiances_out[]; };
 layout(std430, set = 2, binding = 9) writeonly restrict buffer ContributionsOut { vec4 contributions_out[]; };
 layout(std430, set = 2, binding = 10) readonly restrict buffer Hits { uvec4 hits[]; };
 layout(std430, set = 2, binding = 11) writeonly restrict buffer Shadows { uvec4 shadows[]; };
 layout(std430, set = 2, binding = 12) writeonly restrict buffer Samples { vec4 samples[]; };
+layout(std430, set = 2, binding = 13) restrict buffer Queues { RayQueue queues[]; };
 
-void end_path(uint i, vec3 radiance) {
-    samples[i] = vec4(radiance, 0.0);
-    origins_out[i] = uvec4(0, 0, 0, ray_dead);
+void end_path(uint pixel, vec3 radiance) { samples[pixel] = vec4(radiance, 0.0); }
+
+// A place in the queue of the next segment.
+uint enqueue() {
+    const uint next = settings.segment + 1, size = gl_WorkGroupSize.x;
+    const uint place = atomicAdd(queues[next].count, 1);
+    if (place % size == 0) atomicMax(queues[next].groups_x, place / size + 1);
+    return place;
 }
 
 // W_k of MODEL.md section 9.2: the weight of light that scattering finds. pdf is that of the scattering, 0 after specular.
@@ -54,26 +60,24 @@ bool survives(inout vec3 throughput, float u) {
 
 void main() {
     const uint i = gl_GlobalInvocationID.x;
-    if (i >= settings.pixel_count) return;
+    const uint k = settings.segment;
+    if (i >= queues[k].count) return;
     const uvec4 hit = hits[i];
     const uint slot = hit.x & slot_mask;
-    if (slot == hit_dead) {
-        origins_out[i] = uvec4(0, 0, 0, ray_dead);
-        return;
-    }
-    const uint k = settings.segment;
     vec3 radiance = vec3(0.0);
     if (carries_radiance && k > 0) radiance = radiances_in[i].rgb;
     if (next_event && (hit.x & hit_lit) != 0u) radiance += contributions_in[i].rgb;
+    const uvec4 carried = k == 0 ? uvec4(floatBitsToUint(vec3(1.0)), i) : throughputs_in[i];
+    const uint place = carried.w;  // of the pixel in the tile
     if (next_event && slot == hit_ended) {
-        end_path(i, radiance);
+        end_path(place, radiance);
         return;
     }
-    vec3 throughput = k == 0 ? vec3(1.0) : throughputs_in[i].rgb;
+    vec3 throughput = uintBitsToFloat(carried.rgb);
     const vec4 arriving = directions_in[i];
     const vec3 d = arriving.xyz;
     if (slot == hit_none) {
-        end_path(i, radiance + throughput * background(d));
+        end_path(place, radiance + throughput * background(d));
         return;
     }
 
@@ -90,25 +94,19 @@ void main() {
         radiance += throughput * material.radiance * (share * weight);
     }
     if (k == settings.bounces || (emissive && !translucent)) {
-        end_path(i, radiance);
+        end_path(place, radiance);
         return;
     }
 
-    const uint pixel = settings.first_pixel + i;
+    const uint pixel = settings.first_pixel + place;
     const bool diffuse = has_diffuse && material.kind == material_diffuse;
-    uint word = slot;
+    uint word = slot, light_slot = 0;
+    vec3 contribution = vec3(0.0), offset = vec3(0.0);
     if (next_event && diffuse && settings.light_count > 0) {
         const vec3 v = random_block(settings.seed, pixel, settings.sample_index, block_light(k)).xyz;
         const Receiver receiver = Receiver(offset_ray_origin(surface, n_f), slot, !front);
-        vec3 offset;
-        uint light_slot;
-        const vec3 contribution =
-            throughput * direct_light(receiver, n_f, absorbed(material, vec3(1.0)), v, offset, light_slot);
-        if (contribution != vec3(0.0)) {
-            contributions_out[i] = vec4(contribution, 0.0);
-            shadows[i] = uvec4(floatBitsToUint(offset), light_slot);
-            word |= ray_shadow;
-        }
+        contribution = throughput * direct_light(receiver, n_f, absorbed(material, vec3(1.0)), v, offset, light_slot);
+        if (contribution != vec3(0.0)) word |= ray_shadow;
     }
 
     const vec4 u = random_block(settings.seed, pixel, settings.sample_index, block_scatter(k));
@@ -117,16 +115,20 @@ void main() {
     bool goes_on = direction != vec3(0.0) && throughput != vec3(0.0);
     if (has_roulette && goes_on && k + 1 >= settings.roulette_start) goes_on = survives(throughput, u.w);
     if (!goes_on && (word & ray_shadow) == 0u) {
-        end_path(i, radiance);
+        end_path(place, radiance);
         return;
     }
     const bool to_front = goes_on ? dot(direction, surface.normal) > 0.0 : front;
     const vec3 origin = offset_ray_origin(surface, to_front ? surface.normal : -surface.normal);
     if (!to_front) word |= ray_inside;
     if (!goes_on) word |= ray_dead;
-    origins_out[i] = uvec4(floatBitsToUint(origin), word);
-    if (carries_radiance) radiances_out[i] = vec4(radiance, 0.0);
-    if (!goes_on) return;
-    directions_out[i] = vec4(direction, diffuse ? dot(direction, n_f) / pi : 0.0);
-    throughputs_out[i] = vec4(throughput, 0.0);
+    const uint at = enqueue();
+    origins_out[at] = uvec4(floatBitsToUint(origin), word);
+    throughputs_out[at] = uvec4(floatBitsToUint(throughput), place);
+    if (carries_radiance) radiances_out[at] = vec4(radiance, 0.0);
+    if (next_event && (word & ray_shadow) != 0u) {
+        contributions_out[at] = vec4(contribution, 0.0);
+        shadows[at] = uvec4(floatBitsToUint(offset), light_slot);
+    }
+    if (goes_on) directions_out[at] = vec4(direction, diffuse ? dot(direction, n_f) / pi : 0.0);
 }

@@ -111,15 +111,31 @@ layout(std430, set = 0, binding = 9) WORLD_ACCESS restrict buffer Cuboids { Conv
 layout(std140, set = 0, binding = 10) uniform FewTriangles { Triangle few_triangles[16384 / 48]; };
 layout(std140, set = 0, binding = 11) uniform FewSpheres { Convex few_spheres[16384 / 96]; };
 layout(std140, set = 0, binding = 12) uniform FewCuboids { Convex few_cuboids[16384 / 96]; };
+
+// Or loaded into registers before the threads part, which CPUs do once for all threads of a vector.
+const bool preloaded = unrolled && !few_primitives;
+Triangle own_triangles[fixed_triangles + 1];
+Convex own_spheres[fixed_spheres + 1];
+Convex own_cuboids[fixed_cuboids + 1];
+void preload_primitives() {
+    if (!preloaded) return;
+    [[unroll]] for (uint i = 0; i < fixed_triangles; ++i) own_triangles[i] = triangles[i];
+    [[unroll]] for (uint i = 0; i < fixed_spheres; ++i) own_spheres[i] = spheres[i];
+    [[unroll]] for (uint i = 0; i < fixed_cuboids; ++i) own_cuboids[i] = cuboids[i];
+}
+
 Triangle triangle_at(uint i) {
+    if (preloaded) return own_triangles[i];
     if (few_primitives) return few_triangles[i];
     return triangles[i];
 }
 Convex sphere_at(uint i) {
+    if (preloaded) return own_spheres[i];
     if (few_primitives) return few_spheres[i];
     return spheres[i];
 }
 Convex cuboid_at(uint i) {
+    if (preloaded) return own_cuboids[i];
     if (few_primitives) return few_cuboids[i];
     return cuboids[i];
 }

@@ -18,7 +18,7 @@ bool is_sound(Ray ray) {
 // Watertight test in the manner of [Woop 2013], with an orthonormal frame of the ray in place of the shear: the corners
 // are projected along the ray, and the three edge functions have exactly opposite signs in triangles that share an edge,
 // because a corner's projection depends on that corner and the ray alone and x y' - y x' is antisymmetric in rounding.
-// weights: barycentric, of corners 1 and 2.
+// weights: of corners 1 and 2, and their common divisor.
 vec2 project(vec3 corner, Ray ray, mat3 frame) {
     precise vec3 p = corner - ray.origin;
     precise vec2 projected = vec2(fma(p.x, frame[0].x, fma(p.y, frame[0].y, p.z * frame[0].z)),
@@ -26,9 +26,9 @@ vec2 project(vec3 corner, Ray ray, mat3 frame) {
     return projected;
 }
 
-bool intersect_triangle(Triangle triangle, Ray ray, mat3 frame, out float t, out vec2 weights) {
+bool intersect_triangle(Triangle triangle, Ray ray, mat3 frame, out float t, out vec3 weights) {
     t = 0.0;
-    weights = vec2(0.0);
+    weights = vec3(0.0);
     const vec2 a = project(triangle.corner0.xyz, ray, frame);
     const vec2 b = project(triangle.corner1.xyz, ray, frame);
     const vec2 c = project(triangle.corner2.xyz, ray, frame);
@@ -42,7 +42,7 @@ bool intersect_triangle(Triangle triangle, Ray ray, mat3 frame, out float t, out
     if (sum == 0.0 || steepness == 0.0) return false;  // seen edge-on, or of zero area
     precise float height = dot(triangle.corner0.xyz - ray.origin, normal);
     t = height / steepness;
-    weights = vec2(v, w) / sum;
+    weights = vec3(v, w, sum);
     return true;
 }
 

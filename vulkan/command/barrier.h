@@ -14,6 +14,9 @@ inline constexpr StageAccess compute_write{vk::PipelineStageFlagBits::eComputeSh
 // Orders after reads too: a write that follows waits for them.
 inline constexpr StageAccess compute_access{vk::PipelineStageFlagBits::eComputeShader,
     vk::AccessFlagBits::eShaderRead | vk::AccessFlagBits::eShaderWrite | vk::AccessFlagBits::eUniformRead};
+// With the arguments of indirect dispatches.
+inline constexpr StageAccess dispatch_access{compute_access.stage | vk::PipelineStageFlagBits::eDrawIndirect,
+    compute_access.access | vk::AccessFlagBits::eIndirectCommandRead};
 inline constexpr StageAccess transfer_read{vk::PipelineStageFlagBits::eTransfer, vk::AccessFlagBits::eTransferRead};
 inline constexpr StageAccess transfer_write{vk::PipelineStageFlagBits::eTransfer, vk::AccessFlagBits::eTransferWrite};
 inline constexpr StageAccess host_read{vk::PipelineStageFlagBits::eHost, vk::AccessFlagBits::eHostRead};

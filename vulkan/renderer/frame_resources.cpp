@@ -40,7 +40,7 @@ std::array<bool, 8> ray_buffers_used(bool next_event, bool carries_radiance) {
     return {true, true, true, carries_radiance, next_event, true, next_event, true};
 }
 
-// Buffers 0 … 4 and 5 … 9 are the two halves, 10 … 12 hits, shadow rays and samples.
+// Buffers 0 … 4 and 5 … 9 are the two halves, 10 … 12 hits, shadow rays and samples; ray_queues follows.
 std::vector<BufferSpec> ray_specs(bool next_event, bool carries_radiance, std::uint64_t pixels) {
     const auto used = ray_buffers_used(next_event, carries_radiance);
     std::vector<BufferSpec> specs;
@@ -48,6 +48,16 @@ std::vector<BufferSpec> ray_specs(bool next_event, bool carries_radiance, std::u
         const bool needed = used[i < ping_ponged ? i : i - ping_ponged];
         specs.push_back({needed ? pixels * element : 0, Usage::eStorageBuffer});
     }
+    return specs;
+}
+
+constexpr std::size_t ray_queues = 2 * ping_ponged + 3;
+
+// One queue a segment and an empty one after the last.
+std::vector<BufferSpec> all_ray_specs(
+    bool next_event, bool carries_radiance, std::uint64_t pixels, std::uint32_t bounces) {
+    std::vector<BufferSpec> specs = ray_specs(next_event, carries_radiance, pixels);
+    specs.push_back({(std::uint64_t{bounces} + 2) * ray_queue_bytes, Usage::eStorageBuffer | Usage::eIndirectBuffer});
     return specs;
 }
 
@@ -109,11 +119,11 @@ std::vector<DescriptorSets::Request> set_requests(const PipelineLayout& layout, 
 }  // namespace
 
 FrameResources::FrameResources(const Device& device, const PipelineLayout& layout, const SceneData& scene,
-    bool next_event, bool carries_radiance, std::uint32_t tile_pixels)
+    bool next_event, bool carries_radiance, std::uint32_t bounces, std::uint32_t tile_pixels)
     : scene_(device, MemoryDomain::device, scene_specs(scene)),
       camera_(device, MemoryDomain::device,
           std::array{BufferSpec{sizeof scene.camera, Usage::eUniformBuffer | Usage::eTransferDst}}),
-      rays_(device, MemoryDomain::device, ray_specs(next_event, carries_radiance, tile_pixels)),
+      rays_(device, MemoryDomain::device, all_ray_specs(next_event, carries_radiance, tile_pixels, bounces)),
       image_(device, MemoryDomain::device, image_specs(tile_pixels)),
       upload_(device, MemoryDomain::upload, upload_specs(scene)),
       readback_(device, MemoryDomain::readback, readback_specs(tile_pixels)),
@@ -135,6 +145,8 @@ FrameResources::FrameResources(const Device& device, const PipelineLayout& layou
 std::array<vk::DescriptorSet, 4> FrameResources::sets(std::uint32_t ray_parity, std::uint32_t sum_parity) const {
     return {sets_[0], sets_[1], sets_[2 + ray_parity], sets_[4 + sum_parity]};
 }
+
+vk::Buffer FrameResources::queues() const { return rays_[ray_queues]; }
 
 void FrameResources::record_upload(const vk::raii::CommandBuffer& commands) const {
     for (std::size_t i = 0; i < uploads_.size(); ++i) {

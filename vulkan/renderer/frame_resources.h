@@ -9,14 +9,19 @@
 
 namespace tandem {
 
+inline constexpr vk::DeviceSize ray_queue_bytes = 16;
+
 // Ray state and sums are ping-ponged. Rays: parity p reads half p and writes half 1 - p. Image: likewise for sums.
 class FrameResources {
 public:
     // `tile_pixels`: pixels that are in flight at a time.
     FrameResources(const Device& device, const PipelineLayout& layout, const SceneData& scene, bool next_event,
-        bool carries_radiance, std::uint32_t tile_pixels);
+        bool carries_radiance, std::uint32_t bounces, std::uint32_t tile_pixels);
 
     [[nodiscard]] std::array<vk::DescriptorSet, 4> sets(std::uint32_t ray_parity, std::uint32_t sum_parity) const;
+
+    // The queues of rays (shaders/ray_state.glsl): at k * ray_queue_bytes the dispatch arguments of segment k.
+    [[nodiscard]] vk::Buffer queues() const;
 
     // Copies scene and camera to the device.
     void record_upload(const vk::raii::CommandBuffer& commands) const;

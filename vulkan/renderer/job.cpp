@@ -24,11 +24,18 @@ double seconds_since(Clock::time_point start) { return std::chrono::duration<dou
 // that kill what takes seconds.
 constexpr double shortest_submission = 0.1, longest_submission = 0.3;  // seconds
 
-Specialisation specialise(const SceneData& scene, const RenderSettings& settings, PlantedBug bug) {
-    const bool few_primitives =
-        scene.triangle_count <= uniform_block_bytes / sizeof(gpu::Triangle) &&
-        std::max(scene.sphere_count, scene.cuboid_count) <= uniform_block_bytes / sizeof(gpu::Convex);
-    return {scene.features, settings.integrator, settings.roulette_start <= settings.bounces, few_primitives, bug};
+// Up to so many primitives the loops over them are unrolled: each further one lengthens the compilation.
+constexpr std::uint32_t most_unrolled = 32;
+
+Specialisation specialise(
+    const Device& device, const SceneData& scene, const RenderSettings& settings, PlantedBug bug) {
+    const bool unrolled = scene.triangle_count + scene.sphere_count + scene.cuboid_count <= most_unrolled;
+    const bool fit = scene.triangle_count <= uniform_block_bytes / sizeof(gpu::Triangle) &&
+                     std::max(scene.sphere_count, scene.cuboid_count) <= uniform_block_bytes / sizeof(gpu::Convex);
+    // A CPU gathers lane by lane from uniform blocks; unrolled loops have their primitives in registers there.
+    const bool on_cpu = device.description().type == DeviceType::cpu;
+    return {scene.features, settings.integrator, settings.roulette_start <= settings.bounces,
+        fit && !(on_cpu && unrolled), unrolled, scene.triangle_count, scene.sphere_count, scene.cuboid_count, bug};
 }
 
 RenderSettings checked(RenderSettings settings) {
@@ -41,6 +48,12 @@ RenderSettings checked(RenderSettings settings) {
     if (!(settings.ray_min >= 0.0) || !(settings.ray_max >= settings.ray_min))
         throw InputError("the interval of ray distances is empty or begins below 0; use 0 <= ray_min <= ray_max");
     if (settings.bounces >= 1u << 28) throw InputError("more than 2^28 bounces have no random numbers; ask for fewer");
+    return settings;
+}
+
+RenderSettings mutated(RenderSettings settings, PlantedBug bug) {
+    if (bug == PlantedBug::one_bounce_more) ++settings.bounces;
+    if (bug == PlantedBug::one_bounce_fewer && settings.bounces > 0) --settings.bounces;
     return settings;
 }
 
@@ -66,19 +79,16 @@ struct VulkanJob::Progress {
 VulkanJob::VulkanJob(const Instance& instance, const Device& device, Stages& stages, const Scene& scene,
     const RenderSettings& settings, PlantedBug planted_bug)
     : instance_(instance),
-      settings_(checked(settings)),
-      planted_bug_(planted_bug),
+      settings_(mutated(checked(settings), planted_bug)),
       scene_(flatten(scene, settings_)),
-      specialisation_(specialise(scene_, settings_, planted_bug)),
+      specialisation_(specialise(device, scene_, settings_, planted_bug)),
       layout_(stages.layout()),
       pipelines_(stages.pipelines(specialisation_)),
       tile_pixels_(tile_size(device, std::uint64_t{settings_.width} * settings_.height,
           settings_.integrator == Integrator::next_event, specialisation_.carries_radiance())),
       resources_(device, layout_, scene_, settings_.integrator == Integrator::next_event,
-          specialisation_.carries_radiance(), tile_pixels_),
+          specialisation_.carries_radiance(), settings_.bounces, tile_pixels_),
       submission_(device) {
-    if (planted_bug_ == PlantedBug::one_bounce_more) ++settings_.bounces;
-    if (planted_bug_ == PlantedBug::one_bounce_fewer && settings_.bounces > 0) --settings_.bounces;
     instance_.log().raise();
 }
 
@@ -101,14 +111,25 @@ gpu::Settings VulkanJob::stage_settings(Tile tile, std::uint64_t sample) const {
     return result;
 }
 
-void VulkanJob::dispatch(const vk::raii::CommandBuffer& commands, Stage stage, const gpu::Settings& settings,
-    std::uint32_t invocations, std::uint32_t ray_parity) {
-    if (invocations == 0) return;
+void VulkanJob::bind(
+    const vk::raii::CommandBuffer& commands, Stage stage, const gpu::Settings& settings, std::uint32_t ray_parity) {
     commands.bindPipeline(vk::PipelineBindPoint::eCompute, *(*pipelines_)[static_cast<std::size_t>(stage)]);
     commands.bindDescriptorSets(
         vk::PipelineBindPoint::eCompute, layout_.handle(), 0, resources_.sets(ray_parity, sum_parity_), {});
     commands.pushConstants<gpu::Settings>(layout_.handle(), vk::ShaderStageFlagBits::eCompute, 0, settings);
+}
+
+void VulkanJob::dispatch(const vk::raii::CommandBuffer& commands, Stage stage, const gpu::Settings& settings,
+    std::uint32_t invocations, std::uint32_t ray_parity) {
+    if (invocations == 0) return;
+    bind(commands, stage, settings, ray_parity);
     commands.dispatch((invocations + workgroup_size - 1) / workgroup_size, 1, 1);
+}
+
+// Over the rays of the segment's queue, of which only the device knows how many there are.
+void VulkanJob::dispatch_queue(const vk::raii::CommandBuffer& commands, Stage stage, const gpu::Settings& settings) {
+    bind(commands, stage, settings, settings.segment % 2);
+    commands.dispatchIndirect(resources_.queues(), settings.segment * ray_queue_bytes);
 }
 
 // Scene upload and vertex stage only once; the clearing stage, of the half of the sums that is not read, at each block.
@@ -134,10 +155,10 @@ void VulkanJob::record_sampling(
     gpu::Settings settings = stage_settings(tile, sample);
     if (first_segment == 0) dispatch(commands, Stage::ray_gen, settings, tile.pixel_count, 1);
     for (settings.segment = first_segment; settings.segment < end_segment; ++settings.segment) {
-        barrier(commands, compute_write, compute_access);
-        dispatch(commands, Stage::intersect, settings, tile.pixel_count, settings.segment % 2);
-        barrier(commands, compute_write, compute_access);
-        dispatch(commands, Stage::scatter, settings, tile.pixel_count, settings.segment % 2);
+        barrier(commands, compute_write, dispatch_access);
+        dispatch_queue(commands, Stage::intersect, settings);
+        barrier(commands, compute_write, dispatch_access);
+        dispatch_queue(commands, Stage::scatter, settings);
     }
 }
 

@@ -25,6 +25,9 @@ private:
     void record_pre_processing(Tile tile);
     void record_sampling(Tile tile, std::uint64_t sample, std::uint32_t first_segment, std::uint32_t end_segment);
     void record_post_processing(Tile tile);
+    void bind(
+        const vk::raii::CommandBuffer& commands, Stage stage, const gpu::Settings& settings, std::uint32_t ray_parity);
+    void dispatch_queue(const vk::raii::CommandBuffer& commands, Stage stage, const gpu::Settings& settings);
     void dispatch(const vk::raii::CommandBuffer& commands, Stage stage, const gpu::Settings& settings,
         std::uint32_t invocations, std::uint32_t ray_parity = 0);
     [[nodiscard]] gpu::Settings stage_settings(Tile tile, std::uint64_t sample) const;
@@ -35,7 +38,6 @@ private:
 
     const Instance& instance_;
     RenderSettings settings_;
-    PlantedBug planted_bug_;
     SceneData scene_;
     Specialisation specialisation_;
     const PipelineLayout& layout_;

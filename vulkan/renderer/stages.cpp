@@ -6,9 +6,10 @@ namespace tandem {
 
 std::vector<SpecialisationConstant> Specialisation::constants() const {
     // Ids of shaders/settings.glsl; 0 is the workgroup's size.
-    const std::array<std::uint32_t, 13> values{workgroup_size, static_cast<std::uint32_t>(integrator),
+    const std::array<std::uint32_t, 17> values{workgroup_size, static_cast<std::uint32_t>(integrator),
         features.triangles, features.spheres, features.cuboids, features.diffuse, features.specular,
-        features.translucent, features.fuzz, features.lens, roulette, carries_radiance(), few_primitives};
+        features.translucent, features.fuzz, features.lens, roulette, carries_radiance(), few_primitives, unrolled,
+        unrolled ? triangles : 0, unrolled ? spheres : 0, unrolled ? cuboids : 0};
     std::vector<SpecialisationConstant> result;
     for (std::uint32_t id = 0; id < values.size(); ++id) result.push_back({id, values[id]});
     if (shaders_hold_planted_bugs()) result.push_back({31, static_cast<std::uint32_t>(planted_bug)});

@@ -17,7 +17,9 @@ struct Specialisation {
     SceneFeatures features;
     Integrator integrator = Integrator::path;
     bool roulette = false;
-    bool few_primitives = false;  // each kind's world primitives fit a uniform block
+    bool few_primitives = false;  // each kind's world primitives fit a uniform block, from which they are read
+    bool unrolled = false;        // the loops over primitives, of which there are so many:
+    std::uint32_t triangles = 0, spheres = 0, cuboids = 0;
     PlantedBug planted_bug = PlantedBug::none;
 
     // A path may gather light and go on: then its radiance travels with it.
