@@ -114,6 +114,13 @@ void require_consistent(const Image& image) {
         throw Error("an image's pixels do not fit its size and channels");
 }
 
+// Pipes and devices (/dev/stdout) have no old content to keep, and cannot be replaced.
+bool is_stream(const std::filesystem::path& path) {
+    std::error_code error;
+    const auto type = std::filesystem::status(path, error).type();
+    return type == std::filesystem::file_type::fifo || type == std::filesystem::file_type::character;
+}
+
 void require_known_ending(const std::filesystem::path& path) {
     const std::string found = ending(path);
     if (found == ".pfm") return;
@@ -188,6 +195,10 @@ void check_writable_image(const std::filesystem::path& path) {
     const ReplacementFile probe(path);  // made and removed
 }
 
+void check_writable_text(const std::filesystem::path& path) {
+    if (!is_stream(path)) const ReplacementFile probe(path);
+}
+
 void write_text_file(const std::filesystem::path& path, const std::string& text) {
     const auto put = [&](const std::filesystem::path& where) {
         std::ofstream stream(where, std::ios::binary | std::ios::trunc);
@@ -196,10 +207,7 @@ void write_text_file(const std::filesystem::path& path, const std::string& text)
         if (!stream)
             throw input_error(path.string(), "", "cannot be written to its end", "check the space on its disk");
     };
-    std::error_code error;
-    const auto type = std::filesystem::status(path, error).type();
-    // Pipes and devices (/dev/stdout) have no old content to keep.
-    if (type == std::filesystem::file_type::fifo || type == std::filesystem::file_type::character) return put(path);
+    if (is_stream(path)) return put(path);
     ReplacementFile file(path);
     put(file.path());
     file.commit();

@@ -41,6 +41,9 @@ void write_png(const std::filesystem::path& path, const Image& image, double exp
 // long render, so that nothing is lost at its end. Leaves nothing behind.
 void check_writable_image(const std::filesystem::path& path);
 
+// The same of a file of any ending, for write_text_file. Pipes and devices pass.
+void check_writable_text(const std::filesystem::path& path);
+
 // Writes text whole or not at all. Throws InputError.
 void write_text_file(const std::filesystem::path& path, const std::string& text);
 

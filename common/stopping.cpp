@@ -31,6 +31,9 @@ private:
     std::jthread thread_;
 };
 
+// So many black samples a pixel say that the image is black: it then has no relative error that could be met.
+constexpr std::uint64_t black_samples = 1024;
+
 // Samples to ask for next: without a target error all that are left; with one, a quarter of what there is, so that the
 // error is looked at often but the overshoot stays small, and no more than the error is expected to need.
 std::uint64_t next_end(const StoppingRule& rule, std::uint64_t done, std::optional<double> error) {
@@ -94,6 +97,11 @@ StoppedRender render_until(RenderJob& job, const StoppingRule& rule, std::stop_t
                 progress({all, fraction_done(rule, all, seconds, result.relative_error), result.relative_error});
             };
         RenderResult part = job.render({done, end}, control);
+        if (done == 0 && part.estimate.count() == 0 && !stop.stop_requested()) {
+            // The time was too short for anything: an image takes one sample a pixel at least.
+            control.stop = stop;
+            part = job.render({0, 1}, control);
+        }
         const std::uint64_t count = part.estimate.count();
         result.seconds += part.seconds;
         if (part.device_seconds) result.device_seconds = result.device_seconds.value_or(0.0) + *part.device_seconds;
@@ -108,7 +116,12 @@ StoppedRender render_until(RenderJob& job, const StoppingRule& rule, std::stop_t
             break;
         }
         if (ending.stop_requested() || done == rule.samples) break;
-        if (rule.relative_error && result.relative_error && *result.relative_error <= *rule.relative_error) break;
+        if (!rule.relative_error) continue;
+        if (result.relative_error && *result.relative_error <= *rule.relative_error) break;
+        if (!result.relative_error && done >= black_samples && !rule.samples && !rule.seconds) {
+            result.complete = false;
+            break;
+        }
     }
     return result;
 }

@@ -10,7 +10,7 @@ namespace tandem {
 
 struct StoppingRule {
     std::optional<std::uint64_t> samples;  // a pixel
-    std::optional<double> seconds;         // wall clock; the last samples may end a little later
+    std::optional<double> seconds;         // wall clock; the last samples, or the only one, may end later
     std::optional<double> relative_error;  // see relative_error_of
 };
 
@@ -25,7 +25,7 @@ struct StoppedRender {
     double seconds = 0.0;  // of rendering
     std::optional<double> device_seconds;
     std::optional<double> relative_error;  // none below two samples
-    bool complete = true;                  // false: stop request
+    bool complete = true;                  // false: stop request, or an error asked for of a black image
 };
 
 // Root mean square, over pixels and channels, of the standard error of the mean, divided by the mean over pixels and

@@ -1,10 +1,8 @@
 // Closest hits and occlusion through Embree (MODEL.md section 5). Embree finds the primitives that a ray may meet;
 // whether and where it meets them is decided by the kernels of kernels.h, so that the hit is the same however it was
-// found:
-// - a scene of few primitives is one leaf of user geometry, tested by a whole packet of rays at once;
-// - otherwise rays go one by one through Embree's hierarchy, which holds plain triangles natively (single precision)
-// and
-//   everything else as user geometry. Its own triangle test then picks the triangle.
+// found. A scene of few primitives is one leaf of user geometry, tested by a whole packet of rays at once. Otherwise
+// rays go one by one through Embree's hierarchy, which holds plain triangles natively (single precision; its own
+// triangle test then picks the triangle) and everything else as user geometry.
 #pragma once
 
 #include <memory>

@@ -36,66 +36,40 @@ inline RTCOccludedArguments occluded_arguments(Context& context) {
     arguments.context = &context;
     return arguments;
 }
-#define TANDEM_EMBREE_INTERSECT(function, context, ...)                 \
-    do {                                                                \
-        RTCIntersectArguments arguments = intersect_arguments(context); \
-        function(__VA_ARGS__, &arguments);                              \
-    } while (false)
-#define TANDEM_EMBREE_OCCLUDED(function, context, ...)                \
-    do {                                                              \
-        RTCOccludedArguments arguments = occluded_arguments(context); \
-        function(__VA_ARGS__, &arguments);                            \
-    } while (false)
 inline void intersect(RTCScene scene, Context& context, RTCRayHit& ray) {
-    TANDEM_EMBREE_INTERSECT(rtcIntersect1, context, scene, &ray);
+    RTCIntersectArguments arguments = intersect_arguments(context);
+    rtcIntersect1(scene, &ray, &arguments);
 }
 inline void occluded(RTCScene scene, Context& context, RTCRay& ray) {
-    TANDEM_EMBREE_OCCLUDED(rtcOccluded1, context, scene, &ray);
+    RTCOccludedArguments arguments = occluded_arguments(context);
+    rtcOccluded1(scene, &ray, &arguments);
 }
-inline void intersect(RTCScene scene, Context& context, const int* valid, RTCRayHit4& rays) {
-    TANDEM_EMBREE_INTERSECT(rtcIntersect4, context, valid, scene, &rays);
-}
-inline void intersect(RTCScene scene, Context& context, const int* valid, RTCRayHit8& rays) {
-    TANDEM_EMBREE_INTERSECT(rtcIntersect8, context, valid, scene, &rays);
-}
-inline void intersect(RTCScene scene, Context& context, const int* valid, RTCRayHit16& rays) {
-    TANDEM_EMBREE_INTERSECT(rtcIntersect16, context, valid, scene, &rays);
-}
-inline void occluded(RTCScene scene, Context& context, const int* valid, RTCRay4& rays) {
-    TANDEM_EMBREE_OCCLUDED(rtcOccluded4, context, valid, scene, &rays);
-}
-inline void occluded(RTCScene scene, Context& context, const int* valid, RTCRay8& rays) {
-    TANDEM_EMBREE_OCCLUDED(rtcOccluded8, context, valid, scene, &rays);
-}
-inline void occluded(RTCScene scene, Context& context, const int* valid, RTCRay16& rays) {
-    TANDEM_EMBREE_OCCLUDED(rtcOccluded16, context, valid, scene, &rays);
-}
-#undef TANDEM_EMBREE_INTERSECT
-#undef TANDEM_EMBREE_OCCLUDED
+#define TANDEM_EMBREE_PACKETS(width)                                                                    \
+    inline void intersect(RTCScene scene, Context& context, const int* valid, RTCRayHit##width& rays) { \
+        RTCIntersectArguments arguments = intersect_arguments(context);                                 \
+        rtcIntersect##width(valid, scene, &rays, &arguments);                                           \
+    }                                                                                                   \
+    inline void occluded(RTCScene scene, Context& context, const int* valid, RTCRay##width& rays) {     \
+        RTCOccludedArguments arguments = occluded_arguments(context);                                   \
+        rtcOccluded##width(valid, scene, &rays, &arguments);                                            \
+    }
 #else
 using Context = RTCIntersectContext;
 inline void initialise(Context& context) { rtcInitIntersectContext(&context); }
 inline void intersect(RTCScene scene, Context& context, RTCRayHit& ray) { rtcIntersect1(scene, &context, &ray); }
 inline void occluded(RTCScene scene, Context& context, RTCRay& ray) { rtcOccluded1(scene, &context, &ray); }
-inline void intersect(RTCScene scene, Context& context, const int* valid, RTCRayHit4& rays) {
-    rtcIntersect4(valid, scene, &context, &rays);
-}
-inline void intersect(RTCScene scene, Context& context, const int* valid, RTCRayHit8& rays) {
-    rtcIntersect8(valid, scene, &context, &rays);
-}
-inline void intersect(RTCScene scene, Context& context, const int* valid, RTCRayHit16& rays) {
-    rtcIntersect16(valid, scene, &context, &rays);
-}
-inline void occluded(RTCScene scene, Context& context, const int* valid, RTCRay4& rays) {
-    rtcOccluded4(valid, scene, &context, &rays);
-}
-inline void occluded(RTCScene scene, Context& context, const int* valid, RTCRay8& rays) {
-    rtcOccluded8(valid, scene, &context, &rays);
-}
-inline void occluded(RTCScene scene, Context& context, const int* valid, RTCRay16& rays) {
-    rtcOccluded16(valid, scene, &context, &rays);
-}
+#define TANDEM_EMBREE_PACKETS(width)                                                                    \
+    inline void intersect(RTCScene scene, Context& context, const int* valid, RTCRayHit##width& rays) { \
+        rtcIntersect##width(valid, scene, &context, &rays);                                             \
+    }                                                                                                   \
+    inline void occluded(RTCScene scene, Context& context, const int* valid, RTCRay##width& rays) {     \
+        rtcOccluded##width(valid, scene, &context, &rays);                                              \
+    }
 #endif
+TANDEM_EMBREE_PACKETS(4)
+TANDEM_EMBREE_PACKETS(8)
+TANDEM_EMBREE_PACKETS(16)
+#undef TANDEM_EMBREE_PACKETS
 
 inline std::string version() { return "Embree " RTC_VERSION_STRING; }
 

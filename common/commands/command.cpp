@@ -6,6 +6,7 @@
 #include <charconv>
 #include <cmath>
 #include <filesystem>
+#include <fstream>
 
 #include "common/commands/console.h"
 #include "common/error.h"
@@ -15,8 +16,9 @@ namespace tandem {
 
 namespace {
 
-std::optional<std::uint32_t> whole_number(std::string_view text) {
-    std::uint32_t value = 0;
+template <class Number>
+std::optional<Number> whole_number(std::string_view text) {
+    Number value = 0;
     const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
     if (error != std::errc{} || end != text.data() + text.size()) return std::nullopt;
     return value;
@@ -25,8 +27,9 @@ std::optional<std::uint32_t> whole_number(std::string_view text) {
 // "WxH", or "N": the film scaled so that its longer side is N.
 void apply_size(const std::string& size, RenderSettings& settings) {
     const std::size_t cross = size.find('x');
-    const auto first = whole_number(std::string_view(size).substr(0, cross));
-    const auto second = cross == std::string::npos ? first : whole_number(std::string_view(size).substr(cross + 1));
+    const auto first = whole_number<std::uint32_t>(std::string_view(size).substr(0, cross));
+    const auto second =
+        cross == std::string::npos ? first : whole_number<std::uint32_t>(std::string_view(size).substr(cross + 1));
     constexpr std::uint32_t limit = 65536;
     if (!first || !second || *first == 0 || *second == 0 || *first > limit || *second > limit)
         throw InputError("--size: '" + size + "' is no image size; give WxH or the longer side, 1 to 65536 pixels");
@@ -38,6 +41,23 @@ void apply_size(const std::string& size, RenderSettings& settings) {
     const double scale = static_cast<double>(*first) / std::max(settings.width, settings.height);
     settings.width = static_cast<std::uint32_t>(std::max(1.0, std::round(settings.width * scale)));
     settings.height = static_cast<std::uint32_t>(std::max(1.0, std::round(settings.height * scale)));
+}
+
+// Of the machine, or of the container where that has less.
+std::uint64_t memory_bytes() {
+    const auto machine =
+        static_cast<std::uint64_t>(sysconf(_SC_PHYS_PAGES)) * static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE));
+    std::uint64_t container = machine;
+    std::ifstream("/sys/fs/cgroup/memory.max") >> container;  // "max", or no file: no limit
+    return container == 0 ? machine : std::min(machine, container);
+}
+
+// Digits only, below 2^64: CLI11 would wrap -1 and cut off what is larger.
+CLI::Validator seed_number() {
+    const auto check = [](std::string& text) -> std::string {
+        return whole_number<std::uint64_t>(text) ? "" : "'" + text + "' is no whole number below 2^64";
+    };
+    return {check, ""};
 }
 
 ExitStatus guarded(const std::function<ExitStatus()>& action) {
@@ -75,7 +95,9 @@ void add_render_options(CLI::App& command, RenderOptions& options) {
         .add_option("--roulette", options.roulette,
             "Russian roulette may end paths from this scattering event on, 0: never (default: the scene's)")
         ->check(CLI::Range(0, 1'000'000));
-    command.add_option("--seed", options.seed, "Seed of the random numbers")->capture_default_str();
+    command.add_option("--seed", options.seed, "Seed of the random numbers")
+        ->check(seed_number())
+        ->capture_default_str();
 }
 
 RenderSettings settings_from(const RenderOptions& options, const Scene& scene) {
@@ -112,16 +134,44 @@ double fraction_from(const std::string& text, const std::string& option) {
     return value;
 }
 
-void check_writable(const std::string& path) {
-    if (path.empty()) return;
-    const std::filesystem::path file(path);
-    const std::filesystem::path folder = file.has_parent_path() ? file.parent_path() : ".";
-    std::error_code error;
-    if (std::filesystem::is_directory(file, error)) throw input_error(path, "", "is a folder", "name a file in it");
-    if (!std::filesystem::is_directory(folder, error))
-        throw input_error(path, "", "its folder does not exist", "make " + folder.string() + " first");
-    if (access(folder.c_str(), W_OK) != 0)
-        throw input_error(path, "", "its folder is not writable", "choose another folder");
+CLI::Validator above_zero(double most) {
+    const auto check = [most](std::string& text) -> std::string {
+        double value = 0.0;
+        if (CLI::detail::lexical_cast(text, value) && value > 0.0 && value <= most) return {};
+        return fmt::format("'{}' is no number above 0 and at most {:g}", text, most);
+    };
+    return {check, ""};
+}
+
+void check_outputs(const std::vector<std::string>& outputs, const std::vector<std::string>& inputs) {
+    const auto same = [](const std::string& a, const std::string& b) {
+        std::error_code error;
+        return !a.empty() && !b.empty() &&
+               std::filesystem::weakly_canonical(a, error) == std::filesystem::weakly_canonical(b, error);
+    };
+    for (std::size_t i = 0; i < outputs.size(); ++i) {
+        for (const std::string& input : inputs)
+            if (same(outputs[i], input))
+                throw input_error(outputs[i], "", "would overwrite what is read", "name another output");
+        for (std::size_t j = 0; j < i; ++j)
+            if (same(outputs[i], outputs[j]))
+                throw input_error(outputs[i], "", "is named for two outputs", "name another file for one of them");
+    }
+}
+
+void check_memory(const RenderSettings& settings) {
+    // A pass in hand, the copy that a stop falls back on, the runs so far, their totals, and the image made of them.
+    constexpr std::uint64_t bytes_per_pixel = 5 * channel_count * sizeof(Moments);
+    const std::uint64_t needed = std::uint64_t{settings.width} * settings.height * bytes_per_pixel;
+    const std::uint64_t there = memory_bytes();
+    constexpr double gibibyte = 0x1p30;
+    if (needed > there)
+        throw InputError(
+            fmt::format("an image of {} x {} pixels takes at least {:.0f} GiB of memory, of which there are {:.0f}; "
+                        "choose a smaller "
+                        "--size",
+                settings.width, settings.height, static_cast<double>(needed) / gibibyte,
+                static_cast<double>(there) / gibibyte));
 }
 
 void write_json(const CommandContext& context, const nlohmann::json& report) {
@@ -153,7 +203,7 @@ int run_program(int argc, char** argv, const Program& program) {
         return static_cast<int>(ExitStatus::unusable_input);
     }
     return static_cast<int>(guarded([&] {
-        check_writable(context.json_file);
+        if (!context.json_file.empty()) check_writable_text(context.json_file);
         return context.action();
     }));
 }

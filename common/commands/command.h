@@ -61,8 +61,16 @@ void add_render_options(CLI::App& command, RenderOptions& options);
 // "1%", "0.5 %" or "0.01" to a fraction > 0; `option` names it in the error. Throws InputError.
 [[nodiscard]] double fraction_from(const std::string& text, const std::string& option);
 
-// Throws InputError unless a file can be made at `path` (nothing is left behind); empty paths pass.
-void check_writable(const std::string& path);
+// A number above 0, at most `most`; as CLI11's own check, but NaN and infinity are refused too.
+[[nodiscard]] CLI::Validator above_zero(double most);
+// Seconds that an option may ask for: 31 years still fit a clock of 64-bit nanoseconds.
+inline constexpr double most_seconds = 1e9;
+
+// Throws InputError where an output names an input or another output: neither may be overwritten. Empty names pass.
+void check_outputs(const std::vector<std::string>& outputs, const std::vector<std::string>& inputs);
+
+// Throws InputError when an image of that size cannot fit into this machine's memory.
+void check_memory(const RenderSettings& settings);
 
 // Writes `report` to the --json file, where there is one.
 void write_json(const CommandContext& context, const nlohmann::json& report);

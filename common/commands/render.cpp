@@ -72,7 +72,9 @@ void write_output(const RenderArguments& arguments, const nlohmann::json& report
 ExitStatus render(const RenderArguments& arguments, const CommandContext& context) {
     const Scene scene = load_scene(arguments.scene);
     const RenderSettings settings = settings_from(arguments.options, scene);
+    check_memory(settings);
     const StoppingRule rule = stopping_rule(arguments);
+    check_outputs({arguments.output, context.json_file}, {arguments.scene});
     check_writable_image(arguments.output);
 
     const Backend& backend = find_backend(context.program.backends, arguments.backend);
@@ -105,6 +107,10 @@ ExitStatus render(const RenderArguments& arguments, const CommandContext& contex
             result.estimate.invalid());
         return ExitStatus::disagree;
     }
+    if (!result.complete && !context.stop.stop_requested()) {
+        fmt::print(stderr, "tandem: the image is black, so it has no relative error; --target-error cannot be met\n");
+        return ExitStatus::undecided;
+    }
     return ExitStatus::fine;
 }
 
@@ -117,7 +123,7 @@ void add_what(CLI::App& command, RenderArguments& arguments) {
         ->type_name("FILE");
     add_render_options(command, arguments.options);
     command.add_option("--exposure", arguments.exposure, "Factor before a PNG is quantised")
-        ->check(CLI::PositiveNumber)
+        ->check(above_zero(1e9))
         ->capture_default_str();
 }
 
@@ -125,7 +131,7 @@ void add_how(CLI::App& command, RenderArguments& arguments) {
     command.add_option("--backend", arguments.backend, "cpu, vulkan or oracle")->capture_default_str();
     command.add_option("--device", arguments.device, "Vulkan device: index or part of its name (see tandem devices)");
     command.add_option("--precision", arguments.precision, "single or double (default: the backend's)");
-    command.add_option("--threads", arguments.threads, "CPU threads (default: all)");
+    command.add_option("--threads", arguments.threads, "CPU threads (default: all)")->check(CLI::Range(1u, 1024u));
     command.add_flag("--validation", arguments.validation, "Vulkan validation layers; any message is an error");
 }
 
@@ -133,7 +139,7 @@ void add_how_long(CLI::App& command, RenderArguments& arguments) {
     command
         .add_option("--samples", arguments.samples, "Samples a pixel (default: 64, without --time or --target-error)")
         ->check(CLI::Range(std::uint64_t{1}, std::uint64_t{1} << 40));
-    command.add_option("--time", arguments.seconds, "Seconds to render for, at most")->check(CLI::PositiveNumber);
+    command.add_option("--time", arguments.seconds, "Seconds to render for, at most")->check(above_zero(most_seconds));
     command.add_option("--target-error", arguments.target_error,
         "Stop when the root mean square standard error of the pixels, relative to the image mean, is below this: 5%");
 }
@@ -147,7 +153,7 @@ void add_render_command(CLI::App& app, CommandContext& context) {
     add_how(*command, *arguments);
     add_how_long(*command, *arguments);
     add_common_options(*command, context,
-        "  tandem render scenes/cornell-classic.json -o box.png --integrator next-event --samples 256\n"
+        "  tandem render scenes/cornell-classic.json -o box.png --samples 256\n"
         "  tandem render scenes/one-weekend.json -o out.exr --backend vulkan --size 600 --time 30\n"
         "  tandem render scenes/cornell-thesis.json -o out.exr --target-error 5% --json figures.json\n"
         "Ctrl-C stops the render and writes what is done.");

@@ -1,6 +1,4 @@
 // tandem verify: two backends, one verdict a scene. tandem compare: the same for images of any renderers.
-#include "common/validation/verify.h"
-
 #include <fmt/format.h>
 
 #include "common/commands/command.h"
@@ -10,6 +8,7 @@
 #include "common/validation/compare.h"
 #include "common/validation/report.h"
 #include "common/validation/verdict_json.h"
+#include "common/validation/verify.h"
 
 namespace tandem {
 
@@ -90,10 +89,12 @@ ExitStatus conclude(
 
 RenderSettings verification_settings_from(const RenderOptions& options, const Scene& scene) {
     RenderSettings settings = settings_from(options, scene);
-    if (!options.size.empty()) return settings;
-    const RenderSettings small = verification_settings(scene);
-    settings.width = small.width;
-    settings.height = small.height;
+    if (options.size.empty()) {
+        const RenderSettings small = verification_settings(scene);
+        settings.width = small.width;
+        settings.height = small.height;
+    }
+    check_memory(settings);
     return settings;
 }
 
@@ -103,6 +104,8 @@ ExitStatus verify(const VerifyArguments& arguments, const CommandContext& contex
     for (const std::string& file : arguments.scenes) scenes.push_back(load_scene(file));
     std::vector<RenderSettings> settings;
     for (const Scene& scene : scenes) settings.push_back(verification_settings_from(arguments.render, scene));
+    const Criteria criteria = criteria_from(arguments.criteria, {});
+    check_outputs({context.json_file}, arguments.scenes);
     if (!arguments.criteria.report.empty()) check_report_folder(arguments.criteria.report);
 
     const BackendList& backends = context.program.backends;
@@ -120,7 +123,7 @@ ExitStatus verify(const VerifyArguments& arguments, const CommandContext& contex
     for (std::size_t i = 0; i < scenes.size() && !context.stop.stop_requested(); ++i) {
         VerifyOptions options;
         options.settings = settings[i];
-        options.criteria = criteria_from(arguments.criteria, {});
+        options.criteria = criteria;
         options.budget_seconds = arguments.seconds;
         options.max_samples = arguments.samples;
         options.seed = arguments.render.seed;
@@ -138,7 +141,9 @@ ExitStatus verify(const VerifyArguments& arguments, const CommandContext& contex
     }
     const ExitStatus status = conclude(verdicts, arguments.criteria, context);
     const bool cut = verdicts.size() < scenes.size();
-    if (cut) fmt::print(stderr, "tandem: stopped; {} scenes were not verified\n", scenes.size() - verdicts.size());
+    if (cut)
+        fmt::print(stderr, "tandem: stopped; {} of {} scenes were not verified\n", scenes.size() - verdicts.size(),
+            scenes.size());
     return cut && status == ExitStatus::fine ? ExitStatus::undecided : status;
 }
 
@@ -164,6 +169,8 @@ void split_sides(CompareArguments& arguments) {
 
 ExitStatus compare(CompareArguments arguments, const CommandContext& context) {
     split_sides(arguments);
+    check_outputs({context.json_file}, arguments.reference);
+    check_outputs({context.json_file}, arguments.candidate);
     if (!arguments.criteria.report.empty()) check_report_folder(arguments.criteria.report);
     CompareOptions options;
     options.criteria = criteria_from(arguments.criteria, CompareOptions::comparison_criteria());
@@ -190,7 +197,7 @@ void add_verify_command(CLI::App& app, CommandContext& context) {
     command->add_option("--precision", arguments->precision, "Candidate's: single or double");
     command->add_option("--reference-precision", arguments->reference_precision, "Reference's: single or double");
     command->add_option("--time", arguments->seconds, "Seconds a scene, at most")
-        ->check(CLI::PositiveNumber)
+        ->check(above_zero(most_seconds))
         ->capture_default_str();
     command->add_option("--samples", arguments->samples, "Samples a pixel and side, at most")
         ->check(CLI::Range(std::uint64_t{64}, std::uint64_t{1} << 40))

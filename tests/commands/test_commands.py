@@ -105,12 +105,75 @@ class Commands(unittest.TestCase):
             (["render", self.scene, "-o", out, "--json", self.folder / "none" / "a.json"], "none"),
             (["render", self.scene, "-o", out, "--backend", "vulkan", "--precision", "double"], "double"),
             (["render", self.scene, "-o", out, "--backend", "cpu", "--device", "0"], "device"),
+            (["render", self.scene, "-o", out, "--seed", "-1"], "--seed"),
+            (["render", self.scene, "-o", out, "--seed", "18446744073709551616"], "--seed"),
+            (["render", self.scene, "-o", out, "--time", "nan"], "--time"),
+            (["render", self.scene, "-o", out, "--time", "1e300"], "--time"),
+            (["render", self.scene, "-o", out, "--exposure", "inf"], "--exposure"),
+            (["render", self.scene, "-o", out, "--threads", "4294967295"], "--threads"),
+            (["render", self.scene, "-o", out, "--size", "65536x65535"], "memory"),
+            (["render", self.scene, "-o", "/proc/out.exr"], "/proc/out.exr"),
+            (["render", self.scene, "-o", out, "--json", "/proc/out.json"], "/proc/out.json"),
+            (["verify", self.scene, "--time", "nan"], "--time"),
+            (["verify", self.scene, "--tile-margin", "nan"], "--tile-margin"),
+            (["verify", self.scene, "--size", "65536x65535"], "memory"),
+            (["verify", self.scene, "--json", "/proc/out.json"], "/proc/out.json"),
             (["paint"], ""),
             ([], ""),
         ]:
             with self.subTest(arguments=arguments):
                 self.refused(tandem(*arguments), mention)
                 self.assertEqual(self.left_behind(), [])
+
+    def test_no_output_overwrites_an_input_or_another_output(self):
+        out = self.folder / "out.exr"
+        before = self.scene.read_text()
+        self.refused(tandem("render", self.scene, "-o", out, "--json", self.scene), "scene.json")
+        self.refused(tandem("render", self.scene, "-o", out, "--json", self.folder / "." / "out.exr"), "out.exr")
+        self.refused(tandem("verify", self.scene, "--json", self.scene), "scene.json")
+        self.assertEqual(self.scene.read_text(), before)
+        self.assertEqual(self.left_behind(), [])
+        for name, seed in [("a", 1), ("b", 2)]:
+            tandem("render", self.scene, "-o", self.folder / f"{name}.exr", "--seed", seed)
+        image = (self.folder / "b.exr").read_bytes()
+        self.refused(tandem("compare", self.folder / "a.exr", self.folder / "b.exr", "--json", self.folder / "b.exr"), "b.exr")
+        self.assertEqual((self.folder / "b.exr").read_bytes(), image)
+
+    def test_the_smallest_of_everything_renders(self):
+        for backend in ["cpu", "vulkan", "oracle"]:
+            for arguments in [["--size", "1x1", "--samples", 1], ["--bounces", 0, "--samples", 1], ["--time", 0.01]]:
+                with self.subTest(backend=backend, arguments=arguments):
+                    out = self.folder / "out.exr"
+                    result = tandem("render", self.scene, "-o", out, "--backend", backend, *arguments)
+                    self.assertEqual(result.returncode, 0, result.stderr)
+                    self.assertTrue(out.exists())
+
+    def test_a_scene_without_entities_shows_its_background(self):
+        empty = self.changed("/entities", [])
+        for backend in ["cpu", "vulkan", "oracle"]:
+            with self.subTest(backend=backend):
+                result = tandem("render", empty, "-o", self.folder / "out.png", "--backend", backend, "--samples", 4)
+                self.assertEqual(result.returncode, 0, result.stderr)
+
+    def test_an_error_of_a_black_image_is_undecided(self):
+        result = tandem("render", self.changed("/background", [0, 0, 0]), "-o", self.folder / "out.exr", "--target-error", "1%")
+        self.refused(result, "black", status=3)
+        self.assertTrue((self.folder / "out.exr").exists())
+
+    def test_a_full_disk_is_one_line(self):
+        self.refused(tandem("devices", "--json", "/dev/full"), "/dev/full")
+
+    def test_interrupted_verify_is_undecided_and_says_so_in_its_json(self):
+        figures = self.folder / "out.json"
+        with subprocess.Popen([TANDEM, "verify", SCENES / "cornell-classic.json", self.scene, "--margin", "1e-9", "--json",
+                               figures], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as running:
+            time.sleep(3.0)
+            running.send_signal(signal.SIGINT)
+            _, errors = running.communicate(timeout=100)
+            self.assertEqual(running.returncode, 3, errors)
+        report = json.loads(figures.read_text())
+        self.assertEqual(report["verdict"], "undecided")
+        self.assertEqual(len(report["scenes"]), 1)
 
     def test_an_unknown_vulkan_device_is_status_4(self):
         result = tandem("render", self.scene, "-o", self.folder / "out.exr", "--backend", "vulkan", "--device", "no such")

@@ -9,6 +9,7 @@
 #include "common/validation/compare.h"
 #include "common/validation/verdict_json.h"
 #include "tests/common/synthetic_renderer.h"
+#include "tests/temporary_folder.h"
 
 using namespace tandem;
 
@@ -201,8 +202,7 @@ TEST_CASE("mismatches are refused by name") {
 }
 
 TEST_CASE("compare reads files and reports one entry") {
-    const std::filesystem::path folder = std::filesystem::temp_directory_path() / "tandem_test_compare";
-    std::filesystem::create_directories(folder);
+    const TemporaryFolder folder;
     write_image(folder / "a.exr", rendered(scene_of(1.0, 0.0), 1).image);
     write_image(folder / "b.exr", rendered(scene_of(1.0, 0.0), 2).image);
     const std::vector<SceneVerdict> verdicts{compare_files({folder / "a.exr"}, {folder / "b.exr"})};
@@ -210,5 +210,4 @@ TEST_CASE("compare reads files and reports one entry") {
     CHECK(json["verdict"] == "agree");
     CHECK(json["scenes"].size() == 1);
     CHECK(json["scenes"][0]["samples_candidate"] == 256);
-    std::filesystem::remove_all(folder);
 }

@@ -15,34 +15,11 @@
 #include "common/error.h"
 #include "common/image_io.h"
 #include "common/image_io_parts.h"
+#include "tests/temporary_folder.h"
 
 using namespace tandem;
 
 namespace {
-
-// A folder of its own for a test, gone with it.
-class TemporaryFolder {
-public:
-    TemporaryFolder() {
-        std::string name = (std::filesystem::temp_directory_path() / "tandem-image-XXXXXX").string();
-        if (mkdtemp(name.data()) == nullptr) throw std::runtime_error("no temporary folder");
-        path_ = name;
-    }
-    ~TemporaryFolder() {
-        std::error_code ignored;
-        std::filesystem::remove_all(path_, ignored);
-    }
-    TemporaryFolder(const TemporaryFolder&) = delete;
-    TemporaryFolder& operator=(const TemporaryFolder&) = delete;
-    std::filesystem::path operator/(const std::string& name) const { return path_ / name; }
-    std::size_t file_count() const {
-        return static_cast<std::size_t>(
-            std::distance(std::filesystem::directory_iterator(path_), std::filesystem::directory_iterator()));
-    }
-
-private:
-    std::filesystem::path path_;
-};
 
 std::string content(const std::filesystem::path& path) {
     std::ifstream stream(path, std::ios::binary);

@@ -1,7 +1,6 @@
 // Scene files: what they come to in memory, and that everything else is refused in one line that says where and why.
 // scene_samples.json holds the samples that the JSON Schema is tested with too (check_scenes.py).
 #include <doctest/doctest.h>
-#include <unistd.h>
 
 #include <chrono>
 #include <cmath>
@@ -13,30 +12,11 @@
 
 #include "common/error.h"
 #include "common/scene_loader.h"
+#include "tests/temporary_folder.h"
 
 using namespace tandem;
 
 namespace {
-
-// A folder of its own for a test, gone with it.
-class TemporaryFolder {
-public:
-    TemporaryFolder() {
-        std::string name = (std::filesystem::temp_directory_path() / "tandem-scene-XXXXXX").string();
-        if (mkdtemp(name.data()) == nullptr) throw std::runtime_error("no temporary folder");
-        path_ = name;
-    }
-    ~TemporaryFolder() {
-        std::error_code ignored;
-        std::filesystem::remove_all(path_, ignored);
-    }
-    TemporaryFolder(const TemporaryFolder&) = delete;
-    TemporaryFolder& operator=(const TemporaryFolder&) = delete;
-    std::filesystem::path operator/(const std::string& name) const { return path_ / name; }
-
-private:
-    std::filesystem::path path_;
-};
 
 void put(const std::filesystem::path& path, const std::string& text) { std::ofstream(path, std::ios::binary) << text; }
 

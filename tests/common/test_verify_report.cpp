@@ -12,6 +12,7 @@
 #include "common/validation/report.h"
 #include "common/validation/verify.h"
 #include "tests/common/synthetic_renderer.h"
+#include "tests/temporary_folder.h"
 
 using namespace tandem;
 
@@ -43,15 +44,14 @@ TEST_CASE("a report folder holds the verdict and every picture that it names") {
     options.max_samples = 128;
     SyntheticRenderer a(noisy, "cpu"), b(noisy, "vulkan");
     const std::vector<SceneVerdict> verdicts{verify_scene(scene, a, b, options)};
-    const std::filesystem::path folder = std::filesystem::temp_directory_path() / "tandem_test_report";
-    std::filesystem::remove_all(folder);
+    const TemporaryFolder temporary;
+    const std::filesystem::path folder = temporary / "report";
     write_report(folder, verdicts);
     const nlohmann::json report = nlohmann::json::parse(std::ifstream(folder / "report.json"));
     for (const char* picture : {"reference", "candidate", "difference", "tiles", "p"}) {
         CAPTURE(picture);
         CHECK(std::filesystem::exists(folder / report["scenes"][0]["images"][picture].get<std::string>()));
     }
-    std::filesystem::remove_all(folder);
 }
 
 TEST_CASE("scripts/report makes one HTML file that needs nothing beside it") {
@@ -65,8 +65,8 @@ TEST_CASE("scripts/report makes one HTML file that needs nothing beside it") {
     options.criteria.margins.image = 1e-6;  // several looks, hence a plot
     SyntheticRenderer a(noisy, "cpu"), b(noisy, "vulkan");
     const std::vector<SceneVerdict> verdicts{verify_scene(scene, a, b, options)};
-    const std::filesystem::path folder = std::filesystem::temp_directory_path() / "tandem_test_report_html";
-    std::filesystem::remove_all(folder);
+    const TemporaryFolder temporary;
+    const std::filesystem::path folder = temporary / "report";
     write_report(folder, verdicts);
     const std::string command = "/usr/bin/python3 " TANDEM_SOURCE_DIR "/scripts/report " + folder.string();
     REQUIRE(std::system(command.c_str()) == 0);
@@ -76,7 +76,6 @@ TEST_CASE("scripts/report makes one HTML file that needs nothing beside it") {
     CHECK(html.find("src=\"data:image/png;base64,") != std::string::npos);
     CHECK(html.find("<svg") != std::string::npos);
     CHECK(html.find("src=\"http") == std::string::npos);
-    std::filesystem::remove_all(folder);
 }
 
 TEST_CASE("a report folder that cannot be made is refused") {
