@@ -90,4 +90,13 @@ double symmetric_sum_tail(double s) {
     return std::min(1.0, 2.0 * constant * normal_upper_tail(s));
 }
 
+double empirical_bernstein_p_value(double excess, double variance, double count, double range) {
+    if (excess <= 0.0 || count < 2.0) return 1.0;
+    const double linear = 7.0 * range / (3.0 * (count - 1.0)), root = std::sqrt(2.0 * variance / count);
+    if (linear == 0.0 && root == 0.0) return 0.0;
+    // excess = root sqrt(l) + linear l, solved for sqrt(l) without cancellation; each side has a = p / 2.
+    const double root_of_l = 2.0 * excess / (root + std::sqrt(root * root + 4.0 * linear * excess));
+    return std::min(1.0, 4.0 * std::exp(-root_of_l * root_of_l));
+}
+
 }  // namespace tandem

@@ -62,4 +62,9 @@ struct MeanDifference {
 // distributions, 3.178 times the normal tail. [Efron 1969; Bentkus, Dzindzalieta 2015, constant 1/(4 P(Z >= sqrt 2))]
 [[nodiscard]] double symmetric_sum_tail(double s);
 
+// Two-sided p of a mean of `count` independent samples in [0, range] that lies `excess` from its true value, `variance`
+// being what the samples show: whatever their distribution. [Maurer, Pontil 2009, theorem 11: with probability 1 - a a
+// side, excess <= sqrt(2 V l / n) + 7 range l / (3 (n - 1)), l = ln(2 / a)]
+[[nodiscard]] double empirical_bernstein_p_value(double excess, double variance, double count, double range);
+
 }  // namespace tandem

@@ -14,6 +14,33 @@ std::vector<std::vector<double>> tile_means(const SampledImage& image) {
     return means;
 }
 
+// Whether the sides differ from each other, not only from the closed form.
+bool differ(const SceneVerdict& verdict) {
+    const Judgement& j = verdict.judgement;
+    const bool level = std::ranges::any_of(
+        j.levels, [](const LevelResult& l) { return l.significant && !l.name.starts_with("closed form"); });
+    return level || j.fixed.mismatches > 0 || verdict.reference.invalid > 0 || verdict.candidate.invalid > 0;
+}
+
+// The votes of the other witnesses, in the order in which they count.
+void add_votes(SceneVerdict& verdict) {
+    const Judgement& judgement = verdict.judgement;
+    verdict.outvoted = outvoted_by_closed_form(judgement);
+    if (verdict.outvoted != Outvoted::nobody) {
+        const std::string vote = vote_of("the closed form " + verdict.closed_form.form->formula, verdict.outvoted,
+            verdict.reference_name, verdict.candidate_name, off_by(judgement.level(closed_form_reference_level)),
+            off_by(judgement.level(closed_form_candidate_level)));
+        if (differ(verdict))
+            verdict.sentence += "; " + vote;
+        else
+            verdict.sentence = verdict.reference_name + " and " + verdict.candidate_name +
+                               " show no difference, but are not both right: " + vote;
+    }
+    if (!verdict.referee) return;
+    verdict.sentence += "; " + verdict.referee->text;
+    if (verdict.outvoted == Outvoted::nobody) verdict.outvoted = verdict.referee->outvoted;
+}
+
 }  // namespace
 
 Look look_of(const Judgement& judgement, std::uint64_t samples, const LookShare& share, double seconds) {
@@ -45,6 +72,7 @@ void conclude(SceneVerdict& verdict) {
     if (verdict.verdict != Verdict::disagree) return;
     verdict.registration = register_images(verdict.reference, verdict.candidate);
     if (!verdict.registration->text.empty()) verdict.sentence += "; it looks like " + verdict.registration->text;
+    add_votes(verdict);
 }
 
 }  // namespace tandem

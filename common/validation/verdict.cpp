@@ -22,6 +22,10 @@ std::string place(const RegionComparison& region) {
 
 std::string reason_of(const LevelResult& level) {
     const RegionComparison& worst = level.worst;
+    if (level.name.starts_with("closed form"))
+        return fmt::format("{}: the mean in {} is off by {:+.2g} % ({:.2g} to {:.2g} %), p = {:.1e} against {:.1e}",
+            level.name, channel_names.at(worst.channel), 100.0 * worst.relative, 100.0 * worst.relative_low,
+            100.0 * worst.relative_high, level.p, level.threshold);
     const bool whole = level.regions.size() == channel_count;
     const bool variance = level.name.starts_with("variance");
     return fmt::format("{}: {} {}{} by {:+.2g} % ({:.2g} to {:.2g} %), p = {:.1e} against {:.1e}", level.name,
@@ -69,7 +73,8 @@ void set_significance(std::vector<LevelResult>& levels, double false_alarm) {
 void set_detectable(std::vector<LevelResult>& levels, const Criteria& criteria) {
     for (LevelResult& level : levels) {
         if (level.name.starts_with("variance")) continue;
-        const bool paired = level.name.starts_with("paired"), image = level.name.ends_with("image");
+        const bool paired = level.name.starts_with("paired");
+        const bool image = level.name.ends_with("image") || level.name.starts_with("closed form");
         const Negligible& n = criteria.negligible;
         const double negligible = paired ? (image ? n.paired_image : n.paired_tile) : (image ? n.image : n.tile);
         level.minimum_detectable_relative = detectable(level, negligible, criteria.power);
@@ -101,6 +106,13 @@ void explain_indecision(Judgement& judgement, const Margins& margins) {
     if (!judgement.tiles_within_margin)
         judgement.reasons.push_back(fmt::format("tiles 16x16: {} at {} is only known to ±{}, margin {}",
             channel_names.at(tile.channel), place(tile), percent(tile.bound()), percent(margins.tile)));
+    if (judgement.closed_form_within_margin) return;
+    for (const char* name : {closed_form_reference_level, closed_form_candidate_level}) {
+        const RegionComparison& mean = widest(judgement.level(name));
+        if (mean.bound() >= margins.image)
+            judgement.reasons.push_back(fmt::format("{}: the mean in {} is only known to ±{}, margin {}", name,
+                channel_names.at(mean.channel), percent(mean.bound()), percent(margins.image)));
+    }
 }
 
 }  // namespace
@@ -129,8 +141,12 @@ const LevelResult& Judgement::level(const std::string& name) const {
     return *found;
 }
 
+bool Judgement::significant(const std::string& name) const {
+    return std::ranges::any_of(levels, [&](const LevelResult& l) { return l.name == name && l.significant; });
+}
+
 Judgement judge(const SampledImage& reference, const SampledImage& candidate, const PairedResult* paired,
-    const Criteria& criteria, const LookShare& share) {
+    const Criteria& criteria, const LookShare& share, const ClosedForm* closed_form) {
     Judgement judgement;
     const Scales scales = scales_of(reference, candidate, criteria.margins);
     judgement.fixed = compare_fixed_pixels(reference, candidate, criteria.fixed_tolerance);
@@ -150,6 +166,13 @@ Judgement judge(const SampledImage& reference, const SampledImage& candidate, co
         judgement.levels.push_back(paired->image);
         judgement.levels.push_back(paired->tiles);
     }
+    if (closed_form != nullptr)
+        for (const auto& [name, side] :
+            {std::pair{closed_form_reference_level, &reference}, {closed_form_candidate_level, &candidate}}) {
+            judgement.levels.push_back(compare_closed_form(name, *closed_form, *side, criteria, share.doubt));
+            if (widest(judgement.levels.back()).bound() >= criteria.margins.image)
+                judgement.closed_form_within_margin = false;
+        }
     set_significance(judgement.levels, share.false_alarm);
     set_detectable(judgement.levels, criteria);
     std::ranges::move(reported, std::back_inserter(judgement.levels));
@@ -159,11 +182,32 @@ Judgement judge(const SampledImage& reference, const SampledImage& candidate, co
     add_faults(judgement, reference, candidate);
     if (!judgement.reasons.empty())
         judgement.verdict = Verdict::disagree;
-    else if (judgement.image_within_margin && judgement.tiles_within_margin)
+    else if (judgement.image_within_margin && judgement.tiles_within_margin && judgement.closed_form_within_margin)
         judgement.verdict = Verdict::agree;
     else
         explain_indecision(judgement, criteria.margins);
     return judgement;
+}
+
+std::string off_by(const LevelResult& level) {
+    const RegionComparison& worst = level.worst;
+    const bool whole = level.regions.size() == channel_count;
+    return fmt::format("{:+.2g} % ({}, {}{})", 100.0 * worst.relative,
+        level.name.starts_with("closed form") ? "image" : level.name, channel_names.at(worst.channel),
+        whole ? "" : ", " + place(worst));
+}
+
+std::string off_by(const Judgement& judgement) {
+    const LevelResult* most = nullptr;
+    for (const LevelResult& level : judgement.levels)
+        if (level.significant && !level.name.starts_with("variance") && (most == nullptr || level.p < most->p))
+            most = &level;
+    if (most != nullptr) return off_by(*most);
+    const FixedPixels& fixed = judgement.fixed;
+    if (fixed.mismatches > 0)
+        return fmt::format(
+            "up to {:.2g} % in {} pixel channels without variance", 100.0 * fixed.greatest_relative, fixed.mismatches);
+    return judgement.reasons.empty() ? "nothing" : judgement.reasons.front();
 }
 
 std::string percent(double fraction) {

@@ -39,8 +39,7 @@ json info_json(const std::string& name, const RendererInfo& info, std::uint64_t 
 json settings_json(const RenderSettings& settings) {
     return {{"width", settings.width}, {"height", settings.height},
         {"integrator", settings.integrator == Integrator::path ? "path" : "next_event"}, {"bounces", settings.bounces},
-        {"roulette_start",
-            settings.roulette_start == no_roulette ? json(nullptr) : json(settings.roulette_start)},
+        {"roulette_start", settings.roulette_start == no_roulette ? json(nullptr) : json(settings.roulette_start)},
         {"ray_min", number(settings.ray_min)}, {"ray_max", number(settings.ray_max)}};
 }
 
@@ -85,6 +84,43 @@ json registration_json(const std::optional<Registration>& registration) {
         {"shift_found", r.shift_found}, {"text", r.text}};
 }
 
+json outvoted_json(Outvoted outvoted) { return outvoted == Outvoted::nobody ? json(nullptr) : json(name_of(outvoted)); }
+
+json closed_form_json(const SceneVerdict& v) {
+    const ClosedFormUse& use = v.closed_form;
+    if (!use.form) return use.skipped.empty() ? json(nullptr) : json{{"applies", false}, {"skipped", use.skipped}};
+    json result{{"applies", true}, {"skipped", nullptr}, {"formula", use.form->formula},
+        {"radiance", use.form->radiance}, {"rounding_relative", use.form->rounding},
+        {"greatest_sample", use.form->greatest}, {"outvoted", nullptr}};
+    if (v.looks.empty()) return result;
+    result["outvoted"] = outvoted_json(outvoted_by_closed_form(v.judgement));
+    for (const auto& [key, name] :
+        {std::pair{"reference", closed_form_reference_level}, {"candidate", closed_form_candidate_level}})
+        result[key] = region_json(widest(v.judgement.level(name)));
+    return result;
+}
+
+json referee_side_json(const std::optional<Judgement>& judgement) {
+    if (!judgement) return nullptr;
+    const RegionComparison& image = widest(judgement->level("paired image"));
+    return {{"contradicted", judgement->verdict == Verdict::disagree}, {"relative_difference", number(image.relative)},
+        {"relative_difference_low", number(image.relative_low)},
+        {"relative_difference_high", number(image.relative_high)},
+        {"reasons", judgement->verdict == Verdict::disagree ? json(judgement->reasons) : json::array()}};
+}
+
+json referee_json(const std::optional<RefereeReport>& referee) {
+    if (!referee) return nullptr;
+    const RefereeReport& r = *referee;
+    json result = info_json(r.name, r.info, r.settings.seed);
+    result.update({{"text", r.text}, {"outvoted", outvoted_json(r.outvoted)}, {"width", r.settings.width},
+        {"height", r.settings.height},
+        {"integrator", r.settings.integrator == Integrator::path ? "path" : "next_event"}, {"samples", r.samples},
+        {"seconds", r.seconds}, {"budget_seconds", r.budget_seconds}, {"reference", referee_side_json(r.reference)},
+        {"candidate", referee_side_json(r.candidate)}});
+    return result;
+}
+
 // The keys that the interface promises.
 json promised(const SceneVerdict& v) {
     json result{{"scene", v.scene}, {"verdict", name_of(v.verdict)}, {"relative_difference", nullptr},
@@ -121,6 +157,9 @@ json to_json(const SceneVerdict& v) {
     result["looks"] = looks_json(v.looks);
     result["paired"] = paired_json(v.paired);
     result["registration"] = registration_json(v.registration);
+    result["outvoted"] = outvoted_json(v.outvoted);
+    result["closed_form"] = closed_form_json(v);
+    result["referee"] = referee_json(v.referee);
     result["permutation_p"] = v.permutation_p ? json(*v.permutation_p) : json(nullptr);
     result["pixel_discoveries"] = v.judgement.discoveries;
     result["fixed_pixels"] = {{"count", v.judgement.fixed.count}, {"mismatches", v.judgement.fixed.mismatches},

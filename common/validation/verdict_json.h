@@ -12,7 +12,9 @@ namespace tandem {
 // "relative_difference_high", "margin_relative", "worst_tile_relative", "samples_reference", "samples_candidate",
 // "seconds_reference", "seconds_candidate", "minimum_detectable_relative", ...}], "device": {"name", "driver", "api"}}.
 // Figures of the image are those of the channel whose interval reaches furthest from zero; a figure that is not known
-// (nothing rendered, an unbounded interval) is null. `device` is the candidate's.
+// (nothing rendered, an unbounded interval) is null. `device` is the candidate's. "outvoted" is "reference",
+// "candidate", "both" or null, by "closed_form" (null where the scene has none), else by "referee" (null where none was
+// asked).
 [[nodiscard]] nlohmann::json to_json(std::span<const SceneVerdict> verdicts);
 [[nodiscard]] nlohmann::json to_json(const SceneVerdict& verdict);
 

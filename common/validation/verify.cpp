@@ -34,6 +34,7 @@ public:
         verdict_.settings = options.settings.value_or(verification_settings(scene));
         verdict_.criteria = options.criteria;
         verdict_.criteria.fixed_tolerance = float_transport_tolerance(verdict_.settings.bounces);
+        verdict_.closed_form = closed_form_of(scene, verdict_.settings);
         verdict_.reference_seed = options.seed;
         verdict_.candidate_seed = options.seed + 1;
         verdict_.reference_info = reference.info();
@@ -51,10 +52,15 @@ private:
     void take(Side& side, Estimate batch);
     [[nodiscard]] bool extend(Side& side, std::uint64_t samples, const std::string& what);
     void run_paired();
+    [[nodiscard]] std::optional<double> measure_speed_of(Side& side);
     void measure_speed();
     [[nodiscard]] static double seconds_to(const Side& side, std::uint64_t samples);
     void run_looks();
     void judge_look(const LookShare& share);
+    void ask_third_witness();
+    [[nodiscard]] std::uint64_t max_samples() const {
+        return options_.max_samples > 0 ? options_.max_samples : default_max_samples(verdict_.settings);
+    }
     [[nodiscard]] SampledImage sampled(const Side& side) const;
     void report(double fraction, const std::string& text) const;
 
@@ -161,7 +167,9 @@ void Verification::judge_look(const LookShare& share) {
     verdict_.reference = sampled(reference_);
     verdict_.candidate = sampled(candidate_);
     if (verdict_.reference.samples < 2 || verdict_.candidate.samples < 2) return;
-    verdict_.judgement = judge(verdict_.reference, verdict_.candidate, &verdict_.paired, verdict_.criteria, share);
+    const std::optional<ClosedForm>& form = verdict_.closed_form.form;
+    verdict_.judgement = judge(
+        verdict_.reference, verdict_.candidate, &verdict_.paired, verdict_.criteria, share, form ? &*form : nullptr);
     const std::uint64_t samples = std::min(verdict_.reference.samples, verdict_.candidate.samples);
     verdict_.looks.push_back(look_of(verdict_.judgement, samples, share, elapsed()));
 }
@@ -190,27 +198,70 @@ void Verification::run_looks() {
     }
 }
 
-// One block a side; its samples are used again where batches are single blocks.
+// Seconds a sample of every pixel: of one block, which is used again where batches are single blocks, and of eight
+// times as many as before while that ended too soon to be timed, as calls cost time of their own.
+std::optional<double> Verification::measure_speed_of(Side& side) {
+    constexpr double least_seconds = 0.02;
+    for (std::uint64_t samples = samples_per_block;; samples *= 8) {
+        const Clock::time_point start = Clock::now();
+        const double before = side.seconds;
+        std::optional<Estimate> estimate = render(side, {0, samples}, "measuring speed");
+        if (!estimate) return std::nullopt;
+        if (samples == samples_per_block) side.first_block = std::move(estimate);
+        const double wall = std::chrono::duration<double>(Clock::now() - start).count();
+        const double seconds = side.seconds - before;
+        if (wall >= least_seconds || 32 * 8 * samples > max_samples()) return seconds / static_cast<double>(samples);
+    }
+}
+
 void Verification::measure_speed() {
-    for (Side* side : {&reference_, &candidate_})
-        if (!verdict_.stopped) {
-            side->first_block = render(*side, {0, samples_per_block}, "measuring speed");
-            verdict_.stopped = !side->first_block;
-        }
+    const std::optional<double> reference = measure_speed_of(reference_);
+    const std::optional<double> candidate = reference ? measure_speed_of(candidate_) : std::nullopt;
+    verdict_.stopped = !candidate;
     if (verdict_.stopped) return;
     ScheduleRequest request;
-    request.seconds_per_sample_reference = reference_.seconds / static_cast<double>(samples_per_block);
-    request.seconds_per_sample_candidate = candidate_.seconds / static_cast<double>(samples_per_block);
+    request.seconds_per_sample_reference = *reference;
+    request.seconds_per_sample_candidate = *candidate;
     request.budget_seconds = options_.budget_seconds - elapsed();
-    request.max_samples = options_.max_samples;
+    request.max_samples = max_samples();
     request.max_looks = options_.max_looks;
     request.paired = options_.paired;
     schedule_ = make_schedule(request);
-    if (schedule_.batch_samples == samples_per_block) return;
     for (Side* side : {&reference_, &candidate_}) {
-        side->first_block.reset();
         side->seconds = 0.0;
+        if (schedule_.batch_samples != samples_per_block) side->first_block.reset();
     }
+    if (reference_.first_block) reference_.seconds = *reference * static_cast<double>(samples_per_block);
+    if (candidate_.first_block) candidate_.seconds = *candidate * static_cast<double>(samples_per_block);
+}
+
+void Verification::ask_third_witness() {
+    if (options_.referee == nullptr || verdict_.looks.empty() || verdict_.judgement.verdict != Verdict::disagree)
+        return;
+    const RendererInfo info = options_.referee->info();
+    if (info.backend == verdict_.reference_info.backend || info.backend == verdict_.candidate_info.backend) {
+        verdict_.referee.emplace();
+        verdict_.referee->name = info.backend;
+        verdict_.referee->text = "the " + info.backend + " is one of the two, so there is no third witness to ask";
+        return;
+    }
+    const double samples = static_cast<double>(std::max<std::uint64_t>(reference_.estimate.count(), 1));
+    RenderSettings settings = verdict_.settings;
+    settings.seed = verdict_.reference_seed;
+    const double left = options_.budget_seconds - elapsed();
+    verdict_.referee = ask_referee({.scene = scene_,
+        .settings = settings,
+        .reference = reference_renderer_,
+        .candidate = candidate_renderer_,
+        .referee = *options_.referee,
+        .reference_name = verdict_.reference_name,
+        .candidate_name = verdict_.candidate_name,
+        .criteria = verdict_.criteria,
+        .seconds_per_sample = (reference_.seconds + candidate_.seconds) / samples,
+        .budget_seconds = std::max(left, 0.1 * options_.budget_seconds),
+        .max_samples = max_samples(),
+        .stop = options_.stop,
+        .progress = [&](const std::string& text) { report(elapsed() / options_.budget_seconds, text); }});
 }
 
 double Verification::seconds_to(const Side& side, std::uint64_t samples) {
@@ -225,6 +276,7 @@ SceneVerdict Verification::run() {
     measure_speed();
     if (!verdict_.stopped) run_paired();
     if (!verdict_.stopped) run_looks();
+    if (!verdict_.stopped) ask_third_witness();
     verdict_.reference_seconds = reference_.seconds;
     verdict_.candidate_seconds = candidate_.seconds + paired_seconds_;
     verdict_.seconds = elapsed();
@@ -245,6 +297,11 @@ RenderSettings verification_settings(const Scene& scene, std::uint32_t longer_si
     settings.width = scaled(settings.width);
     settings.height = scaled(settings.height);
     return settings;
+}
+
+std::uint64_t default_max_samples(const RenderSettings& settings) {
+    constexpr std::uint64_t samples = 1u << 20, pixels = 128 * 128;
+    return samples * std::max<std::uint64_t>(1, pixels / (std::uint64_t{settings.width} * settings.height));
 }
 
 SceneVerdict verify_scene(const Scene& scene, Renderer& reference, Renderer& candidate, const VerifyOptions& options) {

@@ -1,0 +1,280 @@
+// The other witnesses: the closed form, to which each side is held, and the referee, who says which side is outvoted.
+#include <doctest/doctest.h>
+
+#include "common/error.h"
+#include "common/validation/verdict_json.h"
+#include "common/validation/verify.h"
+#include "tests/common/synthetic_renderer.h"
+
+using namespace tandem;
+
+namespace {
+
+// Light of mean 1, 0.8 and 0.6 times `factor`, seen by every second sample.
+Sampler light(double factor) {
+    return [factor](std::uint32_t, std::uint32_t, SampleRandom& random) {
+        const double value = random.uniform() < 0.5 ? 2.0 * factor : 0.0;
+        return Radiance{value, 0.8 * value, 0.6 * value};
+    };
+}
+
+// The same at every sample.
+Sampler constant(double factor) {
+    return [factor](std::uint32_t, std::uint32_t, SampleRandom&) {
+        return Radiance{factor, 0.8 * factor, 0.6 * factor};
+    };
+}
+
+Scene scene_with_closed_form() {
+    Scene scene;
+    scene.name = "synthetic";
+    scene.film = {32, 32};
+    scene.background.down = scene.background.up = glm::dvec3(2.0);
+    scene.expect = Expectation{{1.0, 0.8, 0.6}, "L / 2"};
+    return scene;
+}
+
+struct Cast {
+    Sampler reference, candidate, oracle;
+};
+
+SceneVerdict verify(const Cast& cast, const Scene& scene, VerifyOptions options = {}) {
+    SyntheticRenderer a(cast.reference, "cpu"), b(cast.candidate, "vulkan"), c(cast.oracle, "oracle");
+    if (!options.settings) options.settings = verification_settings(scene);
+    options.max_samples = 1024;
+    if (cast.oracle) options.referee = &c;
+    return verify_scene(scene, a, b, options);
+}
+
+Scene without_closed_form() {
+    Scene scene = scene_with_closed_form();
+    scene.expect.reset();
+    return scene;
+}
+
+bool contains(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
+
+// An image whose samples are `value` with probability `chance`, else black; figures as expected, without noise.
+SampledImage rarely_lit(double value, double chance, double count) {
+    SampledImage image;
+    image.width = image.height = 8;
+    for (std::size_t i = 0; i < 64 * channel_count; ++i)
+        image.pixels.push_back({value * chance, value * value * chance * (1.0 - chance), count});
+    return image;
+}
+
+}  // namespace
+
+TEST_CASE("sides that meet the closed form agree, and its levels are part of the verdict") {
+    const SceneVerdict verdict = verify({light(1.0), light(1.0), {}}, scene_with_closed_form());
+    REQUIRE(verdict.verdict == Verdict::agree);
+    CHECK(verdict.outvoted == Outvoted::nobody);
+    CHECK(widest(verdict.judgement.level(closed_form_candidate_level)).bound() < verdict.criteria.margins.image);
+    CHECK(to_json(verdict)["closed_form"]["applies"] == true);
+}
+
+TEST_CASE("a fault common to both sides is caught by the closed form") {
+    for (const bool noisy : {true, false}) {
+        const Sampler wrong = noisy ? light(1.02) : constant(1.02);
+        const SceneVerdict verdict = verify({wrong, wrong, {}}, scene_with_closed_form());
+        CHECK(verdict.verdict == Verdict::disagree);
+        CHECK(verdict.outvoted == Outvoted::both);
+        CHECK(contains(verdict.sentence, "the closed form L / 2 sides with neither"));
+        CHECK(to_json(verdict)["outvoted"] == "both");
+    }
+}
+
+TEST_CASE("the closed form names the side that it outvotes") {
+    const SceneVerdict candidate = verify({light(1.0), light(1.03), {}}, scene_with_closed_form());
+    CHECK(candidate.verdict == Verdict::disagree);
+    CHECK(candidate.outvoted == Outvoted::candidate);
+    CHECK(contains(candidate.sentence, "sides with CPU: Vulkan is off by +"));
+    const SceneVerdict reference = verify({light(0.97), light(1.0), {}}, scene_with_closed_form());
+    CHECK(reference.outvoted == Outvoted::reference);
+    CHECK(contains(reference.sentence, "sides with Vulkan: CPU is off by -"));
+}
+
+TEST_CASE("without variance the closed form is held to rounding alone") {
+    // 12 bounces: 46 ulp of 2^-23 a side.
+    const double ulp = 0x1p-23;
+    CHECK(verify({constant(1.0), constant(1.0 + 40 * ulp), {}}, scene_with_closed_form()).verdict == Verdict::agree);
+    const Sampler wrong = constant(1.0 + 60 * ulp);
+    CHECK(verify({wrong, wrong, {}}, scene_with_closed_form()).outvoted == Outvoted::both);
+}
+
+TEST_CASE("a closed form is left out, with the reason, where it does not hold") {
+    const Scene scene = scene_with_closed_form();
+    RenderSettings settings = default_settings(scene);
+    CHECK(closed_form_of(scene, settings).form);
+    settings.width = settings.height = 8;
+    settings.integrator = Integrator::next_event;
+    settings.roulette_start = 1;
+    CHECK(closed_form_of(scene, settings).form);  // the mean is the same
+    settings.bounces = 4;
+    CHECK(contains(closed_form_of(scene, settings).skipped, "12 bounces, not at 4"));
+    settings = default_settings(scene);
+    settings.height = 16;
+    CHECK(contains(closed_form_of(scene, settings).skipped, "32x32, not for 32x16"));
+    settings = default_settings(scene);
+    settings.ray_max = 10.0;
+    CHECK(contains(closed_form_of(scene, settings).skipped, "ray lengths"));
+
+    VerifyOptions options;
+    options.settings = settings;
+    const SceneVerdict verdict = verify({light(1.02), light(1.02), {}}, scene, options);
+    CHECK(verdict.verdict == Verdict::agree);
+    CHECK(to_json(verdict)["closed_form"]["applies"] == false);
+    CHECK(closed_form_of(without_closed_form(), settings).skipped.empty());
+}
+
+TEST_CASE("a black scene is held to black") {
+    Scene scene = scene_with_closed_form();
+    scene.expect = Expectation{{0.0, 0.0, 0.0}, "0"};
+    CHECK(verify({constant(0.0), constant(0.0), {}}, scene).verdict == Verdict::agree);
+    CHECK(verify({constant(1e-6), constant(1e-6), {}}, scene).outvoted == Outvoted::both);
+}
+
+TEST_CASE("light that is rarely met and was not yet seen is no miss of the closed form") {
+    ClosedForm form;
+    form.radiance = form.greatest = {1.0, 1.0, 1.0};
+    // One path of 20000 brings 1000; 64 x 64 samples saw none of it, as happens in four of five.
+    form.radiance = {0.05, 0.05, 0.05};
+    form.greatest = {1000.0, 1000.0, 1000.0};
+    SampledImage unlucky = rarely_lit(0.001, 0.5, 64.0);
+    const LevelResult level = compare_closed_form("closed form", form, unlucky, Criteria{}, 0.025);
+    CHECK(level.worst.statistic > 100.0);  // Student's t alone would be sure
+    CHECK(level.p == 1.0);
+}
+
+TEST_CASE("the greatest sample counts meetings and light samples") {
+    Scene scene;
+    scene.background.up = glm::dvec3(3.0);
+    Material lamp;
+    lamp.kind = MaterialKind::emissive;
+    lamp.radiance = glm::dvec3(10.0, 0.0, 1.0);
+    scene.materials.push_back(lamp);
+    RenderSettings settings;
+    settings.bounces = 4;
+    CHECK(greatest_sample(scene, settings) == std::array{10.0, 3.0, 3.0});
+    settings.integrator = Integrator::next_event;
+    CHECK(greatest_sample(scene, settings) == std::array{30.0, 9.0, 9.0});
+    scene.materials[0].kind = MaterialKind::diffuse;  // a lamp that goes on
+    CHECK(greatest_sample(scene, settings) == std::array{70.0, 21.0, 21.0});
+}
+
+TEST_CASE("samples within the empirical Bernstein bound are no surprise, those far beyond are") {
+    // n = 10^4 coins of 0 and 1: at p = 4 exp(-l), l = 9: 0.5 sqrt(2 * 9 / 10^4) + 7 * 9 / (3 * 9999).
+    const double excess = 0.5 * std::sqrt(18.0 / 1e4) + 63.0 / (3.0 * 9999.0);
+    CHECK(empirical_bernstein_p_value(excess, 0.25, 1e4, 1.0) == doctest::Approx(4.0 * std::exp(-9.0)));
+    CHECK(empirical_bernstein_p_value(0.0, 0.25, 1e4, 1.0) == 1.0);
+    CHECK(empirical_bernstein_p_value(0.1, 0.0, 1e4, 0.0) == 0.0);
+}
+
+TEST_CASE("the referee names the side that it outvotes, either one") {
+    const SceneVerdict candidate = verify({light(1.0), light(1.02), light(1.0)}, without_closed_form());
+    REQUIRE(candidate.referee);
+    CHECK(candidate.outvoted == Outvoted::candidate);
+    CHECK(contains(candidate.sentence, "the oracle sides with CPU: Vulkan is off by +2 %"));
+    const SceneVerdict reference = verify({light(1.02), light(1.0), light(1.0)}, without_closed_form());
+    CHECK(reference.outvoted == Outvoted::reference);
+    CHECK(contains(reference.sentence, "the oracle sides with Vulkan: CPU is off by +2 %"));
+    const nlohmann::json json = to_json(candidate);
+    CHECK(json["outvoted"] == "candidate");
+    CHECK(json["referee"]["candidate"]["contradicted"] == true);
+    CHECK(json["referee"]["reference"]["contradicted"] == false);
+    CHECK(json["referee"]["samples"].get<int>() >= 128);
+}
+
+TEST_CASE("a referee that contradicts both says so") {
+    const SceneVerdict verdict = verify({light(1.0), light(1.05), light(1.2)}, without_closed_form());
+    CHECK(verdict.outvoted == Outvoted::both);
+    CHECK(contains(verdict.sentence, "the oracle sides with neither"));
+}
+
+TEST_CASE("the referee is not asked where the sides agree, or where none is given") {
+    CHECK_FALSE(verify({light(1.0), light(1.0), light(1.0)}, without_closed_form()).referee);
+    CHECK_FALSE(verify({light(1.0), light(1.1), {}}, without_closed_form()).referee);
+}
+
+TEST_CASE("a referee that is one of the two is no third witness") {
+    SyntheticRenderer a(light(1.0), "oracle"), b(light(1.1), "cpu"), c(light(1.0), "oracle");
+    VerifyOptions options;
+    options.settings = verification_settings(without_closed_form());
+    options.max_samples = 256;
+    options.referee = &c;
+    const SceneVerdict verdict = verify_scene(without_closed_form(), a, b, options);
+    CHECK(verdict.outvoted == Outvoted::nobody);
+    CHECK(contains(verdict.sentence, "the oracle is one of the two"));
+}
+
+TEST_CASE("a referee that cannot tell says so, with what it knows") {
+    // The sides differ by 0.5 %, as paired seeds show; the oracle draws numbers of its own and 128 samples are few.
+    const auto own = [](std::uint32_t x, std::uint32_t y, SampleRandom& random) {
+        SampleRandom other(static_cast<std::uint64_t>(1e15 * random.uniform()), y, x);
+        return light(1.0)(x, y, other);
+    };
+    SyntheticRenderer a(light(1.0), "cpu"), b(light(1.005), "vulkan"), c(own, "oracle");
+    VerifyOptions options;
+    options.settings = verification_settings(without_closed_form());
+    options.max_samples = 128;
+    options.referee = &c;
+    const SceneVerdict verdict = verify_scene(without_closed_form(), a, b, options);
+    REQUIRE(verdict.verdict == Verdict::disagree);
+    CHECK(verdict.outvoted == Outvoted::nobody);
+    CHECK(contains(verdict.sentence, "the oracle cannot tell within"));
+    CHECK(contains(verdict.sentence, "which is right: CPU is within ±"));
+}
+
+namespace {
+
+// As the oracle: without next-event estimation, or without anything.
+class Picky : public SyntheticRenderer {
+public:
+    Picky(Sampler sampler, bool path) : SyntheticRenderer(std::move(sampler), "oracle"), path_(path) {}
+    std::unique_ptr<RenderJob> prepare(const Scene& scene, const RenderSettings& settings) override {
+        if (!path_ || settings.integrator == Integrator::next_event) throw UnsupportedError("scattering alone");
+        return SyntheticRenderer::prepare(scene, settings);
+    }
+
+private:
+    bool path_;
+};
+
+SceneVerdict verify_next_event(Picky& referee) {
+    SyntheticRenderer a(light(1.0), "cpu"), b(light(1.05), "vulkan");
+    VerifyOptions options;
+    options.settings = verification_settings(without_closed_form());
+    options.settings->integrator = Integrator::next_event;
+    options.max_samples = 512;
+    options.referee = &referee;
+    return verify_scene(without_closed_form(), a, b, options);
+}
+
+}  // namespace
+
+TEST_CASE("a referee without next-event estimation scatters, and says so where it can do nothing") {
+    Picky scattering(light(1.0), true), refusing(light(1.0), false);
+    const SceneVerdict verdict = verify_next_event(scattering);
+    CHECK(verdict.outvoted == Outvoted::candidate);
+    CHECK(to_json(verdict)["referee"]["integrator"] == "path");
+    CHECK(contains(verify_next_event(refusing).sentence, "the oracle was not asked: scattering alone"));
+}
+
+TEST_CASE("a slow referee gets a smaller film and stays near its budget") {
+    // Some microseconds a sample.
+    const auto slow = [](std::uint32_t x, std::uint32_t y, SampleRandom& random) {
+        double waste = 0.0;
+        for (int i = 0; i < 400; ++i) waste += random.uniform();
+        const double value = light(1.0)(x, y, random)[0] + (waste < 0.0 ? 1.0 : 0.0);
+        return Radiance{value, 0.8 * value, 0.6 * value};
+    };
+    Scene scene = without_closed_form();
+    scene.film = {64, 64};
+    VerifyOptions options;
+    options.budget_seconds = 1.0;
+    const SceneVerdict verdict = verify({light(1.0), light(1.2), slow}, scene, options);
+    REQUIRE(verdict.referee);
+    CHECK(verdict.referee->settings.width < 64);
+    CHECK(verdict.referee->settings.width >= 8);
+    CHECK(verdict.referee->seconds < 4.0);
+}
