@@ -1,14 +1,17 @@
 // tandem verify: two backends, one verdict a scene. tandem compare: the same for images of any renderers.
+#include "common/validation/verify.h"
+
 #include <fmt/format.h>
 
 #include "common/commands/command.h"
 #include "common/commands/console.h"
 #include "common/error.h"
+#include "common/image_io.h"
 #include "common/scene_loader.h"
 #include "common/validation/compare.h"
+#include "common/validation/junit.h"
 #include "common/validation/report.h"
 #include "common/validation/verdict_json.h"
-#include "common/validation/verify.h"
 
 namespace tandem {
 
@@ -17,7 +20,7 @@ namespace {
 // Margins and error rates, shared by both commands.
 struct CriteriaArguments {
     std::string image_margin, tile_margin;
-    std::string report;
+    std::string report, junit;
 };
 
 struct VerifyArguments {
@@ -26,7 +29,8 @@ struct VerifyArguments {
     RenderOptions render;
     CriteriaArguments criteria;
     double seconds = 120.0;
-    std::uint64_t samples = 1u << 20;
+    std::optional<std::uint64_t> samples;
+    std::string referee = "oracle";
     bool no_paired = false, validation = false;
 };
 
@@ -48,6 +52,10 @@ void add_criteria(CLI::App& command, CriteriaArguments& arguments, const Criteri
         ->type_name("FRACTION");
     command.add_option("--report", arguments.report, "Write report.json and images to a folder (see scripts/report)")
         ->type_name("FOLDER");
+    command
+        .add_option(
+            "--junit", arguments.junit, "Write the verdicts as JUnit XML: disagree is a failure, undecided an error")
+        ->type_name("FILE");
 }
 
 Criteria criteria_from(const CriteriaArguments& arguments, Criteria criteria) {
@@ -72,15 +80,26 @@ void print_verdict(const SceneVerdict& verdict, bool verbose) {
     fmt::print("{}: {}\n", verdict.scene, verdict.sentence);
     if (verdict.verdict != Verdict::agree || verbose)
         for (const std::string& reason : verdict.judgement.reasons) fmt::print("    {}\n", reason);
+    if (!verdict.closed_form.skipped.empty())
+        fmt::print("    the scene's closed form is left out: {}\n", verdict.closed_form.skipped);
     std::fflush(stdout);
 }
 
-// Prints the overall verdict, writes --json and --report, and gives the exit status.
-ExitStatus conclude(
-    const std::vector<SceneVerdict>& verdicts, const CriteriaArguments& arguments, const CommandContext& context) {
+// Asked before long work.
+void check_writable(
+    const CriteriaArguments& arguments, const CommandContext& context, const std::vector<std::string>& inputs) {
+    check_outputs({context.json_file, arguments.junit}, inputs);
+    if (!arguments.junit.empty()) check_writable_text(arguments.junit);
+    if (!arguments.report.empty()) check_report_folder(arguments.report);
+}
+
+// Prints the overall verdict, writes --json, --junit and --report, and gives the exit status.
+ExitStatus conclude(const std::string& command, const std::vector<SceneVerdict>& verdicts,
+    const CriteriaArguments& arguments, const CommandContext& context, const std::vector<std::string>& not_run = {}) {
     std::vector<Verdict> each;
     for (const SceneVerdict& verdict : verdicts) each.push_back(verdict.verdict);
     write_json(context, to_json(verdicts));
+    if (!arguments.junit.empty()) write_text_file(arguments.junit, junit_xml(command, verdicts, not_run));
     if (!arguments.report.empty()) write_report(arguments.report, verdicts);
     const Verdict all = combined(each);
     fmt::print("Verdict: {}\n", name_of(all));
@@ -105,8 +124,7 @@ ExitStatus verify(const VerifyArguments& arguments, const CommandContext& contex
     std::vector<RenderSettings> settings;
     for (const Scene& scene : scenes) settings.push_back(verification_settings_from(arguments.render, scene));
     const Criteria criteria = criteria_from(arguments.criteria, {});
-    check_outputs({context.json_file}, arguments.scenes);
-    if (!arguments.criteria.report.empty()) check_report_folder(arguments.criteria.report);
+    check_writable(arguments.criteria, context, arguments.scenes);
 
     const BackendList& backends = context.program.backends;
     const auto reference =
@@ -119,17 +137,21 @@ ExitStatus verify(const VerifyArguments& arguments, const CommandContext& contex
     fmt::print("Reference: {}, {}\nCandidate: {}, {}\n", reference->info().backend, reference->info().device,
         candidate->info().backend, candidate->info().device);
 
+    const auto referee =
+        arguments.referee == "none" ? nullptr : find_backend(backends, arguments.referee).create(BackendOptions{});
+
+    VerifyOptions options;
+    options.criteria = criteria;
+    options.budget_seconds = arguments.seconds;
+    options.max_samples = arguments.samples.value_or(0);
+    options.seed = arguments.render.seed;
+    options.paired = !arguments.no_paired;
+    options.referee = referee.get();
+    options.scenes = scenes.size();
+    options.stop = context.stop;
     std::vector<SceneVerdict> verdicts;
     for (std::size_t i = 0; i < scenes.size() && !context.stop.stop_requested(); ++i) {
-        VerifyOptions options;
         options.settings = settings[i];
-        options.criteria = criteria;
-        options.budget_seconds = arguments.seconds;
-        options.max_samples = arguments.samples;
-        options.seed = arguments.render.seed;
-        options.paired = !arguments.no_paired;
-        options.scenes = scenes.size();
-        options.stop = context.stop;
         {
             ProgressLine line;
             options.progress = [&](double fraction, const std::string& text) {
@@ -139,12 +161,12 @@ ExitStatus verify(const VerifyArguments& arguments, const CommandContext& contex
         }
         print_verdict(verdicts.back(), context.verbose);
     }
-    const ExitStatus status = conclude(verdicts, arguments.criteria, context);
-    const bool cut = verdicts.size() < scenes.size();
-    if (cut)
-        fmt::print(stderr, "tandem: stopped; {} of {} scenes were not verified\n", scenes.size() - verdicts.size(),
-            scenes.size());
-    return cut && status == ExitStatus::fine ? ExitStatus::undecided : status;
+    std::vector<std::string> not_run;
+    for (std::size_t i = verdicts.size(); i < scenes.size(); ++i) not_run.push_back(scenes[i].name);
+    const ExitStatus status = conclude("verify", verdicts, arguments.criteria, context, not_run);
+    if (not_run.empty()) return status;
+    fmt::print(stderr, "tandem: stopped; {} of {} scenes were not verified\n", not_run.size(), scenes.size());
+    return status == ExitStatus::fine ? ExitStatus::undecided : status;
 }
 
 // The two sides: by --reference and --candidate, by the word "vs", or the first and second half.
@@ -169,9 +191,9 @@ void split_sides(CompareArguments& arguments) {
 
 ExitStatus compare(CompareArguments arguments, const CommandContext& context) {
     split_sides(arguments);
-    check_outputs({context.json_file}, arguments.reference);
-    check_outputs({context.json_file}, arguments.candidate);
-    if (!arguments.criteria.report.empty()) check_report_folder(arguments.criteria.report);
+    std::vector<std::string> inputs = arguments.reference;
+    inputs.insert(inputs.end(), arguments.candidate.begin(), arguments.candidate.end());
+    check_writable(arguments.criteria, context, inputs);
     CompareOptions options;
     options.criteria = criteria_from(arguments.criteria, CompareOptions::comparison_criteria());
     options.criteria.judge_variance = arguments.judge_variance;
@@ -180,7 +202,7 @@ ExitStatus compare(CompareArguments arguments, const CommandContext& context) {
     const std::vector<std::filesystem::path> candidate(arguments.candidate.begin(), arguments.candidate.end());
     const std::vector<SceneVerdict> verdicts{compare_files(reference, candidate, options)};
     print_verdict(verdicts.front(), context.verbose);
-    return conclude(verdicts, arguments.criteria, context);
+    return conclude("compare", verdicts, arguments.criteria, context);
 }
 
 }  // namespace
@@ -199,8 +221,14 @@ void add_verify_command(CLI::App& app, CommandContext& context) {
     command->add_option("--time", arguments->seconds, "Seconds a scene, at most")
         ->check(above_zero(most_seconds))
         ->capture_default_str();
-    command->add_option("--samples", arguments->samples, "Samples a pixel and side, at most")
-        ->check(CLI::Range(std::uint64_t{64}, std::uint64_t{1} << 40))
+    command
+        ->add_option("--samples", arguments->samples,
+            "Samples a pixel and side, at most (default: 1048576, more for films below 128x128)")
+        ->check(CLI::Range(std::uint64_t{64}, std::uint64_t{1} << 40));
+    command
+        ->add_option("--referee", arguments->referee,
+            "Backend that is asked which side is outvoted, where they disagree: oracle or none")
+        ->check(CLI::IsMember({"oracle", "none"}))
         ->capture_default_str();
     command->add_flag(
         "--no-paired", arguments->no_paired, "Leave out the paired seeds, which find small faults sooner");

@@ -10,6 +10,7 @@ import sys
 import tempfile
 import time
 import unittest
+from xml.etree import ElementTree
 
 TANDEM = os.environ["TANDEM"]
 SCENES = pathlib.Path(os.environ["SCENES"])
@@ -250,6 +251,66 @@ class Commands(unittest.TestCase):
         self.refused(tandem("compare", self.folder / "a.exr", self.folder / "b.exr"), "16", "24")
         self.refused(tandem("compare", self.folder / "a.exr", self.folder / "missing.exr"), "missing.exr")
         self.refused(tandem("compare", self.folder / "a.exr", self.scene), "scene.json")
+
+    def junit(self, path):
+        """The one testsuite, its attributes and testcases, as a parser sees them."""
+        root = ElementTree.parse(path).getroot()
+        self.assertEqual(root.tag, "testsuites")
+        suite, = root
+        return suite.attrib, suite.findall("testcase")
+
+    def test_verify_writes_junit_with_the_outvoted_witness(self):
+        closed = self.changed("/expect", {"radiance": [0.6, 0.6, 0.6], "formula": "a < b & \"c\""})
+        report, figures = self.folder / "junit.xml", self.folder / "out.json"
+        result = tandem("verify", self.scene, closed, "--junit", report, "--json", figures, "--time", 20)
+        self.assertEqual(result.returncode, 1, result.stdout + result.stderr)
+        suite, (good, bad) = self.junit(report)
+        self.assertEqual((suite["tests"], suite["failures"], suite["errors"]), ("2", "1", "0"))
+        self.assertEqual((good.get("name"), bad.get("name")), ("scene", "changed"))
+        self.assertIsNone(good.find("failure"))
+        # Both backends miss this closed form, which is none; the oracle, too.
+        message = bad.find("failure").get("message")
+        self.assertIn("the closed form a < b & \"c\" sides with neither", message)
+        self.assertIn("the oracle misses the closed form too", message)
+        self.assertIn("closed form, candidate", bad.find("failure").text)
+        self.assertEqual(json.loads(figures.read_text())["scenes"][1]["outvoted"], "both")
+
+    def test_undecided_scenes_are_errors_in_junit(self):
+        report = self.folder / "junit.xml"
+        result = tandem("verify", self.scene, "--junit", report, "--margin", "1e-9", "--samples", 128)
+        self.assertEqual(result.returncode, 3, result.stderr)
+        suite, (case,) = self.junit(report)
+        self.assertEqual(suite["errors"], "1")
+        self.assertEqual(case.find("error").get("type"), "undecided")
+
+    def test_compare_writes_junit(self):
+        brighter = self.changed("/background", [0.51, 0.51, 0.51])
+        for name, scene, seed in [("a", self.scene, 1), ("b", brighter, 2)]:
+            tandem("render", scene, "-o", self.folder / f"{name}.exr", "--samples", 1024, "--seed", seed)
+        report = self.folder / "junit.xml"
+        result = tandem("compare", self.folder / "a.exr", self.folder / "b.exr", "--junit", report)
+        self.assertEqual(result.returncode, 1, result.stderr)
+        _, (case,) = self.junit(report)
+        self.assertIsNotNone(case.find("failure"))
+
+    def test_junit_that_cannot_be_written_is_refused_before_long_work(self):
+        self.refused(tandem("verify", self.scene, "--junit", self.folder / "none" / "junit.xml"), "none")
+        self.refused(tandem("verify", self.scene, "--junit", self.scene), "overwrite")
+        both = self.folder / "both"
+        self.refused(tandem("verify", self.scene, "--junit", both, "--json", both), "both")
+        self.assertFalse(both.exists())
+
+    def test_a_closed_form_that_does_not_hold_is_left_out_with_the_reason(self):
+        result = tandem("verify", SCENES / "furnace.json", "--bounces", 3, "--time", 30)
+        self.assertEqual(result.returncode, 0, result.stdout + result.stderr)
+        self.assertIn("closed form is left out: it holds at 12 bounces, not at 3", result.stdout)
+
+    def test_the_referee_can_be_left_out(self):
+        wrong = self.changed("/expect", {"radiance": [0.6, 0.6, 0.6], "formula": "no"})
+        result = tandem("verify", wrong, "--referee", "none", "--time", 20)
+        self.assertEqual(result.returncode, 1, result.stdout + result.stderr)
+        self.assertNotIn("oracle", result.stdout)
+        self.refused(tandem("verify", wrong, "--referee", "nobody"), "nobody")
 
     def test_help_of_every_command_has_examples(self):
         for command in ["render", "verify", "compare", "devices"]:
