@@ -8,7 +8,7 @@ usage: check_layouts.py OUT.h REFLECTION.json...
 import json
 import sys
 
-SHARED = {"PrimitiveSource", "EntityTransform", "Placed", "Triangle", "Convex", "Material", "Light", "SceneHeader", "Camera",
+SHARED = {"PrimitiveSource", "EntityTransform", "Placed", "Triangle", "Convex", "BvhNode", "Material", "Light", "SceneHeader", "Camera",
           "Settings"}
 
 

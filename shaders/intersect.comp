@@ -9,6 +9,7 @@
 #include "ray_state.glsl"
 #include "sampling.glsl"
 #include "shapes.glsl"
+#include "bvh.glsl"
 
 layout(std430, set = 2, binding = 0) readonly restrict buffer OriginsIn { uvec4 origins_in[]; };
 layout(std430, set = 2, binding = 1) readonly restrict buffer DirectionsIn { vec4 directions_in[]; };
@@ -25,7 +26,7 @@ struct Hit {
 
 // Of equal distances the lower primitive id wins; within a kind that is the lower slot, and hit_none is above all slots.
 bool is_closer(float t, uint slot, Hit best) {
-    return t >= settings.ray_min && (t < best.t || (t == best.t && slot < best.slot));
+    return t >= ray_min && (t < best.t || (t == best.t && slot < best.slot));
 }
 
 // How a ray meets a sphere or cuboid that it may be leaving (MODEL.md section 5, "Leaving a surface").
@@ -61,10 +62,10 @@ void try_triangle(uint slot, Ray ray, mat3 frame, uint own, inout Hit best) {
 }
 
 void try_sphere(uint i, Ray ray, uint own, bool inside, inout Hit best) {
-    const uint slot = settings.triangle_count + i;
+    const uint slot = fixed_triangles + i;
     const Ray unit_ray = to_unit_space(sphere_at(i), ray);
     const vec2 ts = sphere_distances(unit_ray, meeting(slot == own, inside));
-    const float t = ts.x >= settings.ray_min ? ts.x : ts.y;
+    const float t = ts.x >= ray_min ? ts.x : ts.y;
     if (is_closer(t, slot, best)) best = Hit(t, slot, 0, unit_ray.origin + t * unit_ray.direction);
 }
 
@@ -82,12 +83,12 @@ vec3 point_on_face(vec3 near_face, uint face, vec3 extent) {
 }
 
 void try_cuboid(uint i, Ray ray, uint own, bool inside, inout Hit best, inout vec3 extent) {
-    const uint slot = settings.triangle_count + settings.sphere_count + i;
+    const uint slot = fixed_triangles + fixed_spheres + i;
     const Convex cuboid = cuboid_at(i);
     const Ray unit_ray = to_unit_space(cuboid, ray);
     uvec2 faces;
     const vec2 ts = cuboid_distances(cuboid, unit_ray, meeting(slot == own, inside), faces);
-    const bool enters = ts.x >= settings.ray_min;
+    const bool enters = ts.x >= ray_min;
     const float t = enters ? ts.x : ts.y;
     if (!is_closer(t, slot, best)) return;
     extent = vec3(cuboid.to_world0.w, cuboid.to_world1.w, cuboid.to_world2.w);
@@ -98,14 +99,36 @@ void try_cuboid(uint i, Ray ray, uint own, bool inside, inout Hit best, inout ve
 Hit closest_triangle(Ray ray, uint own, float limit) {
     Hit best = Hit(limit, hit_none, 0, vec3(0.0));
     const mat3 frame = frame_of(ray.direction);
-    [[unroll]] for (uint i = 0; i < triangle_count(); ++i) try_triangle(i, ray, frame, own, best);
+    if (triangle_tree) {
+        const BoxRay boxes = box_ray(ray);
+        uint current = bvh_start(triangle_root);
+        while ((current = bvh_descend(current, boxes, best.t)) != bvh_done) {
+            try_triangle(current & slot_mask, ray, frame, own, best);
+            current = bvh_pop();
+        }
+    } else if (unrolled) {
+        [[unroll]] for (uint i = 0; i < fixed_triangles; ++i) try_triangle(i, ray, frame, own, best);
+    } else {
+        for (uint i = 0; i < settings.triangle_count; ++i) try_triangle(i, ray, frame, own, best);
+    }
     best.local = vec3(best.local.xy / best.local.z, 0.0);
     return best;
 }
 
 Hit closest_sphere(Ray ray, uint own, bool inside, float limit) {
     Hit best = Hit(limit, hit_none, 0, vec3(0.0));
-    [[unroll]] for (uint i = 0; i < sphere_count(); ++i) try_sphere(i, ray, own, inside, best);
+    if (sphere_tree) {
+        const BoxRay boxes = box_ray(ray);
+        uint current = bvh_start(sphere_root);
+        while ((current = bvh_descend(current, boxes, best.t)) != bvh_done) {
+            try_sphere(current & slot_mask, ray, own, inside, best);
+            current = bvh_pop();
+        }
+    } else if (unrolled) {
+        [[unroll]] for (uint i = 0; i < fixed_spheres; ++i) try_sphere(i, ray, own, inside, best);
+    } else {
+        for (uint i = 0; i < settings.sphere_count; ++i) try_sphere(i, ray, own, inside, best);
+    }
     best.local = normalize(best.local);
     return best;
 }
@@ -113,7 +136,18 @@ Hit closest_sphere(Ray ray, uint own, bool inside, float limit) {
 Hit closest_cuboid(Ray ray, uint own, bool inside, float limit) {
     Hit best = Hit(limit, hit_none, 0, vec3(0.0));
     vec3 extent = vec3(1.0);
-    [[unroll]] for (uint i = 0; i < cuboid_count(); ++i) try_cuboid(i, ray, own, inside, best, extent);
+    if (cuboid_tree) {
+        const BoxRay boxes = box_ray(ray);
+        uint current = bvh_start(cuboid_root);
+        while ((current = bvh_descend(current, boxes, best.t)) != bvh_done) {
+            try_cuboid(current & slot_mask, ray, own, inside, best, extent);
+            current = bvh_pop();
+        }
+    } else if (unrolled) {
+        [[unroll]] for (uint i = 0; i < fixed_cuboids; ++i) try_cuboid(i, ray, own, inside, best, extent);
+    } else {
+        for (uint i = 0; i < settings.cuboid_count; ++i) try_cuboid(i, ray, own, inside, best, extent);
+    }
     best.local = point_on_face(best.local, best.face, extent);
     return best;
 }
@@ -126,7 +160,7 @@ Hit closer(Hit a, Hit b) {
 }
 
 Hit closest_hit(Ray ray, uint own, bool inside) {
-    Hit best = Hit(settings.ray_max, hit_none, 0, vec3(0.0));
+    Hit best = Hit(ray_max, hit_none, 0, vec3(0.0));
     if (!is_sound(ray)) return best;
     if (has_triangles) best = closer(best, closest_triangle(ray, own, best.t));
     if (has_spheres) best = closer(best, closest_sphere(ray, own, inside, best.t));
@@ -134,47 +168,89 @@ Hit closest_hit(Ray ray, uint own, bool inside) {
     return best;
 }
 
-bool blocks(float t, float t_max) { return t >= settings.ray_min && t <= t_max; }
+bool blocks(float t, float t_max) { return t >= ray_min && t <= t_max; }
 
-bool triangle_blocks(uint slot, Ray ray, mat3 frame, float t_max) {
+bool triangle_blocks(uint slot, Ray ray, mat3 frame, float t_max, uint own, uint light) {
     float t;
     vec3 weights;
-    return intersect_triangle(triangle_at(slot), ray, frame, t, weights) && blocks(t, t_max);
+    return slot != light && slot != own && intersect_triangle(triangle_at(slot), ray, frame, t, weights) &&
+        blocks(t, t_max);
 }
 
-bool sphere_blocks(uint i, Ray ray, float t_max, uint how) {
-    const vec2 ts = sphere_distances(to_unit_space(sphere_at(i), ray), how);
-    return blocks(ts.x, t_max) || blocks(ts.y, t_max);
+bool sphere_blocks(uint i, Ray ray, float t_max, uint own, bool inside, uint light) {
+    const uint slot = fixed_triangles + i;
+    const vec2 ts = sphere_distances(to_unit_space(sphere_at(i), ray), meeting(slot == own, inside));
+    return slot != light && (blocks(ts.x, t_max) || blocks(ts.y, t_max));
 }
 
-bool cuboid_blocks(uint i, Ray ray, float t_max, uint how) {
+bool cuboid_blocks(uint i, Ray ray, float t_max, uint own, bool inside, uint light) {
+    const uint slot = fixed_triangles + fixed_spheres + i;
     uvec2 faces;
     const Convex cuboid = cuboid_at(i);
-    const vec2 ts = cuboid_distances(cuboid, to_unit_space(cuboid, ray), how, faces);
-    return blocks(ts.x, t_max) || blocks(ts.y, t_max);
+    const vec2 ts = cuboid_distances(cuboid, to_unit_space(cuboid, ray), meeting(slot == own, inside), faces);
+    return slot != light && (blocks(ts.x, t_max) || blocks(ts.y, t_max));
+}
+
+bool any_triangle_blocks(Ray ray, float t_max, uint own, uint light) {
+    bool blocked = false;
+    const mat3 frame = frame_of(ray.direction);
+    if (triangle_tree) {
+        const BoxRay boxes = box_ray(ray);
+        uint current = bvh_start(triangle_root);
+        while (!blocked && (current = bvh_descend(current, boxes, t_max)) != bvh_done) {
+            blocked = triangle_blocks(current & slot_mask, ray, frame, t_max, own, light);
+            current = bvh_pop();
+        }
+    } else if (unrolled) {
+        [[unroll]] for (uint i = 0; i < fixed_triangles; ++i)
+            if (!blocked) blocked = triangle_blocks(i, ray, frame, t_max, own, light);
+    } else {
+        for (uint i = 0; i < settings.triangle_count && !blocked; ++i) blocked = triangle_blocks(i, ray, frame, t_max, own, light);
+    }
+    return blocked;
+}
+
+bool any_sphere_blocks(Ray ray, float t_max, uint own, bool inside, uint light) {
+    bool blocked = false;
+    if (sphere_tree) {
+        const BoxRay boxes = box_ray(ray);
+        uint current = bvh_start(sphere_root);
+        while (!blocked && (current = bvh_descend(current, boxes, t_max)) != bvh_done) {
+            blocked = sphere_blocks(current & slot_mask, ray, t_max, own, inside, light);
+            current = bvh_pop();
+        }
+    } else if (unrolled) {
+        [[unroll]] for (uint i = 0; i < fixed_spheres; ++i)
+            if (!blocked) blocked = sphere_blocks(i, ray, t_max, own, inside, light);
+    } else {
+        for (uint i = 0; i < settings.sphere_count && !blocked; ++i) blocked = sphere_blocks(i, ray, t_max, own, inside, light);
+    }
+    return blocked;
+}
+
+bool any_cuboid_blocks(Ray ray, float t_max, uint own, bool inside, uint light) {
+    bool blocked = false;
+    if (cuboid_tree) {
+        const BoxRay boxes = box_ray(ray);
+        uint current = bvh_start(cuboid_root);
+        while (!blocked && (current = bvh_descend(current, boxes, t_max)) != bvh_done) {
+            blocked = cuboid_blocks(current & slot_mask, ray, t_max, own, inside, light);
+            current = bvh_pop();
+        }
+    } else if (unrolled) {
+        [[unroll]] for (uint i = 0; i < fixed_cuboids; ++i)
+            if (!blocked) blocked = cuboid_blocks(i, ray, t_max, own, inside, light);
+    } else {
+        for (uint i = 0; i < settings.cuboid_count && !blocked; ++i) blocked = cuboid_blocks(i, ray, t_max, own, inside, light);
+    }
+    return blocked;
 }
 
 // Does anything but `light` stand between the origin and the light's point?
 bool is_occluded(Ray ray, float t_max, uint own, bool inside, uint light) {
-    bool occluded = false;
-    const mat3 frame = frame_of(ray.direction);
-    if (has_triangles) {
-        [[unroll]] for (uint slot = 0; slot < triangle_count(); ++slot)
-            if (!occluded && slot != light && slot != own) occluded = triangle_blocks(slot, ray, frame, t_max);
-    }
-    if (has_spheres) {
-        [[unroll]] for (uint i = 0; i < sphere_count(); ++i) {
-            const uint slot = settings.triangle_count + i;
-            if (!occluded && slot != light) occluded = sphere_blocks(i, ray, t_max, meeting(slot == own, inside));
-        }
-    }
-    if (has_cuboids) {
-        [[unroll]] for (uint i = 0; i < cuboid_count(); ++i) {
-            const uint slot = settings.triangle_count + settings.sphere_count + i;
-            if (!occluded && slot != light) occluded = cuboid_blocks(i, ray, t_max, meeting(slot == own, inside));
-        }
-    }
-    return occluded;
+    if (has_triangles && any_triangle_blocks(ray, t_max, own, light)) return true;
+    if (has_spheres && any_sphere_blocks(ray, t_max, own, inside, light)) return true;
+    return has_cuboids && any_cuboid_blocks(ray, t_max, own, inside, light);
 }
 
 void main() {
@@ -192,7 +268,7 @@ void main() {
         const vec3 offset = uintBitsToFloat(shadow.xyz);
         const float distance = length(offset);
         ray.direction = offset / distance;
-        if (!is_occluded(ray, min(settings.ray_max, distance), own, inside, shadow.w)) flags |= hit_lit;
+        if (!is_occluded(ray, min(ray_max, distance), own, inside, shadow.w)) flags |= hit_lit;
         if ((word & ray_dead) != 0u) {
             hits[i] = uvec4(hit_ended | flags, 0, 0, 0);
             return;

@@ -51,6 +51,18 @@ struct Convex {
     vec4 to_world2;
 };
 
+// Two boxes and what they hold (shaders/bvh.glsl).
+struct BvhNode {
+    vec3 low0;
+    uint child0;
+    vec3 high0;
+    uint child1;
+    vec3 low1;
+    uint unused0;
+    vec3 high1;
+    uint unused1;
+};
+
 struct Material {
     vec3 colour;
     float alpha;
@@ -106,6 +118,8 @@ layout(std430, set = 0, binding = 8) WORLD_ACCESS restrict buffer Spheres { Conv
 layout(std430, set = 0, binding = 9) WORLD_ACCESS restrict buffer Cuboids { Convex cuboids[]; };
 
 #ifdef LOOPS_OVER_PRIMITIVES
+layout(std430, set = 0, binding = 13) readonly restrict buffer BvhNodes { BvhNode bvh_nodes[]; };
+
 // The same three buffers as uniform blocks, of at most the 16 KiB that every device allows: where all threads read the same
 // primitive, that is the faster way.
 layout(std140, set = 0, binding = 10) uniform FewTriangles { Triangle few_triangles[16384 / 48]; };
@@ -114,9 +128,9 @@ layout(std140, set = 0, binding = 12) uniform FewCuboids { Convex few_cuboids[16
 
 // Or loaded into registers before the threads part, which CPUs do once for all threads of a vector.
 const bool preloaded = unrolled && !few_primitives;
-Triangle own_triangles[fixed_triangles + 1];
-Convex own_spheres[fixed_spheres + 1];
-Convex own_cuboids[fixed_cuboids + 1];
+Triangle own_triangles[preloaded ? fixed_triangles + 1 : 1];
+Convex own_spheres[preloaded ? fixed_spheres + 1 : 1];
+Convex own_cuboids[preloaded ? fixed_cuboids + 1 : 1];
 void preload_primitives() {
     if (!preloaded) return;
     [[unroll]] for (uint i = 0; i < fixed_triangles; ++i) own_triangles[i] = triangles[i];

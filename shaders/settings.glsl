@@ -18,10 +18,18 @@ layout(constant_id = 9) const bool has_lens = true;
 layout(constant_id = 10) const bool has_roulette = true;
 layout(constant_id = 11) const bool carries_radiance = true;  // a path may gather light and go on
 layout(constant_id = 12) const bool few_primitives = false;   // each kind's world primitives fit a uniform block
-layout(constant_id = 13) const bool unrolled = false;         // the loops over primitives, whose counts are these
+layout(constant_id = 13) const bool unrolled = false;  // the loops over primitives
 layout(constant_id = 14) const uint fixed_triangles = 0;
 layout(constant_id = 15) const uint fixed_spheres = 0;
 layout(constant_id = 16) const uint fixed_cuboids = 0;
+layout(constant_id = 17) const bool triangle_tree = false;  // a tree in place of the loop
+layout(constant_id = 18) const bool sphere_tree = false;
+layout(constant_id = 19) const bool cuboid_tree = false;
+layout(constant_id = 20) const uint triangle_root = 0;
+layout(constant_id = 21) const uint sphere_root = 0;
+layout(constant_id = 22) const uint cuboid_root = 0;
+layout(constant_id = 23) const float ray_min = 0.0;  // those of Settings
+layout(constant_id = 24) const float ray_max = 0.0;
 const uint integrator_next_event = 1;
 const bool next_event = integrator == integrator_next_event;
 
@@ -42,10 +50,6 @@ layout(push_constant, std430) uniform Settings {
     float ray_min;
     float ray_max;
 } settings;
-
-uint triangle_count() { return unrolled ? fixed_triangles : settings.triangle_count; }
-uint sphere_count() { return unrolled ? fixed_spheres : settings.sphere_count; }
-uint cuboid_count() { return unrolled ? fixed_cuboids : settings.cuboid_count; }
 
 #ifdef PLANTED_BUGS
 // Values of tandem::PlantedBug (common/planted_bugs.h); test builds only.

@@ -5,6 +5,9 @@
 
 namespace tandem {
 
-[[nodiscard]] Backend vulkan_backend();  // "vulkan"
+// How rays find primitives; the images do not depend on it. automatic: loops over few, trees over many.
+enum class Acceleration { automatic, loops, trees };
+
+[[nodiscard]] Backend vulkan_backend(Acceleration acceleration = Acceleration::automatic);  // "vulkan"
 
 }  // namespace tandem

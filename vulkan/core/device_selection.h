@@ -9,7 +9,7 @@
 namespace tandem {
 
 // Storage buffers that the renderer's pipeline layout holds, all visible to every stage.
-inline constexpr std::uint32_t storage_buffers_in_scene_set = 9;
+inline constexpr std::uint32_t storage_buffers_in_scene_set = 10;
 inline constexpr std::uint32_t storage_buffers_in_ray_set = 14;
 inline constexpr std::uint32_t storage_buffers_in_image_set = 3;
 inline constexpr std::uint32_t storage_buffers_needed =

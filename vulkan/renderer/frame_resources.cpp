@@ -22,6 +22,8 @@ vk::DeviceSize bytes_of(const std::vector<T>& data) {
     return data.size() * sizeof(T);
 }
 
+constexpr std::uint32_t bvh_nodes = 10;  // among the scene's buffers, the last
+
 std::vector<BufferSpec> scene_specs(const SceneData& scene) {
     const vk::BufferUsageFlags filled = Usage::eStorageBuffer | Usage::eTransferDst;
     const auto world = [](vk::DeviceSize bytes) {
@@ -32,7 +34,7 @@ std::vector<BufferSpec> scene_specs(const SceneData& scene) {
         {bytes_of(scene.sources), filled}, {bytes_of(scene.transforms), filled}, {bytes_of(scene.placed), filled},
         {bytes_of(scene.materials), filled}, {bytes_of(scene.lights), filled},
         world(scene.triangle_count * sizeof(gpu::Triangle)), world(scene.sphere_count * sizeof(gpu::Convex)),
-        world(scene.cuboid_count * sizeof(gpu::Convex))};
+        world(scene.cuboid_count * sizeof(gpu::Convex)), {bytes_of(scene.trees.nodes), filled}};
 }
 
 // Which ray buffers hold anything: the five ping-ponged ones, hits, shadow rays, samples.
@@ -84,11 +86,15 @@ std::vector<vk::DescriptorBufferInfo> all_of(const BufferGroup& group) {
     return buffers;
 }
 
-// All buffers of the scene, and those of the world primitives once more, as uniform blocks.
+// The header and the tables of the scene, the world primitives (as storage buffers and once more as uniform blocks) and
+// the nodes of trees.
 std::vector<vk::DescriptorBufferInfo> scene_buffers(const BufferGroup& scene) {
     std::vector<vk::DescriptorBufferInfo> buffers = all_of(scene);
-    for (std::size_t i = 1 + storage_buffers_in_scene_set - uniform_views; i < scene.size(); ++i)
+    const vk::DescriptorBufferInfo nodes = buffers.back();
+    buffers.pop_back();
+    for (std::size_t i = buffers.size() - uniform_views; i < bvh_nodes; ++i)
         buffers.push_back(scene.info(i, uniform_block_bytes));
+    buffers.push_back(nodes);
     return buffers;
 }
 
@@ -139,6 +145,7 @@ FrameResources::FrameResources(const Device& device, const PipelineLayout& layou
     stage(scene.placed.data(), bytes_of(scene.placed), 4);
     stage(scene.materials.data(), bytes_of(scene.materials), 5);
     stage(scene.lights.data(), bytes_of(scene.lights), 6);
+    stage(scene.trees.nodes.data(), bytes_of(scene.trees.nodes), bvh_nodes);
     stage(&scene.camera, sizeof scene.camera, 0);
 }
 

@@ -40,6 +40,17 @@ struct Convex {
     Vec4 to_unit0, to_unit1, to_unit2, to_world0, to_world1, to_world2;
 };
 
+struct BvhNode {
+    alignas(16) Vec3 low0;
+    std::uint32_t child0 = 0;
+    alignas(16) Vec3 high0;
+    std::uint32_t child1 = 0;
+    alignas(16) Vec3 low1;
+    std::uint32_t unused0 = 0;
+    alignas(16) Vec3 high1;
+    std::uint32_t unused1 = 0;
+};
+
 struct alignas(16) Material {
     Vec3 colour;
     float alpha = 1;

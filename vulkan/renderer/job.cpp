@@ -24,18 +24,27 @@ double seconds_since(Clock::time_point start) { return std::chrono::duration<dou
 // that kill what takes seconds.
 constexpr double shortest_submission = 0.1, longest_submission = 0.3;  // seconds
 
+// Infinity is given as the greatest float: Vulkan need not keep infinities.
+float to_distance(double distance) {
+    return static_cast<float>(std::min(distance, double{std::numeric_limits<float>::max()}));
+}
+
 // Up to so many primitives the loops over them are unrolled: each further one lengthens the compilation.
 constexpr std::uint32_t most_unrolled = 32;
 
 Specialisation specialise(
     const Device& device, const SceneData& scene, const RenderSettings& settings, PlantedBug bug) {
-    const bool unrolled = scene.triangle_count + scene.sphere_count + scene.cuboid_count <= most_unrolled;
+    const SceneTrees& trees = scene.trees;
+    const bool has_trees = trees.triangles || trees.spheres || trees.cuboids;
+    const bool unrolled = !has_trees && scene.triangle_count + scene.sphere_count + scene.cuboid_count <= most_unrolled;
     const bool fit = scene.triangle_count <= uniform_block_bytes / sizeof(gpu::Triangle) &&
                      std::max(scene.sphere_count, scene.cuboid_count) <= uniform_block_bytes / sizeof(gpu::Convex);
-    // A CPU gathers lane by lane from uniform blocks; unrolled loops have their primitives in registers there.
+    // Not on a CPU: it gathers lane by lane from uniform blocks, unrolled loops have their primitives in registers, and
+    // Mesa 22.3's lavapipe crashes on loops over several of the blocks.
     const bool on_cpu = device.description().type == DeviceType::cpu;
-    return {scene.features, settings.integrator, settings.roulette_start <= settings.bounces,
-        fit && !(on_cpu && unrolled), unrolled, scene.triangle_count, scene.sphere_count, scene.cuboid_count, bug};
+    return {scene.features, settings.integrator, settings.roulette_start <= settings.bounces, fit && !on_cpu, unrolled,
+        scene.triangle_count, scene.sphere_count, scene.cuboid_count, trees.triangles, trees.spheres, trees.cuboids,
+        to_distance(settings.ray_min), to_distance(settings.ray_max), bug};
 }
 
 RenderSettings checked(RenderSettings settings) {
@@ -57,11 +66,6 @@ RenderSettings mutated(RenderSettings settings, PlantedBug bug) {
     return settings;
 }
 
-// Infinity is given as the greatest float: Vulkan need not keep infinities.
-float to_distance(double distance) {
-    return static_cast<float>(std::min(distance, double{std::numeric_limits<float>::max()}));
-}
-
 }  // namespace
 
 struct VulkanJob::Progress {
@@ -77,10 +81,10 @@ struct VulkanJob::Progress {
 };
 
 VulkanJob::VulkanJob(const Instance& instance, const Device& device, Stages& stages, const Scene& scene,
-    const RenderSettings& settings, PlantedBug planted_bug)
+    const RenderSettings& settings, Acceleration acceleration, PlantedBug planted_bug)
     : instance_(instance),
       settings_(mutated(checked(settings), planted_bug)),
-      scene_(flatten(scene, settings_)),
+      scene_(flatten(scene, settings_, acceleration)),
       specialisation_(specialise(device, scene_, settings_, planted_bug)),
       layout_(stages.layout()),
       pipelines_(stages.pipelines(specialisation_)),

@@ -10,7 +10,7 @@ namespace tandem {
 class VulkanJob : public RenderJob {
 public:
     VulkanJob(const Instance& instance, const Device& device, Stages& stages, const Scene& scene,
-        const RenderSettings& settings, PlantedBug planted_bug);
+        const RenderSettings& settings, Acceleration acceleration, PlantedBug planted_bug);
 
     [[nodiscard]] RenderResult render(SampleRange range, const RenderControl& control) override;
 

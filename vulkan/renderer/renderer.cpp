@@ -27,8 +27,9 @@ void raise_leftovers(const Instance& instance) { instance.log().raise(); }
 
 class VulkanRenderer : public Renderer {
 public:
-    explicit VulkanRenderer(const BackendOptions& options)
-        : planted_bug_(checked(options).planted_bug),
+    VulkanRenderer(const BackendOptions& options, Acceleration acceleration)
+        : acceleration_(acceleration),
+          planted_bug_(checked(options).planted_bug),
           instance_(validation_wanted(options.validation)),
           device_(std::make_unique<Device>(instance_, options.device)),
           stages_(std::make_unique<Stages>(*device_)) {
@@ -48,10 +49,11 @@ public:
     }
 
     [[nodiscard]] std::unique_ptr<RenderJob> prepare(const Scene& scene, const RenderSettings& settings) override {
-        return std::make_unique<VulkanJob>(instance_, *device_, *stages_, scene, settings, planted_bug_);
+        return std::make_unique<VulkanJob>(instance_, *device_, *stages_, scene, settings, acceleration_, planted_bug_);
     }
 
 private:
+    Acceleration acceleration_;
     PlantedBug planted_bug_;
     Instance instance_;
     std::unique_ptr<Device> device_;
@@ -60,10 +62,10 @@ private:
 
 }  // namespace
 
-Backend vulkan_backend() {
+Backend vulkan_backend(Acceleration acceleration) {
     return {"vulkan", "six Vulkan compute stages, in float, on any Vulkan 1.2 device",
-        [](const BackendOptions& options) -> std::unique_ptr<Renderer> {
-            return std::make_unique<VulkanRenderer>(options);
+        [acceleration](const BackendOptions& options) -> std::unique_ptr<Renderer> {
+            return std::make_unique<VulkanRenderer>(options, acceleration);
         }};
 }
 

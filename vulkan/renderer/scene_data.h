@@ -2,9 +2,11 @@
 // what the scene calls for.
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "common/renderer.h"
+#include "vulkan/backend.h"
 #include "vulkan/renderer/gpu_layout.h"
 
 namespace tandem {
@@ -17,6 +19,12 @@ struct SceneFeatures {
     bool operator==(const SceneFeatures&) const = default;
 };
 
+// The roots of the trees over the primitives of one kind each; none where a loop serves.
+struct SceneTrees {
+    std::vector<gpu::BvhNode> nodes;
+    std::optional<std::uint32_t> triangles, spheres, cuboids;
+};
+
 struct SceneData {
     gpu::SceneHeader header;
     gpu::Camera camera;
@@ -27,10 +35,11 @@ struct SceneData {
     std::vector<gpu::Material> materials;
     std::vector<gpu::Light> lights;  // in id order
     std::uint32_t triangle_count = 0, sphere_count = 0, cuboid_count = 0;
+    SceneTrees trees;
     SceneFeatures features;
 };
 
 // Throws InputError for a camera that MODEL.md section 4 refuses and UnsupportedError for what float cannot hold.
-[[nodiscard]] SceneData flatten(const Scene& scene, const RenderSettings& settings);
+[[nodiscard]] SceneData flatten(const Scene& scene, const RenderSettings& settings, Acceleration acceleration);
 
 }  // namespace tandem

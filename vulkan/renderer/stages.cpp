@@ -1,15 +1,19 @@
 #include "vulkan/renderer/stages.h"
 
+#include <bit>
+
 #include "vulkan/core/device_selection.h"
 
 namespace tandem {
 
 std::vector<SpecialisationConstant> Specialisation::constants() const {
     // Ids of shaders/settings.glsl; 0 is the workgroup's size.
-    const std::array<std::uint32_t, 17> values{workgroup_size, static_cast<std::uint32_t>(integrator),
+    const std::array<std::uint32_t, 25> values{workgroup_size, static_cast<std::uint32_t>(integrator),
         features.triangles, features.spheres, features.cuboids, features.diffuse, features.specular,
         features.translucent, features.fuzz, features.lens, roulette, carries_radiance(), few_primitives, unrolled,
-        unrolled ? triangles : 0, unrolled ? spheres : 0, unrolled ? cuboids : 0};
+        triangles, spheres, cuboids, triangle_root.has_value(), sphere_root.has_value(), cuboid_root.has_value(),
+        triangle_root.value_or(0), sphere_root.value_or(0), cuboid_root.value_or(0),
+        std::bit_cast<std::uint32_t>(ray_min), std::bit_cast<std::uint32_t>(ray_max)};
     std::vector<SpecialisationConstant> result;
     for (std::uint32_t id = 0; id < values.size(); ++id) result.push_back({id, values[id]});
     if (shaders_hold_planted_bugs()) result.push_back({31, static_cast<std::uint32_t>(planted_bug)});
@@ -19,9 +23,10 @@ std::vector<SpecialisationConstant> Specialisation::constants() const {
 const std::array<SetBindings, 4>& set_bindings() {
     using Type = vk::DescriptorType;
     static const std::array<SetBindings, 4> sets = [] {
-        SetBindings scene(1 + storage_buffers_in_scene_set, Type::eStorageBuffer);
+        SetBindings scene(storage_buffers_in_scene_set, Type::eStorageBuffer);
         scene[0] = Type::eUniformBuffer;
         scene.insert(scene.end(), uniform_views, Type::eUniformBuffer);
+        scene.push_back(Type::eStorageBuffer);  // nodes of trees
         return std::array<SetBindings, 4>{scene, SetBindings{Type::eUniformBuffer},
             SetBindings(storage_buffers_in_ray_set, Type::eStorageBuffer),
             SetBindings(storage_buffers_in_image_set, Type::eStorageBuffer)};

@@ -4,6 +4,7 @@
 #include <array>
 #include <map>
 #include <memory>
+#include <optional>
 
 #include "common/renderer.h"
 #include "vulkan/framework/pipeline.h"
@@ -18,8 +19,10 @@ struct Specialisation {
     Integrator integrator = Integrator::path;
     bool roulette = false;
     bool few_primitives = false;  // each kind's world primitives fit a uniform block, from which they are read
-    bool unrolled = false;        // the loops over primitives, of which there are so many:
+    bool unrolled = false;        // the loops over primitives
     std::uint32_t triangles = 0, spheres = 0, cuboids = 0;
+    std::optional<std::uint32_t> triangle_root, sphere_root, cuboid_root;  // of trees in place of loops
+    float ray_min = 0, ray_max = 0;
     PlantedBug planted_bug = PlantedBug::none;
 
     // A path may gather light and go on: then its radiance travels with it.
