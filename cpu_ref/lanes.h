@@ -13,14 +13,7 @@
 
 #if defined(__AVX512F__) && defined(__AVX512DQ__) && defined(__AVX512VL__) && defined(__AVX512BW__)
 #define TANDEM_LANES_AVX512 1
-// GCC bug 105593, fixed in 13: the header starts "undefined" registers from themselves, and -Wall says so at every use.
-#pragma GCC diagnostic push
-#pragma GCC diagnostic ignored "-Wuninitialized"
-#if !defined(__clang__)
-#pragma GCC diagnostic ignored "-Wmaybe-uninitialized"
-#endif
 #include <immintrin.h>
-#pragma GCC diagnostic pop
 #endif
 
 #define TANDEM_INLINE [[gnu::always_inline]] inline
