@@ -12,6 +12,7 @@ namespace {
 constexpr std::uint64_t least_batches = 2;  // to have a variance between batches
 constexpr std::uint64_t most_batches = 64;  // at the last look; more would only cost calls
 constexpr std::uint64_t most_paired_batches = 4;
+constexpr std::size_t most_spare_looks = 2;
 constexpr double part_of_budget = 0.9;  // the rest is for judging and for uneven speed
 
 std::uint64_t round_down(double samples, std::uint64_t multiple) {
@@ -43,6 +44,9 @@ Schedule make_schedule(const ScheduleRequest& request) {
     for (std::uint64_t samples = last; samples >= least_batches * batch && schedule.looks.size() < request.max_looks;
          samples = round_down(static_cast<double>(samples) / 2.0, batch))
         schedule.looks.insert(schedule.looks.begin(), samples);
+    for (std::uint64_t samples = 2 * last;
+         samples <= request.max_samples && schedule.spare_looks.size() < most_spare_looks; samples *= 2)
+        schedule.spare_looks.push_back(samples);
     schedule.paired_batches = std::min(schedule.paired_batches, schedule.looks.front() / batch);
     return schedule;
 }

@@ -10,6 +10,9 @@ namespace tandem {
 struct Schedule {
     std::uint64_t batch_samples = 0;   // a batch is one call of each renderer; a multiple of samples_per_block
     std::vector<std::uint64_t> looks;  // samples a pixel and side at each look, ascending, multiples of batch_samples
+    // Further doublings, taken only where the renderers turn out so much faster than measured that the budget allows
+    // them (another load on the machine that has passed). Up to two, and they have their shares of the error rates.
+    std::vector<std::uint64_t> spare_looks;
     std::uint64_t paired_batches = 0;  // compared with paired seeds before the first look
 };
 

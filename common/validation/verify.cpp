@@ -177,13 +177,16 @@ void Verification::judge_look(const LookShare& share) {
 // Until a decision, the end of the schedule or of the budget, or a stop.
 void Verification::run_looks() {
     const double scenes = static_cast<double>(std::max<std::size_t>(options_.scenes, 1));
-    const std::vector<double> alarms = alpha_spending(verdict_.criteria.false_alarm / scenes, schedule_.looks.size());
-    const std::vector<double> doubts = alpha_spending(verdict_.criteria.doubt / scenes, schedule_.looks.size());
-    for (std::size_t k = 0; k < schedule_.looks.size(); ++k) {
-        const std::uint64_t samples = schedule_.looks[k];
+    std::vector<std::uint64_t> looks = schedule_.looks;
+    looks.insert(looks.end(), schedule_.spare_looks.begin(), schedule_.spare_looks.end());
+    const std::vector<double> alarms = alpha_spending(verdict_.criteria.false_alarm / scenes, looks.size());
+    const std::vector<double> doubts = alpha_spending(verdict_.criteria.doubt / scenes, looks.size());
+    for (std::size_t k = 0; k < looks.size(); ++k) {
+        const std::uint64_t samples = looks[k];
         const LookShare share{alarms[k], doubts[k]};
-        const std::string what = fmt::format("look {} of {}, {} samples", k + 1, schedule_.looks.size(), samples);
-        // A machine that became slower than the schedule knew: a look that would end well past the budget is not begun.
+        const std::string what = fmt::format("look {} of {}, {} samples", k + 1, looks.size(), samples);
+        // A machine slower than the schedule knew, or a spare look: one that would end well past the budget is not
+        // begun.
         if (k > 0 && elapsed() + seconds_to(reference_, samples) + seconds_to(candidate_, samples) >
                          1.1 * options_.budget_seconds)
             return;

@@ -129,6 +129,17 @@ TEST_CASE("a budget of nothing still allows one look at two batches") {
     CHECK(make_schedule(request).looks == std::vector<std::uint64_t>{128});
 }
 
+TEST_CASE("spare looks double on, up to what is allowed") {
+    ScheduleRequest request;
+    request.seconds_per_sample_reference = request.seconds_per_sample_candidate = 0.01;
+    request.max_samples = 1u << 20;
+    const Schedule schedule = make_schedule(request);
+    const std::uint64_t last = schedule.looks.back();
+    CHECK(schedule.spare_looks == std::vector<std::uint64_t>{2 * last, 4 * last});
+    request.max_samples = 3 * last;
+    CHECK(make_schedule(request).spare_looks == std::vector<std::uint64_t>{2 * last});
+}
+
 TEST_CASE("fast renderers get longer batches, not more of them") {
     ScheduleRequest request;
     request.seconds_per_sample_reference = request.seconds_per_sample_candidate = 1e-6;
