@@ -1,4 +1,4 @@
-// What a renderer returns (MODEL.md section 10): per pixel and channel the sum and the sum of squares of its samples,
+// What a renderer returns (MODEL.md section 11): per pixel and channel the sum and the sum of squares of its samples,
 // kept as a forest of dyadic runs of sample blocks so that disjoint ranges, cut at multiples of the block, merge to the
 // same bits in any order. Progress, resuming, several devices and several machines all build on this.
 #pragma once
@@ -52,7 +52,7 @@ public:
     void add_block(SampleRange range, Plane moments);
 
     // Adds samples that were not finite or were negative: they count as zero in the sums, and are reported here
-    // (MODEL.md section 11).
+    // (MODEL.md section 12).
     void add_invalid(std::uint64_t samples) { invalid_ += samples; }
     [[nodiscard]] std::uint64_t invalid() const { return invalid_; }
 

@@ -30,7 +30,7 @@ struct Image {
 // written; an existing file is replaced only by a complete one.
 void write_image(const std::filesystem::path& path, const Image& image);
 
-// R, G, B (mean), variance.R/G/B (of one sample, MODEL.md section 10) and count, with `metadata` beside.
+// R, G, B (mean), variance.R/G/B (of one sample, MODEL.md section 11) and count, with `metadata` beside.
 [[nodiscard]] Image image_of(const Estimate& estimate, const std::map<std::string, std::string>& metadata);
 
 // 8-bit sRGB PNG of the first three channels of linear `image`, multiplied by `exposure`, clipped to [0, 1].

@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "common/effects.h"
 #include "common/estimate.h"
 #include "common/planted_bugs.h"
 #include "common/scene.h"
@@ -18,7 +19,7 @@ namespace tandem {
 
 enum class Precision : std::uint32_t { single_precision = 0, double_precision = 1 };
 
-// What the estimator is to do (MODEL.md sections 9 and 10).
+// What the estimator is to do (MODEL.md sections 9 and 11).
 struct RenderSettings {
     std::uint32_t width = 512, height = 512;  // pixels, each in [1, 65536], their product below 2^32
     std::uint64_t seed = 0;
@@ -27,6 +28,7 @@ struct RenderSettings {
     std::uint32_t roulette_start = no_roulette;  // scattering events before roulette may end a path
     double ray_min = 0.0;                        // inclusive interval of ray parameters, scene units
     double ray_max = std::numeric_limits<double>::infinity();
+    std::optional<EffectSet> effects;  // what to simulate; empty: what the scene calls for and no more
 };
 
 // The settings that the scene's file asks for.
@@ -46,10 +48,23 @@ struct RenderResult {
     std::optional<double> device_seconds;  // the device's own clock, where there is one
 };
 
+// What a job consists of, for `tandem effects`. Empty or 0: the renderer does not tell.
+struct JobFacts {
+    EffectSet effects;  // simulated
+    struct Part {
+        std::string name;          // "scatter", "interiors"
+        std::uint64_t amount = 0;  // a kernel's instructions, a buffer's bytes
+    };
+    std::vector<Part> kernels, buffers;
+    std::uint64_t bytes_per_path = 0;  // of state between two vertices
+    double kernel_seconds = 0.0;       // spent on making the kernels
+};
+
 // A scene made ready for one renderer and one set of settings.
 class RenderJob {
 public:
     virtual ~RenderJob() = default;
+    [[nodiscard]] virtual JobFacts facts() const { return {}; }
     // Renders samples `range` of every pixel; range.begin must be a multiple of samples_per_block (else Error). The
     // estimate of a range does not depend on what was rendered before, on threads or on their order: same bits.
     [[nodiscard]] virtual RenderResult render(SampleRange range, const RenderControl& control = {}) = 0;

@@ -6,8 +6,10 @@
 #include <array>
 #include <cstdint>
 #include <glm/mat4x4.hpp>
+#include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 #include <limits>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -25,7 +27,33 @@ struct Primitive {
     double radius = 0.0;
 };
 
-enum class MaterialKind : std::uint32_t { diffuse = 0, specular = 1, emissive = 2 };
+// Linear RGB pixels, row by row from the top; three floats each.
+struct Pixels {
+    std::uint32_t width = 0, height = 0;
+    std::vector<float> rgb;
+};
+
+enum class TextureKind : std::uint32_t { checker = 0, noise = 1, image = 2 };
+enum class TextureSpace : std::uint32_t { object = 0, coordinates = 1 };  // checker and noise; images use coordinates
+enum class NoiseStyle : std::uint32_t { smooth = 0, turbulence = 1, marble = 2 };
+
+// A colour that varies over a surface (MODEL.md section 7.6). Which fields count depends on `kind`.
+struct Texture {
+    std::string name;
+    TextureKind kind = TextureKind::checker;
+    TextureSpace space = TextureSpace::object;
+    glm::dvec3 first{0.0}, second{1.0};     // colours that checker and noise mix, each in [0, 1]
+    glm::dvec3 frequency{1.0};              // cells a unit of length on each axis, >= 0; 0 leaves the axis out
+    NoiseStyle style = NoiseStyle::smooth;  // noise
+    std::uint32_t octaves = 7;              // noise, 1 ... 16: turbulence and marble
+    double amount = 1.0;                    // marble: turns of phase by the turbulence, >= 0
+    std::uint32_t seed = 0;                 // noise
+    std::shared_ptr<const Pixels> image;    // image, each channel in [0, 1]
+};
+
+inline constexpr std::uint32_t no_index = 0xFFFFFFFFu;  // in place of an index into a table of the scene: none
+
+enum class MaterialKind : std::uint32_t { diffuse = 0, specular = 1, emissive = 2, conductor = 3, boundary = 4 };
 enum class Fresnel : std::uint32_t { exact = 0, schlick = 1 };
 enum class EmittingSides : std::uint32_t { both = 0, front = 1 };
 
@@ -41,6 +69,38 @@ struct Material {
     double fuzz = 0.0;                 // [0, 1], specular and translucent emissive only
     double refractive_index = 1.5;     // > 0, inside against outside, translucent only
     Fresnel fresnel = Fresnel::exact;  // translucent only
+    // 0 (smooth) or [0.03, 1], GGX alpha = roughness^2: conductor, and translucent specular, there instead of fuzz.
+    double roughness = 0.0;
+    glm::dvec3 eta{1.0}, k{0.0};              // conductor: its complex index eta + ik, eta > 0, k >= 0
+    std::uint32_t colour_texture = no_index;  // takes the place of `colour`
+    std::uint32_t interior = no_index;        // medium inside: translucent and boundary only (section 9.4)
+    std::optional<std::int32_t> priority;     // of nested dielectrics: translucent and boundary only (section 9.4)
+};
+
+// Values on a box of nx * ny * nz equal cells, x fastest, constant in each; 0 outside of [low, high] (world space).
+struct DensityGrid {
+    std::array<std::uint32_t, 3> cells{1, 1, 1};
+    glm::dvec3 low{0.0}, high{1.0};
+    std::vector<float> density;  // >= 0
+};
+
+// A participating medium (MODEL.md section 10): coefficients a unit of length, scaled by the grid's density, if any.
+struct Medium {
+    std::string name;
+    glm::dvec3 absorption{0.0}, scattering{0.0};  // >= 0
+    double anisotropy = 0.0;  // g of Henyey and Greenstein: 0, or 0.01 <= |g| <= 0.99; > 0 is forward
+    std::shared_ptr<const DensityGrid> grid;
+};
+
+// Lights without a surface (MODEL.md section 8.3).
+enum class PunctualKind : std::uint32_t { point = 0, spot = 1, sun = 2 };
+struct PunctualLight {
+    std::string name;
+    PunctualKind kind = PunctualKind::point;
+    glm::dvec3 position{0.0};              // point, spot
+    glm::dvec3 direction{0.0, -1.0, 0.0};  // unit, in which light travels: spot (axis), sun
+    glm::dvec3 intensity{0.0};             // point, spot: radiant intensity; sun: irradiance of a surface facing it
+    double inner_degrees = 0.0, outer_degrees = 45.0;  // spot: half angles, 0 <= inner < outer <= 90
 };
 
 // Primitives [first_primitive, first_primitive + primitive_count) of Scene::primitives under one transform and one
@@ -51,6 +111,7 @@ struct Entity {
     std::uint32_t first_primitive = 0;
     std::uint32_t primitive_count = 0;
     glm::dmat4 object_to_world{1.0};  // affine and invertible; column vectors: p_world = object_to_world * p_object
+    glm::dvec3 motion{0.0};           // world displacement from shutter opening to closing (MODEL.md section 6)
 };
 
 // Thin-lens camera (MODEL.md section 4); lens_radius 0 is a pinhole.
@@ -58,16 +119,21 @@ struct Camera {
     glm::dvec3 position{0.0, 0.0, 0.0};
     glm::dvec3 target{0.0, 0.0, -1.0};
     glm::dvec3 up{0.0, 1.0, 0.0};
-    double vertical_field_degrees = 40.0;  // (0, 180)
-    double lens_radius = 0.0;              // >= 0
-    double focus_distance = 1.0;           // > 0, along the view axis
+    double vertical_field_degrees = 40.0;                 // (0, 180)
+    double lens_radius = 0.0;                             // >= 0
+    double focus_distance = 1.0;                          // > 0, along the view axis
+    glm::dvec3 position_motion{0.0}, target_motion{0.0};  // displacements from shutter opening to closing
 };
 
 // Radiance of rays that leave the scene (MODEL.md section 8): mixed from `down` (direction y = -1) to `up` (y = +1),
-// linear in y; equal colours make it constant.
+// linear in y; equal colours make it constant. Or an image over the sphere, latitude against longitude.
 struct Background {
     glm::dvec3 down{0.0};
     glm::dvec3 up{0.0};
+    std::shared_ptr<const Pixels> image;  // takes the place of the two; radiance, >= 0
+    double image_scale = 1.0;             // > 0, of the image
+    double rotation_degrees = 0.0;        // of the image, counter-clockwise about +y
+    bool sampled = false;                 // a light of next-event estimation
 };
 
 struct Film {
@@ -75,9 +141,10 @@ struct Film {
     std::uint32_t height = 512;
 };
 
-// path: scattering alone finds the light, as the thesis does; next_event: light sampling at diffuse vertices, combined
-// with scattering by multiple importance sampling (MODEL.md section 9).
-enum class Integrator : std::uint32_t { path = 0, next_event = 1 };
+// path: scattering alone finds the light, as the thesis does; next_event: light sampling, combined with scattering by
+// multiple importance sampling; whitted: direct light and specular chains alone; bidirectional: paths from both ends
+// (MODEL.md section 9).
+enum class Integrator : std::uint32_t { path = 0, next_event = 1, whitted = 2, bidirectional = 3 };
 
 // Value of a roulette start that means: never (MODEL.md section 9.3).
 inline constexpr std::uint32_t no_roulette = std::numeric_limits<std::uint32_t>::max();
@@ -104,8 +171,13 @@ struct Scene {
     Camera camera;
     Background background;
     SceneDefaults defaults;
+    std::vector<Texture> textures;
+    std::vector<Medium> media;
+    std::uint32_t medium = no_index;  // around everything, the camera included
     std::vector<Material> materials;
+    std::vector<PunctualLight> lights;
     std::vector<glm::dvec3> vertices;
+    std::vector<glm::dvec2> texture_coordinates;  // of the vertices, as many, or none at all (MODEL.md section 5.1)
     std::vector<Primitive> primitives;
     std::vector<Entity> entities;
     std::optional<Expectation> expect;

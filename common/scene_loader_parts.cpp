@@ -181,9 +181,15 @@ Camera read_camera(const Value& value) {
 }
 
 Background read_background(const Value& value) {
-    if (value.json().is_array()) return {radiance(value), radiance(value)};
+    Background background;
+    if (value.json().is_array()) {
+        background.down = background.up = radiance(value);
+        return background;
+    }
     value.only({"down", "up"});
-    return {radiance(value.required("down")), radiance(value.required("up"))};
+    background.down = radiance(value.required("down"));
+    background.up = radiance(value.required("up"));
+    return background;
 }
 
 SceneDefaults read_render(const Value& value) {

@@ -103,7 +103,7 @@ ExitStatus render(const RenderArguments& arguments, const CommandContext& contex
         result.relative_error ? fmt::format(", error {:.2g} % of the mean", 100.0 * *result.relative_error) : "",
         result.complete ? "" : " (stopped early)");
     if (result.estimate.invalid() > 0) {
-        fmt::print(stderr, "tandem: {} samples were not finite or negative (MODEL.md section 11)\n",
+        fmt::print(stderr, "tandem: {} samples were not finite or negative (MODEL.md section 12)\n",
             result.estimate.invalid());
         return ExitStatus::disagree;
     }
