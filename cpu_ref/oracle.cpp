@@ -18,7 +18,7 @@ namespace {
 
 using oracle::PathSampler;
 
-bool is_valid(const glm::dvec3& radiance) {  // MODEL.md section 11
+bool is_valid(const glm::dvec3& radiance) {  // MODEL.md section 12
     return std::isfinite(radiance.x + radiance.y + radiance.z) && std::min({radiance.x, radiance.y, radiance.z}) >= 0.0;
 }
 

@@ -1,6 +1,6 @@
 // Spreads the samples of an image over threads: blocks of 64 samples one after another, each in passes of about a
 // quarter of a second, each pass in batches of neighbouring pixels. A pixel's samples are added in ascending order in
-// double, whatever the cut, so that the bits of an estimate depend on its sample range alone (MODEL.md section 10).
+// double, whatever the cut, so that the bits of an estimate depend on its sample range alone (MODEL.md section 11).
 #include "cpu_ref/render_job.h"
 
 #include <tbb/blocked_range.h>
@@ -147,7 +147,7 @@ private:
         return !stop.stop_requested();
     }
 
-    // Adds the samples of each pixel in ascending order; returns how many are invalid (section 11).
+    // Adds the samples of each pixel in ascending order; returns how many are invalid (section 12).
     std::uint64_t add_samples(
         const Batch& batch, const std::vector<std::array<Real, 3>>& radiance, Estimate::Plane& plane) const {
         std::uint64_t invalid = 0;

@@ -1,4 +1,4 @@
-// Sums of samples as unevaluated sums of two floats, to about 2^-46 (MODEL.md section 10): the accuracy of double without
+// Sums of samples as unevaluated sums of two floats, to about 2^-46 (MODEL.md section 11): the accuracy of double without
 // a double unit. [Dekker 1971; Knuth, The Art of Computer Programming 2, 4.2.2]
 #ifndef MOMENTS_GLSL
 #define MOMENTS_GLSL
