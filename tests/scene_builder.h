@@ -69,7 +69,8 @@ public:
         return *this;
     }
     SceneBuilder& background(const dvec3& down, const dvec3& up) {
-        scene_.background = {down, up};
+        scene_.background.down = down;
+        scene_.background.up = up;
         return *this;
     }
     SceneBuilder& background(const dvec3& everywhere) { return background(everywhere, everywhere); }
