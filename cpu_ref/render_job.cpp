@@ -3,10 +3,8 @@
 // double, whatever the cut, so that the bits of an estimate depend on its sample range alone (MODEL.md section 11).
 #include "cpu_ref/render_job.h"
 
-#include <tbb/blocked_range.h>
 #include <tbb/enumerable_thread_specific.h>
 #include <tbb/global_control.h>
-#include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
 
 #include <atomic>
@@ -16,6 +14,7 @@
 #include <thread>
 
 #include "common/error.h"
+#include "cpu_ref/parallel.h"
 #include "cpu_ref/path_tracer.h"
 
 namespace tandem::cpu {
@@ -130,18 +129,16 @@ private:
         const std::uint32_t batch_pixels = std::clamp(batch_paths / samples, 1u, share);
         const std::uint32_t batches = (pixels - 1) / batch_pixels + 1;
         std::atomic<std::uint64_t> invalid{0};
-        arena_.execute([&] {
-            tbb::parallel_for(std::uint32_t{0}, batches, [&](std::uint32_t index) {
-                if (stop.stop_requested()) return;
-                const std::uint32_t first = index * batch_pixels;
-                const Batch batch{first, std::min(batch_pixels, pixels - first), pass.begin, samples};
-                Worker<Real, next_event>& worker = workers_.local();
-                worker.radiance.resize(batch.paths());
-                worker.tracer.run(batch, worker.radiance, stop);
-                if (stop.stop_requested()) return;
-                invalid += add_samples(batch, worker.radiance, plane);
-                progress.add(batch.paths());
-            });
+        parallel_for(arena_, batches, [&](std::uint32_t index) {
+            if (stop.stop_requested()) return;
+            const std::uint32_t first = index * batch_pixels;
+            const Batch batch{first, std::min(batch_pixels, pixels - first), pass.begin, samples};
+            Worker<Real, next_event>& worker = workers_.local();
+            worker.radiance.resize(batch.paths());
+            worker.tracer.run(batch, worker.radiance, stop);
+            if (stop.stop_requested()) return;
+            invalid += add_samples(batch, worker.radiance, plane);
+            progress.add(batch.paths());
         });
         faults = invalid;
         return !stop.stop_requested();
