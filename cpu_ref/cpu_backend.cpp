@@ -6,6 +6,7 @@
 #include "common/error.h"
 #include "cpu_ref/backend.h"
 #include "cpu_ref/render_job.h"
+#include "cpu_ref/variants.h"
 
 #if defined(__x86_64__)
 #include <cpuid.h>
@@ -65,7 +66,12 @@ public:
                 fmt::format("an image of {} x {} pixels is out of range; each side is 1 to {} and "
                             "their product below 2^32",
                     settings.width, settings.height, most));
-        return cpu::make_render_job(device_.get(), scene, settings,
+        if (settings.integrator == Integrator::bidirectional)
+            throw UnsupportedError(
+                "the cpu backend has no bidirectional integrator yet; choose path, next-event or whitted");
+        RenderSettings chosen = settings;
+        chosen.effects = effects_to_simulate(scene, settings, cpu::variants::supported, "cpu");
+        return cpu::make_render_job(device_.get(), scene, chosen,
             options_.precision.value_or(Precision::single_precision), options_.threads, options_.planted_bug);
     }
 

@@ -237,4 +237,8 @@ TEST_CASE("what the backend cannot do it refuses") {
         CHECK_THROWS_AS(cpu_backend().create(options), UnsupportedError);
     CHECK_THROWS_AS(render(room(), settings(0, Integrator::path, 3), {0, 64}), UnsupportedError);
     CHECK_THROWS_AS(render(room(), settings(65536, Integrator::path, 3), {0, 64}), UnsupportedError);
+    CHECK_THROWS_AS(render(room(), settings(4, Integrator::bidirectional, 3), {0, 64}), UnsupportedError);
+    RenderSettings too_few = settings(4, Integrator::path, 3);
+    too_few.effects = EffectSet{Effect::triangles};
+    CHECK_THROWS_AS(render(room(), too_few, {0, 64}), InputError);
 }

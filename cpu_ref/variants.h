@@ -1,0 +1,20 @@
+// Which effects the CPU path tracer simulates, and the sets that it is compiled for. (DESIGN.md section 7; MODEL.md
+// says what each effect is.)
+#pragma once
+
+#include "common/effects.h"
+
+namespace tandem::cpu::variants {
+
+// Surfaces, materials and emission found by scattering alone.
+inline constexpr EffectSet lean_path{Effect::triangles, Effect::spheres, Effect::cuboids, Effect::lens, Effect::diffuse,
+    Effect::specular, Effect::fuzz, Effect::translucent, Effect::schlick, Effect::emission, Effect::one_sided_emission,
+    Effect::translucent_emission, Effect::background, Effect::background_gradient, Effect::roulette};
+
+// The same with next events.
+inline constexpr EffectSet lean_next_event =
+    lean_path.united({Effect::light_sampling, Effect::triangle_lights, Effect::sphere_lights, Effect::cuboid_lights});
+
+inline constexpr EffectSet supported = lean_next_event;
+
+}  // namespace tandem::cpu::variants
