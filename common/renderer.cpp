@@ -1,6 +1,7 @@
 #include "common/renderer.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "common/error.h"
 
@@ -16,6 +17,20 @@ RenderSettings default_settings(const Scene& scene) {
     settings.ray_min = scene.defaults.ray_min;
     settings.ray_max = scene.defaults.ray_max;
     return settings;
+}
+
+RenderSettings with_longer_side(RenderSettings settings, std::uint32_t longer_side) {
+    const double scale = static_cast<double>(longer_side) / std::max(settings.width, settings.height);
+    const auto scaled = [&](std::uint32_t length) {
+        return static_cast<std::uint32_t>(std::max(1.0, std::round(length * scale)));
+    };
+    settings.width = scaled(settings.width);
+    settings.height = scaled(settings.height);
+    return settings;
+}
+
+std::string integrator_name(Integrator integrator) {
+    return std::string(integrator_names.at(static_cast<std::size_t>(integrator)));
 }
 
 const Backend& find_backend(const BackendList& backends, const std::string& name) {

@@ -1,6 +1,7 @@
 // The interface that every backend implements and the only thing that the validation suite knows of one.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <functional>
 #include <limits>
@@ -8,6 +9,7 @@
 #include <optional>
 #include <stop_token>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "common/effects.h"
@@ -33,6 +35,13 @@ struct RenderSettings {
 
 // The settings that the scene's file asks for.
 [[nodiscard]] RenderSettings default_settings(const Scene& scene);
+
+// The same settings for a film of the same shape whose longer side is `longer_side` pixels; no side falls below 1.
+[[nodiscard]] RenderSettings with_longer_side(RenderSettings settings, std::uint32_t longer_side);
+
+// "path", "next-event", "whitted", "bidirectional": the names of scene files and options, in the order of Integrator.
+inline constexpr std::array<std::string_view, 4> integrator_names{"path", "next-event", "whitted", "bidirectional"};
+[[nodiscard]] std::string integrator_name(Integrator integrator);
 
 // How a caller follows and stops a render. `progress` is called from one thread at a time with the samples a pixel
 // done so far of this call (it may be fractional). A stop request ends the render early: the samples finished for

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <filesystem>
@@ -38,9 +39,7 @@ void apply_size(const std::string& size, RenderSettings& settings) {
         settings.height = *second;
         return;
     }
-    const double scale = static_cast<double>(*first) / std::max(settings.width, settings.height);
-    settings.width = static_cast<std::uint32_t>(std::max(1.0, std::round(settings.width * scale)));
-    settings.height = static_cast<std::uint32_t>(std::max(1.0, std::round(settings.height * scale)));
+    settings = with_longer_side(settings, *first);
 }
 
 // Of the machine, or of the container where that has less.
@@ -87,14 +86,20 @@ void add_render_options(CLI::App& command, RenderOptions& options) {
     command.add_option("--size", options.size, "Image size: WxH, or the longer side, in pixels")->type_name("SIZE");
     command
         .add_option("--integrator", options.integrator,
-            "path (scattering alone finds the light) or next-event (light sampling with MIS); default: the scene's")
-        ->check(CLI::IsMember({"path", "next-event"}));
+            "path (scattering alone finds the light), next-event (light sampling with MIS), whitted (direct light and "
+            "mirrors) or bidirectional; default: the scene's")
+        ->check(CLI::IsMember(std::vector<std::string>(integrator_names.begin(), integrator_names.end())));
     command.add_option("--bounces", options.bounces, "Scattering events at most (default: the scene's)")
         ->check(CLI::Range(0, 1'000'000));
     command
         .add_option("--roulette", options.roulette,
             "Russian roulette may end paths from this scattering event on, 0: never (default: the scene's)")
         ->check(CLI::Range(0, 1'000'000));
+    command
+        .add_option("--effects", options.effects,
+            "needed (what the scene calls for) or all (the general kernels; the image is the same)")
+        ->check(CLI::IsMember({"needed", "all"}))
+        ->capture_default_str();
     command.add_option("--seed", options.seed, "Seed of the random numbers")
         ->check(seed_number())
         ->capture_default_str();
@@ -104,7 +109,9 @@ RenderSettings settings_from(const RenderOptions& options, const Scene& scene) {
     RenderSettings settings = default_settings(scene);
     if (!options.size.empty()) apply_size(options.size, settings);
     if (!options.integrator.empty())
-        settings.integrator = options.integrator == "path" ? Integrator::path : Integrator::next_event;
+        settings.integrator =
+            static_cast<Integrator>(std::ranges::find(integrator_names, options.integrator) - integrator_names.begin());
+    if (options.effects == "all") settings.effects = EffectSet::all();
     if (options.bounces) settings.bounces = *options.bounces;
     if (options.roulette) settings.roulette_start = *options.roulette == 0 ? no_roulette : *options.roulette;
     settings.seed = options.seed;
@@ -193,6 +200,7 @@ int run_program(int argc, char** argv, const Program& program) {
     add_render_command(app, context);
     add_verify_command(app, context);
     add_compare_command(app, context);
+    add_effects_command(app, context);
     add_devices_command(app, context);
     try {
         app.parse(argc, argv);

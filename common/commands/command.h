@@ -35,6 +35,7 @@ struct CommandContext {
 void add_render_command(CLI::App& app, CommandContext& context);
 void add_verify_command(CLI::App& app, CommandContext& context);
 void add_compare_command(CLI::App& app, CommandContext& context);
+void add_effects_command(CLI::App& app, CommandContext& context);
 void add_devices_command(CLI::App& app, CommandContext& context);
 
 // Adds --json and -v to a subcommand, and `examples` to its help.
@@ -47,6 +48,7 @@ void add_common_options(CLI::App& command, CommandContext& context, const std::s
 struct RenderOptions {
     std::string size;        // "WxH" or "N" (longer side); empty: the scene's film
     std::string integrator;  // empty: the scene's
+    std::string effects = "needed";
     std::optional<std::uint32_t> bounces, roulette;
     std::uint64_t seed = 0;
 };

@@ -48,7 +48,7 @@ nlohmann::json describe(const RenderArguments& arguments, const RenderSettings& 
     nlohmann::json report{{"scene", scene.name}, {"backend", info.backend}, {"device", info.device},
         {"driver", info.driver}, {"api", info.api}, {"width", settings.width}, {"height", settings.height},
         {"samples", result.estimate.count()}, {"seed", settings.seed},
-        {"integrator", settings.integrator == Integrator::path ? "path" : "next-event"}, {"bounces", settings.bounces},
+        {"integrator", integrator_name(settings.integrator)}, {"bounces", settings.bounces},
         {"precision", arguments.precision.empty() ? "default" : arguments.precision}, {"seconds", result.seconds},
         {"paths", paths}, {"paths_per_second", result.seconds > 0.0 ? paths / result.seconds : 0.0},
         {"invalid_samples", result.estimate.invalid()}, {"complete", result.complete}};

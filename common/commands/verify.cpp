@@ -3,6 +3,8 @@
 
 #include <fmt/format.h>
 
+#include <filesystem>
+
 #include "common/commands/command.h"
 #include "common/commands/console.h"
 #include "common/error.h"
@@ -124,8 +126,6 @@ ExitStatus verify(const VerifyArguments& arguments, const CommandContext& contex
     std::vector<RenderSettings> settings;
     for (const Scene& scene : scenes) settings.push_back(verification_settings_from(arguments.render, scene));
     const Criteria criteria = criteria_from(arguments.criteria, {});
-    check_writable(arguments.criteria, context, arguments.scenes);
-
     const BackendList& backends = context.program.backends;
     const auto reference =
         find_backend(backends, arguments.reference)
@@ -134,11 +134,12 @@ ExitStatus verify(const VerifyArguments& arguments, const CommandContext& contex
                                .create({.device = arguments.device,
                                    .precision = precision_from(arguments.precision),
                                    .validation = arguments.validation});
-    fmt::print("Reference: {}, {}\nCandidate: {}, {}\n", reference->info().backend, reference->info().device,
-        candidate->info().backend, candidate->info().device);
-
     const auto referee =
         arguments.referee == "none" ? nullptr : find_backend(backends, arguments.referee).create(BackendOptions{});
+    check_writable(arguments.criteria, context, arguments.scenes);
+    fmt::print("Reference: {}, {}\nCandidate: {}, {}\n", reference->info().backend, reference->info().device,
+        candidate->info().backend, candidate->info().device);
+    std::fflush(stdout);
 
     VerifyOptions options;
     options.criteria = criteria;
@@ -193,6 +194,8 @@ ExitStatus compare(CompareArguments arguments, const CommandContext& context) {
     split_sides(arguments);
     std::vector<std::string> inputs = arguments.reference;
     inputs.insert(inputs.end(), arguments.candidate.begin(), arguments.candidate.end());
+    for (const std::string& input : inputs)
+        if (!std::filesystem::exists(input)) throw input_error(input, "", "no such file", "check the path");
     check_writable(arguments.criteria, context, inputs);
     CompareOptions options;
     options.criteria = criteria_from(arguments.criteria, CompareOptions::comparison_criteria());

@@ -63,7 +63,7 @@ std::array<double, channel_count> greatest_sample(const Scene& scene, const Rend
         }
     }
     const double meetings = emits_and_goes_on ? settings.bounces + 1.0 : 1.0;
-    const double light_samples = settings.integrator == Integrator::next_event ? 0.5 * settings.bounces : 0.0;
+    const double light_samples = settings.integrator != Integrator::path ? 0.5 * settings.bounces : 0.0;
     for (std::size_t c = 0; c < channel_count; ++c) greatest[c] = (meetings + light_samples) * radiance[c];
     return greatest;
 }

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <chrono>
-#include <cmath>
 
 #include "common/error.h"
 #include "common/statistics/multiple_tests.h"
@@ -22,15 +21,9 @@ constexpr std::uint64_t wanted_samples = 8 * samples_per_block;  // that a size 
 constexpr std::uint64_t most_batches = 64;
 constexpr double part_of_budget = 0.8;  // speeds differ from what a tiny film foretells
 
-RenderSettings scaled_to(RenderSettings settings, std::uint32_t longer_side) {
-    const std::uint32_t longer = std::max(settings.width, settings.height);
-    if (longer <= longer_side) return settings;
-    const auto scaled = [&](std::uint32_t length) {
-        return std::max(1u, static_cast<std::uint32_t>(std::lround(double{1.0} * length * longer_side / longer)));
-    };
-    settings.width = scaled(settings.width);
-    settings.height = scaled(settings.height);
-    return settings;
+// Never enlarged.
+RenderSettings scaled_to(const RenderSettings& settings, std::uint32_t longer_side) {
+    return with_longer_side(settings, std::min(longer_side, std::max(settings.width, settings.height)));
 }
 
 double pixels_of(const RenderSettings& settings) { return double{1.0} * settings.width * settings.height; }

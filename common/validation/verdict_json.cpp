@@ -38,7 +38,7 @@ json info_json(const std::string& name, const RendererInfo& info, std::uint64_t 
 
 json settings_json(const RenderSettings& settings) {
     return {{"width", settings.width}, {"height", settings.height},
-        {"integrator", settings.integrator == Integrator::path ? "path" : "next_event"}, {"bounces", settings.bounces},
+        {"integrator", integrator_name(settings.integrator)}, {"bounces", settings.bounces},
         {"roulette_start", settings.roulette_start == no_roulette ? json(nullptr) : json(settings.roulette_start)},
         {"ray_min", number(settings.ray_min)}, {"ray_max", number(settings.ray_max)}};
 }
@@ -115,7 +115,7 @@ json referee_json(const std::optional<RefereeReport>& referee) {
     json result = info_json(r.name, r.info, r.settings.seed);
     result.update({{"text", r.text}, {"outvoted", outvoted_json(r.outvoted)}, {"width", r.settings.width},
         {"height", r.settings.height},
-        {"integrator", r.settings.integrator == Integrator::path ? "path" : "next_event"}, {"samples", r.samples},
+        {"integrator", integrator_name(r.settings.integrator)}, {"samples", r.samples},
         {"seconds", r.seconds}, {"budget_seconds", r.budget_seconds}, {"reference", referee_side_json(r.reference)},
         {"candidate", referee_side_json(r.candidate)}});
     return result;

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <chrono>
-#include <cmath>
 #include <utility>
 
 #include "common/error.h"
@@ -291,15 +290,8 @@ SceneVerdict Verification::run() {
 }  // namespace
 
 RenderSettings verification_settings(const Scene& scene, std::uint32_t longer_side) {
-    RenderSettings settings = default_settings(scene);
-    const std::uint32_t longer = std::max(settings.width, settings.height);
-    if (longer <= longer_side) return settings;
-    const auto scaled = [&](std::uint32_t length) {
-        return std::max(1u, static_cast<std::uint32_t>(std::lround(double{1.0} * length * longer_side / longer)));
-    };
-    settings.width = scaled(settings.width);
-    settings.height = scaled(settings.height);
-    return settings;
+    const RenderSettings settings = default_settings(scene);
+    return with_longer_side(settings, std::min(longer_side, std::max(settings.width, settings.height)));
 }
 
 std::uint64_t default_max_samples(const RenderSettings& settings) {

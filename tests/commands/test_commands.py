@@ -312,8 +312,33 @@ class Commands(unittest.TestCase):
         self.assertNotIn("oracle", result.stdout)
         self.refused(tandem("verify", wrong, "--referee", "nobody"), "nobody")
 
+    def test_a_refused_verify_leaves_no_report_folder(self):
+        report = self.folder / "report"
+        self.refused(tandem("verify", self.scene, "--candidate", "nobody", "--report", report), "nobody")
+        self.refused(tandem("compare", "absent.exr", "vs", "absent.exr", "--report", report), "absent.exr")
+        self.assertFalse(report.exists())
+
+    def test_general_kernels_give_the_same_image(self):
+        images = []
+        for effects in ["needed", "all"]:
+            output = self.folder / f"{effects}.png"
+            self.assertEqual(tandem("render", self.scene, "-o", output, "--effects", effects).returncode, 0)
+            images.append(output.read_bytes())
+        self.assertEqual(*images)
+
+    def test_effects_tells_the_needed_and_the_absent(self):
+        report = self.folder / "effects.json"
+        result = tandem("effects", self.scene, "--backend", "cpu", "--time", 0.1, "--json", report)
+        self.assertEqual(result.returncode, 0, result.stderr)
+        told = json.loads(report.read_text())
+        needed = {finding["effect"] for finding in told["needed"]}
+        self.assertEqual(needed, {"spheres", "diffuse", "background"})
+        self.assertIn("lens", {finding["effect"] for finding in told["absent"]})
+        self.assertTrue(told["identical"])
+        self.assertLessEqual(told["speedup_low"], told["speedup_high"])
+
     def test_help_of_every_command_has_examples(self):
-        for command in ["render", "verify", "compare", "devices"]:
+        for command in ["render", "verify", "compare", "effects", "devices"]:
             result = tandem(command, "--help")
             self.assertEqual(result.returncode, 0)
             self.assertIn("Examples:", result.stdout)
