@@ -135,9 +135,9 @@ void require_known_ending(const std::filesystem::path& path) {
 
 }  // namespace
 
-Image read_image(const std::filesystem::path& path) {
+Image read_image(const std::filesystem::path& path, std::uint64_t limit) {
     require_regular_file(path);
-    Image image = ending(path) == ".pfm" ? read_pfm(path) : read_with_library(path);
+    Image image = ending(path) == ".pfm" ? read_pfm(path, limit) : read_with_library(path, limit);
     if (image.full_width == 0 || image.full_height == 0) {
         image.full_x = image.data_x;
         image.full_y = image.data_y;

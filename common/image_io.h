@@ -23,8 +23,11 @@ struct Image {
     std::string colour_space;                       // as the file declares it; empty: it does not
 };
 
-// Throws InputError (file, reason, mend).
-[[nodiscard]] Image read_image(const std::filesystem::path& path);
+// Floats of the largest image read: 4 GiB, 8192² pixels of 16 channels. A header may promise anything.
+inline constexpr std::uint64_t greatest_float_count = std::uint64_t{1} << 30;
+
+// Throws InputError (file, reason, mend), also for an image of more floats than `limit`.
+[[nodiscard]] Image read_image(const std::filesystem::path& path, std::uint64_t limit = greatest_float_count);
 
 // Float32 EXR (or PFM: first three channels) with every channel and all metadata. Throws InputError when it cannot be
 // written; an existing file is replaced only by a complete one.

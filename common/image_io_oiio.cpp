@@ -49,7 +49,7 @@ void write(const std::filesystem::path& path, const OIIO::ImageSpec& spec, OIIO:
 
 bool has_library() { return true; }
 
-Image read_with_library(const std::filesystem::path& path) {
+Image read_with_library(const std::filesystem::path& path, std::uint64_t limit) {
     const auto refuse = [&](const std::string& reason, const std::string& mend) -> InputError {
         return input_error(path.string(), "", reason, mend);
     };
@@ -73,7 +73,7 @@ Image read_with_library(const std::filesystem::path& path) {
     for (const OIIO::ParamValue& attribute : spec.extra_attribs)
         image.metadata[attribute.name().string()] = attribute.get_string();
     const std::uint64_t count = std::uint64_t{image.width} * image.height * image.channels.size();
-    if (count > greatest_float_count) throw refuse("is larger than 4 GiB", "cut it");
+    if (count > limit) throw refuse("is larger than " + std::to_string(limit >> 18) + " MiB of floats", "cut it");
     image.pixels.resize(count);
     if (!input->read_image(0, 0, 0, spec.nchannels, OIIO::TypeDesc::FLOAT, image.pixels.data()))
         throw refuse("cannot be read to its end (" + one_line(input->geterror()) + ")", "write it again");

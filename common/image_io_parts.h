@@ -33,11 +33,8 @@ private:
 // Throws InputError unless `path` is a regular file.
 void require_regular_file(const std::filesystem::path& path);
 
-// Floats of the largest image read: 4 GiB, 8192² pixels of 16 channels. A header may promise anything.
-inline constexpr std::uint64_t greatest_float_count = std::uint64_t{1} << 30;
-
 // Portable float map: three channels, or one, as it is; no metadata, no windows, no declared colour space.
-[[nodiscard]] Image read_pfm(const std::filesystem::path& path);
+[[nodiscard]] Image read_pfm(const std::filesystem::path& path, std::uint64_t limit);
 void write_pfm(const std::filesystem::path& path, const Image& image, const std::filesystem::path& shown);
 
 // The first three channels (a single one thrice) times `exposure`, clipped to [0, 1], encoded as sRGB in 8 bits
@@ -46,7 +43,7 @@ void write_pfm(const std::filesystem::path& path, const Image& image, const std:
 
 // Writers put the pixels at `path` and name `shown` in their errors.
 // Of the image library; without one they throw InputError, which says so.
-[[nodiscard]] Image read_with_library(const std::filesystem::path& path);
+[[nodiscard]] Image read_with_library(const std::filesystem::path& path, std::uint64_t limit);
 void write_exr(const std::filesystem::path& path, const Image& image, const std::filesystem::path& shown);
 void write_srgb8_png(const std::filesystem::path& path, const std::vector<std::uint8_t>& pixels, std::uint32_t width,
     std::uint32_t height, const std::filesystem::path& shown);

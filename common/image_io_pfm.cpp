@@ -23,7 +23,7 @@ float swapped(float value) {
 
 }  // namespace
 
-Image read_pfm(const std::filesystem::path& path) {
+Image read_pfm(const std::filesystem::path& path, std::uint64_t limit) {
     const auto refuse = [&](const std::string& reason) -> InputError {
         return input_error(path.string(), "", "is not a sound PFM image: " + reason, "write it again");
     };
@@ -43,7 +43,7 @@ Image read_pfm(const std::filesystem::path& path) {
     image.height = static_cast<std::uint32_t>(height);
     image.channels = kind == "PF" ? std::vector<std::string>{"R", "G", "B"} : std::vector<std::string>{"Y"};
     const std::uint64_t row = std::uint64_t{image.width} * image.channels.size(), count = row * image.height;
-    if (count > greatest_float_count) throw refuse("it is larger than 4 GiB");
+    if (count > limit) throw refuse(fmt::format("it is larger than {} MiB", limit >> 18));
     const auto header = static_cast<std::uint64_t>(stream.tellg());
     if (std::filesystem::file_size(path) != header + count * sizeof(float))
         throw refuse(

@@ -307,14 +307,22 @@ double Value::number(double least, double greatest) const {
     return value;
 }
 
-std::uint32_t Value::integer(std::uint32_t least, std::uint32_t greatest) const {
+double Value::whole_number(double least, double greatest) const {
     expect_number("a whole number");
     const double value = json_->get<double>();
     if (!(value >= least && value <= greatest) || value != std::floor(value))
         refuse(
             fmt::format("{} is {}", shown(value), value == std::floor(value) ? "out of range" : "not a whole number"),
-            fmt::format("write a whole number from {} to {}", least, greatest));
-    return static_cast<std::uint32_t>(value);
+            fmt::format("write a whole number from {} to {}", shown(least), shown(greatest)));
+    return value;
+}
+
+std::uint32_t Value::integer(std::uint32_t least, std::uint32_t greatest) const {
+    return static_cast<std::uint32_t>(whole_number(least, greatest));
+}
+
+std::int32_t Value::signed_integer(std::int32_t least, std::int32_t greatest) const {
+    return static_cast<std::int32_t>(whole_number(least, greatest));
 }
 
 bool Value::boolean() const {
@@ -339,6 +347,33 @@ std::size_t Value::choice(std::initializer_list<std::string_view> names) const {
 glm::dvec3 Value::vector(double least, double greatest) const {
     if (array_size() != 3) refuse(fmt::format("has {} elements", json_->size()), "write an array of three numbers");
     return {element(0).number(least, greatest), element(1).number(least, greatest), element(2).number(least, greatest)};
+}
+
+std::string Value::relative_file() const {
+    std::string name = text();
+    if (name.empty() || std::filesystem::path(name).is_absolute() || name.find('\0') != std::string::npos)
+        refuse("is not a relative path", "name the file relative to the scene file");
+    return name;
+}
+
+void Names::add(const std::string& name, const Value& value) {
+    if (name.empty()) value.refuse("a " + kind_ + " without a name", "name it");
+    index_.emplace(name, static_cast<std::uint32_t>(names_.size()));
+    names_.push_back(name);
+}
+
+std::uint32_t Names::find(const Value& reference) const {
+    const std::string name = reference.text();
+    if (const auto found = index_.find(name); found != index_.end()) return found->second;
+    constexpr std::size_t listed_at_most = 20;
+    std::string list;
+    for (std::size_t i = 0; i < std::min(names_.size(), listed_at_most); ++i)
+        list += (i == 0 ? "" : ", ") + printable(names_[i]);
+    if (names_.size() > listed_at_most) list += ", …";
+    const std::string guess = nearest(name, names_);
+    reference.refuse("unknown " + kind_ + " \"" + printable(name) + "\"",
+        names_.empty() ? "define it under \"" + section_ + "\""
+                       : (guess.empty() ? "" : "did you mean \"" + printable(guess) + "\"? ") + "known are " + list);
 }
 
 }  // namespace tandem::scene_json

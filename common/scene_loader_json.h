@@ -10,6 +10,7 @@
 #include <functional>
 #include <glm/vec3.hpp>
 #include <initializer_list>
+#include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -65,6 +66,7 @@ public:
     // Scalars, each refusing another type or a number out of its closed range.
     [[nodiscard]] double number(double least, double greatest) const;
     [[nodiscard]] std::uint32_t integer(std::uint32_t least, std::uint32_t greatest) const;
+    [[nodiscard]] std::int32_t signed_integer(std::int32_t least, std::int32_t greatest) const;
     [[nodiscard]] bool boolean() const;
     [[nodiscard]] std::string text() const;
     [[nodiscard]] std::size_t choice(std::initializer_list<std::string_view> names) const;  // index of the name
@@ -72,16 +74,35 @@ public:
     // Arrays of exactly three numbers.
     [[nodiscard]] glm::dvec3 vector(double least, double greatest) const;
 
+    // The name of a file relative to the scene's, and nothing else.
+    [[nodiscard]] std::string relative_file() const;
+
 private:
     Value(const Json& json, std::shared_ptr<const std::string> file, std::string pointer)
         : json_(&json), file_(std::move(file)), pointer_(std::move(pointer)) {}
     void expect_object() const;
     void expect_number(const char* what) const;
+    [[nodiscard]] double whole_number(double least, double greatest) const;
     [[nodiscard]] std::string found() const;
 
     const Json* json_;
     std::shared_ptr<const std::string> file_;
     std::string pointer_;
+};
+
+// Names that an object of the file defines, and what refers to them.
+class Names {
+public:
+    // `kind` is for messages ("material"), `section` the key that defines them ("materials").
+    Names(std::string kind, std::string section) : kind_(std::move(kind)), section_(std::move(section)) {}
+
+    void add(const std::string& name, const Value& value);           // refuses the empty name
+    [[nodiscard]] std::uint32_t find(const Value& reference) const;  // its place in the order of add; refuses others
+
+private:
+    std::string kind_, section_;
+    std::vector<std::string> names_;
+    std::map<std::string, std::uint32_t, std::less<>> index_;
 };
 
 }  // namespace tandem::scene_json
