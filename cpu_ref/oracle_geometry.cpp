@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
 
 namespace tandem::oracle {
 namespace {
@@ -28,6 +29,17 @@ std::optional<double> pick_convex_root(
     return std::nullopt;
 }
 
+// Section 5.1: fractions along the two axes of a cuboid's face, that has the third for its normal.
+glm::dvec2 face_coordinates(const glm::dvec3& point, const glm::dvec3& least, const glm::dvec3& greatest, int normal) {
+    const int axes[2] = {normal == 0 ? 1 : 0, normal == 2 ? 1 : 2};
+    glm::dvec2 result(0.0);
+    for (int i = 0; i < 2; ++i) {
+        const double width = greatest[axes[i]] - least[axes[i]];
+        if (width > 0.0) result[i] = (point[axes[i]] - least[axes[i]]) / width;
+    }
+    return result;
+}
+
 }  // namespace
 
 World::World(const Scene& scene) {
@@ -44,11 +56,18 @@ World::World(const Scene& scene) {
             .b = {},
             .c = {},
             .object_normal = {},
-            .radius = primitive.radius};
+            .radius = primitive.radius,
+            .motion = entity.motion,
+            .object_corners = {},
+            .corner_coordinates = {{{0.0, 0.0}, {1.0, 0.0}, {0.0, 1.0}}}};
         if (primitive.kind != PrimitiveKind::sphere) placed.b = scene.vertices[primitive.index[1]];
         if (primitive.kind == PrimitiveKind::triangle) {
             placed.c = scene.vertices[primitive.index[2]];
             placed.object_normal = glm::cross(placed.b - placed.a, placed.c - placed.a);
+            placed.object_corners = {placed.a, placed.b, placed.c};
+            if (!scene.texture_coordinates.empty())
+                for (std::size_t i = 0; i < 3; ++i)
+                    placed.corner_coordinates[i] = scene.texture_coordinates[primitive.index[i]];
             for (glm::dvec3* corner : {&placed.a, &placed.b, &placed.c}) *corner = point_by(m, *corner);
         }
         primitives_.push_back(placed);
@@ -60,23 +79,29 @@ std::optional<Hit> World::closest_hit(const Ray& ray, double t_min, double t_max
     std::optional<Hit> closest;
     for (std::uint32_t id = 0; id < primitives_.size(); ++id) {
         const Placed& primitive = primitives_[id];
-        const bool leaving = id == ray.left_primitive;
-        std::optional<Candidate> found;
-        switch (primitive.kind) {
-            case PrimitiveKind::triangle:
-                if (!leaving) found = triangle_hit(primitive, ray, t_min, t_max);
-                break;
-            case PrimitiveKind::sphere:
-                found = sphere_hit(primitive, ray, leaving, t_min, t_max);
-                break;
-            case PrimitiveKind::cuboid:
-                found = cuboid_hit(primitive, ray, leaving, t_min, t_max);
-                break;
-        }
+        // A moving entity meets the ray as one at rest meets the ray moved back (MODEL.md section 6).
+        const glm::dvec3 moved = ray.time * primitive.motion;
+        Ray moved_back = ray;
+        moved_back.origin -= moved;
+        const auto found = hit_at_rest(primitive, moved_back, id == ray.left_primitive, t_min, t_max);
         if (found && (!closest || found->t < closest->t))
-            closest = Hit{found->t, id, primitive.material, found->position, found->normal};
+            closest = Hit{found->t, id, primitive.material, found->position + moved, found->normal, found->object_point,
+                found->coordinates};
     }
     return closest;
+}
+
+std::optional<World::Candidate> World::hit_at_rest(
+    const Placed& primitive, const Ray& ray, bool leaving, double t_min, double t_max) {
+    switch (primitive.kind) {
+        case PrimitiveKind::triangle:
+            return leaving ? std::nullopt : triangle_hit(primitive, ray, t_min, t_max);
+        case PrimitiveKind::sphere:
+            return sphere_hit(primitive, ray, leaving, t_min, t_max);
+        case PrimitiveKind::cuboid:
+            return cuboid_hit(primitive, ray, leaving, t_min, t_max);
+    }
+    return std::nullopt;
 }
 
 // The ray passes the triangle where it passes all three edges on the same side [Jones: Intersecting a ray and a
@@ -96,9 +121,14 @@ std::optional<World::Candidate> World::triangle_hit(
     const glm::dvec3 plane = glm::cross(triangle.b - triangle.a, triangle.c - triangle.a);
     const double t = glm::dot(plane, a) / glm::dot(plane, ray.direction);
     if (!(t >= t_min && t <= t_max)) return std::nullopt;
-    const glm::dvec3 position =
-        (weight_a / sum) * triangle.a + (weight_b / sum) * triangle.b + (weight_c / sum) * triangle.c;
-    return Candidate{t, position, glm::normalize(triangle.normal_to_world * triangle.object_normal)};
+    const auto mean = [&](const auto& at_a, const auto& at_b, const auto& at_c) {  // by barycentric coordinates
+        return (weight_a / sum) * at_a + (weight_b / sum) * at_b + (weight_c / sum) * at_c;
+    };
+    const auto& corners = triangle.object_corners;
+    const auto& coordinates = triangle.corner_coordinates;
+    return Candidate{t, mean(triangle.a, triangle.b, triangle.c),
+        glm::normalize(triangle.normal_to_world * triangle.object_normal), mean(corners[0], corners[1], corners[2]),
+        mean(coordinates[0], coordinates[1], coordinates[2])};
 }
 
 // In object space, where the direction is not of unit length and t therefore stays the world distance. The ray comes
@@ -118,8 +148,11 @@ std::optional<World::Candidate> World::sphere_hit(
         pick_convex_root(t_near - half_chord, t_near + half_chord, leaving, ray.leaves_to_front, t_min, t_max);
     if (!t) return std::nullopt;
     const glm::dvec3 outward = glm::normalize(to_origin + *t * direction);
-    return Candidate{*t, point_by(sphere.object_to_world, sphere.a + sphere.radius * outward),
-        glm::normalize(sphere.normal_to_world * outward)};
+    const glm::dvec3 point = sphere.a + sphere.radius * outward;
+    const glm::dvec2 coordinates(0.5 + std::atan2(-outward.z, outward.x) / (2.0 * std::numbers::pi),
+        std::acos(std::clamp(-outward.y, -1.0, 1.0)) / std::numbers::pi);
+    return Candidate{*t, point_by(sphere.object_to_world, point), glm::normalize(sphere.normal_to_world * outward),
+        point, coordinates};
 }
 
 // Clips the line by the six half-spaces of the cuboid (Cyrus–Beck), remembering the face that cut last on each side.
@@ -158,7 +191,8 @@ std::optional<World::Candidate> World::cuboid_hit(
     position[axis] = face % 2 == 1 ? cuboid.b[axis] : cuboid.a[axis];
     glm::dvec3 outward(0.0);
     outward[axis] = face % 2 == 1 ? 1.0 : -1.0;
-    return Candidate{*t, point_by(cuboid.object_to_world, position), glm::normalize(cuboid.normal_to_world * outward)};
+    return Candidate{*t, point_by(cuboid.object_to_world, position), glm::normalize(cuboid.normal_to_world * outward),
+        position, face_coordinates(position, cuboid.a, cuboid.b, axis)};
 }
 
 }  // namespace tandem::oracle

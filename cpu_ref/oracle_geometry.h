@@ -2,6 +2,7 @@
 // Written apart from both tracers, by other methods where there is a choice, so that a fault cannot hide in all three.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <glm/glm.hpp>
 #include <optional>
@@ -19,6 +20,7 @@ struct Ray {
     glm::dvec3 direction{0.0, 0.0, -1.0};
     std::uint32_t left_primitive = no_primitive;  // the primitive that the ray leaves
     bool leaves_to_front = true;                  // the side of it that the ray goes to
+    double time = 0.0;                            // of the path (MODEL.md section 4)
 };
 
 struct Hit {
@@ -27,6 +29,8 @@ struct Hit {
     std::uint32_t material = 0;
     glm::dvec3 position{0.0};                // a point of the primitive itself, not of the ray
     glm::dvec3 front_normal{0.0, 0.0, 1.0};  // unit
+    glm::dvec3 object_point{0.0};            // the position in the object space of its entity
+    glm::dvec2 coordinates{0.0};             // of textures (MODEL.md section 5.1)
 };
 
 // The placed primitives of a scene.
@@ -46,13 +50,20 @@ private:
         glm::dvec3 a, b, c;          // triangle: world corners; cuboid: lo, hi; sphere: centre (object space)
         glm::dvec3 object_normal;    // triangle
         double radius;               // sphere
+        glm::dvec3 motion;           // from shutter opening to closing, world space
+        std::array<glm::dvec3, 3> object_corners;      // triangle
+        std::array<glm::dvec2, 3> corner_coordinates;  // triangle
     };
     // What an intersection routine finds on a primitive, `position` and `normal` in world space.
     struct Candidate {
         double t;
-        glm::dvec3 position, normal;
+        glm::dvec3 position, normal, object_point;
+        glm::dvec2 coordinates;
     };
 
+    // The hit of a primitive that stands where it stands at shutter opening.
+    static std::optional<Candidate> hit_at_rest(
+        const Placed& primitive, const Ray& ray, bool leaving, double t_min, double t_max);
     static std::optional<Candidate> triangle_hit(const Placed& triangle, const Ray& ray, double t_min, double t_max);
     static std::optional<Candidate> sphere_hit(
         const Placed& sphere, const Ray& ray, bool leaving, double t_min, double t_max);

@@ -1,5 +1,6 @@
-// The oracle's light transport: camera (MODEL.md section 4), materials (7), background (8) and the estimator `path`
-// (9.1), one sample at a time.
+// The oracle's light transport: camera (MODEL.md section 4) and the estimator `path` (9.1), one sample at a time.
+// Lights that scattering cannot find (8.3) are summed at every vertex that receives them; nothing else is sampled, so
+// `path` and `next_event` are the same here.
 #pragma once
 
 #include <cstdint>
@@ -8,6 +9,7 @@
 #include "common/renderer.h"
 #include "common/scene.h"
 #include "cpu_ref/oracle_geometry.h"
+#include "cpu_ref/oracle_sampling.h"
 
 namespace tandem::oracle {
 
@@ -23,15 +25,24 @@ public:
     [[nodiscard]] const RenderSettings& settings() const { return settings_; }
 
 private:
+    struct Path;    // what changes from vertex to vertex
+    struct Vertex;  // where a path is scattered
+
     [[nodiscard]] Ray camera_ray(std::uint32_t x, std::uint32_t y, std::uint64_t sample) const;
-    [[nodiscard]] glm::dvec3 background(const glm::dvec3& direction) const;
+    // False where the path ends.
+    [[nodiscard]] bool advance(Path& path, std::uint32_t k) const;
+    [[nodiscard]] bool scatter_in_medium(Path& path, const Medium& medium, double distance, const Numbers& u) const;
+    [[nodiscard]] bool scatter_at_surface(Path& path, const Hit& hit, const Numbers& u) const;
+    [[nodiscard]] bool pass_through(Path& path, const Hit& hit, const glm::dvec3& direction) const;
+    [[nodiscard]] const Medium* medium_of(const Path& path) const;  // null: vacuum
+    [[nodiscard]] glm::dvec3 colour_at(const Hit& hit) const;
+    // What all punctual lights send to a vertex, times `share` of the direction to each.
+    template <class Share>
+    [[nodiscard]] glm::dvec3 punctual_light(const Path& path, const Vertex& vertex, const Share& share) const;
 
     RenderSettings settings_;
-    Camera camera_;
-    Background background_;
-    std::vector<Material> materials_;
+    Scene scene_;
     World world_;
-    glm::dvec3 forward_, right_, upward_;  // the camera's frame
 };
 
 }  // namespace tandem::oracle

@@ -85,11 +85,15 @@ TEST_CASE("the oracle refuses what it does not do, and says so") {
     refuses([](BackendOptions& o) { o.validation = true; });
     refuses([](BackendOptions& o) { o.planted_bug = PlantedBug::alpha_ignored; });
 
-    RenderSettings settings = small();
-    settings.integrator = Integrator::next_event;
     const auto renderer = oracle_backend().create({});
-    CHECK_THROWS_WITH_AS(
-        (void)renderer->prepare(some_scene(), settings), doctest::Contains("same mean"), UnsupportedError);
+    for (const Integrator integrator : {Integrator::whitted, Integrator::bidirectional}) {
+        RenderSettings settings = small();
+        settings.integrator = integrator;
+        CHECK_THROWS_AS((void)renderer->prepare(some_scene(), settings), UnsupportedError);
+    }
+    Scene scene = some_scene();
+    scene.lights.emplace_back();
+    CHECK_THROWS_WITH_AS((void)renderer->prepare(scene, small()), doctest::Contains("next-event"), UnsupportedError);
 }
 
 TEST_CASE("the oracle refuses a camera without a frame") {

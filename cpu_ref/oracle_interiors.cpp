@@ -1,0 +1,50 @@
+#include "cpu_ref/oracle_interiors.h"
+
+#include <algorithm>
+
+namespace tandem::oracle {
+
+bool is_tracked(const Material& material) {
+    return (material.translucent || material.kind == MaterialKind::boundary) &&
+           (material.interior != no_index || material.priority);
+}
+
+std::uint32_t Interiors::uppermost() const {
+    std::uint32_t found = no_index;
+    for (const std::uint32_t material : inside_)
+        if (found == no_index || priority_of(material) >= priority_of(found)) found = material;
+    return found;
+}
+
+std::uint32_t Interiors::medium() const {
+    const std::uint32_t material = uppermost();
+    return material == no_index ? scene_->medium : scene_->materials[material].interior;
+}
+
+Interiors::Outside Interiors::outside_of(std::uint32_t material, bool front) const {
+    Interiors others = *this;
+    if (!front) others.remove_latest(material);
+    const std::uint32_t neighbour = others.uppermost();
+    if (neighbour == no_index) return {false, 1.0};
+    const Material& outer = scene_->materials[neighbour];
+    return {priority_of(neighbour) > priority_of(material),
+        outer.kind == MaterialKind::boundary ? 1.0 : outer.refractive_index};
+}
+
+bool Interiors::cross(std::uint32_t material, bool from_front) {
+    constexpr std::size_t most = 4;
+    if (!from_front) {
+        remove_latest(material);
+        return true;
+    }
+    if (inside_.size() == most) return false;
+    inside_.push_back(material);
+    return true;
+}
+
+void Interiors::remove_latest(std::uint32_t material) {
+    const auto latest = std::find(inside_.rbegin(), inside_.rend(), material);
+    if (latest != inside_.rend()) inside_.erase(std::next(latest).base());
+}
+
+}  // namespace tandem::oracle
