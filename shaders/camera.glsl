@@ -24,7 +24,7 @@ Ray camera_ray(uvec2 pixel, vec4 u) {
     precise vec2 film = vec2(pixel) + (PLANTED(half_pixel_shift) ? u.xy - 0.5 : u.xy);
     precise vec2 place = 2.0 * film / vec2(settings.width, settings.height) - 1.0;
     const vec3 q = camera.forward + place.x * camera.film_right - place.y * camera.film_up;
-    if (!has_lens) return Ray(camera.position, unit_or_zero(q));
+    if (!has_lens || camera.lens_radius == 0.0) return Ray(camera.position, unit_or_zero(q));
     const float radius = PLANTED(lens_radius_doubled) ? 2.0 * camera.lens_radius : camera.lens_radius;
     const vec2 lens = radius * sample_disc(u.z, u.w);
     const vec3 shift = lens.x * camera.right + lens.y * camera.up;

@@ -1,5 +1,5 @@
-// Stage 4: the closest hit of every ray of the segment's queue, and for next_event whether the
-// pending shadow ray meets anything (MODEL.md sections 5 and 9.2).
+// Stage 4: the closest hit of every ray of the segment's queue, and whether the pending shadow
+// ray of a next event meets anything (MODEL.md sections 5 and 9.2).
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require
@@ -263,7 +263,7 @@ void main() {
     const bool inside = (word & ray_inside) != 0u;
     Ray ray = Ray(uintBitsToFloat(start.xyz), vec3(0.0));
     uint flags = 0;
-    if (next_event && (word & ray_shadow) != 0u) {
+    if (has_light_sampling && (word & ray_shadow) != 0u) {
         const uvec4 shadow = shadows[i];
         const vec3 offset = uintBitsToFloat(shadow.xyz);
         const float distance = length(offset);

@@ -37,7 +37,7 @@ float area_density(Light light, float distance2, float cosine) {
 // Density over solid angle with which `light` (its choice not counted) gives the direction from the receiver to a point on
 // it at `distance2`, cosine = |n_light · direction|.
 float light_density(Light light, Receiver receiver, float distance2, float cosine) {
-    if (has_spheres && light.kind == kind_sphere && !is_inside_sphere(light, receiver))
+    if (has_sphere_lights && light.kind == kind_sphere && !is_inside_sphere(light, receiver))
         return PLANTED(jacobian_missing) ? 1.0 / light.area
                                          : 1.0 / (2.0 * pi * sphere_cone(light, light.centre - receiver.point));
     return area_density(light, distance2, cosine);
@@ -102,8 +102,8 @@ LightSample sample_cuboid_light(Light light, Receiver receiver, vec2 v) {
 }
 
 LightSample sample_light(Light light, Receiver receiver, vec2 v) {
-    if (has_triangles && light.kind == kind_triangle) return sample_triangle_light(light, receiver, v);
-    if (has_spheres && light.kind == kind_sphere) return sample_sphere_light(light, receiver, v);
+    if (has_triangle_lights && light.kind == kind_triangle) return sample_triangle_light(light, receiver, v);
+    if (has_sphere_lights && light.kind == kind_sphere) return sample_sphere_light(light, receiver, v);
     return sample_cuboid_light(light, receiver, v);
 }
 

@@ -5,7 +5,7 @@
 bool has_flag(Material material, uint flag) { return (material.flags & flag) != 0u; }
 
 bool emits_to(Material material, bool front) {
-    return front || !has_flag(material, flag_front_only) || PLANTED(light_from_behind);
+    return front || !(has_one_sided_emission && has_flag(material, flag_front_only)) || PLANTED(light_from_behind);
 }
 
 // 7.1
@@ -43,7 +43,7 @@ vec3 translucent_direction(Material material, vec3 d, vec3 n_f, float c, bool fr
     if (sine2 > 1.0) return PLANTED(total_reflection_lost) ? vec3(0.0) : mirrored;
     const float c_t = sqrt(1.0 - sine2);
     const float reflectance =
-        has_flag(material, flag_schlick) ? fresnel_schlick(c, c_t, eta) : fresnel_exact(c, c_t, eta);
+        has_schlick && has_flag(material, flag_schlick) ? fresnel_schlick(c, c_t, eta) : fresnel_exact(c, c_t, eta);
     return u3 < reflectance ? mirrored : eta * d + (eta * c - c_t) * n_f;
 }
 
@@ -73,7 +73,9 @@ vec3 scattered_direction(Material material, vec3 d, vec3 n_f, float c, bool fron
 }
 
 vec3 background(vec3 direction) {
-    return mix(scene.background_down, scene.background_up, 0.5 * (direction.y + 1.0));
+    const vec3 down = scene.background_down, up = scene.background_up;
+    if (!has_background_gradient || down == up) return down;
+    return mix(down, up, 0.5 * (direction.y + 1.0));
 }
 
 #endif

@@ -66,10 +66,10 @@ void main() {
     const uint slot = hit.x & slot_mask;
     vec3 radiance = vec3(0.0);
     if (carries_radiance && k > 0) radiance = radiances_in[i].rgb;
-    if (next_event && (hit.x & hit_lit) != 0u) radiance += contributions_in[i].rgb;
+    if (has_light_sampling && (hit.x & hit_lit) != 0u) radiance += contributions_in[i].rgb;
     const uvec4 carried = k == 0 ? uvec4(floatBitsToUint(vec3(1.0)), i) : throughputs_in[i];
     const uint place = carried.w;  // of the pixel in the tile
-    if (next_event && slot == hit_ended) {
+    if (has_light_sampling && slot == hit_ended) {
         end_path(place, radiance);
         return;
     }
@@ -77,7 +77,7 @@ void main() {
     const vec4 arriving = directions_in[i];
     const vec3 d = arriving.xyz;
     if (slot == hit_none) {
-        end_path(place, radiance + throughput * background(d));
+        end_path(place, has_background ? radiance + throughput * background(d) : radiance);
         return;
     }
 
@@ -88,9 +88,9 @@ void main() {
     const float c = min(1.0, -dot(d, n_f));  // a rounding above 1 would make sines negative
     const bool translucent = has_translucent && has_flag(material, flag_translucent);
     const bool emissive = material.kind == material_emissive;
-    if (material.radiance != vec3(0.0) && emits_to(material, front)) {
-        const float share = emissive && translucent ? material.alpha : 1.0;
-        const float weight = next_event ? scattering_weight(i, slot, surface, d, arriving.w) : 1.0;
+    if (has_emission && material.radiance != vec3(0.0) && emits_to(material, front)) {
+        const float share = has_translucent_emission && emissive && translucent ? material.alpha : 1.0;
+        const float weight = has_light_sampling ? scattering_weight(i, slot, surface, d, arriving.w) : 1.0;
         radiance += throughput * material.radiance * (share * weight);
     }
     if (k == settings.bounces || (emissive && !translucent)) {
@@ -102,7 +102,7 @@ void main() {
     const bool diffuse = has_diffuse && material.kind == material_diffuse;
     uint word = slot, light_slot = 0;
     vec3 contribution = vec3(0.0), offset = vec3(0.0);
-    if (next_event && diffuse && settings.light_count > 0) {
+    if (has_light_sampling && diffuse && settings.light_count > 0) {
         const vec3 v = random_block(settings.seed, pixel, settings.sample_index, block_light(k)).xyz;
         const Receiver receiver = Receiver(offset_ray_origin(surface, n_f), slot, !front);
         contribution = throughput * direct_light(receiver, n_f, absorbed(material, vec3(1.0)), v, offset, light_slot);
@@ -126,7 +126,7 @@ void main() {
     origins_out[at] = uvec4(floatBitsToUint(origin), word);
     throughputs_out[at] = uvec4(floatBitsToUint(throughput), place);
     if (carries_radiance) radiances_out[at] = vec4(radiance, 0.0);
-    if (next_event && (word & ray_shadow) != 0u) {
+    if (has_light_sampling && (word & ray_shadow) != 0u) {
         contributions_out[at] = vec4(contribution, 0.0);
         shadows[at] = uvec4(floatBitsToUint(offset), light_slot);
     }

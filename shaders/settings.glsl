@@ -5,33 +5,22 @@
 
 layout(local_size_x_id = 0) in;
 
-// An absent feature's code is dropped when the pipeline is built.
-layout(constant_id = 1) const uint integrator = 0;
-layout(constant_id = 2) const bool has_triangles = true;
-layout(constant_id = 3) const bool has_spheres = true;
-layout(constant_id = 4) const bool has_cuboids = true;
-layout(constant_id = 5) const bool has_diffuse = true;
-layout(constant_id = 6) const bool has_specular = true;
-layout(constant_id = 7) const bool has_translucent = true;
-layout(constant_id = 8) const bool has_fuzz = true;
-layout(constant_id = 9) const bool has_lens = true;
-layout(constant_id = 10) const bool has_roulette = true;
-layout(constant_id = 11) const bool carries_radiance = true;  // a path may gather light and go on
-layout(constant_id = 12) const bool few_primitives = false;   // each kind's world primitives fit a uniform block
-layout(constant_id = 13) const bool unrolled = false;  // the loops over primitives
-layout(constant_id = 14) const uint fixed_triangles = 0;
-layout(constant_id = 15) const uint fixed_spheres = 0;
-layout(constant_id = 16) const uint fixed_cuboids = 0;
-layout(constant_id = 17) const bool triangle_tree = false;  // a tree in place of the loop
-layout(constant_id = 18) const bool sphere_tree = false;
-layout(constant_id = 19) const bool cuboid_tree = false;
-layout(constant_id = 20) const uint triangle_root = 0;
-layout(constant_id = 21) const uint sphere_root = 0;
-layout(constant_id = 22) const uint cuboid_root = 0;
-layout(constant_id = 23) const float ray_min = 0.0;  // those of Settings
-layout(constant_id = 24) const float ray_max = 0.0;
-const uint integrator_next_event = 1;
-const bool next_event = integrator == integrator_next_event;
+#include "effects.glsl"
+
+layout(constant_id = 3) const bool carries_radiance = true;  // a path may gather light and go on
+layout(constant_id = 4) const bool few_primitives = false;   // each kind's world primitives fit a uniform block
+layout(constant_id = 5) const bool unrolled = false;  // the loops over primitives
+layout(constant_id = 6) const uint fixed_triangles = 0;
+layout(constant_id = 7) const uint fixed_spheres = 0;
+layout(constant_id = 8) const uint fixed_cuboids = 0;
+layout(constant_id = 9) const bool triangle_tree = false;  // a tree in place of the loop
+layout(constant_id = 10) const bool sphere_tree = false;
+layout(constant_id = 11) const bool cuboid_tree = false;
+layout(constant_id = 12) const uint triangle_root = 0;
+layout(constant_id = 13) const uint sphere_root = 0;
+layout(constant_id = 14) const uint cuboid_root = 0;
+layout(constant_id = 15) const float ray_min = 0.0;  // those of Settings
+layout(constant_id = 16) const float ray_max = 0.0;
 
 layout(push_constant, std430) uniform Settings {
     uvec2 seed;          // low and high word

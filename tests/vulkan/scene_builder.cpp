@@ -15,7 +15,8 @@ SceneBuilder& SceneBuilder::camera(glm::dvec3 position, glm::dvec3 target, doubl
 }
 
 SceneBuilder& SceneBuilder::background(glm::dvec3 down, glm::dvec3 up) {
-    scene.background = {down, up};
+    scene.background.down = down;
+    scene.background.up = up;
     return *this;
 }
 
@@ -30,7 +31,12 @@ void SceneBuilder::entity(
         primitive.index[i] = static_cast<std::uint32_t>(scene.vertices.size());
         scene.vertices.push_back(points[i]);
     }
-    scene.entities.push_back({"", material, static_cast<std::uint32_t>(scene.primitives.size()), 1, m});
+    Entity placed;
+    placed.material = material;
+    placed.first_primitive = static_cast<std::uint32_t>(scene.primitives.size());
+    placed.primitive_count = 1;
+    placed.object_to_world = m;
+    scene.entities.push_back(placed);
     scene.primitives.push_back(primitive);
 }
 

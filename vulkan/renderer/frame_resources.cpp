@@ -38,13 +38,13 @@ std::vector<BufferSpec> scene_specs(const SceneData& scene) {
 }
 
 // Which ray buffers hold anything: the five ping-ponged ones, hits, shadow rays, samples.
-std::array<bool, 8> ray_buffers_used(bool next_event, bool carries_radiance) {
-    return {true, true, true, carries_radiance, next_event, true, next_event, true};
+std::array<bool, 8> ray_buffers_used(PathState path) {
+    return {true, true, true, path.radiance, path.next_events, true, path.next_events, true};
 }
 
 // Buffers 0 … 4 and 5 … 9 are the two halves, 10 … 12 hits, shadow rays and samples; ray_queues follows.
-std::vector<BufferSpec> ray_specs(bool next_event, bool carries_radiance, std::uint64_t pixels) {
-    const auto used = ray_buffers_used(next_event, carries_radiance);
+std::vector<BufferSpec> ray_specs(PathState path, std::uint64_t pixels) {
+    const auto used = ray_buffers_used(path);
     std::vector<BufferSpec> specs;
     for (std::size_t i = 0; i < 2 * ping_ponged + 3; ++i) {
         const bool needed = used[i < ping_ponged ? i : i - ping_ponged];
@@ -56,9 +56,8 @@ std::vector<BufferSpec> ray_specs(bool next_event, bool carries_radiance, std::u
 constexpr std::size_t ray_queues = 2 * ping_ponged + 3;
 
 // One queue a segment and an empty one after the last.
-std::vector<BufferSpec> all_ray_specs(
-    bool next_event, bool carries_radiance, std::uint64_t pixels, std::uint32_t bounces) {
-    std::vector<BufferSpec> specs = ray_specs(next_event, carries_radiance, pixels);
+std::vector<BufferSpec> all_ray_specs(PathState path, std::uint64_t pixels, std::uint32_t bounces) {
+    std::vector<BufferSpec> specs = ray_specs(path, pixels);
     specs.push_back({(std::uint64_t{bounces} + 2) * ray_queue_bytes, Usage::eStorageBuffer | Usage::eIndirectBuffer});
     return specs;
 }
@@ -125,11 +124,11 @@ std::vector<DescriptorSets::Request> set_requests(const PipelineLayout& layout, 
 }  // namespace
 
 FrameResources::FrameResources(const Device& device, const PipelineLayout& layout, const SceneData& scene,
-    bool next_event, bool carries_radiance, std::uint32_t bounces, std::uint32_t tile_pixels)
+    PathState path, std::uint32_t bounces, std::uint32_t tile_pixels)
     : scene_(device, MemoryDomain::device, scene_specs(scene)),
       camera_(device, MemoryDomain::device,
           std::array{BufferSpec{sizeof scene.camera, Usage::eUniformBuffer | Usage::eTransferDst}}),
-      rays_(device, MemoryDomain::device, all_ray_specs(next_event, carries_radiance, tile_pixels, bounces)),
+      rays_(device, MemoryDomain::device, all_ray_specs(path, tile_pixels, bounces)),
       image_(device, MemoryDomain::device, image_specs(tile_pixels)),
       upload_(device, MemoryDomain::upload, upload_specs(scene)),
       readback_(device, MemoryDomain::readback, readback_specs(tile_pixels)),
@@ -186,19 +185,19 @@ std::uint32_t FrameResources::downloaded_invalid() const {
     return count;
 }
 
-std::uint64_t bytes_per_pixel(bool next_event, bool carries_radiance) {
+std::uint64_t bytes_per_pixel(PathState path) {
     std::uint64_t bytes = 2 * sums_per_pixel * element;
-    for (const BufferSpec& spec : ray_specs(next_event, carries_radiance, 1)) bytes += spec.bytes;
+    for (const BufferSpec& spec : ray_specs(path, 1)) bytes += spec.bytes;
     return bytes;
 }
 
-std::uint32_t tile_size(const Device& device, std::uint64_t image_pixels, bool next_event, bool carries_radiance) {
+std::uint32_t tile_size(const Device& device, std::uint64_t image_pixels, PathState path) {
     const DeviceAbilities& has = device.description().abilities;
     const std::uint64_t by_range = has.storage_buffer_bytes / (sums_per_pixel * element);
     const std::uint64_t by_groups = std::uint64_t{device.limits().maxComputeWorkGroupCount[0]} * workgroup_size;
     // One allocation holds the rays; all of it may take half of the device's memory, the rest being others'.
     const std::uint64_t memory = std::min(has.allocation_bytes, has.device_memory_bytes / 2);
-    const std::uint64_t by_memory = memory / bytes_per_pixel(next_event, carries_radiance);
+    const std::uint64_t by_memory = memory / bytes_per_pixel(path);
     const std::uint64_t tile = std::min({image_pixels, by_range, by_groups, by_memory});
     if (tile == 0) throw UnsupportedError(device.description().name + " has too little memory for a single pixel");
     return static_cast<std::uint32_t>(tile);

@@ -15,8 +15,8 @@ inline constexpr vk::DeviceSize ray_queue_bytes = 16;
 class FrameResources {
 public:
     // `tile_pixels`: pixels that are in flight at a time.
-    FrameResources(const Device& device, const PipelineLayout& layout, const SceneData& scene, bool next_event,
-        bool carries_radiance, std::uint32_t bounces, std::uint32_t tile_pixels);
+    FrameResources(const Device& device, const PipelineLayout& layout, const SceneData& scene, PathState path,
+        std::uint32_t bounces, std::uint32_t tile_pixels);
 
     [[nodiscard]] std::array<vk::DescriptorSet, 4> sets(std::uint32_t ray_parity, std::uint32_t sum_parity) const;
 
@@ -41,9 +41,8 @@ private:
 };
 
 // Bytes of device memory for each pixel in flight.
-[[nodiscard]] std::uint64_t bytes_per_pixel(bool next_event, bool carries_radiance);
+[[nodiscard]] std::uint64_t bytes_per_pixel(PathState path);
 // As many pixels of an image as the device's limits allow in flight at once.
-[[nodiscard]] std::uint32_t tile_size(
-    const Device& device, std::uint64_t image_pixels, bool next_event, bool carries_radiance);
+[[nodiscard]] std::uint32_t tile_size(const Device& device, std::uint64_t image_pixels, PathState path);
 
 }  // namespace tandem

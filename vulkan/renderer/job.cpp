@@ -32,8 +32,29 @@ float to_distance(double distance) {
 // Up to so many primitives the loops over them are unrolled: each further one lengthens the compilation.
 constexpr std::uint32_t most_unrolled = 32;
 
-Specialisation specialise(
-    const Device& device, const SceneData& scene, const RenderSettings& settings, PlantedBug bug) {
+// The effects that the shaders can simulate.
+constexpr EffectSet simulated{Effect::triangles, Effect::spheres, Effect::cuboids, Effect::lens, Effect::diffuse,
+    Effect::specular, Effect::fuzz, Effect::translucent, Effect::schlick, Effect::emission, Effect::one_sided_emission,
+    Effect::translucent_emission, Effect::background, Effect::background_gradient, Effect::light_sampling,
+    Effect::triangle_lights, Effect::sphere_lights, Effect::cuboid_lights, Effect::roulette};
+
+EffectSet effects_of(const Scene& scene, const RenderSettings& settings) {
+    if (settings.integrator == Integrator::bidirectional)
+        throw UnsupportedError("the Vulkan renderer has no bidirectional integrator; the cpu backend has");
+    return effects_to_simulate(scene, settings, simulated, "vulkan");
+}
+
+// General kernels carry what any scene may need; those of a scene's own effects what that scene does.
+PathState path_state(EffectSet effects, bool general, const SceneData& scene) {
+    const bool next_events = effects.has(Effect::light_sampling);
+    const bool passing_emission = effects.has(Effect::emission) && (general || scene.passing_emission);
+    return {next_events, next_events || passing_emission};
+}
+
+Specialisation specialise(const Device& device, const Scene& described, const SceneData& scene,
+    const RenderSettings& settings, PlantedBug bug) {
+    const EffectSet effects = effects_of(described, settings);
+    const bool general = effects != needed_effects(described, settings);
     const SceneTrees& trees = scene.trees;
     const bool has_trees = trees.triangles || trees.spheres || trees.cuboids;
     const bool unrolled = !has_trees && scene.triangle_count + scene.sphere_count + scene.cuboid_count <= most_unrolled;
@@ -42,8 +63,8 @@ Specialisation specialise(
     // Not on a CPU: it gathers lane by lane from uniform blocks, unrolled loops have their primitives in registers, and
     // Mesa 22.3's lavapipe crashes on loops over several of the blocks.
     const bool on_cpu = device.description().type == DeviceType::cpu;
-    return {scene.features, settings.integrator, settings.roulette_start <= settings.bounces, fit && !on_cpu, unrolled,
-        scene.triangle_count, scene.sphere_count, scene.cuboid_count, trees.triangles, trees.spheres, trees.cuboids,
+    return {effects, path_state(effects, general, scene), fit && !on_cpu, unrolled, scene.triangle_count,
+        scene.sphere_count, scene.cuboid_count, trees.triangles, trees.spheres, trees.cuboids,
         to_distance(settings.ray_min), to_distance(settings.ray_max), bug};
 }
 
@@ -85,13 +106,11 @@ VulkanJob::VulkanJob(const Instance& instance, const Device& device, Stages& sta
     : instance_(instance),
       settings_(mutated(checked(settings), planted_bug)),
       scene_(flatten(scene, settings_, acceleration)),
-      specialisation_(specialise(device, scene_, settings_, planted_bug)),
+      specialisation_(specialise(device, scene, scene_, settings_, planted_bug)),
       layout_(stages.layout()),
       pipelines_(stages.pipelines(specialisation_)),
-      tile_pixels_(tile_size(device, std::uint64_t{settings_.width} * settings_.height,
-          settings_.integrator == Integrator::next_event, specialisation_.carries_radiance())),
-      resources_(device, layout_, scene_, settings_.integrator == Integrator::next_event,
-          specialisation_.carries_radiance(), settings_.bounces, tile_pixels_),
+      tile_pixels_(tile_size(device, std::uint64_t{settings_.width} * settings_.height, specialisation_.path)),
+      resources_(device, layout_, scene_, specialisation_.path, settings_.bounces, tile_pixels_),
       submission_(device) {
     instance_.log().raise();
 }

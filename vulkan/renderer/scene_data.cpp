@@ -85,22 +85,12 @@ gpu::EntityTransform flatten(const glm::dmat4& m) {
     return result;
 }
 
-SceneFeatures features_of(const Scene& scene, const SceneData& data) {
-    SceneFeatures features;
-    features.triangles = data.triangle_count > 0;
-    features.spheres = data.sphere_count > 0;
-    features.cuboids = data.cuboid_count > 0;
-    features.lens = scene.camera.lens_radius > 0.0;
-    for (const Entity& entity : scene.entities) {
+bool has_passing_emission(const Scene& scene) {
+    return std::ranges::any_of(scene.entities, [&](const Entity& entity) {
         const Material& material = scene.materials[entity.material];
         const bool ends_path = material.kind == MaterialKind::emissive && !material.translucent;
-        features.diffuse |= material.kind == MaterialKind::diffuse;
-        features.specular |= material.kind == MaterialKind::specular;
-        features.translucent |= material.translucent;
-        features.fuzz |= material.fuzz > 0.0 && !ends_path && material.kind != MaterialKind::diffuse;
-        features.passing_emission |= material.radiance != glm::dvec3(0.0) && !ends_path;
-    }
-    return features;
+        return material.radiance != glm::dvec3(0.0) && !ends_path;
+    });
 }
 
 double extent_of(const Scene& scene) {
@@ -176,10 +166,10 @@ SceneData flatten(const Scene& scene, const RenderSettings& settings, Accelerati
     for (const Entity& entity : scene.entities) data.transforms.push_back(flatten(entity.object_to_world));
     for (const Material& material : scene.materials) data.materials.push_back(flatten(material));
     place_primitives(scene, data);
-    data.lights = make_light_table(scene, data.placed);
+    if (needed_effects(scene, settings).has(Effect::light_sampling)) data.lights = make_light_table(scene, data.placed);
     for (std::uint32_t i = 0; i < data.lights.size(); ++i) data.placed[data.lights[i].slot].light = i;
     data.trees = grow_trees(scene, data, acceleration);
-    data.features = features_of(scene, data);
+    data.passing_emission = has_passing_emission(scene);
     return data;
 }
 

@@ -1,5 +1,4 @@
-// A scene flattened for the device: rounded to float, sorted by kind of primitive, with the table of sampled lights and
-// what the scene calls for.
+// A scene flattened for the device: rounded to float, sorted by kind of primitive, with the table of sampled lights.
 #pragma once
 
 #include <optional>
@@ -10,14 +9,6 @@
 #include "vulkan/renderer/gpu_layout.h"
 
 namespace tandem {
-
-// What a scene and its settings need; all else is specialised away.
-struct SceneFeatures {
-    bool triangles = false, spheres = false, cuboids = false;
-    bool diffuse = false, specular = false, translucent = false, fuzz = false, lens = false;
-    bool passing_emission = false;  // some surface emits and lets the path go on
-    bool operator==(const SceneFeatures&) const = default;
-};
 
 // The roots of the trees over the primitives of one kind each; none where a loop serves.
 struct SceneTrees {
@@ -36,7 +27,7 @@ struct SceneData {
     std::vector<gpu::Light> lights;  // in id order
     std::uint32_t triangle_count = 0, sphere_count = 0, cuboid_count = 0;
     SceneTrees trees;
-    SceneFeatures features;
+    bool passing_emission = false;  // some surface emits and lets the path go on
 };
 
 // Throws InputError for a camera that MODEL.md section 4 refuses and UnsupportedError for what float cannot hold.

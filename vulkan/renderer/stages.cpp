@@ -8,12 +8,11 @@ namespace tandem {
 
 std::vector<SpecialisationConstant> Specialisation::constants() const {
     // Ids of shaders/settings.glsl; 0 is the workgroup's size.
-    const std::array<std::uint32_t, 25> values{workgroup_size, static_cast<std::uint32_t>(integrator),
-        features.triangles, features.spheres, features.cuboids, features.diffuse, features.specular,
-        features.translucent, features.fuzz, features.lens, roulette, carries_radiance(), few_primitives, unrolled,
-        triangles, spheres, cuboids, triangle_root.has_value(), sphere_root.has_value(), cuboid_root.has_value(),
-        triangle_root.value_or(0), sphere_root.value_or(0), cuboid_root.value_or(0),
-        std::bit_cast<std::uint32_t>(ray_min), std::bit_cast<std::uint32_t>(ray_max)};
+    const std::array<std::uint32_t, 17> values{workgroup_size, static_cast<std::uint32_t>(effects.bits()),
+        static_cast<std::uint32_t>(effects.bits() >> 32), path.radiance, few_primitives, unrolled, triangles, spheres,
+        cuboids, triangle_root.has_value(), sphere_root.has_value(), cuboid_root.has_value(), triangle_root.value_or(0),
+        sphere_root.value_or(0), cuboid_root.value_or(0), std::bit_cast<std::uint32_t>(ray_min),
+        std::bit_cast<std::uint32_t>(ray_max)};
     std::vector<SpecialisationConstant> result;
     for (std::uint32_t id = 0; id < values.size(); ++id) result.push_back({id, values[id]});
     if (shaders_hold_planted_bugs()) result.push_back({31, static_cast<std::uint32_t>(planted_bug)});

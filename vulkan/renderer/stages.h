@@ -1,4 +1,4 @@
-// The six pipelines of the tracer, specialised to a scene's features and the estimator's settings.
+// The six pipelines of the tracer, specialised to the effects that are simulated.
 #pragma once
 
 #include <array>
@@ -13,11 +13,17 @@
 
 namespace tandem {
 
+// What a path carries from vertex to vertex besides its ray and throughput.
+struct PathState {
+    bool next_events = false;  // a pending shadow ray and what it would bring
+    bool radiance = false;     // it may gather light and go on
+    bool operator==(const PathState&) const = default;
+};
+
 // Everything that the pipelines are specialised to.
 struct Specialisation {
-    SceneFeatures features;
-    Integrator integrator = Integrator::path;
-    bool roulette = false;
+    EffectSet effects;
+    PathState path;
     bool few_primitives = false;  // each kind's world primitives fit a uniform block, from which they are read
     bool unrolled = false;        // the loops over primitives
     std::uint32_t triangles = 0, spheres = 0, cuboids = 0;
@@ -25,10 +31,6 @@ struct Specialisation {
     float ray_min = 0, ray_max = 0;
     PlantedBug planted_bug = PlantedBug::none;
 
-    // A path may gather light and go on: then its radiance travels with it.
-    [[nodiscard]] bool carries_radiance() const {
-        return integrator == Integrator::next_event || features.passing_emission;
-    }
     [[nodiscard]] std::vector<SpecialisationConstant> constants() const;
 };
 

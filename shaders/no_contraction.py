@@ -1,0 +1,48 @@
+#!/usr/bin/env python3
+"""Decorates every floating-point operation of a SPIR-V module NoContraction, as if all of the GLSL were `precise`.
+
+A compiler that may contract a * b + c into one rounding decides so by what surrounds it, hence differently in specialised
+and in general kernels. Tandem promises the same bits from both (DESIGN.md section 7), on every driver.
+
+usage: no_contraction.py MODULE.spv
+"""
+
+import struct
+import sys
+
+HEADER_WORDS = 5
+DECORATE, MEMBER_DECORATE = 71, 72
+NO_CONTRACTION = 42
+# OpFNegate, OpFAdd, OpFSub, OpFMul, OpFDiv, OpFRem, OpFMod, products of vectors, scalars and matrices, OpDot
+ARITHMETIC = {127, 129, 131, 133, 136, 140, 141, 142, 143, 144, 145, 146, 147, 148}
+
+
+def instructions(words):
+    at = HEADER_WORDS
+    while at < len(words):
+        count, opcode = words[at] >> 16, words[at] & 0xFFFF
+        yield at, opcode, words[at : at + count]
+        at += count
+
+
+def main():
+    with open(sys.argv[1], "rb") as file:
+        data = file.read()
+    words = list(struct.unpack(f"<{len(data) // 4}I", data))
+    decorated, arithmetic, end = set(), [], 0
+    for at, opcode, instruction in instructions(words):
+        if opcode in (DECORATE, MEMBER_DECORATE):
+            end = at + len(instruction)
+            if opcode == DECORATE and instruction[2] == NO_CONTRACTION:
+                decorated.add(instruction[1])
+        elif opcode in ARITHMETIC:
+            arithmetic.append(instruction[2])
+    added = [word for result in arithmetic if result not in decorated
+             for word in (3 << 16 | DECORATE, result, NO_CONTRACTION)]
+    if added and end == 0:
+        sys.exit(f"no_contraction.py: {sys.argv[1]} has no decorations to stand beside")
+    with open(sys.argv[1], "wb") as file:
+        file.write(struct.pack(f"<{len(words) + len(added)}I", *words[:end], *added, *words[end:]))
+
+
+main()
