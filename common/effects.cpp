@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <glm/geometric.hpp>
 
@@ -253,7 +254,8 @@ EffectSet needed_effects(const Scene& scene, const RenderSettings& settings) {
 EffectSet effects_to_simulate(
     const Scene& scene, const RenderSettings& settings, EffectSet supported, std::string_view backend) {
     const EffectSet needed = needed_effects(scene, settings);
-    const bool punctual = !scene.lights.empty();
+    const bool punctual =
+        std::ranges::any_of(scene.lights, [](const PunctualLight& light) { return !black(light.intensity); });
     if (punctual && settings.integrator == Integrator::path)
         throw UnsupportedError(
             "the path integrator cannot find point, spot and sun lights; choose one that samples lights (next-event)");
