@@ -27,9 +27,10 @@ std::vector<Scene> scenes_with_closed_form() {
 void check_files(Integrator integrator) {
     auto all = witnesses();
     const std::vector<Scene> scenes = scenes_with_closed_form();
-    REQUIRE(scenes.size() >= 21);
+    REQUIRE(scenes.size() >= 40);
     for (const Scene& scene : scenes) {
         CAPTURE(scene.name);
+        if (integrator == Integrator::path && !scene.lights.empty()) continue;  // scattering finds none of them
         RenderSettings settings = default_settings(scene);
         settings.integrator = integrator;
         settings.width = std::min(settings.width, 12u);  // the fields show one value, or are one pixel
