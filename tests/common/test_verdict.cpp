@@ -153,3 +153,25 @@ TEST_CASE("the rounding of float transport grows with the bounces") {
     CHECK(float_transport_tolerance(0) == 8 * 0x1p-23);
     CHECK(float_transport_tolerance(12) == 92 * 0x1p-23);
 }
+
+TEST_CASE("equal values of a handful of images are fixed only where the neighbours' are too") {
+    // Black with two lit columns; at (2, 2) both sides happen to have twice the same value, but not each other's.
+    const auto image = [](double count, double lone) {
+        SampledImage result = normal_image(8, 8, 0.0, 0.0, count, 1);
+        for (std::size_t i = 0; i < result.pixels.size(); ++i) {
+            const std::size_t pixel = i / channel_count, x = pixel % 8, y = pixel / 8;
+            if (x < 5) result.pixels[i] = {1.0, 0.25, count};
+            if (x == 2 && y == 2) result.pixels[i] = {lone, 0.0, count};
+        }
+        return result;
+    };
+    const double tolerance = float_transport_tolerance(4);
+    const FixedPixels few = compare_fixed_pixels(image(2.0, 0.5), image(2.0, 0.6), tolerance);
+    CHECK(few.mismatches == 0);
+    CHECK(few.count == 2 * 8 * channel_count);  // columns 6 and 7: column 5 touches the noisy one
+    // From 64 samples on, no chance: they are fixed and must be equal.
+    const FixedPixels many = compare_fixed_pixels(image(64.0, 0.5), image(64.0, 0.6), tolerance);
+    CHECK(many.count == (3 * 8 + 1) * channel_count);
+    CHECK(many.mismatches == channel_count);
+    CHECK(many.first_mismatch == (2 * 8 + 2) * channel_count);
+}
