@@ -32,6 +32,7 @@ struct PacketQuery {
     Departure<Lanes<Real>> departure;
     Ints<Real> light;
     Mask<Real> active;
+    Lanes<Real> time;
     Hit<Real> hit;  // also `found` for occlusion
 };
 
@@ -45,10 +46,19 @@ struct SingleQuery {
     std::uint32_t departed;
     bool inside;
     std::uint32_t light;
+    Real time;
     Real t;
     std::uint32_t face, primitive;
     bool found;
 };
+
+// The ray that meets a primitive at rest as `ray` meets it in motion.
+template <class V>
+TANDEM_INLINE Ray<V> seen_by(const Ray<V>& ray, const Tables<RealOf<V>>& tables, const PrimitiveRef& ref, V time) {
+    if (!ref.moves) return ray;
+    const Vec3<V> origin = along(ray.origin, V(-time), splat<V>(tables.motion_list[ref.entity]));
+    return make_ray(origin, ray.direction, ray.t_min, ray.limit);
+}
 
 // A float no less than `a`, so that Embree culls nothing at `a`.
 float round_up(double a) {
@@ -126,16 +136,19 @@ struct Accelerator<Real>::Callbacks {
             round_up(box.high.x + e), round_up(box.high.y + e), round_up(box.high.z + e), 0.0f};
     }
 
+    template <bool moving>
     static void packet_closest(const RTCIntersectFunctionNArguments* arguments) {
         const Accelerator& self = *static_cast<const Accelerator*>(arguments->geometryUserPtr);
-        leaf_closest(self.tables_, *reinterpret_cast<PacketQuery<Real>*>(arguments->context));
+        leaf_closest<moving>(self.tables_, *reinterpret_cast<PacketQuery<Real>*>(arguments->context));
     }
+    template <bool moving>
     static void packet_occluded(const RTCOccludedFunctionNArguments* arguments) {
         const Accelerator& self = *static_cast<const Accelerator*>(arguments->geometryUserPtr);
-        leaf_occluded(self.tables_, *reinterpret_cast<PacketQuery<Real>*>(arguments->context));
+        leaf_occluded<moving>(self.tables_, *reinterpret_cast<PacketQuery<Real>*>(arguments->context));
     }
 
     // All primitives in ascending id order with strict comparison: of equal t the lower id wins.
+    template <bool moving>
     static void leaf_closest(const Tables<Real>& tables, PacketQuery<Real>& query) {
         using V = Lanes<Real>;
         using U = UnsignedOf<Real>;
@@ -144,8 +157,12 @@ struct Accelerator<Real>::Callbacks {
         U id = 0;
         for (const PrimitiveRef& ref : tables.primitives) {
             const Mask<Real> departing = query.departure.primitive == Ints<Real>(id++);
-            const Candidate<V> candidate = with_form(
-                tables, ref, [&](const auto& form) { return intersect(form, ray, departing, query.departure.inside); });
+            const Candidate<V> candidate = with_form(tables, ref, [&](const auto& form) {
+                if constexpr (moving)
+                    return intersect(form, seen_by(ray, tables, ref, query.time), departing, query.departure.inside);
+                else
+                    return intersect(form, ray, departing, query.departure.inside);
+            });
             ray.limit = select(candidate.hit, candidate.t, ray.limit);
             hit.face = select(candidate.hit, candidate.face + Ints<Real>(U{ref.first_face}), hit.face);
             hit.found = hit.found | candidate.hit;
@@ -154,6 +171,7 @@ struct Accelerator<Real>::Callbacks {
         hit.found = hit.found & query.active;
         query.hit = hit;
     }
+    template <bool moving>
     static void leaf_occluded(const Tables<Real>& tables, PacketQuery<Real>& query) {
         using V = Lanes<Real>;
         using U = UnsignedOf<Real>;
@@ -163,18 +181,29 @@ struct Accelerator<Real>::Callbacks {
         for (const PrimitiveRef& ref : tables.primitives) {
             const Ints<Real> number(id++);
             const Mask<Real> departing = query.departure.primitive == number;
-            const Mask<Real> hit = with_form(
-                tables, ref, [&](const auto& form) { return blocks(form, ray, departing, query.departure.inside); });
+            const Mask<Real> hit = with_form(tables, ref, [&](const auto& form) {
+                if constexpr (moving)
+                    return blocks(form, seen_by(ray, tables, ref, query.time), departing, query.departure.inside);
+                else
+                    return blocks(form, ray, departing, query.departure.inside);
+            });
             blocked = blocked | (hit & !(query.light == number));
             if (all(blocked)) break;
         }
         query.hit.found = blocked & query.active;
     }
 
+    template <bool moving>
     static Candidate<Real> single(const SingleQuery<Real>& query, std::uint32_t id) {
         if (id == query.light) return {false, Real(0), 0};
-        return with_form(*query.tables, query.tables->primitives[id],
-            [&](const auto& form) { return intersect(form, query.ray, id == query.departed, query.inside); });
+        const PrimitiveRef& ref = query.tables->primitives[id];
+        return with_form(*query.tables, ref, [&](const auto& form) {
+            if constexpr (moving)
+                return intersect(
+                    form, seen_by(query.ray, *query.tables, ref, query.time), id == query.departed, query.inside);
+            else
+                return intersect(form, query.ray, id == query.departed, query.inside);
+        });
     }
     // Takes a hit in if it is nearer, or as near with a lower id.
     static bool accept(SingleQuery<Real>& query, std::uint32_t id, Real t, std::uint32_t face) {
@@ -186,21 +215,23 @@ struct Accelerator<Real>::Callbacks {
         return true;
     }
 
+    template <bool moving>
     static void single_closest(const RTCIntersectFunctionNArguments* arguments) {
         if (arguments->valid[0] == 0) return;
         auto& query = *reinterpret_cast<SingleQuery<Real>*>(arguments->context);
         const std::uint32_t id = (*query.user)[arguments->primID];
-        const Candidate<Real> candidate = single(query, id);
+        const Candidate<Real> candidate = single<moving>(query, id);
         if (!candidate.hit || !accept(query, id, candidate.t, static_cast<std::uint32_t>(candidate.face))) return;
         auto& ray = *reinterpret_cast<RTCRayHit*>(arguments->rayhit);
         ray.ray.tfar = std::min(ray.ray.tfar, round_up(static_cast<double>(candidate.t)));
         ray.hit.geomID = arguments->geomID;
         ray.hit.primID = arguments->primID;
     }
+    template <bool moving>
     static void single_occluded(const RTCOccludedFunctionNArguments* arguments) {
         if (arguments->valid[0] == 0) return;
         auto& query = *reinterpret_cast<SingleQuery<Real>*>(arguments->context);
-        if (!single(query, (*query.user)[arguments->primID]).hit) return;
+        if (!single<moving>(query, (*query.user)[arguments->primID]).hit) return;
         query.found = true;
         reinterpret_cast<RTCRay*>(arguments->ray)->tfar = -std::numeric_limits<float>::infinity();
     }
@@ -231,9 +262,13 @@ Accelerator<Real>::Accelerator(RTCDevice device, const Tables<Real>& tables, std
     // largest coordinate of scene and camera, a ray's origin moves by at most sqrt(3) u M, its direction turns by
     // sqrt(3) u over a path of at most 2 sqrt(3) M, and a kernel places a hit within 20 u M (surface.h): below 32 u M
     // together.
-    double reach = std::max({std::abs(static_cast<double>(tables.camera.position.x)),
-        std::abs(static_cast<double>(tables.camera.position.y)),
-        std::abs(static_cast<double>(tables.camera.position.z))});
+    // (With motion, shifting a ray rounds once more at each end, and M counts the displacements too.)
+    const auto& camera = tables.camera;
+    double reach = 0.0;
+    for (const auto& [place, motion] : {std::array{camera.position.x, camera.position_motion.x},
+             std::array{camera.position.y, camera.position_motion.y},
+             std::array{camera.position.z, camera.position_motion.z}})
+        reach = std::max(reach, std::abs(static_cast<double>(place)) + std::abs(static_cast<double>(motion)));
     reach += static_cast<double>(tables.camera.lens_radius);
     for (const BoundingBox& box : tables.bounds)
         for (int i = 0; i < 3; ++i) reach = std::max({reach, std::abs(box.low[i]), std::abs(box.high[i])});
@@ -243,7 +278,7 @@ Accelerator<Real>::Accelerator(RTCDevice device, const Tables<Real>& tables, std
     } else {
         for (std::uint32_t id = 0; id < tables.primitives.size(); ++id) {
             const PrimitiveRef& ref = tables.primitives[id];
-            const bool native = sizeof(Real) == 4 && ref.kind == PrimitiveKind::triangle && !ref.emits;
+            const bool native = sizeof(Real) == 4 && ref.kind == PrimitiveKind::triangle && !ref.emits && !ref.moves;
             (native ? native_ : user_).push_back(id);
         }
         if (!native_.empty()) add_native_triangles(device);
@@ -280,17 +315,22 @@ void Accelerator<Real>::add_user_geometry(RTCDevice device, unsigned count) {
     rtcSetGeometryUserPrimitiveCount(geometry.get(), count);
     rtcSetGeometryUserData(geometry.get(), this);
     rtcSetGeometryBoundsFunction(geometry.get(), Callbacks::bounds, nullptr);
-    rtcSetGeometryIntersectFunction(geometry.get(), leaf_ ? Callbacks::packet_closest : Callbacks::single_closest);
-    rtcSetGeometryOccludedFunction(geometry.get(), leaf_ ? Callbacks::packet_occluded : Callbacks::single_occluded);
+    const auto set_callbacks = [&]<bool moving>() {
+        rtcSetGeometryIntersectFunction(geometry.get(),
+            leaf_ ? Callbacks::template packet_closest<moving> : Callbacks::template single_closest<moving>);
+        rtcSetGeometryOccludedFunction(geometry.get(),
+            leaf_ ? Callbacks::template packet_occluded<moving> : Callbacks::template single_occluded<moving>);
+    };
+    tables_.moves ? set_callbacks.template operator()<true>() : set_callbacks.template operator()<false>();
     rtcCommitGeometry(geometry.get());
     rtcAttachGeometryByID(scene_.get(), geometry.get(), user_geometry);
 }
 
 template <class Real>
 Hit<Real> Accelerator<Real>::closest(
-    const Ray<Lanes<Real>>& ray, const Departure<Lanes<Real>>& departure, Mask<Real> active) const {
-    if (!leaf_) return closest_one_by_one(ray, departure, active);
-    PacketQuery<Real> query{{}, ray, departure, {}, traceable(ray, active), {}};
+    const Ray<Lanes<Real>>& ray, const Departure<Lanes<Real>>& departure, Mask<Real> active, Lanes<Real> time) const {
+    if (!leaf_) return closest_one_by_one(ray, departure, active, time);
+    PacketQuery<Real> query{{}, ray, departure, {}, traceable(ray, active), time, {}};
     query.hit = {Mask<Real>{}, ray.limit, Ints<Real>(UnsignedOf<Real>{0})};
     embree::initialise(query.context);
     typename Packet<Real>::Hit packet;
@@ -302,10 +342,10 @@ Hit<Real> Accelerator<Real>::closest(
 }
 
 template <class Real>
-Mask<Real> Accelerator<Real>::occluded(
-    const Ray<Lanes<Real>>& ray, const Departure<Lanes<Real>>& departure, Ints<Real> light, Mask<Real> active) const {
-    if (!leaf_) return occluded_one_by_one(ray, departure, light, active);
-    PacketQuery<Real> query{{}, ray, departure, light, traceable(ray, active), {}};
+Mask<Real> Accelerator<Real>::occluded(const Ray<Lanes<Real>>& ray, const Departure<Lanes<Real>>& departure,
+    Ints<Real> light, Mask<Real> active, Lanes<Real> time) const {
+    if (!leaf_) return occluded_one_by_one(ray, departure, light, active, time);
+    PacketQuery<Real> query{{}, ray, departure, light, traceable(ray, active), time, {}};
     embree::initialise(query.context);
     typename Packet<Real>::Ray packet;
     alignas(64) int valid[lane_count<Real>];
@@ -351,7 +391,7 @@ void start_single(SingleQuery<Real>& query, RTCRay& out, const Ray<Lanes<Real>>&
 
 template <class Real>
 Hit<Real> Accelerator<Real>::closest_one_by_one(
-    const Ray<Lanes<Real>>& ray, const Departure<Lanes<Real>>& departure, Mask<Real> active) const {
+    const Ray<Lanes<Real>>& ray, const Departure<Lanes<Real>>& departure, Mask<Real> active, Lanes<Real> time) const {
     using U = UnsignedOf<Real>;
     SingleQuery<Real> query{};
     query.tables = &tables_;
@@ -363,6 +403,7 @@ Hit<Real> Accelerator<Real>::closest_one_by_one(
     for (unsigned left = traceable(ray, active).to_bits(); left != 0; left &= left - 1) {
         const int lane = std::countr_zero(left);
         RTCRayHit one;
+        query.time = time[lane];
         start_single(query, one.ray, ray, departure, lane);
         one.hit.geomID = RTC_INVALID_GEOMETRY_ID;
         embree::intersect(scene_.get(), query.context, one);
@@ -383,8 +424,8 @@ Hit<Real> Accelerator<Real>::closest_one_by_one(
 }
 
 template <class Real>
-Mask<Real> Accelerator<Real>::occluded_one_by_one(
-    const Ray<Lanes<Real>>& ray, const Departure<Lanes<Real>>& departure, Ints<Real> light, Mask<Real> active) const {
+Mask<Real> Accelerator<Real>::occluded_one_by_one(const Ray<Lanes<Real>>& ray, const Departure<Lanes<Real>>& departure,
+    Ints<Real> light, Mask<Real> active, Lanes<Real> time) const {
     SingleQuery<Real> query{};
     query.tables = &tables_;
     query.native = &native_;
@@ -393,6 +434,7 @@ Mask<Real> Accelerator<Real>::occluded_one_by_one(
     for (unsigned left = traceable(ray, active).to_bits(); left != 0; left &= left - 1) {
         const int lane = std::countr_zero(left);
         RTCRay one;
+        query.time = time[lane];
         start_single(query, one, ray, departure, lane);
         query.light = static_cast<std::uint32_t>(light[lane]);
         embree::occluded(scene_.get(), query.context, one);

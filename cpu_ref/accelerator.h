@@ -2,7 +2,8 @@
 // whether and where it meets them is decided by the kernels of kernels.h, so that the hit is the same however it was
 // found. A scene of few primitives is one leaf of user geometry, tested by a whole packet of rays at once. Otherwise
 // rays go one by one through Embree's hierarchy, which holds plain triangles natively (single precision; its own
-// triangle test then picks the triangle) and everything else as user geometry.
+// triangle test then picks the triangle) and everything else as user geometry. Primitives in motion are user geometry
+// with bounds over the whole shutter; a ray meets them as the ray shifted back by their displacement (section 6).
 #pragma once
 
 #include <memory>
@@ -27,16 +28,25 @@ public:
     Accelerator& operator=(const Accelerator&) = delete;
 
     [[nodiscard]] Hit<Real> closest(
-        const Ray<Lanes<Real>>& ray, const Departure<Lanes<Real>>& departure, Mask<Real> active) const;
+        const Ray<Lanes<Real>>& ray, const Departure<Lanes<Real>>& departure, Mask<Real> active) const {
+        return closest(ray, departure, active, Lanes<Real>(Real(0)));
+    }
+    // `time` (section 4) counts where an entity moves.
+    [[nodiscard]] Hit<Real> closest(const Ray<Lanes<Real>>& ray, const Departure<Lanes<Real>>& departure,
+        Mask<Real> active, Lanes<Real> time) const;
     // Does any primitive but `light` and the one left lie on the ray?
     [[nodiscard]] Mask<Real> occluded(const Ray<Lanes<Real>>& ray, const Departure<Lanes<Real>>& departure,
-        Ints<Real> light, Mask<Real> active) const;
+        Ints<Real> light, Mask<Real> active) const {
+        return occluded(ray, departure, light, active, Lanes<Real>(Real(0)));
+    }
+    [[nodiscard]] Mask<Real> occluded(const Ray<Lanes<Real>>& ray, const Departure<Lanes<Real>>& departure,
+        Ints<Real> light, Mask<Real> active, Lanes<Real> time) const;
 
 private:
-    [[nodiscard]] Hit<Real> closest_one_by_one(
-        const Ray<Lanes<Real>>& ray, const Departure<Lanes<Real>>& departure, Mask<Real> active) const;
+    [[nodiscard]] Hit<Real> closest_one_by_one(const Ray<Lanes<Real>>& ray, const Departure<Lanes<Real>>& departure,
+        Mask<Real> active, Lanes<Real> time) const;
     [[nodiscard]] Mask<Real> occluded_one_by_one(const Ray<Lanes<Real>>& ray, const Departure<Lanes<Real>>& departure,
-        Ints<Real> light, Mask<Real> active) const;
+        Ints<Real> light, Mask<Real> active, Lanes<Real> time) const;
     void add_native_triangles(RTCDevice device);
     void add_user_geometry(RTCDevice device, unsigned count);
 

@@ -71,8 +71,8 @@ public:
                 "the cpu backend has no bidirectional integrator yet; choose path, next-event or whitted");
         RenderSettings chosen = settings;
         chosen.effects = effects_to_simulate(scene, settings, cpu::variants::supported, "cpu");
-        return cpu::make_render_job(device_.get(), scene, chosen,
-            options_.precision.value_or(Precision::single_precision), options_.threads, options_.planted_bug);
+        return cpu::make_render_job({device_.get(), scene, chosen, options_.threads, options_.planted_bug},
+            options_.precision.value_or(Precision::single_precision));
     }
 
 private:

@@ -1,5 +1,6 @@
 // The estimators of MODEL.md section 9 over a batch of samples: a pool of paths, each a lane of some packet, advanced
-// one vertex at a time; finished ones are replaced by new camera rays, so that packets stay full.
+// one vertex at a time; finished ones are replaced by new camera rays, so that packets stay full. Compiled for sets of
+// effects (variants.h): what is not in the set has no code and no state. path_effects.h holds the rarer effects.
 #pragma once
 
 #include <algorithm>
@@ -10,7 +11,9 @@
 #include <vector>
 
 #include "cpu_ref/accelerator.h"
-#include "cpu_ref/light_sampling.h"
+#include "cpu_ref/camera.h"
+#include "cpu_ref/distant_lights.h"
+#include "cpu_ref/phase.h"
 #include "cpu_ref/scattering.h"
 
 namespace tandem::cpu {
@@ -24,46 +27,20 @@ struct Batch {
     [[nodiscard]] std::uint32_t paths() const { return pixel_count * sample_count; }
 };
 
-// Camera ray of section 4; a zero-length one comes out with direction 0.
-template <class Real>
-struct CameraRay {
-    Vec3<Lanes<Real>> origin, direction;
-};
-template <class Real>
-TANDEM_INLINE CameraRay<Real> camera_ray(const Tables<Real>& tables, const SampleId<Real>& id) {
-    using V = Lanes<Real>;
-    using U = UnsignedOf<Real>;
-    const CameraForm<Real>& camera = tables.camera;
-    const RandomLanes<Real> u = random_numbers(tables.settings.seed, id, Ints<Real>(U{dimension::film_and_lens}));
-    Ints<Real> x, y;
-    for (int i = 0; i < lane_count<Real>; ++i) {
-        const auto pixel = static_cast<std::uint32_t>(id.pixel.v[i]);
-        y.v[i] = pixel / tables.settings.width;
-        x.v[i] = pixel % tables.settings.width;
-    }
-    const V shift(Real(tables.planted(PlantedBug::half_pixel_shift) ? 0.5 : 0.0)), one(Real(1)), zero(Real(0));
-    const V sx = to_real(x) + u[0] - shift, sy = to_real(y) + u[1] - shift;
-    const V h = V(camera.half_width) * (V(camera.film_scale_x) * sx - one);
-    const V v = V(camera.half_height) * (one - V(camera.film_scale_y) * sy);
-    const Vec3<V> right = splat<V>(camera.right), up = splat<V>(camera.up);
-    Vec3<V> q = along(along(splat<V>(camera.forward), h, right), v, up);
-    Vec3<V> origin = splat<V>(camera.position);
-    if (camera.lens_radius > Real(0)) {
-        const auto [a, b] = sample_disc(u[2], u[3]);
-        const Vec3<V> lens = (right * a + up * b) * V(camera.lens_radius);
-        origin = origin + lens;
-        q = q * V(camera.focus_distance) - lens;
-    }
-    const V square = dot(q, q);
-    const Mask<Real> real_ray = square > zero;
-    return {origin, select(real_ray, q * V(one / sqrt(square)), Vec3<V>{zero, zero, zero})};
-}
+// Not used by a variant: no state.
+struct NoState {};
 
-template <class Real, bool next_event>
+template <class Real, std::uint64_t effects>
 class PathTracer {
 public:
     PathTracer(const Tables<Real>& tables, const Accelerator<Real>& accelerator)
-        : tables_(tables), accelerator_(accelerator) {}
+        : tables_(tables),
+          accelerator_(accelerator),
+          simulated_(tables.settings.effects.value_or(compiled)),
+          samples_lights_(tables.settings.integrator != Integrator::path && tables.lights.count > 0) {}
+
+    // Of the state of one path, between two vertices.
+    static constexpr std::uint64_t bytes_per_path();
 
     // Writes the radiance of path (pixel - first_pixel) * sample_count + (sample - first_sample) to radiance[that].
     // Returns early, with `radiance` unfinished, once a stop is requested.
@@ -94,6 +71,21 @@ private:
     static constexpr std::uint32_t slot_count = 8 * width;
     static constexpr U idle = static_cast<U>(~U{0});
 
+    static constexpr EffectSet compiled = EffectSet::from_bits(effects);
+    static constexpr bool has(Effect effect) { return compiled.has(effect); }
+    static constexpr bool moving = has(Effect::entity_motion) || has(Effect::camera_motion);
+    static constexpr bool textured = has(Effect::checker) || has(Effect::noise) || has(Effect::image_texture);
+    static constexpr bool in_media = has(Effect::medium_absorption);
+    static constexpr bool distant_lights =
+        has(Effect::point_lights) || has(Effect::suns) || has(Effect::sampled_background);
+    static constexpr bool microfacets = has(Effect::rough_conductor) || has(Effect::rough_translucent);
+    // Any effect beyond the lean variants.
+    static constexpr bool general = moving || textured || in_media || distant_lights || microfacets ||
+                                    has(Effect::smooth_conductor) || has(Effect::interiors) || has(Effect::boundary) ||
+                                    has(Effect::direct_only) || has(Effect::background_image);
+    // Compiled in, and simulated by this job.
+    [[nodiscard]] TANDEM_INLINE bool on(Effect effect) const { return has(effect) && simulated_.has(effect); }
+
     template <class Element>
     using Slots = std::array<Element, slot_count>;
     // State of the paths, a slot each.
@@ -101,6 +93,15 @@ private:
         alignas(64) std::array<Slots<Real>, 3> origin, direction, throughput, radiance;
         alignas(64) Slots<Real> density;  // of the last scattering direction; 0: not from a diffuse vertex
         alignas(64) Slots<U> pixel, sample, vertex, primitive, inside, path;
+        struct Motion {
+            alignas(64) Slots<Real> time;
+        };
+        struct Interiors {
+            alignas(64) Slots<U> medium, count;
+            alignas(64) std::array<Slots<U>, most_interiors> material;
+        };
+        [[no_unique_address]] std::conditional_t<moving, Motion, NoState> motion;
+        [[no_unique_address]] std::conditional_t<general, Interiors, NoState> interiors;
     };
 
     static Vec3<V> load3(const std::array<Slots<Real>, 3>& from, std::uint32_t first) {
@@ -114,15 +115,34 @@ private:
 
     void refill();
     bool advance(std::uint32_t first);
-    [[nodiscard]] Vec3<V> background(const Vec3<V>& direction) const;
     struct Vertex;
+    [[nodiscard]] Vec3<V> background(const Vec3<V>& direction, std::uint32_t first, M lanes) const;
     void add_emission(Vertex& at, std::uint32_t first, const Hit<Real>& hit, const Ray<V>& ray) const;
-    void add_direct_light(Vertex& at, M lanes) const;
+    void add_direct_light(Vertex& at, M lanes, std::uint32_t first) const;
     void scatter(Vertex& at, M lanes, std::uint32_t first);
     void retire(std::uint32_t first, M ended);
 
+    // path_effects.h
+    [[nodiscard, gnu::noinline]] M cross_media(
+        Vertex& at, std::uint32_t first, const Ray<V>& ray, const Hit<Real>& hit, M active) const;
+    void find_surface(Vertex& at, std::uint32_t first, const Ray<V>& ray, const Hit<Real>& hit) const;
+    [[gnu::noinline]] void find_vertex(Vertex& at, std::uint32_t first, const Ray<V>& ray, const Hit<Real>& hit) const;
+    [[gnu::noinline]] void apply_textures(Vertex& at, const Hit<Real>& hit, M lanes) const;
+    [[gnu::noinline]] void meet_interfaces(Vertex& at, std::uint32_t first, M lanes) const;
+    struct Response;
+    [[nodiscard, gnu::noinline]] Response respond(const Vertex& at, const Vec3<V>& direction, V cosine, M lanes) const;
+    [[nodiscard]] Vec3<V> reflectance(I material, V cosine) const;
+    [[nodiscard, gnu::noinline]] Vec3<V> transmittance(
+        std::uint32_t first, const Vec3<V>& origin, const Vec3<V>& direction, V distance, M lanes) const;
+    struct Outcome;
+    [[gnu::noinline]] void scatter_specially(Vertex& at, M lanes, const RandomLanes<Real>& u, Outcome& outcome) const;
+    [[gnu::noinline]] void change_interiors(Vertex& at, std::uint32_t first, M crossing, M& alive);
+    [[nodiscard]] InteriorList interior_list(std::uint32_t slot) const;
+
     const Tables<Real>& tables_;
     const Accelerator<Real>& accelerator_;
+    const EffectSet simulated_;
+    const bool samples_lights_;
     Batch batch_;
     std::span<std::array<Real, 3>> radiance_;
     std::uint32_t next_path_ = 0;
@@ -131,8 +151,8 @@ private:
 };
 
 // Everything about the vertices of one packet.
-template <class Real, bool next_event>
-struct PathTracer<Real, next_event>::Vertex {
+template <class Real, std::uint64_t effects>
+struct PathTracer<Real, effects>::Vertex {
     Surface<Real> surface;
     Vec3<V> direction, facing;  // incoming; normal of the side it comes from
     V cosine;
@@ -140,10 +160,23 @@ struct PathTracer<Real, next_event>::Vertex {
     I bits, number;
     Vec3<V> colour, throughput, radiance;
     SampleId<Real> id;
+    struct More {
+        M in_medium;
+        V medium_distance;
+        V anisotropy;
+        V outside_index;
+        Vec3<V> shift;  // of the entity at the path's time
+    };
+    [[no_unique_address]] std::conditional_t<general, More, NoState> more;
 };
 
-template <class Real, bool next_event>
-void PathTracer<Real, next_event>::refill() {
+template <class Real, std::uint64_t effects>
+constexpr std::uint64_t PathTracer<Real, effects>::bytes_per_path() {
+    return sizeof(Pool) / slot_count;
+}
+
+template <class Real, std::uint64_t effects>
+void PathTracer<Real, effects>::refill() {
     while (!free_.empty() && next_path_ < batch_.paths()) {
         const std::uint32_t count =
             std::min({width, static_cast<std::uint32_t>(free_.size()), batch_.paths() - next_path_});
@@ -154,7 +187,14 @@ void PathTracer<Real, next_event>::refill() {
             id.pixel.v[i] = batch_.first_pixel + path / batch_.sample_count;
             id.sample_low.v[i] = static_cast<std::uint32_t>(batch_.first_sample) + path % batch_.sample_count;
         }
-        const CameraRay<Real> ray = camera_ray(tables_, id);
+        CameraFrame<V> frame = camera_at_rest(tables_.camera);
+        [[maybe_unused]] V time(Real(0));
+        if constexpr (moving) {
+            if (tables_.moves || tables_.camera.moves)
+                time = random_numbers(tables_.settings.seed, id, I(U{time_block}))[0];
+            if (tables_.camera.moves) frame = camera_at(tables_.camera, time);
+        }
+        const CameraRay<Real> ray = camera_ray(tables_, id, frame);
         const std::array<V, 6> values{
             ray.origin.x, ray.origin.y, ray.origin.z, ray.direction.x, ray.direction.y, ray.direction.z};
         for (std::uint32_t i = 0; i < count; ++i) {
@@ -173,13 +213,18 @@ void PathTracer<Real, next_event>::refill() {
             paths_.primitive[slot] = no_primitive;
             paths_.inside[slot] = 0;
             paths_.path[slot] = next_path_ + i;
+            if constexpr (moving) paths_.motion.time[slot] = time.v[i];
+            if constexpr (general) {
+                paths_.interiors.medium[slot] = tables_.medium;
+                paths_.interiors.count[slot] = 0;
+            }
         }
         next_path_ += count;
     }
 }
 
-template <class Real, bool next_event>
-void PathTracer<Real, next_event>::retire(std::uint32_t first, M ended) {
+template <class Real, std::uint64_t effects>
+void PathTracer<Real, effects>::retire(std::uint32_t first, M ended) {
     for (unsigned left = ended.to_bits(); left != 0; left &= left - 1) {
         const std::uint32_t slot = first + static_cast<std::uint32_t>(std::countr_zero(left));
         std::array<Real, 3>& sum = radiance_[paths_.path[slot]];
@@ -189,16 +234,25 @@ void PathTracer<Real, next_event>::retire(std::uint32_t first, M ended) {
     }
 }
 
-// Section 8.
-template <class Real, bool next_event>
-Vec3<Lanes<Real>> PathTracer<Real, next_event>::background(const Vec3<V>& direction) const {
-    const V a = V(Real(0.5)) * (direction.y + V(Real(1)));
-    return splat<V>(tables_.background_down) * V(V(Real(1)) - a) + splat<V>(tables_.background_up) * a;
+// Section 8: B, and W_k where it is a light (section 9.2).
+template <class Real, std::uint64_t effects>
+Vec3<Lanes<Real>> PathTracer<Real, effects>::background(
+    const Vec3<V>& direction, [[maybe_unused]] std::uint32_t first, [[maybe_unused]] M lanes) const {
+    if constexpr (!has(Effect::background_image) && !has(Effect::sampled_background))
+        return mixed_background(tables_, direction);
+    const Vec3<V> light = background_radiance(tables_, direction, lanes);
+    if (!samples_lights_ || !on(Effect::sampled_background)) return light;
+    const V zero(Real(0)), one(Real(1)), scattered = load<Real>(&paths_.density[first]);
+    const M found = lanes & (scattered > zero);
+    if (none(found)) return light;
+    const V sampled = background_density(tables_, direction, found);
+    const M weighted = found & (sampled > zero);
+    return light * select(weighted, power_heuristic(scattered, sampled), one);
 }
 
 // One pass of the loop of section 9 for the paths in slots [first, first + width). False if all of them are idle.
-template <class Real, bool next_event>
-bool PathTracer<Real, next_event>::advance(std::uint32_t first) {
+template <class Real, std::uint64_t effects>
+bool PathTracer<Real, effects>::advance(std::uint32_t first) {
     Vertex at;
     at.number = load_ints<Real>(&paths_.vertex[first]);
     const M active = !(at.number == I(idle));
@@ -207,31 +261,59 @@ bool PathTracer<Real, next_event>::advance(std::uint32_t first) {
     const Ray<V> ray = make_ray(load3(paths_.origin, first), at.direction, V(tables_.t_min), V(tables_.limit));
     const Departure<V> departure{
         load_ints<Real>(&paths_.primitive[first]), has_bit(load_ints<Real>(&paths_.inside[first]), U{1})};
-    const Hit<Real> hit = accelerator_.closest(ray, departure, active);
+    Hit<Real> hit;
+    if constexpr (moving)
+        hit = accelerator_.closest(ray, departure, active, load<Real>(&paths_.motion.time[first]));
+    else
+        hit = accelerator_.closest(ray, departure, active);
     at.throughput = load3(paths_.throughput, first);
     at.radiance = load3(paths_.radiance, first);
-    const M missed = active & !hit.found;
-    if (any(missed)) at.radiance = select(missed, at.radiance + at.throughput * background(at.direction), at.radiance);
+    M missed = active & !hit.found, found = hit.found;
+    if constexpr (general) {
+        at.id = {load_ints<Real>(&paths_.pixel[first]), load_ints<Real>(&paths_.sample[first]),
+            I(static_cast<U>(batch_.first_sample >> 32))};
+        const M in_medium = cross_media(at, first, ray, hit, active);
+        missed = missed & !in_medium;
+        hit.found = hit.found & !in_medium;
+        found = hit.found | in_medium;
+    }
+    if (any(missed))
+        at.radiance =
+            select(missed, at.radiance + at.throughput * background(at.direction, first, missed), at.radiance);
     M ended = missed;
-    if (any(hit.found)) {
-        at.surface = surface_at(tables_, ray, hit);
+    if (any(found)) {
+        if constexpr (general) {
+            find_surface(at, first, ray, hit);
+        } else {
+            at.surface = surface_at(tables_, ray, hit);
+        }
         const V projection = dot(at.direction, at.surface.normal), zero(Real(0));
         at.front = projection < zero;
         at.facing = select(at.front, at.surface.normal, -at.surface.normal);
         at.cosine = absolute(projection);
         at.bits = tables_.materials.bits[at.surface.material];
-        at.id = {load_ints<Real>(&paths_.pixel[first]), load_ints<Real>(&paths_.sample[first]),
-            I(static_cast<U>(batch_.first_sample >> 32))};
         at.colour = tables_.materials.colour[at.surface.material];
+        if constexpr (general) {
+            find_vertex(at, first, ray, hit);
+        } else {
+            at.id = {load_ints<Real>(&paths_.pixel[first]), load_ints<Real>(&paths_.sample[first]),
+                I(static_cast<U>(batch_.first_sample >> 32))};
+        }
         add_emission(at, first, hit, ray);
+        constexpr unsigned scattering =
+            general ? material_bits::scatters : material_bits::diffuse | material_bits::specular;
         const M scatters =
-            has_bit(at.bits, U{material_bits::diffuse | material_bits::specular}) &
-            (at.number < I(static_cast<U>(std::min<std::uint32_t>(tables_.settings.bounces, 0x3FFFFFFEu)))) & hit.found;
+            has_bit(at.bits, U{scattering}) &
+            (at.number < I(static_cast<U>(std::min<std::uint32_t>(tables_.settings.bounces, 0x3FFFFFFEu)))) & found;
         if (any(scatters)) {
-            if constexpr (next_event)
-                if (tables_.lights.count > 0)
-                    add_direct_light(at, scatters & has_bit(at.bits, U{material_bits::diffuse}));
-            scatter(at, scatters, first);
+            constexpr unsigned receiving = general ? material_bits::receives : material_bits::diffuse;
+            if constexpr (has(Effect::light_sampling))
+                if (samples_lights_) add_direct_light(at, scatters & has_bit(at.bits, U{receiving}), first);
+            M goes_on = scatters;
+            if constexpr (has(Effect::direct_only))
+                if (tables_.settings.integrator == Integrator::whitted)
+                    goes_on = goes_on & !has_bit(at.bits, U{receiving});
+            scatter(at, goes_on, first);
             ended = ended | !(load_ints<Real>(&paths_.vertex[first]) == at.number + I(U{1}));
             ended = (ended | !scatters) & active;
         } else {
@@ -244,8 +326,8 @@ bool PathTracer<Real, next_event>::advance(std::uint32_t first) {
 }
 
 // Adds A L_e W_k.
-template <class Real, bool next_event>
-void PathTracer<Real, next_event>::add_emission(
+template <class Real, std::uint64_t effects>
+void PathTracer<Real, effects>::add_emission(
     Vertex& at, std::uint32_t first, const Hit<Real>& hit, const Ray<V>& ray) const {
     const M emits = hit.found & has_bit(at.bits, U{material_bits::emits}) &
                     (at.front | has_bit(at.bits, U{material_bits::both_sides}));
@@ -254,49 +336,75 @@ void PathTracer<Real, next_event>::add_emission(
     const M translucent = has_bit(at.bits, U{material_bits::translucent});
     if (any(translucent & emits))
         light = select(translucent, light * tables_.materials.alpha[at.surface.material], light);
-    if constexpr (next_event) {
+    if constexpr (has(Effect::light_sampling)) {
         const V zero(Real(0)), one(Real(1)), scattered = load<Real>(&paths_.density[first]);
         const V sampled = light_density(tables_, ray.origin, load_ints<Real>(&paths_.primitive[first]),
             has_bit(load_ints<Real>(&paths_.inside[first]), U{1}), hit, at.surface, at.direction);
-        const M weighted = emits & (scattered > zero) & (sampled > zero);
+        const M weighted = samples_lights_ ? emits & (scattered > zero) & (sampled > zero) : M{};
         if (any(weighted)) light = light * select(weighted, power_heuristic(scattered, sampled), one);
     }
     at.radiance = select(emits, at.radiance + at.throughput * light, at.radiance);
 }
 
-// Next event estimation of section 9.2 at diffuse vertices.
-template <class Real, bool next_event>
-void PathTracer<Real, next_event>::add_direct_light(Vertex& at, M lanes) const {
+// Next event estimation of section 9.2.
+template <class Real, std::uint64_t effects>
+void PathTracer<Real, effects>::add_direct_light(Vertex& at, M lanes, [[maybe_unused]] std::uint32_t first) const {
     if (none(lanes)) return;
     const V zero(Real(0));
     const RandomLanes<Real> v = random_numbers(tables_.settings.seed, at.id,
         at.number * I(U{dimension::blocks_per_vertex}) + I(U{dimension::first_vertex + dimension::light}));
     const Receiver<Real> receiver{
         along(at.surface.point, at.surface.error_bound, at.facing), at.facing, at.surface.primitive, !at.front};
-    const LightSample<Real> sample = sample_light(tables_, receiver, v);
+    const auto sample = [&] {
+        if constexpr (general)
+            return sample_any_light(tables_, receiver, v);
+        else
+            return sample_light(tables_, receiver, v);
+    }();
     const V cosine = dot(at.facing, sample.direction);
-    const M reachable = lanes & sample.usable & (cosine > zero) & (sample.distance >= V(tables_.t_min)) &
-                        (sample.distance < V(tables_.limit));
+    M above = cosine > zero, within = sample.distance < V(tables_.limit);
+    if constexpr (general) {
+        above = above | at.more.in_medium;
+        within = within | sample.far;  // what a ray without a hit finds, wherever the interval of hits ends
+    }
+    const M reachable = lanes & sample.usable & above & (sample.distance >= V(tables_.t_min)) & within;
     if (none(reachable)) return;
     const V limit = least(V(tables_.limit), sample.reach);
     const Ray<V> shadow = make_ray(receiver.point, sample.direction, V(tables_.t_min), limit);
     I departed = at.surface.primitive;
     if (tables_.planted(PlantedBug::self_hit_not_excluded)) departed = I(U{no_primitive});
-    const M lit = reachable & !accelerator_.occluded(shadow, {departed, receiver.inside}, sample.primitive, reachable);
+    const Departure<V> departure{departed, receiver.inside};
+    V time(Real(0));
+    if constexpr (moving) time = load<Real>(&paths_.motion.time[first]);
+    const M lit = reachable & !accelerator_.occluded(shadow, departure, sample.primitive, reachable, time);
     if (none(lit)) return;
-    const V scattered = cosine * V(static_cast<Real>(inverse_pi));  // f's C/pi times cos, and the density of scattering
+    V scattered = cosine * V(static_cast<Real>(inverse_pi));  // f's C/pi times cos, and the density of scattering
+    V transfer = scattered;
+    Vec3<V> colour = at.colour;
+    if constexpr (general) {
+        const Response response = respond(at, sample.direction, cosine, lit);
+        scattered = response.density;
+        transfer = response.transfer;
+        colour = response.colour * transmittance(first, receiver.point, sample.direction, sample.distance, lit);
+    }
     V weight = power_heuristic(sample.density, scattered);
     if (tables_.planted(PlantedBug::mis_weights_unequal) && tables_.lights.count > 1) weight = weight * V(Real(0.5));
-    V transfer = scattered;
     if (tables_.planted(PlantedBug::cosine_dropped)) transfer = V(static_cast<Real>(inverse_pi));
     if (tables_.planted(PlantedBug::inverse_pi_dropped)) transfer = cosine;
-    const Vec3<V> light = tables_.materials.radiance[sample.material] * V(transfer / sample.density * weight);
-    at.radiance = select(lit, at.radiance + at.throughput * at.colour * light, at.radiance);
+    if constexpr (general) {
+        const bool all_of_it = tables_.settings.integrator == Integrator::whitted;
+        weight = all_of_it ? V(Real(1)) : select(sample.delta, V(Real(1)), weight);
+        const Vec3<V> light = sample.radiance * V(transfer / sample.density * weight);
+        at.radiance = select(lit, at.radiance + at.throughput * colour * light, at.radiance);
+    } else {
+        const Vec3<V> light = tables_.materials.radiance[sample.material] * V(transfer / sample.density * weight);
+        at.radiance = select(lit, at.radiance + at.throughput * colour * light, at.radiance);
+    }
 }
 
 // Scattering, absorption and roulette; stores the state of paths that go on, with the next vertex number.
-template <class Real, bool next_event>
-void PathTracer<Real, next_event>::scatter(Vertex& at, M lanes, std::uint32_t first) {
+template <class Real, std::uint64_t effects>
+void PathTracer<Real, effects>::scatter(Vertex& at, M lanes, std::uint32_t first) {
     const V zero(Real(0)), one(Real(1));
     const RandomLanes<Real> u = random_numbers(tables_.settings.seed, at.id,
         at.number * I(U{dimension::blocks_per_vertex}) + I(U{dimension::first_vertex + dimension::scatter}));
@@ -308,15 +416,27 @@ void PathTracer<Real, next_event>::scatter(Vertex& at, M lanes, std::uint32_t fi
         direction = scatter_diffuse(tables_, at.facing, u);
         density = select(diffuse, sqrt(V(one - u[0])) * V(static_cast<Real>(inverse_pi)), zero);
     }
-    const M specular = lanes & !diffuse;
+    M specular = lanes & !diffuse;
+    if constexpr (general)
+        specular = specular & has_bit(at.bits, U{material_bits::specular}) &
+                   !has_bit(at.bits, U{material_bits::rough_translucent});
     if (any(specular)) {
+        const V* outside = nullptr;
+        if constexpr (general) outside = &at.more.outside_index;
         const Scattered<Real> scattered = scatter_specular(tables_, at.surface.material, at.bits, specular,
-            at.direction, at.surface.normal, at.facing, at.cosine, at.front, u);
+            at.direction, at.surface.normal, at.facing, at.cosine, at.front, u, outside);
         direction = select(diffuse, direction, scattered.direction);
-        alive = diffuse | scattered.alive;
+        alive = (lanes & !specular) | scattered.alive;
     }
-    const Vec3<V> absorbed =
-        tables_.any_specular ? absorption(tables_, at.surface.material, at.bits, at.colour) : at.colour;
+    Vec3<V> absorbed = tables_.any_specular ? absorption(tables_, at.surface.material, at.bits, at.colour) : at.colour;
+    if constexpr (general) {
+        Outcome outcome{direction, absorbed, density, alive};
+        scatter_specially(at, lanes & !(diffuse | specular), u, outcome);
+        direction = outcome.direction;
+        absorbed = outcome.absorbed;
+        density = outcome.density;
+        alive = outcome.alive;
+    }
     Vec3<V> throughput = at.throughput * absorbed;
     const V strongest = greatest(greatest(throughput.x, throughput.y), throughput.z);
     alive = alive & !(strongest == zero);
@@ -330,7 +450,14 @@ void PathTracer<Real, next_event>::scatter(Vertex& at, M lanes, std::uint32_t fi
     }
     if (none(alive)) return;
     const V side = dot(direction, at.surface.normal);
-    const M inside = side < zero;
+    M inside = side < zero;
+    if constexpr (general) {
+        inside = inside & !at.more.in_medium;
+        const M tracked = alive & has_bit(at.bits, U{material_bits::tracked});
+        if (any(tracked))
+            change_interiors(at, first,
+                tracked & ((dot(direction, at.facing) < zero) | has_bit(at.bits, U{material_bits::boundary})), alive);
+    }
     const Vec3<V> origin =
         along(at.surface.point, V(select(inside, -at.surface.error_bound, at.surface.error_bound)), at.surface.normal);
     I primitive = at.surface.primitive;
@@ -345,3 +472,5 @@ void PathTracer<Real, next_event>::scatter(Vertex& at, M lanes, std::uint32_t fi
 }
 
 }  // namespace tandem::cpu
+
+#include "cpu_ref/path_effects.h"

@@ -8,8 +8,19 @@
 
 namespace tandem::cpu {
 
-// `device` must outlive the job. threads: 0 is all.
-[[nodiscard]] std::unique_ptr<RenderJob> make_render_job(RTCDevice device, const Scene& scene,
-    const RenderSettings& settings, Precision precision, unsigned threads, PlantedBug bug);
+struct JobParts {
+    RTCDevice device;  // must outlive the job
+    const Scene& scene;
+    const RenderSettings& settings;  // settings.effects: what to simulate (effects_to_simulate)
+    unsigned threads;                // 0 is all
+    PlantedBug bug;
+};
+
+// By the smallest variant of the path tracer that simulates settings.effects.
+[[nodiscard]] std::unique_ptr<RenderJob> make_render_job(const JobParts& parts, Precision precision);
+
+// One variant (variants.h), defined in a file of its own, as each takes long to compile (variant.cpp.in).
+template <class Real, std::uint64_t effects>
+[[nodiscard]] std::unique_ptr<RenderJob> make_embree_job(const JobParts& parts);
 
 }  // namespace tandem::cpu

@@ -148,6 +148,9 @@ struct Frame {
     TANDEM_INLINE Vec3<V> to_world(Vec3<V> local) const {
         return along(along(normal * local.z, local.y, bitangent), local.x, tangent);
     }
+    TANDEM_INLINE Vec3<V> to_local(Vec3<V> world) const {
+        return {dot(tangent, world), dot(bitangent, world), dot(normal, world)};
+    }
 };
 template <class V>
 TANDEM_INLINE Frame<V> frame_about(Vec3<V> n) {

@@ -1,6 +1,7 @@
 // How materials scatter (MODEL.md section 7), a lane a path.
 #pragma once
 
+#include "cpu_ref/microfacet.h"
 #include "cpu_ref/sampling.h"
 #include "cpu_ref/tables.h"
 
@@ -27,6 +28,17 @@ TANDEM_INLINE Dielectric<Real> dielectric(Lanes<Real> c, Lanes<Real> eta, Mask<R
     return {select(total, one, select(schlick, approximate, exact)), ct, total};
 }
 
+// n_incident / n_transmitted.
+template <class Real>
+TANDEM_INLINE Lanes<Real> relative_index(
+    const Tables<Real>& tables, Ints<Real> material, Mask<Real> front, const Lanes<Real>* outside) {
+    using V = Lanes<Real>;
+    const V index = tables.materials.index[material];
+    const Mask<Real> inverted = tables.planted(PlantedBug::relative_index_inverted) ? !front : front;
+    if (outside == nullptr) return select(inverted, V(Real(1)) / index, index);
+    return select(inverted, *outside / index, index / *outside);
+}
+
 template <class Real>
 struct Scattered {
     Vec3<Lanes<Real>> direction;
@@ -34,20 +46,19 @@ struct Scattered {
 };
 
 // Section 7.3 and 7.4: mirror or refracted direction, then fuzz. `normal` is the front one, `facing` that of the side
-// which the ray comes from, `c` its cosine.
+// which the ray comes from, `c` its cosine. `outside`: the index outside of the surface, where it is not 1.
 template <class Real>
 TANDEM_INLINE Scattered<Real> scatter_specular(const Tables<Real>& tables, Ints<Real> material, Ints<Real> bits,
     Mask<Real> lanes, const Vec3<Lanes<Real>>& direction, const Vec3<Lanes<Real>>& normal,
-    const Vec3<Lanes<Real>>& facing, Lanes<Real> c, Mask<Real> front, const RandomLanes<Real>& u) {
+    const Vec3<Lanes<Real>>& facing, Lanes<Real> c, Mask<Real> front, const RandomLanes<Real>& u,
+    const Lanes<Real>* outside = nullptr) {
     using V = Lanes<Real>;
     const V one(Real(1)), zero(Real(0));
     Vec3<V> w = along(direction, V(c + c), facing);
     Mask<Real> alive = lanes;
     const Mask<Real> translucent = has_bit(bits, UnsignedOf<Real>{material_bits::translucent}) & lanes;
     if (any(translucent)) {
-        const V index = tables.materials.index[material];
-        const Mask<Real> inverted = tables.planted(PlantedBug::relative_index_inverted) ? !front : front;
-        const V eta = select(inverted, one / index, index);
+        const V eta = relative_index(tables, material, front, outside);
         const auto [reflectance, ct, total] =
             dielectric(c, eta, has_bit(bits, UnsignedOf<Real>{material_bits::schlick}));
         const Mask<Real> refracts = translucent & !total & !(u[2] < reflectance);
@@ -66,6 +77,47 @@ TANDEM_INLINE Scattered<Real> scatter_specular(const Tables<Real>& tables, Ints<
         alive = alive & !(fuzzy & absorbed);
     }
     return {w, alive};
+}
+
+// Directions and weights of sections 7.6 and 7.7, where the microfacets of `facing` are sampled.
+template <class Real>
+struct Microfaceted {
+    Vec3<Lanes<Real>> direction;
+    Lanes<Real> weight;   // G2/G1
+    Lanes<Real> density;  // of a conductor's direction
+    Lanes<Real> cosine;   // i.h
+    Mask<Real> alive;
+};
+template <class Real>
+TANDEM_INLINE Microfaceted<Real> scatter_conductor(const Vec3<Lanes<Real>>& direction, const Vec3<Lanes<Real>>& facing,
+    Lanes<Real> alpha, const RandomLanes<Real>& u) {
+    using V = Lanes<Real>;
+    const Frame<V> frame = frame_about(facing);
+    Vec3<V> i = frame.to_local(-direction);
+    i.z = greatest(i.z, V(Real(0)));
+    const Vec3<V> h = sample_visible_normal(i, alpha, u[0], u[1]);
+    const V cosine = dot(i, h);
+    const Vec3<V> o = along(-i, V(cosine + cosine), h);
+    return {unit(frame.to_world(o)), ggx_weight(i, o, alpha), ggx_reflection(i, o, alpha).density, cosine,
+        o.z > V(Real(0))};
+}
+template <class Real>
+TANDEM_INLINE Microfaceted<Real> scatter_rough_translucent(const Vec3<Lanes<Real>>& direction,
+    const Vec3<Lanes<Real>>& facing, Lanes<Real> alpha, Lanes<Real> eta, Mask<Real> schlick,
+    const RandomLanes<Real>& u) {
+    using V = Lanes<Real>;
+    const V zero(Real(0));
+    const Frame<V> frame = frame_about(facing);
+    Vec3<V> i = frame.to_local(-direction);
+    i.z = greatest(i.z, zero);
+    const Vec3<V> h = sample_visible_normal(i, alpha, u[0], u[1]);
+    const V c = dot(i, h);
+    const auto [reflectance, ct, total] = dielectric(c, eta, schlick);
+    const Mask<Real> refracts = (!total) & !(u[2] < reflectance);
+    const Vec3<V> reflected = along(-i, V(c + c), h), refracted = along(-i * eta, V(eta * c - ct), h);
+    const Vec3<V> o = select(refracts, refracted, reflected);
+    const Mask<Real> proper = (refracts & (o.z < zero)) | ((!refracts) & (o.z > zero));
+    return {unit(frame.to_world(o)), ggx_weight(i, o, alpha), zero, c, proper};
 }
 
 // Section 7.2. A planted bug draws uniform hemisphere directions and still weights them as cosine ones.

@@ -72,4 +72,20 @@ TANDEM_INLINE Surface<Real> surface_at(const Tables<Real>& tables, const Ray<Lan
     return surface;
 }
 
+// The same where entities move: found on the entity at rest by the ray moved back by `shift`, then moved there. The two
+// shifts round by sqrt(3) u s each, s now with the shift's own size, and a later ray that is shifted in its turn by as
+// much: below the bound at rest once more.
+template <class Real>
+TANDEM_INLINE Surface<Real> surface_in_motion(
+    const Tables<Real>& tables, const Ray<Lanes<Real>>& ray, const Hit<Real>& hit, const Vec3<Lanes<Real>>& shift) {
+    using V = Lanes<Real>;
+    Ray<V> rest = ray;
+    rest.origin = ray.origin - shift;
+    Surface<Real> surface = surface_at(tables, rest, hit);
+    const V size = largest_magnitude(shift), at_rest = surface.error_bound;
+    surface.point = surface.point + shift;
+    surface.error_bound = select(size > V(Real(0)), V(Real(2)) * (at_rest + V(error_factor<Real>) * size), at_rest);
+    return surface;
+}
+
 }  // namespace tandem::cpu

@@ -7,6 +7,8 @@
 #include <limits>
 
 #include "common/error.h"
+#include "cpu_ref/light_table.h"
+#include "cpu_ref/vector_rows.h"
 
 namespace tandem::cpu {
 
@@ -14,27 +16,6 @@ namespace {
 
 using glm::dmat3;
 using glm::dvec3;
-
-template <class Real>
-Vec3<Real> to_vec3(const dvec3& a) {
-    return {static_cast<Real>(a.x), static_cast<Real>(a.y), static_cast<Real>(a.z)};
-}
-
-// Rows of a growing table of vectors.
-template <class Real>
-struct VectorRows {
-    std::vector<Real> x, y, z;
-    void push_back(const dvec3& a) {
-        x.push_back(static_cast<Real>(a.x));
-        y.push_back(static_cast<Real>(a.y));
-        z.push_back(static_cast<Real>(a.z));
-    }
-    void assign_to(VectorColumn<Real>& column) const {
-        column.x.assign(x);
-        column.y.assign(y);
-        column.z.assign(z);
-    }
-};
 
 // Least and greatest singular value of a linear map: square roots of the eigenvalues of A^T A, by the trigonometric
 // solution of the characteristic cubic.
@@ -66,6 +47,8 @@ public:
 #endif
 
     Tables<Real> build() {
+        add_surroundings();
+        add_motion();
         for (const PlacedPrimitive& placed : placed_primitives(scene_)) add(placed);
         add_materials();
         finish_lights();
@@ -79,19 +62,15 @@ public:
     }
 
 private:
-    struct LightDraft {
-        std::uint32_t primitive, material, first_patch, sphere;
-        PrimitiveKind kind;
-        double area, power;
-    };
-
     void add(const PlacedPrimitive& placed) {
         const Entity& entity = scene_.entities[placed.entity];
         const Primitive& primitive = scene_.primitives[placed.primitive];
         const Material& material = scene_.materials[entity.material];
-        PrimitiveRef ref{
-            primitive.kind, 0, static_cast<std::uint32_t>(face_material_.size()), material.radiance != dvec3(0.0)};
+        PrimitiveRef ref{primitive.kind, 0, face_count(), material.radiance != dvec3(0.0), entity.motion != dvec3(0.0),
+            placed.entity};
         material_ = entity.material;
+        entity_ = placed.entity;
+        moves_ = ref.moves;
         linear_ = dmat3(entity.object_to_world);
         shift_ = dvec3(entity.object_to_world[3]);
         inverse_ = glm::inverse(linear_);
@@ -109,7 +88,8 @@ private:
         }
         tables_.primitives.push_back(ref);
         BoundingBox& all = whole_;
-        const BoundingBox& box = tables_.bounds.back();
+        BoundingBox& box = tables_.bounds.back();
+        box = {glm::min(box.low, box.low + entity.motion), glm::max(box.high, box.high + entity.motion)};
         all = id_ == 0 ? box : BoundingBox{glm::min(all.low, box.low), glm::max(all.high, box.high)};
     }
 
@@ -123,6 +103,7 @@ private:
         face_offset_.push_back(static_cast<Real>(glm::dot(n, point)));
         face_extent_.push_back(static_cast<Real>(extent));
         face_primitive_.push_back(id_);
+        face_entity_.push_back(entity_);
         face_material_.push_back(material_);
         face_sphere_.push_back(sphere);
         face_curved_.push_back(curved ? 1u : 0u);
@@ -256,9 +237,9 @@ private:
     bool add_light(PrimitiveKind kind, double area, std::uint32_t sphere) {
         const Material& material = scene_.materials[material_];
         const double sum = material.radiance.x + material.radiance.y + material.radiance.z;
-        if (material.translucent || !(sum > 0.0) || !(area > 0.0)) return false;
-        lights_.push_back(
-            {id_, material_, static_cast<std::uint32_t>(patch_face_.size()), sphere, kind, area, area * sum});
+        if (moves_ || material.translucent || !(sum > 0.0) || !(area > 0.0)) return false;
+        lights_.push_back({static_cast<LightKind>(kind), id_, material_, static_cast<std::uint32_t>(patch_face_.size()),
+            sphere, area, area * sum, {}});
         return true;
     }
 
@@ -272,6 +253,8 @@ private:
 
     [[nodiscard]] std::uint32_t face_count() const { return static_cast<std::uint32_t>(face_material_.size()); }
 
+    void add_surroundings();
+    void add_motion();
     void add_materials();
     void finish_lights();
     void finish_faces();
@@ -283,13 +266,14 @@ private:
     Tables<Real> tables_;
     dmat3 linear_{1.0}, inverse_{1.0};
     dvec3 shift_{0.0};
-    std::uint32_t id_ = 0, material_ = 0;
+    std::uint32_t id_ = 0, material_ = 0, entity_ = 0;
+    bool moves_ = false;
     BoundingBox whole_;
 
     using Unsigned = UnsignedOf<Real>;
     VectorRows<Real> face_normal_, face_wrong_normal_;
     std::vector<Real> face_offset_, face_extent_, face_density_;
-    std::vector<Unsigned> face_primitive_, face_material_, face_sphere_, face_curved_;
+    std::vector<Unsigned> face_primitive_, face_material_, face_sphere_, face_curved_, face_entity_;
     std::array<VectorRows<Real>, 3> sphere_to_local_, sphere_to_world_, sphere_normal_;
     VectorRows<Real> sphere_shift_, sphere_centre_;
     std::vector<Real> sphere_radius_, sphere_chance_;
@@ -299,10 +283,54 @@ private:
     std::vector<Unsigned> patch_face_;
 };
 
+// Textures, media and the background's image.
+template <class Real>
+void TableBuilder<Real>::add_surroundings() {
+    tables_.textures = TextureTable(scene_);
+    for (const Medium& medium : scene_.media) tables_.media.emplace_back(medium);
+    tables_.medium = scene_.medium;
+    if (scene_.background.image) tables_.environment = std::make_shared<ImageEnvironment>(scene_.background);
+}
+
+template <class Real>
+void TableBuilder<Real>::add_motion() {
+    VectorRows<Real> motion;
+    for (const Entity& entity : scene_.entities) {
+        motion.push_back(entity.motion);
+        tables_.motion_list.push_back(to_vec3<Real>(entity.motion));
+        tables_.moves = tables_.moves || (entity.primitive_count > 0 && entity.motion != dvec3(0.0));
+    }
+    if (tables_.moves) motion.assign_to(tables_.motion);
+}
+
+// What materials are, as bits.
+unsigned bits_of(const Material& material) {
+    const bool diffuse = material.kind == MaterialKind::diffuse, rough = material.roughness > 0.0;
+    const bool translucent = !diffuse && material.translucent;
+    const bool specular =
+        material.kind == MaterialKind::specular || (material.kind == MaterialKind::emissive && translucent);
+    const bool boundary = material.kind == MaterialKind::boundary;
+    unsigned b = 0;
+    if (diffuse) b |= material_bits::diffuse;
+    if (specular) b |= material_bits::specular;
+    if (translucent) b |= material_bits::translucent;
+    if (translucent && rough) b |= material_bits::rough_translucent;
+    if (material.kind == MaterialKind::conductor)
+        b |= rough ? material_bits::rough_conductor : material_bits::smooth_conductor;
+    if (boundary) b |= material_bits::boundary;
+    if ((translucent || boundary) && (material.interior != no_index || material.priority)) b |= material_bits::tracked;
+    if ((diffuse || specular) && material.colour_texture != no_index) b |= material_bits::textured;
+    if (material.radiance != dvec3(0.0)) b |= material_bits::emits;
+    if (material.sides == EmittingSides::both) b |= material_bits::both_sides;
+    if (material.fresnel == Fresnel::schlick) b |= material_bits::schlick;
+    if (material.fuzz > 0.0) b |= material_bits::fuzzy;
+    return b;
+}
+
 template <class Real>
 void TableBuilder<Real>::add_materials() {
-    VectorRows<Real> colour, radiance;
-    std::vector<Real> alpha, fuzz, index;
+    VectorRows<Real> colour, radiance, eta, k;
+    std::vector<Real> alpha, fuzz, index, ggx_alpha;
     std::vector<Unsigned> bits;
     for (const Material& material : scene_.materials) {
         dvec3 c = material.colour;
@@ -313,61 +341,41 @@ void TableBuilder<Real>::add_materials() {
         alpha.push_back(static_cast<Real>(tables_.planted(PlantedBug::alpha_ignored) ? 1.0 : material.alpha));
         fuzz.push_back(static_cast<Real>(material.fuzz));
         index.push_back(static_cast<Real>(material.refractive_index));
-        const bool diffuse = material.kind == MaterialKind::diffuse;
-        const bool specular = material.kind == MaterialKind::specular ||
-                              (material.kind == MaterialKind::emissive && material.translucent);
-        Unsigned b = 0;
-        if (diffuse) b |= material_bits::diffuse;
-        if (specular) b |= material_bits::specular;
-        if (!diffuse && material.translucent) b |= material_bits::translucent;
-        if (material.radiance != dvec3(0.0)) b |= material_bits::emits;
-        if (material.sides == EmittingSides::both || tables_.planted(PlantedBug::light_from_behind))
-            b |= material_bits::both_sides;
-        if (material.fresnel == Fresnel::schlick) b |= material_bits::schlick;
-        if (material.fuzz > 0.0) b |= material_bits::fuzzy;
+        ggx_alpha.push_back(static_cast<Real>(material.roughness * material.roughness));
+        eta.push_back(material.eta);
+        k.push_back(material.k);
+        unsigned b = bits_of(material);
+        if (tables_.planted(PlantedBug::light_from_behind)) b |= material_bits::both_sides;
         bits.push_back(b);
-        tables_.any_specular = tables_.any_specular || specular;
+        tables_.any_specular = tables_.any_specular || (b & material_bits::specular) != 0;
+        tables_.bodies.push_back({(b & material_bits::tracked) != 0, material.interior, material.priority.value_or(0),
+            material.kind == MaterialKind::boundary ? 1.0 : material.refractive_index});
     }
     colour.assign_to(tables_.materials.colour);
     radiance.assign_to(tables_.materials.radiance);
+    eta.assign_to(tables_.materials.eta);
+    k.assign_to(tables_.materials.k);
     tables_.materials.alpha.assign(alpha);
     tables_.materials.fuzz.assign(fuzz);
     tables_.materials.index.assign(index);
+    tables_.materials.ggx_alpha.assign(ggx_alpha);
     tables_.materials.bits.assign(bits);
 }
 
 template <class Real>
 void TableBuilder<Real>::finish_lights() {
     LightTable<Real>& table = tables_.lights;
-    double total = 0.0, running = 0.0;
-    for (const LightDraft& light : lights_) total += light.power;
-    std::vector<Unsigned> primitive, material, first_patch, sphere, kind;
-    std::vector<Real> cumulative;
-    for (const LightDraft& light : lights_) {
-        running += light.power;
-        primitive.push_back(light.primitive);
-        material.push_back(light.material);
-        first_patch.push_back(light.first_patch);
-        sphere.push_back(light.sphere);
-        kind.push_back(static_cast<Unsigned>(light.kind));
-        cumulative.push_back(static_cast<Real>(running / total));
-        table.any_sphere = table.any_sphere || light.kind == PrimitiveKind::sphere;
-        table.any_cuboid = table.any_cuboid || light.kind == PrimitiveKind::cuboid;
-        const double chance = light.power / total;
+    for (const LightDraft& light : distant_lights(scene_, tables_.environment.get())) lights_.push_back(light);
+    const std::vector<double> chances = fill_light_table(table, lights_);
+    for (std::size_t i = 0; i < lights_.size(); ++i) {
+        const LightDraft& light = lights_[i];
+        if (light.kind > LightKind::cuboid) continue;
         const PrimitiveRef& ref = tables_.primitives[light.primitive];
-        const std::uint32_t face_count_of = light.kind == PrimitiveKind::cuboid ? 6 : 1;
+        const std::uint32_t face_count_of = light.kind == LightKind::cuboid ? 6 : 1;
         for (std::uint32_t f = 0; f < face_count_of; ++f)
-            face_density_[ref.first_face + f] = static_cast<Real>(chance / light.area);
-        if (light.kind == PrimitiveKind::sphere) sphere_chance_[light.sphere] = static_cast<Real>(chance);
+            face_density_[ref.first_face + f] = static_cast<Real>(chances[i] / light.area);
+        if (light.kind == LightKind::sphere) sphere_chance_[light.sphere] = static_cast<Real>(chances[i]);
     }
-    table.count = lights_.size();
-    table.cumulative_list = cumulative;
-    table.primitive.assign(primitive);
-    table.material.assign(material);
-    table.first_patch.assign(first_patch);
-    table.sphere.assign(sphere);
-    table.kind.assign(kind);
-    table.cumulative.assign(cumulative);
     patch_corner_.assign_to(table.patch_corner);
     patch_edge1_.assign_to(table.patch_edge1);
     patch_edge2_.assign_to(table.patch_edge2);
@@ -388,6 +396,7 @@ void TableBuilder<Real>::finish_faces() {
     table.material.assign(face_material_);
     table.sphere.assign(face_sphere_);
     table.curved.assign(face_curved_);
+    if (tables_.moves) table.entity.assign(face_entity_);
 }
 
 template <class Real>
@@ -417,7 +426,13 @@ void TableBuilder<Real>::add_camera() {
     tables_.camera = {to_vec3<Real>(camera.position), to_vec3<Real>(forward), to_vec3<Real>(right),
         to_vec3<Real>(glm::cross(right, forward)), static_cast<Real>(height * w / h), static_cast<Real>(height),
         static_cast<Real>(lens), static_cast<Real>(camera.focus_distance), static_cast<Real>(2.0 / w),
-        static_cast<Real>(2.0 / h)};
+        static_cast<Real>(2.0 / h), false, {}, {}, {}, {}};
+    CameraForm<Real>& form = tables_.camera;
+    form.moves = camera.position_motion != dvec3(0.0) || camera.target_motion != dvec3(0.0);
+    form.target = to_vec3<Real>(camera.target);
+    form.vertical = to_vec3<Real>(camera.up);
+    form.position_motion = to_vec3<Real>(camera.position_motion);
+    form.target_motion = to_vec3<Real>(camera.target_motion);
     tables_.background_down = to_vec3<Real>(scene_.background.down);
     tables_.background_up = to_vec3<Real>(scene_.background.up);
     tables_.size = glm::length(whole_.high - whole_.low);

@@ -4,12 +4,17 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <vector>
 
 #include "common/planted_bugs.h"
 #include "common/renderer.h"
 #include "common/scene.h"
+#include "cpu_ref/environment.h"
+#include "cpu_ref/interiors.h"
 #include "cpu_ref/kernels.h"
+#include "cpu_ref/media.h"
+#include "cpu_ref/textures.h"
 
 namespace tandem::cpu {
 
@@ -83,8 +88,12 @@ struct VectorColumn {
 
 namespace material_bits {
 inline constexpr unsigned diffuse = 1, specular = 2, translucent = 4, emits = 8, both_sides = 16, schlick = 32,
-                          fuzzy = 64;
-}
+                          fuzzy = 64, smooth_conductor = 128, rough_conductor = 256, rough_translucent = 512,
+                          boundary = 1024, tracked = 2048, textured = 4096;
+inline constexpr unsigned medium = 8192;                                  // no material's: a vertex in a medium
+inline constexpr unsigned receives = diffuse | rough_conductor | medium;  // next events
+inline constexpr unsigned scatters = diffuse | specular | smooth_conductor | rough_conductor | boundary | medium;
+}  // namespace material_bits
 
 // Every triangle has one face, every cuboid six, every sphere one (without a plane).
 template <class Real>
@@ -95,6 +104,7 @@ struct FaceTable {
     RealColumn<Real> extent;            // about the size of the primitive, world units
     RealColumn<Real> light_density;     // chance of the light over its world area; 0: not a sampled light
     IndexColumn<Real> primitive, material, sphere, curved;  // curved: 1 on spheres, 0 on planes
+    IndexColumn<Real> entity;                               // in scenes with motion only
 };
 
 template <class Real>
@@ -109,19 +119,37 @@ struct MaterialTable {
     VectorColumn<Real> colour, radiance;
     RealColumn<Real> alpha, fuzz, index;
     IndexColumn<Real> bits;
+    RealColumn<Real> ggx_alpha;  // roughness squared
+    VectorColumn<Real> eta, k;   // of conductors
 };
 
-// Lights in id order, and the planar patches they consist of (a triangle 1, a cuboid 6, a sphere none).
+// The kinds of sampled lights in their order (section 9.2); the first three as PrimitiveKind.
+enum class LightKind : std::uint32_t {
+    triangle = 0,
+    sphere = 1,
+    cuboid = 2,
+    point = 3,
+    spot = 4,
+    sun = 5,
+    background = 6
+};
+
+// Lights in order, and the planar patches they consist of (a triangle 1, a cuboid 6, all others none).
 template <class Real>
 struct LightTable {
     std::size_t count = 0;
+    bool any_surface = false, any_distant = false;  // distant: without a surface
     bool any_sphere = false, any_cuboid = false;
     std::vector<Real> cumulative_list;
-    IndexColumn<Real> primitive, material, first_patch, sphere, kind;  // kind: as PrimitiveKind
+    IndexColumn<Real> primitive, material, first_patch, sphere, kind;  // kind: LightKind
     RealColumn<Real> cumulative;                                       // upper bound of v0
     VectorColumn<Real> patch_corner, patch_edge1, patch_edge2;
     RealColumn<Real> patch_cumulative;  // within the light, of v1
     IndexColumn<Real> patch_face;
+    // Of lights without a surface (section 8.3). direction: in which light travels.
+    RealColumn<Real> chance, outer_cosine, inverse_cosine_range;
+    VectorColumn<Real> intensity, position, direction;
+    Real background_chance = 0;  // P of the background; 0: not a sampled light
 };
 
 struct PrimitiveRef {
@@ -129,6 +157,8 @@ struct PrimitiveRef {
     std::uint32_t form;  // into triangles, spheres or cuboids
     std::uint32_t first_face;
     bool emits;
+    bool moves;
+    std::uint32_t entity;
 };
 
 struct BoundingBox {
@@ -141,6 +171,9 @@ struct CameraForm {
     Real half_width, half_height;             // h W/H and h of section 4
     Real lens_radius, focus_distance;
     Real film_scale_x, film_scale_y;  // 2/W, 2/H
+    bool moves = false;
+    Vec3<Real> target, vertical;  // `up` of the file; with the displacements, of a camera in motion alone
+    Vec3<Real> position_motion, target_motion;
 };
 
 template <class Real>
@@ -157,7 +190,15 @@ struct Tables {
     LightTable<Real> lights;
     CameraForm<Real> camera;
     Vec3<Real> background_down, background_up;
-    Real t_min, limit;  // a hit has t_min <= t < limit
+    std::shared_ptr<const ImageEnvironment> environment;  // takes the place of the two
+    TextureTable textures;
+    std::vector<MediumForm> media;
+    std::uint32_t medium = no_index;  // around everything
+    std::vector<BodyForm> bodies;     // by material
+    VectorColumn<Real> motion;        // of entities, in scenes with motion only
+    std::vector<Vec3<Real>> motion_list;
+    bool moves = false;  // any entity
+    Real t_min, limit;   // a hit has t_min <= t < limit
     bool any_specular = false;
     double size = 0.0;  // of the scene, world units
     RenderSettings settings;

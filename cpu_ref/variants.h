@@ -15,6 +15,9 @@ inline constexpr EffectSet lean_path{Effect::triangles, Effect::spheres, Effect:
 inline constexpr EffectSet lean_next_event =
     lean_path.united({Effect::light_sampling, Effect::triangle_lights, Effect::sphere_lights, Effect::cuboid_lights});
 
-inline constexpr EffectSet supported = lean_next_event;
+// Everything; what a job does not simulate is left out at run time.
+inline constexpr EffectSet general = EffectSet::all();
+
+inline constexpr EffectSet supported = general;
 
 }  // namespace tandem::cpu::variants

@@ -1,0 +1,197 @@
+// Spreads the samples of an image over threads: blocks of 64 samples one after another, each in passes of about a
+// quarter of a second, each pass in batches of neighbouring pixels. A pixel's samples are added in ascending order in
+// double, whatever the cut, so that the bits of an estimate depend on its sample range alone (MODEL.md section 11).
+#pragma once
+
+#include <tbb/enumerable_thread_specific.h>
+#include <tbb/global_control.h>
+#include <tbb/task_arena.h>
+
+#include <atomic>
+#include <chrono>
+#include <cmath>
+#include <mutex>
+#include <thread>
+
+#include "common/error.h"
+#include "cpu_ref/parallel.h"
+#include "cpu_ref/path_tracer.h"
+#include "cpu_ref/render_job.h"
+#include "cpu_ref/variants.h"
+
+namespace tandem::cpu {
+
+using Clock = std::chrono::steady_clock;
+
+inline double seconds_since(Clock::time_point start) {
+    return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+inline constexpr double pass_seconds = 0.25;     // so long at most (about) does a stop request wait
+inline constexpr double progress_seconds = 0.1;  // between calls of `progress` within a pass
+// Enough to keep a path pool full, few enough for the second-level cache.
+inline constexpr std::uint32_t batch_paths = 8192;
+
+// Tells the caller how far the render is, from one thread at a time.
+class Progress {
+public:
+    Progress(const RenderControl& control, std::uint64_t pixels)
+        : control_(control), pixels_(static_cast<double>(pixels)) {}
+    void add(std::uint64_t samples) {
+        const std::uint64_t done = samples_ += samples;
+        if (!control_.progress) return;
+        const std::unique_lock lock(mutex_, std::try_to_lock);
+        if (!lock || seconds_since(last_) < progress_seconds) return;
+        last_ = Clock::now();
+        control_.progress(static_cast<double>(done) / pixels_);
+    }
+    void finish() const {
+        if (control_.progress) control_.progress(static_cast<double>(samples_.load()) / pixels_);
+    }
+
+private:
+    const RenderControl& control_;
+    double pixels_;
+    std::atomic<std::uint64_t> samples_{0};
+    std::mutex mutex_;
+    Clock::time_point last_ = Clock::now();
+};
+
+// One thread's tools.
+template <class Real, std::uint64_t effects>
+struct Worker {
+    Worker(const Tables<Real>& tables, const Accelerator<Real>& accelerator) : tracer(tables, accelerator) {}
+    PathTracer<Real, effects> tracer;
+    std::vector<std::array<Real, 3>> radiance;
+};
+
+template <class Real, std::uint64_t effects>
+class EmbreeJob final : public RenderJob {
+public:
+    EmbreeJob(RTCDevice device, const Scene& scene, const RenderSettings& settings, unsigned threads, PlantedBug bug)
+        : tables_(make_tables<Real>(scene, settings, bug)),
+          accelerator_(device, tables_),
+          workers_([this] { return Worker<Real, effects>(tables_, accelerator_); }),
+          thread_limit_(tbb::global_control::max_allowed_parallelism,
+              std::max(threads, std::max(1u, std::thread::hardware_concurrency()))),
+          arena_(threads == 0 ? tbb::task_arena::automatic : static_cast<int>(threads)) {}
+
+    [[nodiscard]] JobFacts facts() const override {
+        JobFacts facts;
+        // The general variant leaves out at run time what the job does not simulate; the others have no such switches.
+        const EffectSet compiled = EffectSet::from_bits(effects);
+        facts.effects = compiled == variants::general ? tables_.settings.effects.value_or(compiled) : compiled;
+        facts.bytes_per_path = PathTracer<Real, effects>::bytes_per_path();
+        return facts;
+    }
+
+    RenderResult render(SampleRange range, const RenderControl& control) override {
+        const Clock::time_point start = Clock::now();
+        if (range.begin % samples_per_block != 0 || range.end < range.begin)
+            throw Error("a sample range must begin at a multiple of " + std::to_string(samples_per_block) +
+                        " and not end before it begins");
+        const RenderSettings& settings = tables_.settings;
+        RenderResult result{Estimate(settings.width, settings.height), 0.0, std::nullopt};
+        Progress progress(control, result.estimate.pixel_count());
+        for (std::uint64_t begin = range.begin; begin < range.end && !control.stop.stop_requested();
+             begin += samples_per_block)
+            render_block({begin, std::min(begin + samples_per_block, range.end)}, control, progress, result.estimate);
+        progress.finish();
+        result.seconds = seconds_since(start);
+        return result;
+    }
+
+private:
+    void render_block(SampleRange block, const RenderControl& control, Progress& progress, Estimate& estimate) {
+        Estimate::Plane plane(estimate.pixel_count() * channel_count), before;
+        std::uint64_t done = block.begin, invalid = 0;
+        while (done < block.end && !control.stop.stop_requested()) {
+            const SampleRange pass{done, std::min(block.end, done + pass_samples())};
+            if (done > block.begin) before = plane;
+            const Clock::time_point start = Clock::now();
+            std::uint64_t faults = 0;
+            if (!render_pass(pass, control.stop, progress, plane, faults)) {
+                plane = std::move(before);
+                break;
+            }
+            seconds_per_sample_ = seconds_since(start) / static_cast<double>(pass.count());
+            invalid += faults;
+            done = pass.end;
+        }
+        if (done == block.begin) return;
+        estimate.add_block({block.begin, done}, std::move(plane));
+        estimate.add_invalid(invalid);
+    }
+
+    // As many samples a pixel as the last pass promises to fit.
+    [[nodiscard]] std::uint64_t pass_samples() const {
+        if (seconds_per_sample_ <= 0.0) return 1;
+        return static_cast<std::uint64_t>(
+            std::clamp(std::floor(pass_seconds / seconds_per_sample_), 1.0, static_cast<double>(samples_per_block)));
+    }
+
+    // False if a stop request cut it short; `plane` is then spoilt.
+    bool render_pass(SampleRange pass, const std::stop_token& stop, Progress& progress, Estimate::Plane& plane,
+        std::uint64_t& faults) {
+        const std::uint32_t pixels = static_cast<std::uint32_t>(plane.size() / channel_count);
+        const auto samples = static_cast<std::uint32_t>(pass.count());
+        // Small images are cut finer, so that every thread has its share.
+        const std::uint32_t share =
+            std::max(1u, pixels / (8u * static_cast<std::uint32_t>(std::max(1, arena_.max_concurrency()))));
+        const std::uint32_t batch_pixels = std::clamp(batch_paths / samples, 1u, share);
+        const std::uint32_t batches = (pixels - 1) / batch_pixels + 1;
+        std::atomic<std::uint64_t> invalid{0};
+        parallel_for(arena_, batches, [&](std::uint32_t index) {
+            if (stop.stop_requested()) return;
+            const std::uint32_t first = index * batch_pixels;
+            const Batch batch{first, std::min(batch_pixels, pixels - first), pass.begin, samples};
+            Worker<Real, effects>& worker = workers_.local();
+            worker.radiance.resize(batch.paths());
+            worker.tracer.run(batch, worker.radiance, stop);
+            if (stop.stop_requested()) return;
+            invalid += add_samples(batch, worker.radiance, plane);
+            progress.add(batch.paths());
+        });
+        faults = invalid;
+        return !stop.stop_requested();
+    }
+
+    // Adds the samples of each pixel in ascending order; returns how many are invalid (section 12).
+    std::uint64_t add_samples(
+        const Batch& batch, const std::vector<std::array<Real, 3>>& radiance, Estimate::Plane& plane) const {
+        std::uint64_t invalid = 0;
+        for (std::uint32_t p = 0; p < batch.pixel_count; ++p) {
+            Moments* moments = &plane[(std::size_t{batch.first_pixel} + p) * channel_count];
+            for (std::uint32_t s = 0; s < batch.sample_count; ++s) {
+                const std::array<Real, 3>& value = radiance[std::size_t{p} * batch.sample_count + s];
+                const bool valid = std::ranges::all_of(value, [](Real x) { return x >= Real(0) && std::isfinite(x); });
+                if (!valid) {
+                    ++invalid;
+                    continue;
+                }
+                for (std::size_t c = 0; c < channel_count; ++c) {
+                    double x = static_cast<double>(value[c]);
+                    if (tables_.planted(PlantedBug::radiance_clamped)) x = std::min(x, 1.0);
+                    moments[c].sum += x;
+                    moments[c].sum_of_squares += x * x;
+                }
+            }
+        }
+        return invalid;
+    }
+
+    Tables<Real> tables_;
+    Accelerator<Real> accelerator_;
+    tbb::enumerable_thread_specific<Worker<Real, effects>> workers_;
+    tbb::global_control thread_limit_;  // else no more threads than processors
+    tbb::task_arena arena_;
+    double seconds_per_sample_ = 0.0;
+};
+
+template <class Real, std::uint64_t effects>
+std::unique_ptr<RenderJob> make_embree_job(const JobParts& parts) {
+    return std::make_unique<EmbreeJob<Real, effects>>(
+        parts.device, parts.scene, parts.settings, parts.threads, parts.bug);
+}
+
+}  // namespace tandem::cpu

@@ -1,0 +1,261 @@
+// The rarer effects of the path tracer: media, motion, textures, conductors and rough glass, nested bodies. Included by
+// path_tracer.h alone; only the general variant has them.
+#pragma once
+
+#include "cpu_ref/path_tracer.h"
+
+namespace tandem::cpu {
+
+// What a vertex does with light from a direction: f cos is colour times transfer; density is that of scattering there.
+template <class Real, std::uint64_t effects>
+struct PathTracer<Real, effects>::Response {
+    Vec3<V> colour;
+    V transfer, density;
+};
+
+template <class Real, std::uint64_t effects>
+struct PathTracer<Real, effects>::Outcome {
+    Vec3<V> direction, absorbed;
+    V density;
+    M alive;
+};
+
+template <class Real>
+[[nodiscard]] glm::dvec3 vector_of_lane(const Vec3<Lanes<Real>>& a, int lane) {
+    return {static_cast<double>(a.x[lane]), static_cast<double>(a.y[lane]), static_cast<double>(a.z[lane])};
+}
+template <class Real>
+void set_lane(Vec3<Lanes<Real>>& a, int lane, const glm::dvec3& value) {
+    a.x.v[lane] = static_cast<Real>(value.x);
+    a.y.v[lane] = static_cast<Real>(value.y);
+    a.z.v[lane] = static_cast<Real>(value.z);
+}
+template <class Real>
+[[nodiscard]] bool has_lane(Mask<Real> mask, int lane) {
+    return ((mask.to_bits() >> lane) & 1u) != 0;
+}
+// Calls visit(lane) for the lanes of a mask.
+template <class Real, class Visit>
+void for_each_lane(Mask<Real> mask, Visit visit) {
+    for (unsigned left = mask.to_bits(); left != 0; left &= left - 1) visit(std::countr_zero(left));
+}
+
+// Section 10: weights the throughput by the medium on the way. Returns which paths scatter there, before their hits.
+template <class Real, std::uint64_t effects>
+Mask<Real> PathTracer<Real, effects>::cross_media(
+    Vertex& at, std::uint32_t first, const Ray<V>& ray, const Hit<Real>& hit, M active) const {
+    at.more.in_medium = M{};
+    at.more.medium_distance = V(Real(0));
+    at.more.anisotropy = V(Real(0));
+    at.more.outside_index = V(Real(1));
+    if (!on(Effect::medium_absorption)) return at.more.in_medium;
+    const I medium = load_ints<Real>(&paths_.interiors.medium[first]);
+    const M within = active & !(medium == I(U{no_index}));
+    if (none(within)) return at.more.in_medium;
+    const RandomLanes<Real> m = random_numbers(tables_.settings.seed, at.id,
+        at.number * I(U{dimension::blocks_per_vertex}) + I(U{dimension::first_vertex + medium_of_vertex}));
+    Vec3<V> weight{V(Real(1)), V(Real(1)), V(Real(1))};
+    unsigned scattered = 0;
+    for_each_lane(within, [&](int lane) {
+        const MediumForm& form = tables_.media[medium[lane]];
+        const bool met = has_lane(hit.found, lane);
+        const double end = met ? static_cast<double>(hit.t[lane]) : tables_.settings.ray_max;
+        const MediumForm::Step step =
+            form.advance({vector_of_lane(ray.origin, lane), vector_of_lane(ray.direction, lane)}, end,
+                static_cast<double>(m[0][lane]), static_cast<double>(m[1][lane]));
+        set_lane(weight, lane, step.weight);
+        if (!step.scattered) return;
+        scattered |= 1u << lane;
+        at.more.medium_distance.v[lane] = static_cast<Real>(step.t);
+        at.more.anisotropy.v[lane] = static_cast<Real>(form.anisotropy());
+    });
+    at.throughput = at.throughput * weight;
+    at.more.in_medium = M::from_bits(scattered);
+    return at.more.in_medium;
+}
+
+// Surface and motion.
+template <class Real, std::uint64_t effects>
+void PathTracer<Real, effects>::find_surface(
+    Vertex& at, std::uint32_t first, const Ray<V>& ray, const Hit<Real>& hit) const {
+    at.more.shift = Vec3<V>{V(Real(0)), V(Real(0)), V(Real(0))};
+    if constexpr (moving) {
+        if (tables_.moves) {
+            at.more.shift = tables_.motion[tables_.faces.entity[hit.face]] * load<Real>(&paths_.motion.time[first]);
+            at.surface = surface_in_motion(tables_, ray, hit, at.more.shift);
+            return;
+        }
+    }
+    at.surface = surface_at(tables_, ray, hit);
+}
+
+// Textures, bodies, and vertices in media, which look like points of a surface that faces the ray.
+template <class Real, std::uint64_t effects>
+void PathTracer<Real, effects>::find_vertex(
+    Vertex& at, std::uint32_t first, const Ray<V>& ray, const Hit<Real>& hit) const {
+    if constexpr (textured) {
+        const M lanes = hit.found & has_bit(at.bits, U{material_bits::textured});
+        if (any(lanes)) apply_textures(at, hit, lanes);
+    }
+    if constexpr (has(Effect::interiors)) {
+        const M lanes = hit.found & has_bit(at.bits, U{material_bits::tracked});
+        if (any(lanes)) meet_interfaces(at, first, lanes);
+    }
+    const M in_medium = at.more.in_medium;
+    if (none(in_medium)) return;
+    const V zero(Real(0)), one(Real(1));
+    at.surface.point = select(in_medium, along(ray.origin, at.more.medium_distance, ray.direction), at.surface.point);
+    at.surface.normal = select(in_medium, -at.direction, at.surface.normal);
+    at.surface.error_bound = select(in_medium, zero, at.surface.error_bound);
+    at.surface.primitive = select(in_medium, I(U{no_primitive}), at.surface.primitive);
+    at.facing = select(in_medium, -at.direction, at.facing);
+    at.front = at.front | in_medium;
+    at.cosine = select(in_medium, one, at.cosine);
+    at.bits = select(in_medium, I(U{material_bits::medium}), at.bits);
+    at.colour = select(in_medium, Vec3<V>{one, one, one}, at.colour);
+}
+
+template <class Real, std::uint64_t effects>
+void PathTracer<Real, effects>::apply_textures(Vertex& at, const Hit<Real>& hit, M lanes) const {
+    const Vec3<V> at_rest = at.surface.point - at.more.shift;
+    for_each_lane(lanes, [&](int lane) {
+        const auto primitive = static_cast<std::uint32_t>(at.surface.primitive[lane]);
+        const auto face = static_cast<std::uint32_t>(hit.face[lane]) - tables_.primitives[primitive].first_face;
+        set_lane(at.colour, lane, tables_.textures.colour(primitive, face, vector_of_lane(at_rest, lane)));
+    });
+}
+
+template <class Real, std::uint64_t effects>
+InteriorList PathTracer<Real, effects>::interior_list(std::uint32_t slot) const {
+    InteriorList list;
+    list.count = static_cast<std::uint32_t>(paths_.interiors.count[slot]);
+    for (std::uint32_t i = 0; i < list.count; ++i)
+        list.material[i] = static_cast<std::uint32_t>(paths_.interiors.material[i][slot]);
+    return list;
+}
+
+// Section 9.4: a surface that is not there is a boundary; else the index on its outside.
+template <class Real, std::uint64_t effects>
+void PathTracer<Real, effects>::meet_interfaces(Vertex& at, std::uint32_t first, M lanes) const {
+    for_each_lane(lanes, [&](int lane) {
+        const auto slot = first + static_cast<std::uint32_t>(lane);
+        const Interface found = interface_at(interior_list(slot), tables_.bodies,
+            static_cast<std::uint32_t>(at.surface.material[lane]), has_lane(at.front, lane));
+        at.more.outside_index.v[lane] = static_cast<Real>(found.outside_index);
+        if (!found.present) at.bits.v[lane] = material_bits::boundary | material_bits::tracked;
+    });
+}
+
+// The list after paths went through surfaces, and the medium that they are in now.
+template <class Real, std::uint64_t effects>
+void PathTracer<Real, effects>::change_interiors(Vertex& at, std::uint32_t first, M crossing, M& alive) {
+    for_each_lane(crossing, [&](int lane) {
+        const auto slot = first + static_cast<std::uint32_t>(lane);
+        const auto material = static_cast<std::uint32_t>(at.surface.material[lane]);
+        InteriorList list = interior_list(slot);
+        if (!has_lane(at.front, lane)) {
+            list.remove(material);
+        } else if (!list.append(material)) {  // the sample is invalid
+            at.radiance.x.v[lane] = std::numeric_limits<Real>::quiet_NaN();
+            alive = alive & !M::from_bits(1u << lane);
+            return;
+        }
+        paths_.interiors.count[slot] = list.count;
+        for (std::uint32_t i = 0; i < list.count; ++i) paths_.interiors.material[i][slot] = list.material[i];
+        const std::uint32_t uppermost = list.uppermost(tables_.bodies);
+        paths_.interiors.medium[slot] = uppermost == no_index ? tables_.medium : tables_.bodies[uppermost].medium;
+    });
+}
+
+// f cos and the density of scattering, of diffuse, rough conductor and medium vertices.
+template <class Real, std::uint64_t effects>
+typename PathTracer<Real, effects>::Response PathTracer<Real, effects>::respond(
+    const Vertex& at, const Vec3<V>& direction, V cosine, M lanes) const {
+    const V diffuse = cosine * V(static_cast<Real>(inverse_pi));
+    Response response{at.colour, diffuse, diffuse};
+    if constexpr (has(Effect::rough_conductor)) {
+        const M conductor = lanes & has_bit(at.bits, U{material_bits::rough_conductor});
+        if (any(conductor)) {
+            const Frame<V> frame = frame_about(at.facing);
+            const I material = at.surface.material;
+            const Reflection<V> reflection = ggx_reflection(
+                frame.to_local(-at.direction), frame.to_local(direction), tables_.materials.ggx_alpha[material]);
+            response.colour = select(conductor, reflectance(material, reflection.cosine), response.colour);
+            response.transfer = select(conductor, reflection.transfer, response.transfer);
+            response.density = select(conductor, reflection.density, response.density);
+        }
+    }
+    if (any(lanes & at.more.in_medium)) {
+        const V phase = phase_density(at.direction, direction, at.more.anisotropy);
+        response.transfer = select(at.more.in_medium, phase, response.transfer);
+        response.density = select(at.more.in_medium, phase, response.density);
+    }
+    return response;
+}
+
+template <class Real, std::uint64_t effects>
+Vec3<Lanes<Real>> PathTracer<Real, effects>::reflectance(I material, V cosine) const {
+    const Vec3<V> eta = tables_.materials.eta[material], k = tables_.materials.k[material];
+    return {conductor_reflectance(cosine, eta.x, k.x), conductor_reflectance(cosine, eta.y, k.y),
+        conductor_reflectance(cosine, eta.z, k.z)};
+}
+
+// T over `distance` of the medium that the paths are in.
+template <class Real, std::uint64_t effects>
+Vec3<Lanes<Real>> PathTracer<Real, effects>::transmittance(
+    std::uint32_t first, const Vec3<V>& origin, const Vec3<V>& direction, V distance, M lanes) const {
+    Vec3<V> result{V(Real(1)), V(Real(1)), V(Real(1))};
+    if (!on(Effect::medium_absorption)) return result;
+    const I medium = load_ints<Real>(&paths_.interiors.medium[first]);
+    for_each_lane(lanes & !(medium == I(U{no_index})), [&](int lane) {
+        set_lane(result, lane,
+            tables_.media[medium[lane]].transmittance(
+                {vector_of_lane(origin, lane), vector_of_lane(direction, lane)}, static_cast<double>(distance[lane])));
+    });
+    return result;
+}
+
+// Conductors (7.6), rough glass (7.7), boundaries (7.8) and media (10).
+template <class Real, std::uint64_t effects>
+void PathTracer<Real, effects>::scatter_specially(
+    Vertex& at, M lanes, const RandomLanes<Real>& u, Outcome& outcome) const {
+    if (none(lanes)) return;
+    const V one(Real(1));
+    const Vec3<V> white{one, one, one};
+    const I material = at.surface.material;
+    const auto of = [&](unsigned bit) { return lanes & has_bit(at.bits, U{bit}); };
+    const M boundary = of(material_bits::boundary), medium = of(material_bits::medium);
+    if (any(boundary)) outcome.direction = select(boundary, at.direction, outcome.direction);
+    outcome.absorbed = select(boundary | medium, white, outcome.absorbed);
+    if (any(medium)) {
+        const Vec3<V> w = sample_phase(at.direction, at.more.anisotropy, u[0], u[1]);
+        outcome.direction = select(medium, w, outcome.direction);
+        outcome.density = select(medium, phase_density(at.direction, w, at.more.anisotropy), outcome.density);
+    }
+    const M smooth = of(material_bits::smooth_conductor);
+    if (any(smooth)) {
+        const Vec3<V> mirrored = unit(along(at.direction, V(at.cosine + at.cosine), at.facing));
+        outcome.direction = select(smooth, mirrored, outcome.direction);
+        outcome.absorbed = select(smooth, reflectance(material, at.cosine), outcome.absorbed);
+    }
+    const M rough = of(material_bits::rough_conductor);
+    if (any(rough)) {
+        const Microfaceted<Real> scattered =
+            scatter_conductor(at.direction, at.facing, tables_.materials.ggx_alpha[material], u);
+        outcome.direction = select(rough, scattered.direction, outcome.direction);
+        outcome.absorbed = select(rough, reflectance(material, scattered.cosine) * scattered.weight, outcome.absorbed);
+        outcome.density = select(rough, scattered.density, outcome.density);
+        outcome.alive = outcome.alive & ((!rough) | scattered.alive);
+    }
+    const M glass = of(material_bits::rough_translucent);
+    if (any(glass)) {
+        const V eta = relative_index(tables_, material, at.front, &at.more.outside_index);
+        const Microfaceted<Real> scattered = scatter_rough_translucent(at.direction, at.facing,
+            tables_.materials.ggx_alpha[material], eta, has_bit(at.bits, U{material_bits::schlick}), u);
+        outcome.direction = select(glass, scattered.direction, outcome.direction);
+        outcome.absorbed = select(glass, outcome.absorbed * scattered.weight, outcome.absorbed);
+        outcome.alive = outcome.alive & ((!glass) | scattered.alive);
+    }
+}
+
+}  // namespace tandem::cpu
