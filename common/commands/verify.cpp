@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
 #include <filesystem>
 
 #include "common/commands/command.h"
@@ -33,7 +34,7 @@ struct VerifyArguments {
     double seconds = 120.0;
     std::optional<std::uint64_t> samples;
     std::string referee = "oracle";
-    bool no_paired = false, validation = false;
+    bool no_paired = false, validation = false, convergence = false;
 };
 
 struct CompareArguments {
@@ -119,6 +120,46 @@ RenderSettings verification_settings_from(const RenderOptions& options, const Sc
     return settings;
 }
 
+std::string text_of(const Estimated& figure, const char* format) {
+    return fmt::format(fmt::runtime(format), figure.value, figure.low, figure.high);
+}
+
+void print_convergence(const SceneVerdict& verdict) {
+    const ConvergenceReport& report = *verdict.convergence;
+    for (const auto& [name, side] :
+        {std::pair{&verdict.reference_name, &report.reference}, std::pair{&verdict.candidate_name, &report.candidate}})
+        fmt::print(
+            "    {}: error falls as samples^{}, bias floor {} ({} to {}) of the mean, variance {} of what the "
+            "samples show\n",
+            *name, text_of(side->slope, "{:.3f} ({:.3f} to {:.3f})"),
+            percent(std::sqrt(std::max(0.0, side->squared_bias.value))),
+            percent(std::sqrt(std::max(0.0, side->squared_bias.low))),
+            percent(std::sqrt(std::max(0.0, side->squared_bias.high))),
+            text_of(side->variance_ratio, "{:.3f} ({:.3f} to {:.3f})"));
+    fmt::print("    between them: squared difference {} of what their noise explains, at {} samples\n",
+        text_of(report.between.back(), "{:.3f} ({:.3f} to {:.3f})"), report.samples.back());
+    std::fflush(stdout);
+}
+
+// How the two sides' errors fall, in as many seconds again as the verdict may take.
+void add_convergence(const Scene& scene, Renderer& reference, Renderer& candidate, const VerifyArguments& arguments,
+    const CommandContext& context, SceneVerdict& verdict) {
+    ConvergenceOptions options;
+    options.budget_seconds = arguments.seconds;
+    options.seed = arguments.render.seed + 2;
+    options.stop = context.stop;
+    {
+        ProgressLine line;
+        options.progress = [&](double fraction) { line.update(fraction, scene.name + ": convergence"); };
+        verdict.convergence = measure_convergence(scene, verdict.settings, reference, candidate, options);
+    }
+    if (verdict.convergence)
+        print_convergence(verdict);
+    else
+        fmt::print(
+            "    convergence: {} s are too few for it (or the image is black); give more --time\n", arguments.seconds);
+}
+
 ExitStatus verify(const VerifyArguments& arguments, const CommandContext& context) {
     // Every scene is read before the first is rendered: bad input costs no time.
     std::vector<Scene> scenes;
@@ -161,6 +202,8 @@ ExitStatus verify(const VerifyArguments& arguments, const CommandContext& contex
             verdicts.push_back(verify_scene(scenes[i], *reference, *candidate, options));
         }
         print_verdict(verdicts.back(), context.verbose);
+        if (arguments.convergence)
+            add_convergence(scenes[i], *reference, *candidate, arguments, context, verdicts.back());
     }
     std::vector<std::string> not_run;
     for (std::size_t i = verdicts.size(); i < scenes.size(); ++i) not_run.push_back(scenes[i].name);
@@ -235,6 +278,8 @@ void add_verify_command(CLI::App& app, CommandContext& context) {
         ->capture_default_str();
     command->add_flag(
         "--no-paired", arguments->no_paired, "Leave out the paired seeds, which find small faults sooner");
+    command->add_flag("--convergence", arguments->convergence,
+        "Also measure how the errors of both fall with samples, in as much --time again: slope, bias floor, variance");
     command->add_flag("--validation", arguments->validation, "Vulkan validation layers; any message is an error");
     add_render_options(*command, arguments->render);
     add_criteria(*command, arguments->criteria, {});

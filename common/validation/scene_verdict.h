@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "common/renderer.h"
+#include "common/validation/convergence.h"
 #include "common/validation/referee.h"
 #include "common/validation/registration.h"
 #include "common/validation/verdict.h"
@@ -34,10 +35,11 @@ struct SceneVerdict {
     // Exact check beside the levels, where there are four batches a side: permutation of batches, greatest |t| over
     // tiles and channels. It gates nothing (its least p, 1/1000, is too coarse).
     std::optional<double> permutation_p;
-    std::optional<Registration> registration;  // looked for where the sides disagree
-    ClosedFormUse closed_form;                 // of the scene, at these settings
-    std::optional<RefereeReport> referee;      // asked where the sides disagree
-    Outvoted outvoted = Outvoted::nobody;      // by the closed form, else by the referee
+    std::optional<Registration> registration;      // looked for where the sides disagree
+    ClosedFormUse closed_form;                     // of the scene, at these settings
+    std::optional<RefereeReport> referee;          // asked where the sides disagree
+    std::optional<ConvergenceReport> convergence;  // where it was asked for; it gates nothing
+    Outvoted outvoted = Outvoted::nobody;          // by the closed form, else by the referee
     std::string reference_name, candidate_name;
     RendererInfo reference_info, candidate_info;
     RenderSettings settings;

@@ -114,11 +114,34 @@ json referee_json(const std::optional<RefereeReport>& referee) {
     const RefereeReport& r = *referee;
     json result = info_json(r.name, r.info, r.settings.seed);
     result.update({{"text", r.text}, {"outvoted", outvoted_json(r.outvoted)}, {"width", r.settings.width},
-        {"height", r.settings.height},
-        {"integrator", integrator_name(r.settings.integrator)}, {"samples", r.samples},
+        {"height", r.settings.height}, {"integrator", integrator_name(r.settings.integrator)}, {"samples", r.samples},
         {"seconds", r.seconds}, {"budget_seconds", r.budget_seconds}, {"reference", referee_side_json(r.reference)},
         {"candidate", referee_side_json(r.candidate)}});
     return result;
+}
+
+json estimated_json(const Estimated& figure) {
+    return {{"value", number(figure.value)}, {"low", number(figure.low)}, {"high", number(figure.high)}};
+}
+
+json convergence_side_json(const ConvergenceSide& side) {
+    json errors = json::array();
+    for (const Estimated& error : side.squared_errors) errors.push_back(estimated_json(error));
+    const auto root = [](double square) { return std::sqrt(std::max(square, 0.0)); };
+    const Estimated& bias = side.squared_bias;
+    return {{"squared_errors_relative", errors}, {"slope", estimated_json(side.slope)},
+        {"bias_floor_relative", estimated_json({root(bias.value), root(bias.low), root(bias.high)})},
+        {"variance_ratio", estimated_json(side.variance_ratio)}};
+}
+
+json convergence_json(const std::optional<ConvergenceReport>& report) {
+    if (!report) return nullptr;
+    json between = json::array();
+    for (const Estimated& ratio : report->between) between.push_back(estimated_json(ratio));
+    return {{"samples", report->samples}, {"reference_samples", report->reference_samples},
+        {"reference_relative_error", number(report->reference_relative_error)},
+        {"reference", convergence_side_json(report->reference)},
+        {"candidate", convergence_side_json(report->candidate)}, {"between", between}, {"seconds", report->seconds}};
 }
 
 // The keys that the interface promises.
@@ -160,6 +183,7 @@ json to_json(const SceneVerdict& v) {
     result["outvoted"] = outvoted_json(v.outvoted);
     result["closed_form"] = closed_form_json(v);
     result["referee"] = referee_json(v.referee);
+    result["convergence"] = convergence_json(v.convergence);
     result["permutation_p"] = v.permutation_p ? json(*v.permutation_p) : json(nullptr);
     result["pixel_discoveries"] = v.judgement.discoveries;
     result["fixed_pixels"] = {{"count", v.judgement.fixed.count}, {"mismatches", v.judgement.fixed.mismatches},

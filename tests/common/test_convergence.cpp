@@ -1,0 +1,76 @@
+#include <doctest/doctest.h>
+
+#include <cmath>
+
+#include "common/validation/convergence.h"
+#include "tests/common/synthetic_renderer.h"
+
+namespace tandem {
+namespace {
+
+// Noise of variance 1 about `level`, off by `bias` in every other column.
+Sampler noise(double bias) {
+    return [=](std::uint32_t x, std::uint32_t, SampleRandom& random) {
+        const double value = 4.0 + random.triangular() + (x % 2 == 0 ? bias : -bias);
+        return Radiance{value, value, value};
+    };
+}
+
+ConvergenceReport measure(const Sampler& reference, const Sampler& candidate) {
+    SyntheticRenderer a(reference), b(candidate);
+    RenderSettings settings;
+    settings.width = settings.height = 16;
+    ConvergenceOptions options;
+    options.budget_seconds = 0.5;
+    const auto report = measure_convergence(Scene{}, settings, a, b, options);
+    REQUIRE(report.has_value());
+    return *report;
+}
+
+// Three times the 95 % interval: a false alarm once in 10^5, as how many samples there are depends on the machine.
+bool holds(const Estimated& figure, double truth) {
+    return std::abs(truth - figure.value) <= 3.0 * (figure.high - figure.value);
+}
+
+TEST_CASE("convergence: without bias the error falls as the root of the samples") {
+    const ConvergenceReport report = measure(noise(0.0), noise(0.0));
+    REQUIRE(report.samples.size() >= 3);
+    for (const ConvergenceSide* side : {&report.reference, &report.candidate}) {
+        CHECK(holds(side->slope, -0.5));
+        CHECK(holds(side->variance_ratio, 1.0));
+        CHECK(holds(side->squared_bias, 0.0));
+        // The variance of one sample is 1, of the image's mean squared 16.
+        for (std::size_t i = 0; i < report.samples.size(); ++i)
+            CHECK(side->squared_errors[i].value ==
+                  doctest::Approx(1.0 / 16.0 / static_cast<double>(report.samples[i])).epsilon(0.15));
+    }
+    for (const Estimated& ratio : report.between) CHECK(ratio.value == doctest::Approx(1.0).epsilon(0.1));
+}
+
+TEST_CASE("convergence: a local bias that leaves every mean as it is shows as a floor of its size") {
+    const double bias = 0.1;
+    const ConvergenceReport report = measure(noise(0.0), noise(bias));
+    CHECK(report.candidate.squared_bias.low > 0.0);
+    CHECK(holds(report.candidate.squared_bias, bias * bias / 16.0));
+    CHECK(report.candidate.slope.low > -0.5);
+    CHECK(holds(report.reference.squared_bias, 0.0));
+    const double n = static_cast<double>(report.samples.back());
+    CHECK(report.between.back().value == doctest::Approx(1.0 + n * bias * bias / 2.0).epsilon(0.1));
+}
+
+TEST_CASE("convergence: a black image and a stop give no report") {
+    SyntheticRenderer black([](std::uint32_t, std::uint32_t, SampleRandom&) { return Radiance{}; });
+    RenderSettings settings;
+    settings.width = settings.height = 8;
+    ConvergenceOptions options;
+    options.budget_seconds = 0.5;
+    CHECK_FALSE(measure_convergence(Scene{}, settings, black, black, options).has_value());
+    SyntheticRenderer grey(noise(0.0));
+    std::stop_source stop;
+    stop.request_stop();
+    options.stop = stop.get_token();
+    CHECK_FALSE(measure_convergence(Scene{}, settings, grey, grey, options).has_value());
+}
+
+}  // namespace
+}  // namespace tandem
