@@ -107,9 +107,9 @@ template <class Real>
     sample.far = sample.far | lanes;
 }
 
-// Section 8.3.
+// Section 8.3, from the surface itself: that rays start off it would show in the distance to a near light.
 template <class Real>
-[[gnu::noinline]] void sample_punctual(const Tables<Real>& tables, const Receiver<Real>& from, Mask<Real> lanes,
+[[gnu::noinline]] void sample_punctual(const Tables<Real>& tables, const Vec3<Lanes<Real>>& from, Mask<Real> lanes,
     Ints<Real> light, Ints<Real> kind, LitSample<Real>& sample) {
     using V = Lanes<Real>;
     using U = UnsignedOf<Real>;
@@ -117,7 +117,7 @@ template <class Real>
     const LightTable<Real>& lights = tables.lights;
     const Mask<Real> sun = lanes & (kind == Ints<Real>(static_cast<U>(LightKind::sun)));
     const Mask<Real> spot = lanes & (kind == Ints<Real>(static_cast<U>(LightKind::spot)));
-    const Vec3<V> axis = lights.direction[light], offset = lights.position[light] - from.point;
+    const Vec3<V> axis = lights.direction[light], offset = lights.position[light] - from;
     const V square = dot(offset, offset), distance = sqrt(square);
     const Vec3<V> direction = select(sun, -axis, offset * V(one / distance));
     const V place = (-dot(axis, direction) - lights.outer_cosine[light]) * lights.inverse_cosine_range[light];
@@ -134,10 +134,10 @@ template <class Real>
     sample.delta = sample.delta | lanes;
 }
 
-// `v` are the numbers of the light block.
+// `v` are the numbers of the light block; `base` is the receiver's point on its surface.
 template <class Real>
 TANDEM_INLINE LitSample<Real> sample_any_light(
-    const Tables<Real>& tables, const Receiver<Real>& from, const RandomLanes<Real>& v) {
+    const Tables<Real>& tables, const Receiver<Real>& from, const Vec3<Lanes<Real>>& base, const RandomLanes<Real>& v) {
     using U = UnsignedOf<Real>;
     const LightTable<Real>& lights = tables.lights;
     const auto is = [](Ints<Real> kind, LightKind wanted) { return kind == Ints<Real>(static_cast<U>(wanted)); };
@@ -154,7 +154,7 @@ TANDEM_INLINE LitSample<Real> sample_any_light(
     if (none(distant)) return sample;
     sample.usable = sample.usable & !distant;
     const Mask<Real> punctual = distant & !background;
-    if (any(punctual)) sample_punctual(tables, from, punctual, light, kind, sample);
+    if (any(punctual)) sample_punctual(tables, base, punctual, light, kind, sample);
     if (any(background)) sample_background(tables, background, v[1], v[2], sample);
     return sample;
 }

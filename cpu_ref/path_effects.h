@@ -58,15 +58,15 @@ Mask<Real> PathTracer<Real, effects>::cross_media(
     unsigned scattered = 0;
     for_each_lane(within, [&](int lane) {
         const MediumForm& form = tables_.media[medium[lane]];
-        const bool met = has_lane(hit.found, lane);
-        const double end = met ? static_cast<double>(hit.t[lane]) : tables_.settings.ray_max;
-        const MediumForm::Step step =
-            form.advance({vector_of_lane(ray.origin, lane), vector_of_lane(ray.direction, lane)}, end,
-                static_cast<double>(m[0][lane]), static_cast<double>(m[1][lane]));
+        const double lead = static_cast<double>(paths_.interiors.lead[first + static_cast<std::uint32_t>(lane)]);
+        const double end = has_lane(hit.found, lane) ? static_cast<double>(hit.t[lane]) : tables_.settings.ray_max;
+        const glm::dvec3 direction = vector_of_lane(ray.direction, lane);
+        const MediumForm::Step step = form.advance({vector_of_lane(ray.origin, lane) - lead * direction, direction},
+            end + lead, static_cast<double>(m[0][lane]), static_cast<double>(m[1][lane]));
         set_lane(weight, lane, step.weight);
         if (!step.scattered) return;
         scattered |= 1u << lane;
-        at.more.medium_distance.v[lane] = static_cast<Real>(step.t);
+        at.more.medium_distance.v[lane] = static_cast<Real>(step.t - lead);
         at.more.anisotropy.v[lane] = static_cast<Real>(form.anisotropy());
     });
     at.throughput = at.throughput * weight;

@@ -99,6 +99,8 @@ private:
         struct Interiors {
             alignas(64) Slots<U> medium, count;
             alignas(64) std::array<Slots<U>, most_interiors> material;
+            // How far along the ray its origin lies from the surface that it left (section 5.2): media begin there.
+            alignas(64) Slots<Real> lead;
         };
         [[no_unique_address]] std::conditional_t<moving, Motion, NoState> motion;
         [[no_unique_address]] std::conditional_t<general, Interiors, NoState> interiors;
@@ -217,6 +219,7 @@ void PathTracer<Real, effects>::refill() {
             if constexpr (general) {
                 paths_.interiors.medium[slot] = tables_.medium;
                 paths_.interiors.count[slot] = 0;
+                paths_.interiors.lead[slot] = Real(0);
             }
         }
         next_path_ += count;
@@ -357,7 +360,7 @@ void PathTracer<Real, effects>::add_direct_light(Vertex& at, M lanes, [[maybe_un
         along(at.surface.point, at.surface.error_bound, at.facing), at.facing, at.surface.primitive, !at.front};
     const auto sample = [&] {
         if constexpr (general)
-            return sample_any_light(tables_, receiver, v);
+            return sample_any_light(tables_, receiver, at.surface.point, v);
         else
             return sample_light(tables_, receiver, v);
     }();
@@ -385,7 +388,9 @@ void PathTracer<Real, effects>::add_direct_light(Vertex& at, M lanes, [[maybe_un
         const Response response = respond(at, sample.direction, cosine, lit);
         scattered = response.density;
         transfer = response.transfer;
-        colour = response.colour * transmittance(first, receiver.point, sample.direction, sample.distance, lit);
+        const V lead = select(sample.delta, zero, at.surface.error_bound * cosine);
+        colour =
+            response.colour * transmittance(first, at.surface.point, sample.direction, sample.distance + lead, lit);
     }
     V weight = power_heuristic(sample.density, scattered);
     if (tables_.planted(PlantedBug::mis_weights_unequal) && tables_.lights.count > 1) weight = weight * V(Real(0.5));
@@ -453,6 +458,7 @@ void PathTracer<Real, effects>::scatter(Vertex& at, M lanes, std::uint32_t first
     M inside = side < zero;
     if constexpr (general) {
         inside = inside & !at.more.in_medium;
+        store<Real>(&paths_.interiors.lead[first], at.surface.error_bound * absolute(side));
         const M tracked = alive & has_bit(at.bits, U{material_bits::tracked});
         if (any(tracked))
             change_interiors(at, first,

@@ -369,6 +369,24 @@ TEST_CASE("Beer-Lambert: a slab of glass without a change of index, and the surr
           doctest::Approx(2 * std::exp(-2.5)).epsilon(1e-5));
 }
 
+TEST_CASE("single precision measures its ways from the surface, not from where rays start off it") {
+    // On a floor of 200 units rays start 2e-4 off it, which would show in 1/r^2 and in exp(-sigma d).
+    Scene scene = floor_below(test::diffuse(dvec3(0.5))).scene();
+    for (dvec3& vertex : scene.vertices) vertex *= 2.0;
+    scene.lights = {light(PunctualKind::point, {0, 1, 0}, {0, -1, 0}, dvec3(2))};
+    scene.media = {medium(dvec3(0.5), dvec3(0.0))};
+    scene.medium = 0;
+    CHECK(mean_of(render(scene, settings(1, Integrator::next_event, 1), 16))[0] ==
+          doctest::Approx(0.5 / pi * 2 * std::exp(-0.5 * 5)).epsilon(2e-6));
+    test::SceneBuilder b;
+    b.camera({0, 3, 0}, {0, 0, 0}, 1e-4, {0, 0, 1}).background(dvec3(1.0));
+    b.cuboid(boundary(0), {-100, -1, -100}, {100, 0, 100});
+    Scene slab = b.scene();
+    slab.media = scene.media;
+    CHECK(mean_of(render(slab, settings(1, Integrator::path, 4), 16))[0] ==
+          doctest::Approx(std::exp(-0.5)).epsilon(2e-6));
+}
+
 TEST_CASE("fog thins next events over the way of their light") {
     Scene scene = floor_below(test::diffuse(dvec3(0.5))).scene();
     scene.media = {medium({0.25, 0.0, 0.0}, dvec3(0.0))};
