@@ -8,8 +8,8 @@ usage: check_layouts.py OUT.h REFLECTION.json...
 import json
 import sys
 
-SHARED = {"PrimitiveSource", "EntityTransform", "Placed", "Triangle", "Convex", "BvhNode", "Material", "Light", "SceneHeader", "Camera",
-          "Settings"}
+SHARED = {"PrimitiveSource", "EntityTransform", "Placed", "Triangle", "Convex", "BvhNode", "Material", "Texture", "Medium", "Light",
+          "Environment", "SceneHeader", "Camera", "Settings"}
 
 
 def collect(reflection, asserts):

@@ -7,15 +7,26 @@
 #define LOOPS_OVER_PRIMITIVES
 #include "scene_set.glsl"
 #include "ray_state.glsl"
+#include "random.glsl"
+#include "time.glsl"
 #include "sampling.glsl"
 #include "shapes.glsl"
 #include "bvh.glsl"
 
 layout(std430, set = 2, binding = 0) readonly restrict buffer OriginsIn { uvec4 origins_in[]; };
 layout(std430, set = 2, binding = 1) readonly restrict buffer DirectionsIn { vec4 directions_in[]; };
+layout(std430, set = 2, binding = 2) readonly restrict buffer ThroughputsIn { uvec4 throughputs_in[]; };
 layout(std430, set = 2, binding = 10) writeonly restrict buffer Hits { uvec4 hits[]; };
 layout(std430, set = 2, binding = 11) readonly restrict buffer Shadows { uvec4 shadows[]; };
 layout(std430, set = 2, binding = 13) readonly restrict buffer Queues { RayQueue queues[]; };
+
+float ray_time = 0.0;
+
+// The ray as it meets the primitive's entity at rest (MODEL.md section 6). The tree's boxes hold all of its way.
+Ray at_rest(Ray ray, uint slot) {
+    if (has_entity_motion) ray.origin -= ray_time * transforms[placed[slot].entity].motion;
+    return ray;
+}
 
 struct Hit {
     float t;
@@ -57,13 +68,13 @@ void try_triangle(uint slot, Ray ray, mat3 frame, uint own, inout Hit best) {
     float t;
     vec3 weights;
     if (slot == own && !PLANTED(self_hit_not_excluded)) return;
-    if (intersect_triangle(triangle_at(slot), ray, frame, t, weights) && is_closer(t, slot, best))
+    if (intersect_triangle(triangle_at(slot), at_rest(ray, slot), frame, t, weights) && is_closer(t, slot, best))
         best = Hit(t, slot, 0, weights);
 }
 
 void try_sphere(uint i, Ray ray, uint own, bool inside, inout Hit best) {
     const uint slot = fixed_triangles + i;
-    const Ray unit_ray = to_unit_space(sphere_at(i), ray);
+    const Ray unit_ray = to_unit_space(sphere_at(i), at_rest(ray, slot));
     const vec2 ts = sphere_distances(unit_ray, meeting(slot == own, inside));
     const float t = ts.x >= ray_min ? ts.x : ts.y;
     if (is_closer(t, slot, best)) best = Hit(t, slot, 0, unit_ray.origin + t * unit_ray.direction);
@@ -85,7 +96,7 @@ vec3 point_on_face(vec3 near_face, uint face, vec3 extent) {
 void try_cuboid(uint i, Ray ray, uint own, bool inside, inout Hit best, inout vec3 extent) {
     const uint slot = fixed_triangles + fixed_spheres + i;
     const Convex cuboid = cuboid_at(i);
-    const Ray unit_ray = to_unit_space(cuboid, ray);
+    const Ray unit_ray = to_unit_space(cuboid, at_rest(ray, slot));
     uvec2 faces;
     const vec2 ts = cuboid_distances(cuboid, unit_ray, meeting(slot == own, inside), faces);
     const bool enters = ts.x >= ray_min;
@@ -173,13 +184,13 @@ bool blocks(float t, float t_max) { return t >= ray_min && t <= t_max; }
 bool triangle_blocks(uint slot, Ray ray, mat3 frame, float t_max, uint own, uint light) {
     float t;
     vec3 weights;
-    return slot != light && slot != own && intersect_triangle(triangle_at(slot), ray, frame, t, weights) &&
+    return slot != light && slot != own && intersect_triangle(triangle_at(slot), at_rest(ray, slot), frame, t, weights) &&
         blocks(t, t_max);
 }
 
 bool sphere_blocks(uint i, Ray ray, float t_max, uint own, bool inside, uint light) {
     const uint slot = fixed_triangles + i;
-    const vec2 ts = sphere_distances(to_unit_space(sphere_at(i), ray), meeting(slot == own, inside));
+    const vec2 ts = sphere_distances(to_unit_space(sphere_at(i), at_rest(ray, slot)), meeting(slot == own, inside));
     return slot != light && (blocks(ts.x, t_max) || blocks(ts.y, t_max));
 }
 
@@ -187,7 +198,7 @@ bool cuboid_blocks(uint i, Ray ray, float t_max, uint own, bool inside, uint lig
     const uint slot = fixed_triangles + fixed_spheres + i;
     uvec2 faces;
     const Convex cuboid = cuboid_at(i);
-    const vec2 ts = cuboid_distances(cuboid, to_unit_space(cuboid, ray), meeting(slot == own, inside), faces);
+    const vec2 ts = cuboid_distances(cuboid, to_unit_space(cuboid, at_rest(ray, slot)), meeting(slot == own, inside), faces);
     return slot != light && (blocks(ts.x, t_max) || blocks(ts.y, t_max));
 }
 
@@ -261,6 +272,8 @@ void main() {
     const uint word = start.w;
     const uint own = word & slot_mask;
     const bool inside = (word & ray_inside) != 0u;
+    if (has_entity_motion)
+        ray_time = path_time(settings.first_pixel + (settings.segment == 0 ? i : throughputs_in[i].w));
     Ray ray = Ray(uintBitsToFloat(start.xyz), vec3(0.0));
     uint flags = 0;
     if (has_light_sampling && (word & ray_shadow) != 0u) {
@@ -268,7 +281,8 @@ void main() {
         const vec3 offset = uintBitsToFloat(shadow.xyz);
         const float distance = length(offset);
         ray.direction = offset / distance;
-        if (!is_occluded(ray, min(ray_max, distance), own, inside, shadow.w)) flags |= hit_lit;
+        const bool far = (has_suns || has_sampled_background) && shadow.w == shadow_far;
+        if (!is_occluded(ray, far ? ray_max : min(ray_max, distance), own, inside, shadow.w)) flags |= hit_lit;
         if ((word & ray_dead) != 0u) {
             hits[i] = uvec4(hit_ended | flags, 0, 0, 0);
             return;

@@ -5,7 +5,8 @@
 // Where a receiver stands: its own slot and whether it is inside its own convex primitive settle on which side of that
 // primitive it is, which rounding could not.
 struct Receiver {
-    vec3 point;
+    vec3 point;    // where rays start
+    vec3 surface;  // the hit point itself, from which lights without a surface and ways through media are measured
     uint slot;
     bool inside;  // of its own sphere or cuboid
 };
@@ -101,10 +102,11 @@ LightSample sample_cuboid_light(Light light, Receiver receiver, vec2 v) {
     return LightSample(point - receiver.point, convex_normal(shape, axis), is_inside_cuboid(light, receiver));
 }
 
-LightSample sample_light(Light light, Receiver receiver, vec2 v) {
+LightSample sample_primitive_light(Light light, Receiver receiver, vec2 v) {
     if (has_triangle_lights && light.kind == kind_triangle) return sample_triangle_light(light, receiver, v);
     if (has_sphere_lights && light.kind == kind_sphere) return sample_sphere_light(light, receiver, v);
-    return sample_cuboid_light(light, receiver, v);
+    if (has_cuboid_lights) return sample_cuboid_light(light, receiver, v);
+    return LightSample(vec3(0.0), vec3(0.0), false);
 }
 
 // (P p)^2 / ((P p)^2 + q^2) for beta = 2 [Veach 1995], as a ratio so that no square overflows to inf/inf.
@@ -113,26 +115,100 @@ float power_heuristic(float density, float other) {
     return 1.0 / (1.0 + ratio * ratio);
 }
 
-// The direct light that one light sample brings to a diffuse vertex, and the offset to the light's point; zero: none.
-vec3 direct_light(Receiver receiver, vec3 n_f, vec3 colour, vec3 v, out vec3 offset, out uint light_slot) {
-    const Light light = lights[choose_light(v.x)];
-    light_slot = light.slot;
-    const LightSample chosen = sample_light(light, receiver, v.yz);
-    offset = chosen.offset;
-    const float distance2 = dot(offset, offset), distance = sqrt(distance2);
-    if (!(distance2 > 0.0) || distance < settings.ray_min || distance > settings.ray_max) return vec3(0.0);
-    if (light.kind == kind_triangle && light.slot == receiver.slot) return vec3(0.0);
-    const vec3 direction = offset / distance;
-    const float cosine = dot(n_f, direction), light_cosine = -dot(chosen.normal, direction);
+// What one light sample can bring to a receiver, if nothing is in the way.
+struct Incident {
+    vec3 offset;     // to the point on the light; to a far light the direction
+    vec3 direction;  // unit
+    float distance;  // ray_max to a far light
+    vec3 radiance;   // zero: nothing comes
+    float density;   // P_i p over solid angle; of a delta light P_i, the radiance being that times the delta's measure
+    bool is_delta;
+    uint shadow_word;
+};
+const Incident no_incident = Incident(vec3(0.0), vec3(0.0), 0.0, vec3(0.0), 1.0, false, no_slot);
+
+Incident from_primitive(Light light, Receiver receiver, vec2 v) {
+    const LightSample chosen = sample_primitive_light(light, receiver, v);
+    const float distance2 = dot(chosen.offset, chosen.offset), distance = sqrt(distance2);
+    if (!(distance2 > 0.0) || distance < settings.ray_min || distance > settings.ray_max) return no_incident;
+    if (light.kind == kind_triangle && light.slot == receiver.slot) return no_incident;
+    const vec3 direction = chosen.offset / distance;
+    const float light_cosine = -dot(chosen.normal, direction);
     const Material material = materials[placed[light.slot].material];
     const bool front = light_cosine > 0.0;
-    if (cosine <= 0.0 || light_cosine == 0.0 || !emits_to(material, front) || (!front && !chosen.sees_back))
-        return vec3(0.0);
+    if (light_cosine == 0.0 || !emits_to(material, front) || (!front && !chosen.sees_back)) return no_incident;
     const float density = light.probability * light_density(light, receiver, distance2, abs(light_cosine));
-    float weight = power_heuristic(density, cosine / pi);
-    if (PLANTED(mis_weights_unequal) && settings.light_count > 1) weight *= 0.5;
+    return Incident(chosen.offset, direction, distance, material.radiance, density, false, light.slot);
+}
+
+// 8.3
+Incident from_point(Light light, Receiver receiver) {
+    const vec3 offset = light.centre - receiver.surface;
+    const float distance2 = dot(offset, offset), distance = sqrt(distance2);
+    if (!(distance2 > 0.0) || distance < settings.ray_min || distance > settings.ray_max) return no_incident;
+    const vec3 direction = offset / distance;
+    float share = 1.0;
+    if (has_spot_lights && light.kind == kind_spot) {
+        const float t = clamp((-dot(light.axis, direction) - light.outer) / (light.inner - light.outer), 0.0, 1.0);
+        share = t * t * (3.0 - 2.0 * t);
+    }
+    return Incident(
+        offset, direction, distance, light.intensity * (share / distance2), light.probability, true, no_slot);
+}
+
+// The light that the number v.x chooses (9.2).
+Incident incident_light(Receiver receiver, vec3 v) {
+    const Light light = lights[choose_light(v.x)];
+    if (has_point_lights && (light.kind == kind_point || light.kind == kind_spot)) return from_point(light, receiver);
+    if (has_suns && light.kind == kind_sun)
+        return Incident(
+            -light.axis, -light.axis, settings.ray_max, light.intensity, light.probability, true, shadow_far);
+    if (has_sampled_background && light.kind == kind_background) {
+        const vec3 direction = sample_background(v.yz);
+        const float density = light.probability * background_density(direction);
+        if (density <= 0.0) return no_incident;  // a rounding beside what was chosen
+        return Incident(direction, direction, settings.ray_max, background(direction), density, false, shadow_far);
+    }
+    if (has_triangle_lights || has_sphere_lights || has_cuboid_lights) return from_primitive(light, receiver, v.yz);
+    return no_incident;
+}
+
+// How a vertex answers to light from a direction: colour times f_cosine is f |cos theta| (a phase function for a medium),
+// density that of scattering into the direction.
+struct Response {
+    vec3 colour;
+    float f_cosine;
+    float density;
+};
+
+Response diffuse_response(vec3 colour, vec3 n_f, vec3 direction) {
+    const float cosine = dot(n_f, direction);
+    if (cosine <= 0.0) return Response(colour, 0.0, 0.0);
     const float f_cosine = (PLANTED(inverse_pi_dropped) ? 1.0 : 1.0 / pi) * (PLANTED(cosine_dropped) ? 1.0 : cosine);
-    return colour * material.radiance * (f_cosine * weight / density);
+    return Response(colour, f_cosine, cosine / pi);
+}
+
+Response conductor_response(Material material, vec3 n_f, vec3 d, vec3 direction) {
+    const float alpha = material.roughness * material.roughness;
+    const mat3 frame = frame_of(n_f);
+    const vec3 i = -d * frame, o = direction * frame, sum = i + o;
+    if (i.z <= 0.0 || o.z <= 0.0) return Response(vec3(1.0), 0.0, 0.0);
+    const vec3 h = normalize(sum);
+    return Response(fresnel_conductor(min(1.0, dot(i, h)), material.eta, material.k),
+        microfacet_value(i, o, h, alpha), microfacet_density(i, h, alpha));
+}
+
+Response medium_response(Medium medium, vec3 d, vec3 direction) {
+    const float value = phase(medium.anisotropy, dot(d, direction));
+    return Response(vec3(1.0), value, value);
+}
+
+// The light that a vertex sends on, per unit of its throughput, weighted against what scattering will find (9.2).
+vec3 answered_light(Incident incident, Response response) {
+    const bool alone = incident.is_delta || (has_direct_only && settings.direct_only != 0);
+    float weight = alone ? 1.0 : power_heuristic(incident.density, response.density);
+    if (PLANTED(mis_weights_unequal) && settings.light_count > 1) weight *= 0.5;
+    return response.colour * incident.radiance * (response.f_cosine * weight / incident.density);
 }
 
 #endif

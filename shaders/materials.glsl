@@ -1,6 +1,7 @@
 // Absorption and scattering directions (MODEL.md section 7).
 #ifndef MATERIALS_GLSL
 #define MATERIALS_GLSL
+#include "microfacets.glsl"
 
 bool has_flag(Material material, uint flag) { return (material.flags & flag) != 0u; }
 
@@ -34,17 +35,24 @@ float fresnel_schlick(float c, float c_t, float eta) {
     return r0 + (1.0 - r0) * (x2 * x2 * x);
 }
 
-// 7.4: the direction that leaves a translucent surface before fuzz; zero: none.
-vec3 translucent_direction(Material material, vec3 d, vec3 n_f, float c, bool front, float u3) {
-    float eta = front ? 1.0 / material.refractive_index : material.refractive_index;
-    if (PLANTED(relative_index_inverted)) eta = 1.0 / eta;
-    const vec3 mirrored = d + 2.0 * c * n_f;
+// 7.4: incident against transmitted index; `outside` is the index there (9.4), 1 for vacuum.
+float relative_index(Material material, bool front, float outside) {
+    const float eta = front ? outside / material.refractive_index : material.refractive_index / outside;
+    return PLANTED(relative_index_inverted) ? 1.0 / eta : eta;
+}
+
+// 7.4: the direction that leaves a translucent surface before fuzz; zero: none. n is the normal on the side that the ray
+// comes from, c = -d·n.
+vec3 translucent_direction(Material material, vec3 d, vec3 n, float c, float eta, float u3, out bool reflects) {
+    const vec3 mirrored = d + 2.0 * c * n;
     precise float sine2 = eta * eta * (1.0 - c * c);
+    reflects = true;
     if (sine2 > 1.0) return PLANTED(total_reflection_lost) ? vec3(0.0) : mirrored;
     const float c_t = sqrt(1.0 - sine2);
-    const float reflectance =
-        has_schlick && has_flag(material, flag_schlick) ? fresnel_schlick(c, c_t, eta) : fresnel_exact(c, c_t, eta);
-    return u3 < reflectance ? mirrored : eta * d + (eta * c - c_t) * n_f;
+    const float reflectance = has_schlick && has_flag(material, flag_schlick) ? fresnel_schlick(c, c_t, eta)
+                                                                              : fresnel_exact(c, c_t, eta);
+    reflects = u3 < reflectance;
+    return reflects ? mirrored : eta * d + (eta * c - c_t) * n;
 }
 
 // 7.3: w perturbed by fuzz; zero: the path ends.
@@ -55,27 +63,74 @@ vec3 fuzzed(vec3 w, float fuzz, vec3 n, vec4 u) {
     return dot(moved, n) * dot(w, n) <= 0.0 ? vec3(0.0) : moved;
 }
 
-// The next direction, unit, or zero where the path ends. n_f is the normal on the side of the incoming ray, front tells
-// whether that is the front side, c = -d·n_f.
-vec3 scattered_direction(Material material, vec3 d, vec3 n_f, float c, bool front, vec4 u) {
-    if (PLANTED(dimension_reused)) u.y = u.x;
-    if (has_diffuse && material.kind == material_diffuse) {
-        vec3 local = sample_cosine_hemisphere(u.x, u.y);
-        if (PLANTED(pdf_not_of_sampler)) local = vec3(sqrt(u.x * (2.0 - u.x)) * cos_sin_turn(u.y), 1.0 - u.x);
-        return normalize(frame_of(n_f) * local);
-    }
-    if (!has_specular && !has_translucent) return vec3(0.0);
-    vec3 w = d + 2.0 * c * n_f;
-    if (has_translucent && has_flag(material, flag_translucent))
-        w = translucent_direction(material, d, n_f, c, front, u.z);
-    if (has_fuzz && material.fuzz > 0.0 && w != vec3(0.0)) w = fuzzed(w, material.fuzz, n_f, u);
-    return w == vec3(0.0) ? w : normalize(w);
+// What an event does to a path: the next direction, unit, or zero where the path ends; the factor on its throughput
+// besides 7.1; the density of the direction, 0 where there is none.
+struct Scattering {
+    vec3 direction;
+    vec3 weight;
+    float density;
+};
+const Scattering no_scattering = Scattering(vec3(0.0), vec3(1.0), 0.0);
+
+// 7.2
+Scattering scatter_diffuse(vec3 n_f, vec4 u) {
+    vec3 local = sample_cosine_hemisphere(u.x, u.y);
+    if (PLANTED(pdf_not_of_sampler)) local = vec3(sqrt(u.x * (2.0 - u.x)) * cos_sin_turn(u.y), 1.0 - u.x);
+    const vec3 direction = normalize(frame_of(n_f) * local);
+    return Scattering(direction, vec3(1.0), dot(direction, n_f) / pi);
 }
 
-vec3 background(vec3 direction) {
-    const vec3 down = scene.background_down, up = scene.background_up;
-    if (!has_background_gradient || down == up) return down;
-    return mix(down, up, 0.5 * (direction.y + 1.0));
+// 7.6
+Scattering scatter_conductor(Material material, vec3 d, vec3 n_f, float c, vec4 u) {
+    const float alpha = material.roughness * material.roughness;
+    if (has_smooth_conductor && alpha == 0.0)
+        return Scattering(normalize(d + 2.0 * c * n_f), fresnel_conductor(c, material.eta, material.k), 0.0);
+    if (!has_rough_conductor) return no_scattering;
+    const mat3 frame = frame_of(n_f);
+    const vec3 i = -d * frame;
+    if (i.z <= 0.0) return no_scattering;
+    const vec3 h = sample_visible_normal(i, alpha, u.xy);
+    const float cosine = min(1.0, dot(i, h));
+    const vec3 o = 2.0 * cosine * h - i;
+    if (o.z <= 0.0) return no_scattering;
+    return Scattering(normalize(frame * o),
+        fresnel_conductor(cosine, material.eta, material.k) * (shadowing(i, o, alpha) / shadowing(i, alpha)),
+        microfacet_density(i, h, alpha));
+}
+
+// 7.7
+Scattering scatter_rough_translucent(Material material, vec3 d, vec3 n_f, float eta, vec4 u) {
+    const float alpha = material.roughness * material.roughness;
+    const mat3 frame = frame_of(n_f);
+    const vec3 i = -d * frame;
+    if (i.z <= 0.0) return no_scattering;
+    const vec3 h = sample_visible_normal(i, alpha, u.xy);
+    const float cosine = min(1.0, dot(i, h));
+    bool reflects;
+    const vec3 o = translucent_direction(material, -i, h, cosine, eta, u.z, reflects);
+    if (o == vec3(0.0) || (reflects ? o.z <= 0.0 : o.z >= 0.0)) return no_scattering;
+    return Scattering(normalize(frame * o), vec3(shadowing(i, o, alpha) / shadowing(i, alpha)), 0.0);
+}
+
+// The event at a surface. n_f is the normal on the side of the incoming ray, front tells whether that is the front side,
+// c = -d·n_f, outside the index beyond the material's own.
+Scattering scatter_at(Material material, vec3 d, vec3 n_f, float c, bool front, float outside, vec4 u) {
+    if (PLANTED(dimension_reused)) u.y = u.x;
+    if (has_diffuse && material.kind == material_diffuse) return scatter_diffuse(n_f, u);
+    if ((has_smooth_conductor || has_rough_conductor) && material.kind == material_conductor)
+        return scatter_conductor(material, d, n_f, c, u);
+    if (has_boundary && material.kind == material_boundary) return Scattering(d, vec3(1.0), 0.0);
+    if (!has_specular && !has_translucent) return no_scattering;
+    vec3 w = d + 2.0 * c * n_f;
+    if (has_translucent && has_flag(material, flag_translucent)) {
+        const float eta = relative_index(material, front, outside);
+        if (has_rough_translucent && material.roughness > 0.0)
+            return scatter_rough_translucent(material, d, n_f, eta, u);
+        bool reflects;
+        w = translucent_direction(material, d, n_f, c, eta, u.z, reflects);
+    }
+    if (has_fuzz && material.fuzz > 0.0 && w != vec3(0.0)) w = fuzzed(w, material.fuzz, n_f, u);
+    return Scattering(w == vec3(0.0) ? w : normalize(w), vec3(1.0), 0.0);
 }
 
 #endif

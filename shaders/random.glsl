@@ -21,7 +21,9 @@ vec4 random_block(uvec2 seed, uint pixel, uvec2 sample_index, uint block) {
 }
 
 const uint block_film_and_lens = 0;
+const uint block_time = 1;
 uint block_scatter(uint vertex) { return 4 + 4 * vertex; }
 uint block_light(uint vertex) { return 5 + 4 * vertex; }
+uint block_medium(uint vertex) { return 6 + 4 * vertex; }
 
 #endif

@@ -3,6 +3,7 @@
 #extension GL_GOOGLE_include_directive : require
 #include "settings.glsl"
 #include "random.glsl"
+#include "time.glsl"
 #include "sampling.glsl"
 #include "scene_set.glsl"
 #include "ray_state.glsl"
@@ -18,7 +19,8 @@ void main() {
     if (i >= settings.pixel_count) return;
     const uint pixel = settings.first_pixel + i;
     const vec4 u = random_block(settings.seed, pixel, settings.sample_index, block_film_and_lens);
-    const Ray ray = camera_ray(uvec2(pixel % settings.width, pixel / settings.width), u);
+    const float time = has_camera_motion ? path_time(pixel) : 0.0;
+    const Ray ray = camera_ray(uvec2(pixel % settings.width, pixel / settings.width), u, time);
     origins_out[i] = uvec4(floatBitsToUint(ray.origin), no_slot);
     directions_out[i] = vec4(ray.direction, 0.0);
     if (i == 0) {

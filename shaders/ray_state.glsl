@@ -17,6 +17,9 @@ const uint hit_face_shift = 27;        // three bits: face of a cuboid, -x +x -y
 const uint hit_face_mask = 7u;
 const uint hit_lit = 1u << 30;         // the pending shadow ray met nothing
 
+// Shadow word (w of shadows): the slot of the light that cannot block itself, no_slot, or:
+const uint shadow_far = 0xffffffffu;  // no distance: the light lies beyond everything
+
 // The rays of one segment lie at [0, count) of its half of the ray state: ended paths leave no gaps. From segment 1 on,
 // throughputs.w names the pixel. The first three words are the arguments of an indirect dispatch.
 struct RayQueue {

@@ -38,6 +38,7 @@ layout(push_constant, std430) uniform Settings {
     uint cuboid_count;
     float ray_min;
     float ray_max;
+    uint direct_only;  // 9.5
 } settings;
 
 #ifdef PLANTED_BUGS

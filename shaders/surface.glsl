@@ -7,6 +7,7 @@ struct Surface {
     vec3 point;
     vec3 normal;  // unit, to the front
     vec3 error;   // bound on the rounding error of each coordinate of the point
+    vec3 rest;    // the point with the entity's motion taken out
 };
 
 uint kind_of(uint slot) {
@@ -34,7 +35,7 @@ Surface triangle_surface(Triangle triangle, vec2 weights) {
     precise vec3 point = p0 + p1 + p2;
     const vec3 normal = normalize(vec3(triangle.corner0.w, triangle.corner1.w, triangle.corner2.w));
     // Weight 0 is the one with an absolute error, of 2 u.
-    return Surface(point, normal, gamma_point * (abs(triangle.corner0.xyz) + abs(p1) + abs(p2)));
+    return Surface(point, normal, gamma_point * (abs(triangle.corner0.xyz) + abs(p1) + abs(p2)), point);
 }
 
 vec3 convex_extent(Convex shape) { return vec3(shape.to_world0.w, shape.to_world1.w, shape.to_world2.w); }
@@ -59,16 +60,28 @@ Surface convex_surface(Convex shape, vec3 x, vec3 gradient) {
     const vec3 magnitude = abs(x);
     const vec3 spread = vec3(dot(abs(shape.to_world0.xyz), magnitude), dot(abs(shape.to_world1.xyz), magnitude),
         dot(abs(shape.to_world2.xyz), magnitude)) + abs(vec3(shape.to_unit0.w, shape.to_unit1.w, shape.to_unit2.w));
-    return Surface(convex_point(shape, x), convex_normal(shape, gradient), gamma_point * spread);
+    const vec3 point = convex_point(shape, x);
+    return Surface(point, convex_normal(shape, gradient), gamma_point * spread, point);
 }
 
-Surface surface_at(uint slot, uint face, vec3 local) {
+// To where the entity is at `time` (MODEL.md section 6). Product and sum round once each, the motion was rounded before:
+// three times u of both terms; and one more for the move of the ray's origin to the entity at rest and back.
+void move_surface(inout Surface surface, uint slot, float time) {
+    const vec3 motion = transforms[placed[slot].entity].motion;
+    if (motion == vec3(0.0)) return;
+    const vec3 shift = time * motion;
+    surface.error += 4.0 * 5.9604645e-8 * (abs(surface.rest) + abs(motion));
+    surface.point = surface.rest + shift;
+}
+
+Surface surface_at(uint slot, uint face, vec3 local, float time) {
     Surface surface;
     const uint kind = kind_of(slot);
     if (has_triangles && kind == kind_triangle)
         surface = triangle_surface(triangles[slot], local.xy);
     else
         surface = convex_surface(convex_at(slot), local, kind == kind_sphere ? local : face_axis(face));
+    if (has_entity_motion) move_surface(surface, slot, time);
 #ifdef PLANTED_BUGS
     if (PLANTED(normal_transform_wrong)) {
         const EntityTransform m = transforms[placed[slot].entity];

@@ -34,12 +34,20 @@ private:
 [[nodiscard]] Material emissive(glm::dvec3 radiance);
 [[nodiscard]] Material mirror(glm::dvec3 colour, double fuzz = 0.0);
 [[nodiscard]] Material glass(double refractive_index, double alpha = 0.0);
+[[nodiscard]] Material conductor(double roughness);
 
 [[nodiscard]] RenderSettings settings_of(
     std::uint32_t size, std::uint32_t bounces, Integrator integrator = Integrator::path, std::uint64_t seed = 1);
 
 // The scene with every feature: all kinds of primitives and materials, transforms, a lens and a background.
 [[nodiscard]] Scene full_scene();
+
+// Textures of all kinds, conductors, rough glass, an image for a sky, motion of entities and camera, and (unless for
+// the path integrator, which cannot find them) lights without a surface.
+[[nodiscard]] Scene outdoor_scene(bool punctual);
+
+// Fog around everything, and bodies within bodies: a cloud on a grid that scatters forward, glass in coloured glass.
+[[nodiscard]] Scene foggy_scene();
 
 // Samples [0, count) with the default device and no validation.
 [[nodiscard]] RenderResult render(const Scene& scene, const RenderSettings& settings, std::uint64_t count);

@@ -56,13 +56,16 @@ TEST_CASE("general kernels render the shipped scenes to the same bits as special
     }
 }
 
-TEST_CASE("general kernels render a scene of everything to the same bits by every integrator") {
-    for (const Integrator integrator : {Integrator::path, Integrator::next_event})
-        for (const std::uint32_t roulette_start : {2u, no_roulette}) {
-            RenderSettings settings = settings_of(24, 5, integrator);
-            settings.roulette_start = roulette_start;
-            CHECK(specialised_is_general(full_scene(), settings));
+TEST_CASE("general kernels render scenes of every effect to the same bits by every integrator") {
+    EffectSet seen;
+    for (const Integrator integrator : {Integrator::path, Integrator::next_event, Integrator::whitted})
+        for (const Scene& scene : {full_scene(), outdoor_scene(integrator != Integrator::path), foggy_scene()}) {
+            RenderSettings settings = settings_of(16, 5, integrator);
+            settings.roulette_start = integrator == Integrator::next_event ? 2u : no_roulette;
+            CHECK(specialised_is_general(scene, settings));
+            seen = seen.united(needed_effects(scene, settings));
         }
+    CHECK(effect_names(EffectSet::all().without(seen)) == "");
 }
 
 TEST_CASE("effects that the scene calls for cannot be left out") {

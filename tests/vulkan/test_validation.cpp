@@ -30,16 +30,25 @@ TEST_CASE("the layer has nothing to say about dispatches with a barrier") {
     CHECK(messages_about_copies(Ordering::barrier).empty());
 }
 
-TEST_CASE("the layer has nothing to say about a render with every feature") {
+TEST_CASE("the layer has nothing to say about renders with every effect") {
     BackendOptions options;
     options.validation = true;
     const auto renderer = vulkan_backend().create(options);
-    for (const Integrator integrator : {Integrator::path, Integrator::next_event}) {
-        RenderSettings settings = settings_of(16, 6, integrator);
-        settings.roulette_start = 3;
-        const auto job = renderer->prepare(full_scene(), settings);
-        // Two blocks, the second ragged, and then another call.
-        CHECK_NOTHROW(static_cast<void>(job->render({0, 70})));
-        CHECK_NOTHROW(static_cast<void>(job->render({128, 130})));
-    }
+    for (const Integrator integrator : {Integrator::path, Integrator::next_event})
+        for (const Scene& scene : {full_scene(), outdoor_scene(integrator != Integrator::path), foggy_scene()}) {
+            RenderSettings settings = settings_of(16, 6, integrator);
+            settings.roulette_start = 3;
+            const auto job = renderer->prepare(scene, settings);
+            // Two blocks, the second ragged, and then another call.
+            CHECK_NOTHROW(static_cast<void>(job->render({0, 70})));
+            CHECK_NOTHROW(static_cast<void>(job->render({128, 130})));
+        }
+}
+
+TEST_CASE("the layer has nothing to say about general kernels") {
+    BackendOptions options;
+    options.validation = true;
+    RenderSettings settings = settings_of(8, 3, Integrator::next_event);
+    settings.effects = EffectSet::all();
+    CHECK_NOTHROW(static_cast<void>(vulkan_backend().create(options)->prepare(full_scene(), settings)->render({0, 2})));
 }

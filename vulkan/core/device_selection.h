@@ -9,8 +9,8 @@
 namespace tandem {
 
 // Storage buffers that the renderer's pipeline layout holds, all visible to every stage.
-inline constexpr std::uint32_t storage_buffers_in_scene_set = 10;
-inline constexpr std::uint32_t storage_buffers_in_ray_set = 14;
+inline constexpr std::uint32_t storage_buffers_in_scene_set = 13;
+inline constexpr std::uint32_t storage_buffers_in_ray_set = 16;
 inline constexpr std::uint32_t storage_buffers_in_image_set = 3;
 inline constexpr std::uint32_t storage_buffers_needed =
     storage_buffers_in_scene_set + storage_buffers_in_ray_set + storage_buffers_in_image_set;

@@ -1,6 +1,7 @@
 // The SPIR-V of the six stages, embedded when Tandem is built (shaders/CMakeLists.txt writes the definitions).
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <span>
 
@@ -9,6 +10,8 @@ namespace tandem {
 // The thesis's stages, in the order in which a frame runs them.
 enum class Stage : std::uint32_t { pre_process, vertex, ray_gen, intersect, scatter, post_process };
 inline constexpr std::size_t stage_count = 6;
+inline constexpr std::array<const char*, stage_count> stage_names{
+    "pre-process", "vertex", "ray-gen", "intersect", "scatter", "post-process"};
 
 [[nodiscard]] std::span<const std::uint32_t> shader_code(Stage stage);
 

@@ -13,54 +13,85 @@ namespace {
 
 using Usage = vk::BufferUsageFlagBits;
 constexpr std::uint64_t element = sizeof(gpu::Vec4);  // of every ray and image buffer
+constexpr std::uint64_t interiors_bytes = 8;          // four indices of 16 bits
 constexpr std::uint64_t sums_per_pixel = 3;
 constexpr std::size_t ping_ponged =
     5;  // ray buffers with two halves: origin, direction, throughput, radiance, contribution
 
+// A buffer of the Scene set: what it is called, what fills it (null: the vertex stage), how much of it there is.
+struct SceneBuffer {
+    const char* name;
+    const void* data;
+    vk::DeviceSize bytes;
+};
+
 template <class T>
-vk::DeviceSize bytes_of(const std::vector<T>& data) {
-    return data.size() * sizeof(T);
+SceneBuffer filled(const char* name, const std::vector<T>& data) {
+    return {name, data.data(), data.size() * sizeof(T)};
 }
 
-constexpr std::uint32_t bvh_nodes = 10;  // among the scene's buffers, the last
+constexpr std::size_t bvh_nodes = 10;  // among the scene's buffers, the first after the world primitives
+
+// Bindings 0 … 9 and, after the uniform views of 7, 8 and 9, bindings 13 … 16.
+std::array<SceneBuffer, 14> scene_list(const SceneData& scene) {
+    return {{{"scene-header", &scene.header, sizeof scene.header}, filled("vertices", scene.vertices),
+        filled("primitive-sources", scene.sources), filled("transforms", scene.transforms),
+        filled("placed-primitives", scene.placed), filled("materials", scene.materials), filled("lights", scene.lights),
+        {"world-triangles", nullptr, scene.triangle_count * sizeof(gpu::Triangle)},
+        {"world-spheres", nullptr, scene.sphere_count * sizeof(gpu::Convex)},
+        {"world-cuboids", nullptr, scene.cuboid_count * sizeof(gpu::Convex)}, filled("tree-nodes", scene.trees.nodes),
+        filled("textures", scene.tables.textures), filled("tables", scene.tables.numbers),
+        filled("media", scene.tables.media)}};
+}
 
 std::vector<BufferSpec> scene_specs(const SceneData& scene) {
-    const vk::BufferUsageFlags filled = Usage::eStorageBuffer | Usage::eTransferDst;
-    const auto world = [](vk::DeviceSize bytes) {
-        return BufferSpec{
-            std::max<vk::DeviceSize>(bytes, uniform_block_bytes), Usage::eStorageBuffer | Usage::eUniformBuffer};
-    };
-    return {{sizeof scene.header, Usage::eUniformBuffer | Usage::eTransferDst}, {bytes_of(scene.vertices), filled},
-        {bytes_of(scene.sources), filled}, {bytes_of(scene.transforms), filled}, {bytes_of(scene.placed), filled},
-        {bytes_of(scene.materials), filled}, {bytes_of(scene.lights), filled},
-        world(scene.triangle_count * sizeof(gpu::Triangle)), world(scene.sphere_count * sizeof(gpu::Convex)),
-        world(scene.cuboid_count * sizeof(gpu::Convex)), {bytes_of(scene.trees.nodes), filled}};
-}
-
-// Which ray buffers hold anything: the five ping-ponged ones, hits, shadow rays, samples.
-std::array<bool, 8> ray_buffers_used(PathState path) {
-    return {true, true, true, path.radiance, path.next_events, true, path.next_events, true};
-}
-
-// Buffers 0 … 4 and 5 … 9 are the two halves, 10 … 12 hits, shadow rays and samples; ray_queues follows.
-std::vector<BufferSpec> ray_specs(PathState path, std::uint64_t pixels) {
-    const auto used = ray_buffers_used(path);
     std::vector<BufferSpec> specs;
-    for (std::size_t i = 0; i < 2 * ping_ponged + 3; ++i) {
-        const bool needed = used[i < ping_ponged ? i : i - ping_ponged];
-        specs.push_back({needed ? pixels * element : 0, Usage::eStorageBuffer});
+    for (const SceneBuffer& buffer : scene_list(scene)) {
+        if (buffer.data == &scene.header)
+            specs.push_back({buffer.bytes, Usage::eUniformBuffer | Usage::eTransferDst});
+        else if (specs.size() + uniform_views >= bvh_nodes && specs.size() < bvh_nodes)
+            specs.push_back({std::max<vk::DeviceSize>(buffer.bytes, uniform_block_bytes),
+                Usage::eStorageBuffer | Usage::eUniformBuffer});
+        else
+            specs.push_back({buffer.bytes, Usage::eStorageBuffer | Usage::eTransferDst});
     }
     return specs;
 }
 
-constexpr std::size_t ray_queues = 2 * ping_ponged + 3;
+// A ray buffer: what it is called, its bytes a path, 0 if it holds nothing. The first five are ping-ponged, as are the
+// last two.
+struct RayBuffer {
+    const char* name;
+    std::uint64_t bytes;
+    bool carried = true;  // from one vertex to the next
+};
 
-// One queue a segment and an empty one after the last.
-std::vector<BufferSpec> all_ray_specs(PathState path, std::uint64_t pixels, std::uint32_t bounces) {
-    std::vector<BufferSpec> specs = ray_specs(path, pixels);
+constexpr std::size_t ray_buffer_count = 9;
+std::array<RayBuffer, ray_buffer_count> ray_list(PathState path) {
+    const auto if_used = [](bool used, std::uint64_t bytes) { return used ? bytes : 0; };
+    return {{{"ray-origins", element}, {"ray-directions", element}, {"throughputs", element},
+        {"gathered-radiances", if_used(path.radiance, element)},
+        {"next-event-contributions", if_used(path.next_events, element)}, {"hits", element, false},
+        {"shadow-rays", if_used(path.next_events, element)}, {"samples", element, false},
+        {"interiors", if_used(path.interiors, interiors_bytes)}}};
+}
+
+constexpr bool is_ping_ponged(std::size_t i) { return i < ping_ponged || i + 1 == ray_buffer_count; }
+
+// Buffers 0 … 4 and 5 … 9 are the two halves, 10 … 12 hits, shadow rays and samples, 13 the queues, one a segment and
+// an empty one after the last, 14 and 15 the halves of the interiors.
+std::vector<BufferSpec> ray_specs(PathState path, std::uint64_t pixels, std::uint32_t bounces) {
+    const auto list = ray_list(path);
+    std::vector<BufferSpec> specs;
+    const auto add = [&](std::size_t i) { specs.push_back({pixels * list[i].bytes, Usage::eStorageBuffer}); };
+    for (std::size_t i = 0; i < 2 * ping_ponged; ++i) add(i % ping_ponged);
+    for (std::size_t i = ping_ponged; i < ping_ponged + 3; ++i) add(i);
     specs.push_back({(std::uint64_t{bounces} + 2) * ray_queue_bytes, Usage::eStorageBuffer | Usage::eIndirectBuffer});
+    for (int half = 0; half < 2; ++half) add(list.size() - 1);
     return specs;
 }
+
+constexpr std::size_t ray_queues = 2 * ping_ponged + 3;
 
 std::vector<BufferSpec> image_specs(std::uint64_t pixels) {
     const BufferSpec sums{pixels * sums_per_pixel * element, Usage::eStorageBuffer | Usage::eTransferSrc};
@@ -69,8 +100,8 @@ std::vector<BufferSpec> image_specs(std::uint64_t pixels) {
 
 std::vector<BufferSpec> upload_specs(const SceneData& scene) {
     std::vector<BufferSpec> specs;
-    for (const BufferSpec& spec : scene_specs(scene))
-        if (spec.usage & Usage::eTransferDst) specs.push_back({spec.bytes, Usage::eTransferSrc});
+    for (const SceneBuffer& buffer : scene_list(scene))
+        if (buffer.data != nullptr && buffer.bytes > 0) specs.push_back({buffer.bytes, Usage::eTransferSrc});
     specs.push_back({sizeof scene.camera, Usage::eTransferSrc});
     return specs;
 }
@@ -85,22 +116,24 @@ std::vector<vk::DescriptorBufferInfo> all_of(const BufferGroup& group) {
     return buffers;
 }
 
-// The header and the tables of the scene, the world primitives (as storage buffers and once more as uniform blocks) and
-// the nodes of trees.
+// The header and the tables of the scene, the world primitives (as storage buffers and once more as uniform blocks),
+// the nodes of trees and what only some effects use.
 std::vector<vk::DescriptorBufferInfo> scene_buffers(const BufferGroup& scene) {
     std::vector<vk::DescriptorBufferInfo> buffers = all_of(scene);
-    const vk::DescriptorBufferInfo nodes = buffers.back();
-    buffers.pop_back();
-    for (std::size_t i = buffers.size() - uniform_views; i < bvh_nodes; ++i)
-        buffers.push_back(scene.info(i, uniform_block_bytes));
-    buffers.push_back(nodes);
+    std::vector<vk::DescriptorBufferInfo> views;
+    for (std::size_t i = bvh_nodes - uniform_views; i < bvh_nodes; ++i)
+        views.push_back(scene.info(i, uniform_block_bytes));
+    buffers.insert(buffers.begin() + bvh_nodes, views.begin(), views.end());
     return buffers;
 }
 
-// The Rays set of one parity: bindings 0 … 4 are the half that is read, 5 … 9 the one that is written.
+// The Rays set of one parity: bindings 0 … 4 and 14 are the half that is read, 5 … 9 and 15 the one that is written.
 std::vector<vk::DescriptorBufferInfo> ray_buffers(const BufferGroup& rays, bool odd) {
     std::vector<vk::DescriptorBufferInfo> buffers = all_of(rays);
-    if (odd) std::rotate(buffers.begin(), buffers.begin() + ping_ponged, buffers.begin() + 2 * ping_ponged);
+    if (odd) {
+        std::rotate(buffers.begin(), buffers.begin() + ping_ponged, buffers.begin() + 2 * ping_ponged);
+        std::swap(buffers[ray_queues + 1], buffers[ray_queues + 2]);
+    }
     return buffers;
 }
 
@@ -128,23 +161,18 @@ FrameResources::FrameResources(const Device& device, const PipelineLayout& layou
     : scene_(device, MemoryDomain::device, scene_specs(scene)),
       camera_(device, MemoryDomain::device,
           std::array{BufferSpec{sizeof scene.camera, Usage::eUniformBuffer | Usage::eTransferDst}}),
-      rays_(device, MemoryDomain::device, all_ray_specs(path, tile_pixels, bounces)),
+      rays_(device, MemoryDomain::device, ray_specs(path, tile_pixels, bounces)),
       image_(device, MemoryDomain::device, image_specs(tile_pixels)),
       upload_(device, MemoryDomain::upload, upload_specs(scene)),
       readback_(device, MemoryDomain::readback, readback_specs(tile_pixels)),
       sets_(device, set_requests(layout, scene_, camera_, rays_, image_)) {
-    const auto stage = [&](const void* data, vk::DeviceSize bytes, std::uint32_t binding) {
-        if (bytes > 0) std::memcpy(upload_.mapped(uploads_.size()), data, bytes);
-        uploads_.emplace_back(bytes, binding);
+    const auto stage = [&](const void* data, vk::DeviceSize bytes, std::size_t buffer) {
+        std::memcpy(upload_.mapped(uploads_.size()), data, bytes);
+        uploads_.emplace_back(bytes, buffer);
     };
-    stage(&scene.header, sizeof scene.header, 0);
-    stage(scene.vertices.data(), bytes_of(scene.vertices), 1);
-    stage(scene.sources.data(), bytes_of(scene.sources), 2);
-    stage(scene.transforms.data(), bytes_of(scene.transforms), 3);
-    stage(scene.placed.data(), bytes_of(scene.placed), 4);
-    stage(scene.materials.data(), bytes_of(scene.materials), 5);
-    stage(scene.lights.data(), bytes_of(scene.lights), 6);
-    stage(scene.trees.nodes.data(), bytes_of(scene.trees.nodes), bvh_nodes);
+    const auto list = scene_list(scene);
+    for (std::size_t i = 0; i < list.size(); ++i)
+        if (list[i].data != nullptr && list[i].bytes > 0) stage(list[i].data, list[i].bytes, i);
     stage(&scene.camera, sizeof scene.camera, 0);
 }
 
@@ -156,10 +184,9 @@ vk::Buffer FrameResources::queues() const { return rays_[ray_queues]; }
 
 void FrameResources::record_upload(const vk::raii::CommandBuffer& commands) const {
     for (std::size_t i = 0; i < uploads_.size(); ++i) {
-        const auto& [bytes, binding] = uploads_[i];
+        const auto& [bytes, buffer] = uploads_[i];
         const bool is_camera = i + 1 == uploads_.size();
-        if (bytes > 0)
-            commands.copyBuffer(upload_[i], is_camera ? camera_[0] : scene_[binding], vk::BufferCopy(0, 0, bytes));
+        commands.copyBuffer(upload_[i], is_camera ? camera_[0] : scene_[buffer], vk::BufferCopy(0, 0, bytes));
     }
 }
 
@@ -185,9 +212,35 @@ std::uint32_t FrameResources::downloaded_invalid() const {
     return count;
 }
 
+std::vector<JobFacts::Part> buffer_parts(
+    const SceneData& scene, PathState path, std::uint32_t bounces, std::uint32_t tile_pixels) {
+    std::vector<JobFacts::Part> parts;
+    const auto add = [&](const std::string& name, std::uint64_t bytes) {
+        if (bytes > 0) parts.push_back({name, bytes});
+    };
+    for (const SceneBuffer& buffer : scene_list(scene))
+        if (buffer.data != scene.tables.numbers.data() || buffer.data == nullptr) add(buffer.name, buffer.bytes);
+    for (const SceneTables::Part& part : scene.tables.parts) add(part.name, part.floats * sizeof(float));
+    add("camera", sizeof scene.camera);
+    const auto list = ray_list(path);
+    for (std::size_t i = 0; i < list.size(); ++i)
+        add(list[i].name, tile_pixels * list[i].bytes * (is_ping_ponged(i) ? 2 : 1));
+    add("ray-queues", (std::uint64_t{bounces} + 2) * ray_queue_bytes);
+    add("sums", 2 * sums_per_pixel * element * tile_pixels);
+    return parts;
+}
+
+std::uint64_t bytes_per_path(PathState path) {
+    std::uint64_t bytes = 0;
+    for (const RayBuffer& buffer : ray_list(path))
+        if (buffer.carried) bytes += buffer.bytes;
+    return bytes;
+}
+
 std::uint64_t bytes_per_pixel(PathState path) {
     std::uint64_t bytes = 2 * sums_per_pixel * element;
-    for (const BufferSpec& spec : ray_specs(path, 1)) bytes += spec.bytes;
+    const auto list = ray_list(path);
+    for (std::size_t i = 0; i < list.size(); ++i) bytes += list[i].bytes * (is_ping_ponged(i) ? 2 : 1);
     return bytes;
 }
 

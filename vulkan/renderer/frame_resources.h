@@ -36,10 +36,15 @@ public:
 
 private:
     BufferGroup scene_, camera_, rays_, image_, upload_, readback_;
-    std::vector<std::pair<vk::DeviceSize, std::uint32_t>> uploads_;  // bytes, binding of the Scene set
+    std::vector<std::pair<vk::DeviceSize, std::size_t>> uploads_;  // bytes, buffer of the Scene set
     DescriptorSets sets_;
 };
 
+// What the buffers hold, by name, in bytes, the tables of a scene part by part; buffers that hold nothing are left out.
+[[nodiscard]] std::vector<JobFacts::Part> buffer_parts(
+    const SceneData& scene, PathState path, std::uint32_t bounces, std::uint32_t tile_pixels);
+// Bytes that a path keeps from one vertex to the next: ray, throughput and what else PathState says.
+[[nodiscard]] std::uint64_t bytes_per_path(PathState path);
 // Bytes of device memory for each pixel in flight.
 [[nodiscard]] std::uint64_t bytes_per_pixel(PathState path);
 // As many pixels of an image as the device's limits allow in flight at once.

@@ -11,6 +11,7 @@
 #include "common/error.h"
 #include "vulkan/command/barrier.h"
 #include "vulkan/core/device_selection.h"
+#include "vulkan/framework/spirv_optimizer.h"
 
 namespace tandem {
 
@@ -33,10 +34,7 @@ float to_distance(double distance) {
 constexpr std::uint32_t most_unrolled = 32;
 
 // The effects that the shaders can simulate.
-constexpr EffectSet simulated{Effect::triangles, Effect::spheres, Effect::cuboids, Effect::lens, Effect::diffuse,
-    Effect::specular, Effect::fuzz, Effect::translucent, Effect::schlick, Effect::emission, Effect::one_sided_emission,
-    Effect::translucent_emission, Effect::background, Effect::background_gradient, Effect::light_sampling,
-    Effect::triangle_lights, Effect::sphere_lights, Effect::cuboid_lights, Effect::roulette};
+constexpr EffectSet simulated = EffectSet::all();
 
 EffectSet effects_of(const Scene& scene, const RenderSettings& settings) {
     if (settings.integrator == Integrator::bidirectional)
@@ -48,7 +46,7 @@ EffectSet effects_of(const Scene& scene, const RenderSettings& settings) {
 PathState path_state(EffectSet effects, bool general, const SceneData& scene) {
     const bool next_events = effects.has(Effect::light_sampling);
     const bool passing_emission = effects.has(Effect::emission) && (general || scene.passing_emission);
-    return {next_events, next_events || passing_emission};
+    return {next_events, next_events || passing_emission, effects.has(Effect::interiors)};
 }
 
 Specialisation specialise(const Device& device, const Scene& described, const SceneData& scene,
@@ -131,12 +129,13 @@ gpu::Settings VulkanJob::stage_settings(Tile tile, std::uint64_t sample) const {
     result.cuboid_count = scene_.cuboid_count;
     result.ray_min = to_distance(settings_.ray_min);
     result.ray_max = to_distance(settings_.ray_max);
+    result.direct_only = settings_.integrator == Integrator::whitted;
     return result;
 }
 
 void VulkanJob::bind(
     const vk::raii::CommandBuffer& commands, Stage stage, const gpu::Settings& settings, std::uint32_t ray_parity) {
-    commands.bindPipeline(vk::PipelineBindPoint::eCompute, *(*pipelines_)[static_cast<std::size_t>(stage)]);
+    commands.bindPipeline(vk::PipelineBindPoint::eCompute, *pipelines_->stages[static_cast<std::size_t>(stage)]);
     commands.bindDescriptorSets(
         vk::PipelineBindPoint::eCompute, layout_.handle(), 0, resources_.sets(ray_parity, sum_parity_), {});
     commands.pushConstants<gpu::Settings>(layout_.handle(), vk::ShaderStageFlagBits::eCompute, 0, settings);
@@ -191,6 +190,19 @@ void VulkanJob::record_post_processing(Tile tile) {
     dispatch(commands, Stage::post_process, stage_settings(tile, 0), tile.pixel_count);
     sum_parity_ = 1 - sum_parity_;
     barrier(commands, compute_write, compute_access);
+}
+
+JobFacts VulkanJob::facts() const {
+    JobFacts facts;
+    facts.effects = specialisation_.effects;
+    const std::vector<SpecialisationConstant> constants = specialisation_.constants();
+    for (std::size_t stage = 0; stage < stage_count; ++stage)
+        facts.kernels.push_back({stage_names[stage],
+            count_instructions(optimised_spirv(shader_code(static_cast<Stage>(stage)), constants))});
+    facts.buffers = buffer_parts(scene_, specialisation_.path, settings_.bounces, tile_pixels_);
+    facts.bytes_per_path = bytes_per_path(specialisation_.path);
+    facts.kernel_seconds = pipelines_->seconds;
+    return facts;
 }
 
 void VulkanJob::adapt_batch(double seconds, std::uint64_t segments) {

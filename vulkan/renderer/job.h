@@ -12,6 +12,7 @@ public:
     VulkanJob(const Instance& instance, const Device& device, Stages& stages, const Scene& scene,
         const RenderSettings& settings, Acceleration acceleration, PlantedBug planted_bug);
 
+    [[nodiscard]] JobFacts facts() const override;
     [[nodiscard]] RenderResult render(SampleRange range, const RenderControl& control) override;
 
 private:

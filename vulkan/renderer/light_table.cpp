@@ -4,6 +4,7 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <glm/matrix.hpp>
+#include <glm/trigonometric.hpp>
 #include <numbers>
 
 namespace tandem {
@@ -13,8 +14,15 @@ namespace {
 // A light before probabilities are known.
 struct Candidate {
     gpu::Light light;
-    double power = 0.0;  // area times the sum of its radiance: what the choice is proportional to
+    double power = 0.0;  // what the choice among near lights is proportional to; of a far one 1
+    bool far = false;
 };
+
+double channel_sum(const glm::dvec3& colour) { return colour.x + colour.y + colour.z; }
+
+gpu::Vec3 to_float(const glm::dvec3& v) {
+    return {static_cast<float>(v.x), static_cast<float>(v.y), static_cast<float>(v.z)};
+}
 
 // Squared singular values of a matrix: eigenvalues of its Gram matrix by Jacobi rotations.
 std::array<double, 3> squared_singular_values(const glm::dmat3& m) {
@@ -72,8 +80,8 @@ Candidate candidate(const Scene& scene, std::uint32_t slot, const PlacedPrimitiv
     gpu::Light& light = result.light;
     light.slot = slot;
     light.kind = static_cast<std::uint32_t>(primitive.kind);
-    const double radiance = material.radiance.x + material.radiance.y + material.radiance.z;
-    if (material.translucent || radiance == 0.0) return result;
+    const double radiance = channel_sum(material.radiance);
+    if (material.translucent || radiance == 0.0 || entity.motion != glm::dvec3(0.0)) return result;
     double area = 0.0;
     if (primitive.kind == PrimitiveKind::triangle) {
         area = triangle_area(scene, primitive, linear);
@@ -82,7 +90,7 @@ Candidate candidate(const Scene& scene, std::uint32_t slot, const PlacedPrimitiv
     } else if (is_similarity(linear)) {
         const double radius = primitive.radius * std::cbrt(std::abs(glm::determinant(linear)));
         const glm::dvec3 centre(entity.object_to_world * glm::dvec4(scene.vertices[primitive.index[0]], 1.0));
-        light.centre = {static_cast<float>(centre.x), static_cast<float>(centre.y), static_cast<float>(centre.z)};
+        light.centre = to_float(centre);
         light.radius = static_cast<float>(radius);
         area = 4.0 * std::numbers::pi * radius * radius;
     }
@@ -91,26 +99,72 @@ Candidate candidate(const Scene& scene, std::uint32_t slot, const PlacedPrimitiv
     return result;
 }
 
-}  // namespace
+Candidate candidate(const PunctualLight& punctual) {
+    Candidate result;
+    gpu::Light& light = result.light;
+    light.slot = gpu::no_index;
+    light.centre = to_float(punctual.position);
+    light.axis = to_float(punctual.direction);
+    light.intensity = to_float(punctual.intensity);
+    const double outer = std::cos(glm::radians(punctual.outer_degrees));
+    light.outer = static_cast<float>(outer);
+    light.inner = static_cast<float>(std::cos(glm::radians(punctual.inner_degrees)));
+    const double sum = channel_sum(punctual.intensity);
+    switch (punctual.kind) {
+        case PunctualKind::point:
+            light.kind = gpu::kind_point;
+            result.power = 4.0 * sum;
+            break;
+        case PunctualKind::spot:
+            light.kind = gpu::kind_spot;
+            result.power = 2.0 * (1.0 - outer) * sum;
+            break;
+        case PunctualKind::sun:
+            light.kind = gpu::kind_sun;
+            result.power = sum > 0.0 ? 1.0 : 0.0;
+            result.far = true;
+            break;
+    }
+    return result;
+}
 
-std::vector<gpu::Light> make_light_table(const Scene& scene, const std::vector<gpu::Placed>& placed) {
+std::vector<Candidate> candidates_of(const Scene& scene, const std::vector<gpu::Placed>& placed, bool background) {
     const std::vector<PlacedPrimitive> all = placed_primitives(scene);
     std::vector<std::uint32_t> slot_of(all.size());
     for (std::uint32_t slot = 0; slot < placed.size(); ++slot) slot_of[placed[slot].id] = slot;
     std::vector<Candidate> candidates;
-    double total = 0.0;
-    for (std::size_t id = 0; id < all.size(); ++id) {
-        Candidate found = candidate(scene, slot_of[id], all[id]);
-        if (!(found.power > 0.0)) continue;
-        total += found.power;
-        candidates.push_back(found);
+    const auto add = [&](const Candidate& found) {
+        if (found.power > 0.0) candidates.push_back(found);
+    };
+    for (std::size_t id = 0; id < all.size(); ++id) add(candidate(scene, slot_of[id], all[id]));
+    for (const bool suns : {false, true})
+        for (const PunctualLight& light : scene.lights)
+            if ((light.kind == PunctualKind::sun) == suns) add(candidate(light));
+    if (background) {
+        Candidate found{{}, 1.0, true};
+        found.light.slot = gpu::no_index;
+        found.light.kind = gpu::kind_background;
+        add(found);
     }
+    return candidates;
+}
+
+}  // namespace
+
+std::vector<gpu::Light> make_light_table(const Scene& scene, const std::vector<gpu::Placed>& placed, bool background) {
+    std::vector<Candidate> candidates = candidates_of(scene, placed, background);
+    double near = 0.0, far = 0.0;
+    for (const Candidate& found : candidates) (found.far ? far : near) += found.power;
+    const double group = near > 0.0 && far > 0.0 ? 0.5 : 1.0;  // the share of each that there is
     std::vector<gpu::Light> lights;
-    double before = 0.0;
+    double near_before = 0.0, far_before = 0.0;
     for (Candidate& found : candidates) {
+        const double total = found.far ? far : near;
+        double& before = found.far ? far_before : near_before;
         before += found.power;
-        found.light.probability = static_cast<float>(found.power / total);
-        found.light.cumulative = static_cast<float>(before / total);
+        found.light.probability = static_cast<float>(group * (found.power / total));
+        const double of_near = found.far && near > 0.0 ? group : 0.0;  // far lights come after all near ones
+        found.light.cumulative = static_cast<float>(of_near + group * (before / total));
         lights.push_back(found.light);
     }
     return lights;

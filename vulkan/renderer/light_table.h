@@ -8,7 +8,8 @@
 
 namespace tandem {
 
-// In id order; `placed` maps slots to ids.
-[[nodiscard]] std::vector<gpu::Light> make_light_table(const Scene& scene, const std::vector<gpu::Placed>& placed);
+// In the order of that section, the background last if it is to be one; `placed` maps slots to ids.
+[[nodiscard]] std::vector<gpu::Light> make_light_table(
+    const Scene& scene, const std::vector<gpu::Placed>& placed, bool background);
 
 }  // namespace tandem

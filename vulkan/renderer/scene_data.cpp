@@ -25,12 +25,20 @@ gpu::Vec4 to_float(const glm::dvec3& v, double w) {
     return {static_cast<float>(v.x), static_cast<float>(v.y), static_cast<float>(v.z), static_cast<float>(w)};
 }
 
+// The least of |a + t b| over t in [0, 1].
+double least_length(const glm::dvec3& a, const glm::dvec3& b) {
+    const double b2 = glm::dot(b, b);
+    const double t = b2 > 0.0 ? glm::clamp(-glm::dot(a, b) / b2, 0.0, 1.0) : 0.0;
+    return glm::length(a + t * b);
+}
+
 // MODEL.md section 4.
 gpu::Camera flatten(const Camera& camera, const RenderSettings& settings) {
-    const glm::dvec3 view = camera.target - camera.position;
+    const glm::dvec3 view = camera.target - camera.position, moved = camera.target_motion - camera.position_motion;
     const glm::dvec3 side = glm::cross(view, camera.up);
     // Below this the frame's axes are rounding noise.
-    if (!(glm::length(side) > 1e-12 * glm::length(view) * glm::length(camera.up)))
+    const double noise = 1e-12 * (glm::length(view) + glm::length(moved)) * glm::length(camera.up);
+    if (!(least_length(side, glm::cross(moved, camera.up)) > noise))
         throw InputError(
             "the camera has no frame: its target is its position or its up vector is along its view; move one");
     const glm::dvec3 f = glm::normalize(view), r = glm::normalize(side), v = glm::cross(r, f);
@@ -40,36 +48,56 @@ gpu::Camera flatten(const Camera& camera, const RenderSettings& settings) {
     result.lens_radius = static_cast<float>(camera.lens_radius);
     result.forward = to_float(f);
     result.focus_distance = static_cast<float>(camera.focus_distance);
+    result.film_width = static_cast<float>(h * settings.width / settings.height);
+    result.film_height = static_cast<float>(h);
     result.film_right = to_float(h * settings.width / settings.height * r);
     result.film_up = to_float(h * v);
     result.right = to_float(r);
     result.up = to_float(v);
+    result.moves = camera.position_motion != glm::dvec3(0.0) || camera.target_motion != glm::dvec3(0.0);
+    result.view = to_float(view);
+    result.scene_up = to_float(glm::normalize(camera.up));
+    result.position_motion = to_float(camera.position_motion);
+    result.view_motion = to_float(moved);
     return result;
 }
 
-gpu::Material flatten(const Material& material) {
+// Squares of samples are summed in float pairs, whose exponent ends at 1.8e19 squared.
+void check_brightness(const glm::dvec3& radiance, const std::string& whose) {
+    constexpr double brightest = 1e15;
+    for (int channel = 0; channel < 3; ++channel)
+        if (radiance[channel] > brightest)
+            throw UnsupportedError(
+                fmt::format("{}: the Vulkan renderer sums squares in float pairs and takes radiance "
+                            "up to {:g}; scale the scene's radiances down",
+                    whose, brightest));
+}
+
+gpu::Material flatten(const Material& material, EffectSet needed) {
     gpu::Material result;
     result.colour = to_float(material.colour);
     result.alpha = static_cast<float>(material.alpha);
     result.radiance = to_float(material.radiance);
     result.fuzz = static_cast<float>(material.fuzz);
     result.refractive_index = static_cast<float>(material.refractive_index);
+    result.roughness = static_cast<float>(material.roughness);
+    result.eta = to_float(material.eta);
+    result.k = to_float(material.k);
+    result.colour_texture = material.colour_texture;
+    if (needed.has(Effect::medium_absorption)) result.interior = material.interior;
+    result.priority = material.priority.value_or(0);
+    const bool tracked = material.interior != no_index || material.priority;
     result.kind = static_cast<std::uint32_t>(material.kind);
     result.flags = (material.translucent ? gpu::flag_translucent : 0) |
                    (material.fresnel == Fresnel::schlick ? gpu::flag_schlick : 0) |
-                   (material.sides == EmittingSides::front ? gpu::flag_front_only : 0);
-    // Squares of samples are summed in float pairs, whose exponent ends at 1.8e19 squared.
-    constexpr double brightest = 1e15;
-    for (int channel = 0; channel < 3; ++channel)
-        if (material.radiance[channel] > brightest)
-            throw UnsupportedError(
-                fmt::format("material '{}': the Vulkan renderer sums squares in float pairs and takes "
-                            "radiance up to {:g}; scale the scene's radiances down",
-                    material.name, brightest));
+                   (material.sides == EmittingSides::front ? gpu::flag_front_only : 0) |
+                   (tracked ? gpu::flag_tracked : 0);
+    check_brightness(material.radiance, fmt::format("material '{}'", material.name));
     return result;
 }
 
-gpu::EntityTransform flatten(const glm::dmat4& m) {
+gpu::EntityTransform flatten(const Entity& entity) {
+    const glm::dmat4& m = entity.object_to_world;
     const glm::dmat3 linear(m);
     const glm::dmat3 inverse = glm::inverse(linear);
     const auto row = [&](int i) { return to_float(glm::dvec3(m[0][i], m[1][i], m[2][i]), m[3][i]); };
@@ -81,6 +109,7 @@ gpu::EntityTransform flatten(const glm::dmat4& m) {
     result.to_object0 = inverse_row(0);
     result.to_object1 = inverse_row(1);
     result.to_object2 = inverse_row(2);
+    result.motion = to_float(entity.motion);
     result.determinant_sign = glm::determinant(linear) < 0.0 ? -1.0f : 1.0f;
     return result;
 }
@@ -157,17 +186,30 @@ SceneTrees grow_trees(const Scene& scene, const SceneData& data, Acceleration ac
 }  // namespace
 
 SceneData flatten(const Scene& scene, const RenderSettings& settings, Acceleration acceleration) {
+    const EffectSet needed = needed_effects(scene, settings);
+    if (needed.has(Effect::interiors) && scene.materials.size() >= 0xffff)
+        throw UnsupportedError(
+            "the Vulkan renderer tells bodies with an interior apart by 16 bits; use fewer materials");
     SceneData data;
     data.header.background_down = to_float(scene.background.down);
     data.header.background_up = to_float(scene.background.up);
     data.header.extent = static_cast<float>(extent_of(scene));
+    if (needed.has(Effect::medium_absorption)) data.header.medium = scene.medium;
     data.camera = flatten(scene.camera, settings);
     for (const glm::dvec3& vertex : scene.vertices) data.vertices.push_back(to_float(vertex, 1.0));
-    for (const Entity& entity : scene.entities) data.transforms.push_back(flatten(entity.object_to_world));
-    for (const Material& material : scene.materials) data.materials.push_back(flatten(material));
+    for (const Entity& entity : scene.entities) data.transforms.push_back(flatten(entity));
+    for (const Material& material : scene.materials) data.materials.push_back(flatten(material, needed));
+    for (const PunctualLight& light : scene.lights)
+        check_brightness(light.intensity, fmt::format("light '{}'", light.name));
     place_primitives(scene, data);
-    if (needed_effects(scene, settings).has(Effect::light_sampling)) data.lights = make_light_table(scene, data.placed);
-    for (std::uint32_t i = 0; i < data.lights.size(); ++i) data.placed[data.lights[i].slot].light = i;
+    const bool samples_background = needed.has(Effect::sampled_background);
+    if (needed.has(Effect::light_sampling)) data.lights = make_light_table(scene, data.placed, samples_background);
+    for (std::uint32_t i = 0; i < data.lights.size(); ++i)
+        if (data.lights[i].slot != gpu::no_index) data.placed[data.lights[i].slot].light = i;
+    if (samples_background) data.header.background_probability = data.lights.back().probability;
+    data.tables = make_scene_tables(scene, needed, data.sources);
+    data.header.environment = data.tables.environment;
+    data.header.texture_coordinates = data.tables.texture_coordinates;
     data.trees = grow_trees(scene, data, acceleration);
     data.passing_emission = has_passing_emission(scene);
     return data;

@@ -7,6 +7,7 @@
 #include "common/renderer.h"
 #include "vulkan/backend.h"
 #include "vulkan/renderer/gpu_layout.h"
+#include "vulkan/renderer/scene_tables.h"
 
 namespace tandem {
 
@@ -24,7 +25,8 @@ struct SceneData {
     std::vector<gpu::EntityTransform> transforms;
     std::vector<gpu::Placed> placed;  // by slot
     std::vector<gpu::Material> materials;
-    std::vector<gpu::Light> lights;  // in id order
+    std::vector<gpu::Light> lights;
+    SceneTables tables;
     std::uint32_t triangle_count = 0, sphere_count = 0, cuboid_count = 0;
     SceneTrees trees;
     bool passing_emission = false;  // some surface emits and lets the path go on

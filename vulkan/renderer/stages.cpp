@@ -1,6 +1,8 @@
 #include "vulkan/renderer/stages.h"
 
 #include <bit>
+#include <chrono>
+#include <utility>
 
 #include "vulkan/core/device_selection.h"
 
@@ -22,10 +24,10 @@ std::vector<SpecialisationConstant> Specialisation::constants() const {
 const std::array<SetBindings, 4>& set_bindings() {
     using Type = vk::DescriptorType;
     static const std::array<SetBindings, 4> sets = [] {
-        SetBindings scene(storage_buffers_in_scene_set, Type::eStorageBuffer);
+        SetBindings scene(world_bindings_end, Type::eStorageBuffer);
         scene[0] = Type::eUniformBuffer;
         scene.insert(scene.end(), uniform_views, Type::eUniformBuffer);
-        scene.push_back(Type::eStorageBuffer);  // nodes of trees
+        scene.insert(scene.end(), 4, Type::eStorageBuffer);  // nodes of trees, textures, tables, media
         return std::array<SetBindings, 4>{scene, SetBindings{Type::eUniformBuffer},
             SetBindings(storage_buffers_in_ray_set, Type::eStorageBuffer),
             SetBindings(storage_buffers_in_image_set, Type::eStorageBuffer)};
@@ -44,8 +46,11 @@ std::shared_ptr<const Stages::Pipelines> Stages::pipelines(const Specialisation&
         const auto make = [&](Stage stage) {
             return make_compute_pipeline(device_, nullptr, layout_.handle(), shader_code(stage), constants);
         };
-        kept = std::make_shared<const Pipelines>(Pipelines{make(Stage::pre_process), make(Stage::vertex),
-            make(Stage::ray_gen), make(Stage::intersect), make(Stage::scatter), make(Stage::post_process)});
+        const auto start = std::chrono::steady_clock::now();
+        std::array<vk::raii::Pipeline, stage_count> stages{make(Stage::pre_process), make(Stage::vertex),
+            make(Stage::ray_gen), make(Stage::intersect), make(Stage::scatter), make(Stage::post_process)};
+        const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - start;
+        kept = std::make_shared<const Pipelines>(Pipelines{std::move(stages), taken.count()});
     }
     return kept;
 }

@@ -17,6 +17,7 @@ namespace tandem {
 struct PathState {
     bool next_events = false;  // a pending shadow ray and what it would bring
     bool radiance = false;     // it may gather light and go on
+    bool interiors = false;    // the bodies that it is in
     bool operator==(const PathState&) const = default;
 };
 
@@ -36,6 +37,7 @@ struct Specialisation {
 
 // The world primitives of each kind are also seen as a uniform block, of the size that every device allows.
 inline constexpr std::size_t uniform_views = 3;
+inline constexpr std::size_t world_bindings_end = 10;  // of the Scene set, after the world primitives' storage buffers
 inline constexpr std::uint32_t uniform_block_bytes = 16384;
 
 // Descriptor sets by how often they change (THESIS.md); settings travel as push constants.
@@ -45,7 +47,10 @@ enum class SetIndex : std::uint32_t { scene, camera, rays, image };
 // Pipelines are kept per specialisation, so that many jobs of one kind build them once.
 class Stages {
 public:
-    using Pipelines = std::array<vk::raii::Pipeline, stage_count>;
+    struct Pipelines {
+        std::array<vk::raii::Pipeline, stage_count> stages;
+        double seconds = 0.0;  // that making them took
+    };
 
     explicit Stages(const Device& device);
 

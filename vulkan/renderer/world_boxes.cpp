@@ -51,9 +51,7 @@ Box convex_box(const glm::dmat4& m, PrimitiveKind kind, const glm::dvec3& centre
     return {c - half - pad, c + half + pad};
 }
 
-}  // namespace
-
-Box world_box(const Scene& scene, const PlacedPrimitive& placed) {
+Box box_at_rest(const Scene& scene, const PlacedPrimitive& placed) {
     const Primitive& primitive = scene.primitives[placed.primitive];
     const glm::dmat4& m = scene.entities[placed.entity].object_to_world;
     const glm::dvec3 a = scene.vertices[primitive.index[0]];
@@ -65,6 +63,17 @@ Box world_box(const Scene& scene, const PlacedPrimitive& placed) {
     const glm::dvec3 b = scene.vertices[primitive.index[1]];
     return convex_box(
         m, primitive.kind, 0.5 * a + 0.5 * b, 0.5 * (b - a), magnitude(m, glm::max(glm::abs(a), glm::abs(b))));
+}
+
+}  // namespace
+
+Box world_box(const Scene& scene, const PlacedPrimitive& placed) {
+    Box box = box_at_rest(scene, placed);
+    const glm::dvec3& motion = scene.entities[placed.entity].motion;
+    if (motion == glm::dvec3(0.0)) return box;
+    // All of the way, and what rounding moves the ray's origin by on its way to the entity at rest.
+    const glm::dvec3 pad(gamma16 * glm::length(motion));
+    return {glm::min(box.low, box.low + motion) - pad, glm::max(box.high, box.high + motion) + pad};
 }
 
 }  // namespace tandem

@@ -1,0 +1,48 @@
+// Functions for which Vulkan's own may be off by far more than an ulp (its atan by 4096): here by a few.
+#ifndef ELEMENTARY_GLSL
+#define ELEMENTARY_GLSL
+
+// e^-x for x >= 0: x = (n + f) ln 2 with n a whole number, |f| <= 1/2; the Taylor polynomial of e^(-f ln 2) leaves
+// 0.35^8/8! < 6e-9. Below 2^-125 the result is 0. ln 2 is split so that n times its high part is exact.
+float exp_minus(float x) {
+    const float n = floor(min(x, 200.0) * 1.44269504 + 0.5);
+    const float y = (n * 0.693145752 - min(x, 200.0)) + n * 1.42860677e-6;  // -f ln 2
+    const float s = 1.0 + y * (1.0 + y * (1.0 / 2.0 + y * (1.0 / 6.0 + y * (1.0 / 24.0 + y * (1.0 / 120.0 +
+        y * (1.0 / 720.0 + y * (1.0 / 5040.0)))))));
+    return n > 125.0 ? 0.0 : s * uintBitsToFloat(uint(127.0 - n) << 23);
+}
+vec3 exp_minus(vec3 x) { return vec3(exp_minus(x.x), exp_minus(x.y), exp_minus(x.z)); }
+
+// -ln x for x in [2^-24, 1]: x = 2^e m, m in (0.7, 1.42), ln m = 2 artanh s with s = (m - 1)/(m + 1); the series leaves
+// 2 |s|^11/11 < 7e-10.
+float minus_log(float x) {
+    const uint bits = floatBitsToUint(x);
+    const uint lift = (bits & 0x007fffffu) > 0x003504f3u ? 1u : 0u;  // mantissas above sqrt 2 go to the next exponent
+    const float e = float(int(bits >> 23) - 127 + int(lift));
+    const float m = uintBitsToFloat((bits & 0x007fffffu) | ((127u - lift) << 23));
+    const float s = (m - 1.0) / (m + 1.0), s2 = s * s;
+    const float log_m =
+        2.0 * s + 2.0 * s * s2 * (1.0 / 3.0 + s2 * (1.0 / 5.0 + s2 * (1.0 / 7.0 + s2 * (1.0 / 9.0))));
+    return -(e * 0.693147181 + log_m);
+}
+
+// atan2(y, x)/(2 pi) in [-1/2, 1/2], 0 for (0, 0). |a| <= tan(pi/8) after the reduction; the series leaves
+// a^17/17 < 2e-8.
+float turn_of(float y, float x) {
+    const float low = min(abs(x), abs(y)), high = max(abs(x), abs(y));
+    if (high == 0.0) return 0.0;
+    float a = low / high, angle = 0.0;
+    if (a > 0.414213562) {
+        a = (a - 1.0) / (a + 1.0);
+        angle = 0.125;
+    }
+    const float a2 = a * a;
+    const float series = 1.0 + a2 * (-1.0 / 3.0 + a2 * (1.0 / 5.0 + a2 * (-1.0 / 7.0 + a2 * (1.0 / 9.0 +
+        a2 * (-1.0 / 11.0 + a2 * (1.0 / 13.0 + a2 * (-1.0 / 15.0)))))));
+    angle += a * series * 0.159154943;
+    if (abs(y) > abs(x)) angle = 0.25 - angle;
+    if (x < 0.0) angle = 0.5 - angle;
+    return y < 0.0 ? -angle : angle;
+}
+
+#endif

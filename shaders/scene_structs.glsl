@@ -1,0 +1,151 @@
+// What a scene is made of on the device. The host's counterparts stand in vulkan/renderer/gpu_layout.h; the build checks
+// their layouts against the SPIR-V.
+#ifndef SCENE_STRUCTS_GLSL
+#define SCENE_STRUCTS_GLSL
+
+// A primitive in object space.
+struct PrimitiveSource {
+    uint kind;
+    uint index0;
+    uint index1;
+    uint index2;
+    uint entity;
+    float radius;
+};
+
+// Rows of an entity's object_to_world, and of the inverse of its linear part; the sign of its determinant; its world
+// displacement from the shutter's opening to its closing (MODEL.md section 6).
+struct EntityTransform {
+    vec4 to_world0;
+    vec4 to_world1;
+    vec4 to_world2;
+    vec3 to_object0;
+    float determinant_sign;
+    vec3 to_object1;
+    vec3 to_object2;
+    vec3 motion;
+};
+
+struct Placed {
+    uint id;
+    uint material;
+    uint entity;
+    uint light;  // index into lights, or no_light
+};
+
+// A triangle's world corners; the w parts are its normal (v1 - v0) x (v2 - v0), towards the front.
+struct Triangle {
+    vec4 corner0;
+    vec4 corner1;
+    vec4 corner2;
+};
+
+// A sphere or cuboid as the image of the unit sphere or of the cube [-extent, extent], extent 1 on each axis or 0 where
+// the cuboid is flat: x = to_unit (p - centre), p = centre + to_world x.
+struct Convex {
+    vec4 to_unit0;  // row, centre x
+    vec4 to_unit1;  // row, centre y
+    vec4 to_unit2;  // row, centre z
+    vec4 to_world0;  // row, extent x
+    vec4 to_world1;
+    vec4 to_world2;
+};
+
+// Two boxes and what they hold (shaders/bvh.glsl).
+struct BvhNode {
+    vec3 low0;
+    uint child0;
+    vec3 high0;
+    uint child1;
+    vec3 low1;
+    uint unused0;
+    vec3 high1;
+    uint unused1;
+};
+
+const uint no_index = 0xffffffffu;  // in place of an index: none
+
+struct Material {
+    vec3 colour;
+    float alpha;
+    vec3 radiance;
+    float fuzz;
+    float refractive_index;
+    uint kind;
+    uint flags;
+    uint colour_texture;  // in place of the colour, or no_index
+    vec3 eta;        // of conductors
+    float roughness;
+    vec3 k;
+    int priority;
+    uint interior;   // a medium, or no_index
+};
+const uint material_diffuse = 0, material_specular = 1, material_emissive = 2, material_conductor = 3, material_boundary = 4;
+const uint flag_translucent = 1, flag_schlick = 2, flag_front_only = 4, flag_tracked = 8;
+
+// MODEL.md section 7.0.
+struct Texture {
+    vec3 first;
+    uint kind;
+    vec3 second;
+    uint space;
+    vec3 frequency;
+    uint style;
+    uint octaves;
+    uint seed;
+    float amount;
+    uint texels;  // in tables
+    uint width;
+    uint height;
+};
+const uint texture_checker = 0, texture_noise = 1, texture_image = 2;
+const uint texture_space_object = 0, texture_space_coordinates = 1;
+const uint noise_smooth = 0, noise_turbulence = 1, noise_marble = 2;
+
+// MODEL.md section 10.
+struct Medium {
+    vec3 absorption;
+    float anisotropy;
+    vec3 scattering;
+    uint densities;  // in tables; no_index: 1 everywhere
+    vec3 low;
+    uint cells_x;
+    vec3 high;
+    uint cells_y;
+    uint cells_z;
+};
+
+// A sampled light (MODEL.md section 9.2).
+struct Light {
+    uint slot;
+    uint kind;
+    float cumulative;   // P_0 + … + P_i
+    float probability;  // P_i
+    vec3 centre;        // sphere; point, spot: the position
+    float radius;
+    float area;  // world
+    float face0;  // cuboid: cumulative shares of the faces -x +x -y +y -z, the sixth being 1
+    float face1;
+    float face2;
+    float face3;
+    float face4;
+    vec3 axis;       // spot, sun: in which its light travels
+    float outer;     // spot: cosines of the outer and the inner half angle
+    vec3 intensity;  // point, spot: radiant intensity; sun: irradiance
+    float inner;
+};
+const uint no_light = 0xffffffffu;
+const uint kind_triangle = 0, kind_sphere = 1, kind_cuboid = 2;
+const uint kind_point = 3, kind_spot = 4, kind_sun = 5, kind_background = 6;
+
+// The image that surrounds the scene (shaders/environment.glsl).
+struct Environment {
+    uvec2 size;     // texels; (0, 0): there is none
+    uint texels;    // these four in tables
+    uint density;   // over solid angle, by texel
+    uint rows;      // cumulative shares of rows
+    uint columns;   // of each row's columns
+    vec2 rotation;  // its cosine and sine
+};
+
+#endif

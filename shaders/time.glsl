@@ -1,0 +1,10 @@
+// The moment of a path, from the shutter's opening to its closing (MODEL.md section 4). It is drawn again wherever it
+// counts instead of travelling with the path.
+#ifndef TIME_GLSL
+#define TIME_GLSL
+
+float path_time(uint pixel) {
+    return random_block(settings.seed, pixel, settings.sample_index, block_time).x;
+}
+
+#endif
