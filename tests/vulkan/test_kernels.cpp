@@ -1,0 +1,175 @@
+// What specialisation leaves of the shaders: with an effect its code is there, without it is gone; so are its buffers
+// and its state in a path.
+#include <doctest/doctest.h>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <bit>
+#include <map>
+#include <set>
+
+#include "tests/vulkan/scene_builder.h"
+#include "vulkan/framework/shader_library.h"
+#include "vulkan/framework/spirv_optimizer.h"
+#include "vulkan/renderer/stages.h"
+
+using namespace tandem;
+using namespace tandem::testing;
+
+namespace {
+
+std::vector<std::uint32_t> optimised(Stage stage, EffectSet effects) {
+    Specialisation specialisation;
+    specialisation.effects = effects;
+    specialisation.path.interiors = effects.has(Effect::interiors);
+    return optimised_spirv(shader_code(stage), specialisation.constants());
+}
+
+// Opcodes, bindings, functions of GLSL.std.450 and literals of a module, as text.
+std::set<std::string> traits_of(std::span<const std::uint32_t> code) {
+    constexpr std::uint32_t ext_inst = 12, constant = 43, function = 54, decorate = 71, binding = 33, set = 34;
+    std::set<std::string> traits;
+    std::map<std::uint32_t, std::uint32_t> sets, bindings;
+    bool within = false;
+    for (std::size_t at = 5; at < code.size(); at += code[at] >> 16) {
+        const std::uint32_t opcode = code[at] & 0xffffu, words = code[at] >> 16;
+        if (opcode == decorate && code[at + 2] == set) sets[code[at + 1]] = code[at + 3];
+        if (opcode == decorate && code[at + 2] == binding) bindings[code[at + 1]] = code[at + 3];
+        if (opcode == constant) traits.insert(fmt::format("literal {:#x}", code[at + 3]));
+        within = within || opcode == function;
+        if (!within) continue;
+        traits.insert(opcode == ext_inst ? fmt::format("function {}", code[at + 4]) : fmt::format("op {}", opcode));
+        for (std::size_t word = 1; word < words; ++word)
+            if (const auto found = bindings.find(code[at + word]); found != bindings.end())
+                traits.insert(fmt::format("binding {} {}", sets[found->first], found->second));
+    }
+    return traits;
+}
+
+std::string literal(float value) { return fmt::format("literal {:#x}", std::bit_cast<std::uint32_t>(value)); }
+
+struct Signature {
+    Effect effect;
+    Stage stage;
+    EffectSet around;   // what the effect is looked at beside
+    std::string trait;  // that only its code has; empty: its instructions are counted alone
+};
+
+const EffectSet plain{Effect::triangles, Effect::diffuse};
+const EffectSet lit = plain.united({Effect::emission, Effect::light_sampling, Effect::triangle_lights});
+constexpr const char* cross = "function 68";
+constexpr const char* floor_ = "function 8";
+constexpr const char* mix_ = "function 46";
+constexpr const char* clamp_ = "function 43";
+constexpr const char* into_frame = "op 144";  // OpVectorTimesMatrix
+constexpr const char* tables = "binding 0 15";
+
+std::vector<Signature> signatures() {
+    const EffectSet glass_ = plain.with(Effect::translucent), fog = plain.with(Effect::medium_absorption);
+    const EffectSet textured = plain.with(Effect::checker);
+    return {{Effect::triangles, Stage::intersect, {Effect::spheres, Effect::diffuse}, "binding 0 7"},
+        {Effect::spheres, Stage::intersect, plain, "binding 0 8"},
+        {Effect::cuboids, Stage::intersect, plain, "binding 0 9"},
+        {Effect::entity_motion, Stage::intersect, plain, "binding 0 3"}, {Effect::lens, Stage::ray_gen, plain, floor_},
+        {Effect::camera_motion, Stage::ray_gen, plain, cross},
+        {Effect::diffuse, Stage::scatter, {Effect::triangles, Effect::specular}, literal(3.14159265f)},
+        {Effect::specular, Stage::scatter, plain, literal(2.0f)},
+        {Effect::fuzz, Stage::scatter, plain.with(Effect::specular), literal(0x1p-40f)},
+        {Effect::translucent, Stage::scatter, plain, literal(2.0f)}, {Effect::schlick, Stage::scatter, glass_, ""},
+        {Effect::rough_translucent, Stage::scatter, glass_, into_frame},
+        {Effect::smooth_conductor, Stage::scatter, plain, literal(2.0f)},
+        {Effect::rough_conductor, Stage::scatter, plain, into_frame}, {Effect::boundary, Stage::scatter, plain, ""},
+        {Effect::emission, Stage::scatter, plain, "op 166"},
+        {Effect::one_sided_emission, Stage::scatter, plain.with(Effect::emission), ""},
+        {Effect::translucent_emission, Stage::scatter, glass_.with(Effect::emission), ""},
+        {Effect::texture_coordinates, Stage::scatter, textured, tables},
+        {Effect::checker, Stage::scatter, plain, "binding 0 14"},
+        {Effect::noise, Stage::scatter, plain, "literal 0x19660d"},  // 1664525
+        {Effect::image_texture, Stage::scatter, textured.with(Effect::texture_coordinates), mix_},
+        {Effect::background, Stage::scatter, plain, "binding 0 0"},
+        {Effect::background_gradient, Stage::scatter, plain.with(Effect::background), mix_},
+        {Effect::background_image, Stage::scatter, plain.with(Effect::background), tables},
+        {Effect::medium_absorption, Stage::scatter, plain, "binding 0 16"},
+        {Effect::medium_scattering, Stage::scatter, fog, literal(0.693147181f)},
+        {Effect::anisotropic_phase, Stage::scatter, fog.with(Effect::medium_scattering), clamp_},
+        {Effect::density_grid, Stage::scatter, fog, tables}, {Effect::interiors, Stage::scatter, plain, "binding 2 14"},
+        {Effect::nested_dielectrics, Stage::scatter, glass_.with(Effect::interiors), ""},
+        {Effect::light_sampling, Stage::intersect, plain.with(Effect::emission), "binding 2 11"},
+        {Effect::triangle_lights, Stage::scatter,
+            lit.without(Effect::triangle_lights).united({Effect::spheres, Effect::sphere_lights}), ""},
+        {Effect::sphere_lights, Stage::scatter, lit.with(Effect::spheres), ""},
+        {Effect::cuboid_lights, Stage::scatter, lit.with(Effect::cuboids), ""},
+        {Effect::point_lights, Stage::scatter, lit, ""},
+        {Effect::spot_lights, Stage::scatter, lit.with(Effect::point_lights), clamp_},
+        {Effect::suns, Stage::intersect, lit, "literal 0xffffffff"},
+        {Effect::sampled_background, Stage::scatter, lit.with(Effect::background), ""},
+        {Effect::direct_only, Stage::scatter, lit, ""}, {Effect::roulette, Stage::scatter, plain, ""}};
+}
+
+std::set<std::string> names_of(const std::vector<JobFacts::Part>& parts) {
+    std::set<std::string> names;
+    for (const JobFacts::Part& part : parts) names.insert(part.name);
+    return names;
+}
+
+JobFacts facts_of(const Scene& scene, const RenderSettings& settings) {
+    return vulkan_backend().create({})->prepare(scene, settings)->facts();
+}
+
+std::uint64_t instructions(const JobFacts& facts) {
+    std::uint64_t sum = 0;
+    for (const JobFacts::Part& kernel : facts.kernels) sum += kernel.amount;
+    return sum;
+}
+
+}  // namespace
+
+TEST_CASE("every effect's code is in the optimised SPIR-V with it, and gone without it") {
+    EffectSet tested;
+    for (const Signature& signature : signatures()) {
+        CAPTURE(effect_name(signature.effect));
+        tested = tested.with(signature.effect);
+        const auto with = optimised(signature.stage, signature.around.with(signature.effect));
+        const auto without = optimised(signature.stage, signature.around.without(signature.effect));
+        CHECK(count_instructions(with) > count_instructions(without));
+        if (signature.trait.empty()) continue;
+        CHECK(traits_of(with).contains(signature.trait));
+        CHECK(!traits_of(without).contains(signature.trait));
+    }
+    CHECK(tested == EffectSet::all());
+}
+
+TEST_CASE("a plain scene has no buffers, no state and fewer instructions than general kernels") {
+    SceneBuilder builder;
+    builder.camera({0, 1, 4}, {0, 0, 0}).background(glm::dvec3(1.0), glm::dvec3(1.0));
+    builder.sphere(builder.material(diffuse(glm::dvec3(0.5))), {0, 0, 0}, 1.0);
+    RenderSettings settings = settings_of(16, 4);
+    const JobFacts own = facts_of(builder.scene, settings);
+    settings.effects = EffectSet::all();
+    const JobFacts general = facts_of(builder.scene, settings);
+    CHECK(own.effects == needed_effects(builder.scene, settings));
+    CHECK(general.effects == EffectSet::all());
+    CHECK(own.kernels.size() == 6);
+    CHECK(4 * instructions(own) < instructions(general));
+    CHECK(own.bytes_per_path == 3 * 16);          // origin, direction, throughput
+    CHECK(general.bytes_per_path == 6 * 16 + 8);  // radiance, contribution, shadow ray, interiors
+    const std::set<std::string> names = names_of(own.buffers);
+    for (const char* name : {"gathered-radiances", "next-event-contributions", "shadow-rays", "interiors", "textures",
+             "image-texels", "media", "density-grid", "lights", "tree-nodes", "world-triangles", "world-cuboids"})
+        CHECK(!names.contains(name));
+    for (const char* name : {"ray-origins", "world-spheres", "materials", "sums"}) CHECK(names.contains(name));
+    CHECK(own.kernel_seconds > 0.0);
+}
+
+TEST_CASE("the buffers of textures, skies, media and bodies are there where they are called for") {
+    const std::set<std::string> outdoor =
+        names_of(facts_of(outdoor_scene(true), settings_of(8, 2, Integrator::next_event)).buffers);
+    for (const char* name : {"textures", "image-texels", "texture-coordinates", "background-image", "background-shares",
+             "lights", "shadow-rays"})
+        CHECK(outdoor.contains(name));
+    CHECK(!outdoor.contains("media"));
+    CHECK(!outdoor.contains("interiors"));
+    const std::set<std::string> foggy = names_of(facts_of(foggy_scene(), settings_of(8, 2)).buffers);
+    for (const char* name : {"media", "density-grid", "interiors"}) CHECK(foggy.contains(name));
+    for (const char* name : {"textures", "background-image", "lights", "shadow-rays"}) CHECK(!foggy.contains(name));
+}
