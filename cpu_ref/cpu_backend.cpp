@@ -5,6 +5,7 @@
 
 #include "common/error.h"
 #include "cpu_ref/backend.h"
+#include "cpu_ref/bidirectional.h"
 #include "cpu_ref/render_job.h"
 #include "cpu_ref/variants.h"
 
@@ -66,9 +67,12 @@ public:
                 fmt::format("an image of {} x {} pixels is out of range; each side is 1 to {} and "
                             "their product below 2^32",
                     settings.width, settings.height, most));
-        if (settings.integrator == Integrator::bidirectional)
-            throw UnsupportedError(
-                "the cpu backend has no bidirectional integrator yet; choose path, next-event or whitted");
+        if (settings.integrator == Integrator::bidirectional) {
+            if (options_.precision == Precision::single_precision)
+                throw UnsupportedError(
+                    "bidirectional paths are traced in double precision alone; leave out --precision");
+            return cpu::make_bidirectional_job(device_.get(), scene, settings, options_.threads);
+        }
         RenderSettings chosen = settings;
         chosen.effects = effects_to_simulate(scene, settings, cpu::variants::supported, "cpu");
         return cpu::make_render_job({device_.get(), scene, chosen, options_.threads, options_.planted_bug},
