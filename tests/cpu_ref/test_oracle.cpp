@@ -92,7 +92,7 @@ TEST_CASE("the oracle refuses what it does not do, and says so") {
         CHECK_THROWS_AS((void)renderer->prepare(some_scene(), settings), UnsupportedError);
     }
     Scene scene = some_scene();
-    scene.lights.emplace_back();
+    scene.lights.emplace_back().intensity = white;
     CHECK_THROWS_WITH_AS((void)renderer->prepare(scene, small()), doctest::Contains("next-event"), UnsupportedError);
 }
 
