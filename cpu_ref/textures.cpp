@@ -3,7 +3,6 @@
 #include <cmath>
 #include <numbers>
 
-#include "common/random.h"
 #include "cpu_ref/sampling.h"
 
 namespace tandem::cpu {
@@ -16,8 +15,24 @@ using glm::dvec3;
 // An integer modulo 2^32, given as a whole number of any size.
 std::uint32_t wrap(double whole) {
     constexpr double two_to_32 = 4294967296.0;
+    if (std::abs(whole) < two_to_32) return static_cast<std::uint32_t>(static_cast<std::int64_t>(whole));
     const double rest = std::fmod(whole, two_to_32);
     return static_cast<std::uint32_t>(static_cast<std::int64_t>(rest < 0.0 ? rest + two_to_32 : rest));
+}
+
+inline void hash_in_place(std::uint32_t& x, std::uint32_t& y, std::uint32_t& z) {
+    x = x * 1664525u + 1013904223u;
+    y = y * 1664525u + 1013904223u;
+    z = z * 1664525u + 1013904223u;
+    x += y * z;
+    y += z * x;
+    z += x * y;
+    x ^= x >> 16;
+    y ^= y >> 16;
+    z ^= z >> 16;
+    x += y * z;
+    y += z * x;
+    z += x * y;
 }
 
 bool odd(double whole) { return std::fmod(whole, 2.0) != 0.0; }
@@ -62,30 +77,34 @@ std::size_t texel(double index, std::uint32_t count, bool repeated) {
 }  // namespace
 
 std::array<std::uint32_t, 3> pcg3d(std::array<std::uint32_t, 3> v) {
-    for (std::uint32_t& x : v) x = x * 1664525u + 1013904223u;
-    const auto mix = [&v] {
-        v[0] += v[1] * v[2];
-        v[1] += v[2] * v[0];
-        v[2] += v[0] * v[1];
-    };
-    mix();
-    for (std::uint32_t& x : v) x ^= x >> 16;
-    mix();
+    hash_in_place(v[0], v[1], v[2]);
     return v;
 }
 
 double gradient_noise(const dvec3& q, std::uint32_t seed) {
     const dvec3 cell = glm::floor(q), r = q - cell, w = r * r * (3.0 - 2.0 * r);
-    const std::array<std::uint32_t, 3> base{wrap(cell.x), wrap(cell.y), wrap(cell.z)};
-    double sum = 0.0;
-    for (std::uint32_t corner = 0; corner < 8; ++corner) {
-        const std::uint32_t i = corner & 1u, j = (corner >> 1) & 1u, k = corner >> 2;
-        const auto word = pcg3d({base[0] + i + seed, base[1] + j, base[2] + k});
-        dvec3 gradient(to_unit<double>(word[0]), to_unit<double>(word[1]), to_unit<double>(word[2]));
-        gradient = 2.0 * gradient - 1.0;
-        const double share = (i != 0 ? w.x : 1.0 - w.x) * (j != 0 ? w.y : 1.0 - w.y) * (k != 0 ? w.z : 1.0 - w.z);
-        sum += share * glm::dot(gradient, r - dvec3(i, j, k));
+    const std::uint32_t x = wrap(cell.x) + seed, y = wrap(cell.y), z = wrap(cell.z);
+    // The eight corners side by side, so that the compiler makes vectors of them.
+    constexpr std::size_t corners = 8;
+    std::array<std::uint32_t, corners> i{}, j{}, k{};
+    std::array<double, corners> part{};
+    for (std::uint32_t c = 0; c < corners; ++c) {
+        i[c] = x + (c & 1u);
+        j[c] = y + ((c >> 1) & 1u);
+        k[c] = z + (c >> 2);
     }
+    for (std::size_t c = 0; c < corners; ++c) hash_in_place(i[c], j[c], k[c]);
+    const auto slope = [](std::uint32_t word) {
+        return static_cast<double>(static_cast<std::int32_t>(word >> 8)) * 0x1p-23 - 1.0;
+    };
+    for (std::uint32_t c = 0; c < corners; ++c) {
+        const double right = c & 1u, top = (c >> 1) & 1u, back = c >> 2;
+        const double share = (1.0 - right + (2.0 * right - 1.0) * w.x) * (1.0 - top + (2.0 * top - 1.0) * w.y) *
+                             (1.0 - back + (2.0 * back - 1.0) * w.z);
+        part[c] = share * (slope(i[c]) * (r.x - right) + slope(j[c]) * (r.y - top) + slope(k[c]) * (r.z - back));
+    }
+    double sum = 0.0;
+    for (const double p : part) sum += p;
     return sum;
 }
 
