@@ -92,6 +92,21 @@ std::string gltf_buffer() {
     return bytes;
 }
 
+// The same triangle in one file.
+std::string gltf_binary() {
+    Json document = gltf_triangle("");
+    document["buffers"][0].erase("uri");
+    std::string json = document.dump(), data = gltf_buffer();
+    json.resize((json.size() + 3) / 4 * 4, ' ');
+    data.resize((data.size() + 3) / 4 * 4, '\0');
+    const auto word = [](std::size_t value) {
+        const auto bits = static_cast<std::uint32_t>(value);
+        return std::string(reinterpret_cast<const char*>(&bits), 4);
+    };
+    return "glTF" + word(2) + word(28 + json.size() + data.size()) + word(json.size()) + "JSON" + json +
+           word(data.size()) + std::string("BIN\0", 4) + data;
+}
+
 Json model_scene(const std::string& kind, const std::string& file, bool coordinates) {
     Json scene = base();
     scene["entities"] = {{{"material", "m"}, {"primitives", {{{kind, {{"file", file}}}}}}}};
@@ -399,17 +414,7 @@ TEST_CASE("glTF models give triangles under their nodes, mirrored ones with thei
 
 TEST_CASE("binary glTF models are read") {
     const TemporaryFolder folder;
-    Json document = gltf_triangle("");
-    document["buffers"][0].erase("uri");
-    std::string json = document.dump(), data = gltf_buffer();
-    json.resize((json.size() + 3) / 4 * 4, ' ');
-    data.resize((data.size() + 3) / 4 * 4, '\0');
-    const auto word = [](std::size_t value) {
-        const auto bits = static_cast<std::uint32_t>(value);
-        return std::string(reinterpret_cast<const char*>(&bits), 4);
-    };
-    const std::string glb = "glTF" + word(2) + word(28 + json.size() + data.size()) + word(json.size()) + "JSON" +
-                            json + word(data.size()) + std::string("BIN\0", 4) + data;
+    const std::string glb = gltf_binary();
     put(folder / "m.glb", glb);
     CHECK(load(folder, model_scene("gltf", "m.glb", true)).primitives.size() == 1);
     for (std::size_t cut = 0; cut < glb.size(); cut += 7) {
@@ -451,4 +456,57 @@ TEST_CASE("unsound glTF models are refused") {
     refused(R"([{"op": "remove", "path": "/scenes"}])", "has no scene");
     put(folder / "m.gltf", "{\"asset\": " + std::string(100, '[') + "}");
     CHECK(names(refusal(folder, model_scene("gltf", "m.gltf", false)), "nested deeper than 64 levels"));
+}
+
+TEST_CASE("mutilated models, volumes and images are loaded or refused, never anything else") {
+    const TemporaryFolder folder;
+    put(folder / "m.bin", gltf_buffer());
+    put_pfm(folder / "t.pfm", 2, 2, std::vector<float>(12, 0.5F));
+    const auto read = [&](const std::string& name) {
+        std::ifstream stream(folder / name, std::ios::binary);
+        return std::string((std::istreambuf_iterator<char>(stream)), std::istreambuf_iterator<char>());
+    };
+    const struct {
+        std::string name, bytes;
+        Json scene;
+    } files[] = {{"m.gltf", gltf_triangle("m.bin").dump(), model_scene("gltf", "m.gltf", true)},
+        {"m.glb", gltf_binary(), model_scene("gltf", "m.glb", true)},
+        {"smoke.vol", volume(1, {2, 1, 3}, 1, {0, 1, 2, 3, 4, 5}), volume_scene()},
+        {"t.pfm", read("t.pfm"), image_scene("t.pfm", "linear")},
+        {"m.obj", "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\nvt 1 0.5\nf 1/1 2/2 3/1 4/2\n",
+            model_scene("obj", "m.obj", true)}};
+    std::uint64_t state = 1;
+    const auto draw = [&](std::size_t below) {  // xorshift64 [Marsaglia 2003]
+        state ^= state << 13;
+        state ^= state >> 7;
+        state ^= state << 17;
+        return static_cast<std::size_t>(state % below);
+    };
+    for (const auto& file : files) {
+        CAPTURE(file.name);
+        int refused = 0;
+        for (int round = 0; round < 600; ++round) {
+            std::string bytes = file.bytes;
+            for (std::size_t change = 0; change <= draw(3); ++change) {
+                const std::size_t place = draw(bytes.size());
+                switch (draw(4)) {
+                    case 0:
+                        bytes[place] = static_cast<char>(draw(256));
+                        break;
+                    case 1:
+                        bytes[place] = "0123456789[]{}\",:-"[draw(18)];
+                        break;
+                    case 2:
+                        bytes.erase(place, 1 + draw(std::min<std::size_t>(20, bytes.size() - place)));
+                        break;
+                    default:
+                        bytes.insert(place, 1, static_cast<char>(draw(256)));
+                }
+                if (bytes.empty()) bytes.push_back('x');
+            }
+            put(folder / file.name, bytes);
+            refused += refusal(folder, file.scene) != "accepted" ? 1 : 0;
+        }
+        CHECK(refused > 100);  // and whatever else is thrown fails the test
+    }
 }

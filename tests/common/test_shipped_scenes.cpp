@@ -316,7 +316,7 @@ TEST_CASE("each body in the tank outranks the one that it reaches into") {
     }
 }
 
-TEST_CASE("the sky's image has a sun far brighter than the rest, and dark ground") {
+TEST_CASE("the sky's image has a sun much brighter than the rest, and dark ground") {
     const Scene scene = shipped("environment");
     REQUIRE(scene.background.image);
     CHECK(scene.background.sampled);
@@ -326,6 +326,6 @@ TEST_CASE("the sky's image has a sun far brighter than the rest, and dark ground
         for (std::uint32_t x = 0; x < sky.width; ++x) sum += sky.rgb[(row * sky.width + x) * 3 + 1];
         return sum / sky.width;
     };
-    CHECK(*std::max_element(sky.rgb.begin(), sky.rgb.end()) == 260.0F);
+    CHECK(*std::max_element(sky.rgb.begin(), sky.rgb.end()) == 64.0F);
     CHECK(mean_of_row(sky.height / 4) > 2.0 * mean_of_row(3 * sky.height / 4));  // row 0 is up
 }
