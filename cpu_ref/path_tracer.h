@@ -119,9 +119,11 @@ private:
     bool advance(std::uint32_t first);
     struct Vertex;
     [[nodiscard]] Vec3<V> background(const Vec3<V>& direction, std::uint32_t first, M lanes) const;
+    void meet_vertex(Vertex& at, std::uint32_t first, const Ray<V>& ray, const Hit<Real>& hit) const;
     void add_emission(Vertex& at, std::uint32_t first, const Hit<Real>& hit, const Ray<V>& ray) const;
     void add_direct_light(Vertex& at, M lanes, std::uint32_t first) const;
     void scatter(Vertex& at, M lanes, std::uint32_t first);
+    void play_roulette(const Vertex& at, V number, Vec3<V>& throughput, M& alive) const;
     void retire(std::uint32_t first, M ended);
 
     // path_effects.h
@@ -253,6 +255,29 @@ Vec3<Lanes<Real>> PathTracer<Real, effects>::background(
     return light * select(weighted, power_heuristic(scattered, sampled), one);
 }
 
+// What the vertex is made of.
+template <class Real, std::uint64_t effects>
+TANDEM_INLINE void PathTracer<Real, effects>::meet_vertex(
+    Vertex& at, std::uint32_t first, const Ray<V>& ray, const Hit<Real>& hit) const {
+    if constexpr (general) {
+        find_surface(at, first, ray, hit);
+    } else {
+        at.surface = surface_at(tables_, ray, hit);
+    }
+    const V projection = dot(at.direction, at.surface.normal);
+    at.front = projection < V(Real(0));
+    at.facing = select(at.front, at.surface.normal, -at.surface.normal);
+    at.cosine = absolute(projection);
+    at.bits = tables_.materials.bits[at.surface.material];
+    at.colour = tables_.materials.colour[at.surface.material];
+    if constexpr (general) {
+        find_vertex(at, first, ray, hit);
+    } else {
+        at.id = {load_ints<Real>(&paths_.pixel[first]), load_ints<Real>(&paths_.sample[first]),
+            I(static_cast<U>(batch_.first_sample >> 32))};
+    }
+}
+
 // One pass of the loop of section 9 for the paths in slots [first, first + width). False if all of them are idle.
 template <class Real, std::uint64_t effects>
 bool PathTracer<Real, effects>::advance(std::uint32_t first) {
@@ -285,23 +310,7 @@ bool PathTracer<Real, effects>::advance(std::uint32_t first) {
             select(missed, at.radiance + at.throughput * background(at.direction, first, missed), at.radiance);
     M ended = missed;
     if (any(found)) {
-        if constexpr (general) {
-            find_surface(at, first, ray, hit);
-        } else {
-            at.surface = surface_at(tables_, ray, hit);
-        }
-        const V projection = dot(at.direction, at.surface.normal), zero(Real(0));
-        at.front = projection < zero;
-        at.facing = select(at.front, at.surface.normal, -at.surface.normal);
-        at.cosine = absolute(projection);
-        at.bits = tables_.materials.bits[at.surface.material];
-        at.colour = tables_.materials.colour[at.surface.material];
-        if constexpr (general) {
-            find_vertex(at, first, ray, hit);
-        } else {
-            at.id = {load_ints<Real>(&paths_.pixel[first]), load_ints<Real>(&paths_.sample[first]),
-                I(static_cast<U>(batch_.first_sample >> 32))};
-        }
+        meet_vertex(at, first, ray, hit);
         add_emission(at, first, hit, ray);
         constexpr unsigned scattering =
             general ? material_bits::scatters : material_bits::diffuse | material_bits::specular;
@@ -407,6 +416,23 @@ void PathTracer<Real, effects>::add_direct_light(Vertex& at, M lanes, [[maybe_un
     }
 }
 
+// Ends paths without throughput, and those that roulette chooses (section 9.3).
+template <class Real, std::uint64_t effects>
+TANDEM_INLINE void PathTracer<Real, effects>::play_roulette(
+    const Vertex& at, V number, Vec3<V>& throughput, M& alive) const {
+    const V zero(Real(0)), one(Real(1));
+    const V strongest = greatest(greatest(throughput.x, throughput.y), throughput.z);
+    alive = alive & !(strongest == zero);
+    if (tables_.settings.roulette_start != no_roulette) {
+        // Event number k + 1 is the vertex number plus one.
+        const M played = !(at.number + I(U{1}) < I(U{tables_.settings.roulette_start}));
+        const V survival = least(one, strongest);
+        alive = alive & ((!played) | (number < survival));
+        if (!tables_.planted(PlantedBug::roulette_not_divided))
+            throughput = select(played, throughput * V(one / survival), throughput);
+    }
+}
+
 // Scattering, absorption and roulette; stores the state of paths that go on, with the next vertex number.
 template <class Real, std::uint64_t effects>
 void PathTracer<Real, effects>::scatter(Vertex& at, M lanes, std::uint32_t first) {
@@ -443,16 +469,7 @@ void PathTracer<Real, effects>::scatter(Vertex& at, M lanes, std::uint32_t first
         alive = outcome.alive;
     }
     Vec3<V> throughput = at.throughput * absorbed;
-    const V strongest = greatest(greatest(throughput.x, throughput.y), throughput.z);
-    alive = alive & !(strongest == zero);
-    if (tables_.settings.roulette_start != no_roulette) {
-        // Event number k + 1 is the vertex number plus one.
-        const M played = !(at.number + I(U{1}) < I(U{tables_.settings.roulette_start}));
-        const V survival = least(one, strongest);
-        alive = alive & ((!played) | (u[3] < survival));
-        if (!tables_.planted(PlantedBug::roulette_not_divided))
-            throughput = select(played, throughput * V(one / survival), throughput);
-    }
+    play_roulette(at, u[3], throughput, alive);
     if (none(alive)) return;
     const V side = dot(direction, at.surface.normal);
     M inside = side < zero;
