@@ -50,8 +50,7 @@ Scene with_quad_coordinates(Scene scene) {
 // Float coordinates are off by some 2^-22, and these textures change by up to 30 a unit of them.
 constexpr double roundings = 1000.0;
 
-void check_colour(const Scene& scene, const dvec3& expected) {
-    auto all = witnesses();
+void check_colour(std::vector<Witness>& all, const Scene& scene, const dvec3& expected) {
     check_every_pixel(all, scene, settings_of(2, 1), 64, expected, roundings);
 }
 
@@ -98,6 +97,7 @@ double turbulence(const dvec3& q, std::uint32_t seed, std::uint32_t octaves) {
 }  // namespace
 
 TEST_CASE("an image on a quad and on a triangle is bilinear between its texels, and repeats") {
+    auto all = witnesses();
     const Texture texture = image_texture(5, 3);
     const dvec3 a(-1.0, 0.0, 1.0), e(2.0, 0.0, 0.0), g(0.0, 0.0, -3.0);
     for (const glm::dvec2& at :
@@ -105,49 +105,50 @@ TEST_CASE("an image on a quad and on a triangle is bilinear between its texels, 
         CAPTURE(at.x);
         const dvec3 point = a + at.x * e + at.y * g;
         const Scene quad = looking_at(point, {0.0, 1.0, 0.0}).quad(diffuse(white), a, a + e, a + e + g, a + g).scene();
-        check_colour(with_quad_coordinates(textured(quad, texture)), interpolated(*texture.image, at.x, at.y, true));
+        check_colour(
+            all, with_quad_coordinates(textured(quad, texture)), interpolated(*texture.image, at.x, at.y, true));
         // A triangle's own coordinates are its barycentric ones; its transform does not change them.
         const dvec3 half = a + 0.5 * at.x * e + 0.5 * at.y * g;
         const Scene triangle = looking_at(through(placed, half), normal_through(placed, {0.0, 1.0, 0.0}))
                                    .triangle(diffuse(white), a, a + e, a + g, placed)
                                    .scene();
-        check_colour(textured(triangle, texture), interpolated(*texture.image, 0.5 * at.x, 0.5 * at.y, true));
+        check_colour(all, textured(triangle, texture), interpolated(*texture.image, 0.5 * at.x, 0.5 * at.y, true));
     }
 }
 
 TEST_CASE("a sphere's coordinates go round its axis and up from its lower pole, in object space") {
+    auto all = witnesses();
     const Texture texture = image_texture(8, 6);
-    for (const dmat4& m : {dmat4(1.0), placed}) {
-        for (const glm::dvec2& at :
-            {glm::dvec2(0.1, 0.3), glm::dvec2(0.49, 0.6), glm::dvec2(0.8, 0.93), glm::dvec2(0.99, 0.5)}) {
-            CAPTURE(at.x);
-            // n of section 5.1 from (u, v).
-            const double around = 2.0 * pi * (at.x - 0.5), height = -std::cos(pi * at.y), ring = std::sin(pi * at.y);
-            const dvec3 n(ring * std::cos(around), height, -ring * std::sin(around));
-            const dvec3 centre(0.2, 0.1, -0.3);
-            const Scene scene = looking_at(through(m, centre + 0.7 * n), normal_through(m, n))
-                                    .sphere(diffuse(white), centre, 0.7, m)
-                                    .scene();
-            check_colour(textured(scene, texture), interpolated(*texture.image, at.x, at.y, true));
-        }
+    const dmat4& m = placed;
+    for (const glm::dvec2& at :
+        {glm::dvec2(0.1, 0.3), glm::dvec2(0.49, 0.6), glm::dvec2(0.8, 0.93), glm::dvec2(0.99, 0.5)}) {
+        CAPTURE(at.x);
+        // n of section 5.1 from (u, v).
+        const double around = 2.0 * pi * (at.x - 0.5), height = -std::cos(pi * at.y), ring = std::sin(pi * at.y);
+        const dvec3 n(ring * std::cos(around), height, -ring * std::sin(around));
+        const dvec3 centre(0.2, 0.1, -0.3);
+        const Scene scene = looking_at(through(m, centre + 0.7 * n), normal_through(m, n))
+                                .sphere(diffuse(white), centre, 0.7, m)
+                                .scene();
+        check_colour(all, textured(scene, texture), interpolated(*texture.image, at.x, at.y, true));
     }
 }
 
 TEST_CASE("every face of a cuboid has the coordinates of its two remaining axes") {
+    auto all = witnesses();
     const Texture texture = image_texture(4, 7);
     const dvec3 lo(-0.5, -0.2, 0.1), hi(0.4, 0.6, 0.9), share(0.15, 0.35, 0.85);
-    for (const dmat4& m : {dmat4(1.0), placed}) {
-        for (int face = 0; face < 6; ++face) {
-            CAPTURE(face);
-            const int axis = face / 2;
-            dvec3 point = glm::mix(lo, hi, share), normal(0.0);
-            point[axis] = face % 2 == 0 ? lo[axis] : hi[axis];
-            normal[axis] = face % 2 == 0 ? -1.0 : 1.0;
-            const double u = axis == 0 ? share.y : share.x, v = axis == 2 ? share.y : share.z;
-            const Scene scene =
-                looking_at(through(m, point), normal_through(m, normal)).cuboid(diffuse(white), lo, hi, m).scene();
-            check_colour(textured(scene, texture), interpolated(*texture.image, u, v, true));
-        }
+    const dmat4& m = placed;
+    for (int face = 0; face < 6; ++face) {
+        CAPTURE(face);
+        const int axis = face / 2;
+        dvec3 point = glm::mix(lo, hi, share), normal(0.0);
+        point[axis] = face % 2 == 0 ? lo[axis] : hi[axis];
+        normal[axis] = face % 2 == 0 ? -1.0 : 1.0;
+        const double u = axis == 0 ? share.y : share.x, v = axis == 2 ? share.y : share.z;
+        const Scene scene =
+            looking_at(through(m, point), normal_through(m, normal)).cuboid(diffuse(white), lo, hi, m).scene();
+        check_colour(all, textured(scene, texture), interpolated(*texture.image, u, v, true));
     }
 }
 
@@ -171,6 +172,7 @@ TEST_CASE("a view of a whole image has the mean of its texels, and one of a whol
 }
 
 TEST_CASE("a checker has its first colour where the sum of its cells is even, in object space") {
+    auto all = witnesses();
     const Texture board = pattern(TextureKind::checker, {2.0, 5.0, 3.0});
     const dvec3 points[] = {{0.3, 0.0, 0.2}, {-0.3, 0.0, 0.2}, {0.6, 0.0, 0.5}, {0.6, 0.0, -0.5}, {1.1, 0.0, 0.4}};
     for (const double y : {0.1, 0.3}) {
@@ -182,57 +184,59 @@ TEST_CASE("a checker has its first colour where the sum of its cells is even, in
             const Scene scene = looking_at(through(placed, point), normal_through(placed, {0.0, 1.0, 0.0}))
                                     .cuboid(diffuse(white), {-3.0, y - 1.0, -3.0}, {3.0, y, 3.0}, placed)
                                     .scene();
-            check_colour(textured(scene, board), even ? board.first : board.second);
+            check_colour(all, textured(scene, board), even ? board.first : board.second);
         }
     }
 }
 
 TEST_CASE("a checker leaves out an axis of frequency 0: a floor along it is no doubtful case") {
+    auto all = witnesses();
     const Texture board = pattern(TextureKind::checker, {2.0, 0.0, 2.0});
     for (const double x : {0.2, 0.7, -0.2}) {
         CAPTURE(x);
         const Scene scene = looking_at({x, 0.0, 0.3}, {0.0, 1.0, 0.0}).floor(diffuse(white), 0.0, 4.0).scene();
-        check_colour(
-            textured(scene, board), std::fmod(std::abs(std::floor(2.0 * x)), 2.0) == 0.0 ? board.first : board.second);
+        check_colour(all, textured(scene, board),
+            std::fmod(std::abs(std::floor(2.0 * x)), 2.0) == 0.0 ? board.first : board.second);
     }
 }
 
 TEST_CASE("noise is that of the paper's hash and the model's text, at any point and seed") {
+    auto all = witnesses();
     const dvec3 frequency(2.5, 1.5, 3.5);
+    const std::pair<std::uint32_t, dvec3> places[] = {
+        {0u, {0.31, 0.2, 0.73}}, {7u, {-1.24, 0.2, -0.41}}, {0xFFFFFFF0u, {1.87, 0.2, 1.13}}};
     for (const NoiseStyle style : {NoiseStyle::smooth, NoiseStyle::turbulence, NoiseStyle::marble}) {
-        for (const std::uint32_t seed : {0u, 7u, 0xFFFFFFF0u}) {
-            for (const dvec3& point : {dvec3(0.31, 0.2, 0.73), dvec3(-1.24, 0.2, -0.41), dvec3(1.87, 0.2, 1.13)}) {
-                CAPTURE(static_cast<int>(style));
-                CAPTURE(seed);
-                CAPTURE(point.x);
-                Texture texture = pattern(TextureKind::noise, frequency);
-                texture.style = style;
-                texture.seed = seed;
-                texture.octaves = 5;
-                texture.amount = 1.7;
-                const dvec3 q = frequency * point;
-                double share = 0.5 * (1.0 + noise(q, seed));
-                if (style == NoiseStyle::turbulence) share = turbulence(q, seed, 5);
-                if (style == NoiseStyle::marble)
-                    share = 0.5 * (1.0 + std::sin(2.0 * pi * (q.z + 1.7 * turbulence(q, seed, 5))));
-                const Scene scene = looking_at(point, {0.0, 1.0, 0.0})
-                                        .cuboid(diffuse(white), {-3.0, -0.8, -3.0}, {3.0, 0.2, 3.0})
-                                        .scene();
-                check_colour(
-                    textured(scene, texture), glm::mix(texture.first, texture.second, glm::clamp(share, 0.0, 1.0)));
-            }
+        for (const auto& [seed, point] : places) {
+            CAPTURE(static_cast<int>(style));
+            CAPTURE(seed);
+            CAPTURE(point.x);
+            Texture texture = pattern(TextureKind::noise, frequency);
+            texture.style = style;
+            texture.seed = seed;
+            texture.octaves = 5;
+            texture.amount = 1.7;
+            const dvec3 q = frequency * point;
+            double share = 0.5 * (1.0 + noise(q, seed));
+            if (style == NoiseStyle::turbulence) share = turbulence(q, seed, 5);
+            if (style == NoiseStyle::marble)
+                share = 0.5 * (1.0 + std::sin(2.0 * pi * (q.z + 1.7 * turbulence(q, seed, 5))));
+            const Scene scene =
+                looking_at(point, {0.0, 1.0, 0.0}).cuboid(diffuse(white), {-3.0, -0.8, -3.0}, {3.0, 0.2, 3.0}).scene();
+            check_colour(
+                all, textured(scene, texture), glm::mix(texture.first, texture.second, glm::clamp(share, 0.0, 1.0)));
         }
     }
 }
 
 TEST_CASE("a texture colours mirrors and stained glass as it does diffuse surfaces") {
+    auto all = witnesses();
     const Texture texture = image_texture(5, 3);
     const dvec3 a(-1.0, 0.0, 1.0), e(2.0, 0.0, 0.0), g(0.0, 0.0, -3.0),
         colour = interpolated(*texture.image, 0.3, 0.4, true);
     for (const Material& material : {mirror(white), glass(1.0, Fresnel::exact, 0.5)}) {
         const Scene scene =
             looking_at(a + 0.3 * e + 0.4 * g, {0.0, 1.0, 0.0}).quad(material, a, a + e, a + e + g, a + g).scene();
-        check_colour(
-            with_quad_coordinates(textured(scene, texture)), material.translucent ? 0.5 * (white + colour) : colour);
+        check_colour(all, with_quad_coordinates(textured(scene, texture)),
+            material.translucent ? 0.5 * (white + colour) : colour);
     }
 }
