@@ -109,12 +109,10 @@ private:
     EffectSet effects_;
 };
 
-constexpr EffectSet simulated{Effect::triangles, Effect::spheres, Effect::cuboids, Effect::lens, Effect::camera_motion,
-    Effect::diffuse, Effect::specular, Effect::fuzz, Effect::translucent, Effect::schlick, Effect::rough_translucent,
-    Effect::smooth_conductor, Effect::rough_conductor, Effect::emission, Effect::one_sided_emission,
-    Effect::translucent_emission, Effect::background, Effect::background_gradient, Effect::light_sampling,
-    Effect::triangle_lights, Effect::sphere_lights, Effect::cuboid_lights, Effect::point_lights, Effect::spot_lights,
-    Effect::suns, Effect::roulette};
+// All surfaces and the lights of section 9.2 but the sampled background.
+constexpr EffectSet simulated = EffectSet::all().without({Effect::boundary, Effect::medium_absorption,
+    Effect::medium_scattering, Effect::anisotropic_phase, Effect::density_grid, Effect::interiors,
+    Effect::nested_dielectrics, Effect::sampled_background, Effect::direct_only});
 
 }  // namespace
 

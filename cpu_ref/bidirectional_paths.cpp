@@ -36,6 +36,7 @@ struct BidirectionalSampler::Sample {
     std::uint64_t seed;
     std::uint32_t pixel;
     std::uint64_t number;
+    double time = 0.0;
     dvec3 position{0.0}, ahead{0.0}, right{0.0}, up{0.0};  // the camera's, at the path's time
     Place lens;
     std::vector<Vertex> camera;  // the first hit, and on
@@ -76,9 +77,12 @@ BidirectionalSampler::BidirectionalSampler(RTCDevice device, const Scene& scene,
       caster_(device, scene, settings),
       emitters_(scene, caster_, scene.camera.position),
       film_height_(std::tan(0.5 * glm::radians(scene.camera.vertical_field_degrees))),
-      film_width_(film_height_ * settings.width / settings.height) {}
+      film_width_(film_height_ * settings.width / settings.height) {
+    if (background_.image) environment_.emplace(background_);
+}
 
 dvec3 BidirectionalSampler::background(const dvec3& direction) const {
+    if (environment_) return environment_->radiance(direction);
     return glm::mix(background_.down, background_.up, 0.5 * (direction.y + 1.0));
 }
 
@@ -88,14 +92,17 @@ double BidirectionalSampler::film_density(const Sample& sample, const dvec3& dir
 }
 
 // Adds the vertex that a ray from the path's end meets, if any.
-bool BidirectionalSampler::extend(std::vector<Vertex>& path, const dvec3& direction, double density) const {
+bool BidirectionalSampler::extend(
+    std::vector<Vertex>& path, const dvec3& direction, double density, double time) const {
     Vertex& last = path.back();
-    const std::optional<Place> place = caster_.closest(last.place, direction);
+    const std::optional<Place> place = caster_.closest(last.place, direction, time);
     if (!place) return false;
     Vertex next;
     next.place = *place;
     const Material& material = materials_[place->material];
-    next.reached = {&material, material.colour, place->normal, -direction};
+    const bool textured = material.colour_texture != no_index;
+    const dvec3 colour = textured ? caster_.texture_colour(*place, time) : material.colour;
+    next.reached = {&material, colour, place->normal, -direction};
     next.lobe = lobe_of(material);
     next.forward = next.over_area(density, last.place.point);
     path.push_back(next);
@@ -104,7 +111,7 @@ bool BidirectionalSampler::extend(std::vector<Vertex>& path, const dvec3& direct
 
 void BidirectionalSampler::trace_from_camera(Sample& sample) const {
     const auto u = sample.numbers(dimension::film_and_lens);
-    const double time = sample.numbers(time_block)[0];
+    const double time = sample.time = sample.numbers(time_block)[0];
     sample.position = camera_.position + time * camera_.position_motion;
     sample.ahead = glm::normalize(camera_.target + time * camera_.target_motion - sample.position);
     sample.right = glm::normalize(glm::cross(sample.ahead, camera_.up));
@@ -128,7 +135,7 @@ void BidirectionalSampler::trace_from_camera(Sample& sample) const {
     for (std::uint32_t k = 0;; ++k) {
         sample.last_direction = direction;
         sample.last_throughput = throughput;
-        sample.escaped = !extend(path, direction, density);
+        sample.escaped = !extend(path, direction, density, sample.time);
         if (sample.escaped) return;
         Vertex& at = path.back();
         at.throughput = throughput;
@@ -169,7 +176,7 @@ void BidirectionalSampler::trace_from_light(Sample& sample) const {
     const double cosine = point.light->is_surface() ? std::abs(glm::dot(direction, point.place.normal)) : 1.0;
     dvec3 throughput = Emitters::emitted(point, direction) * (cosine / (path[0].forward * density));
     for (std::uint32_t k = 0; k < settings_.bounces; ++k) {
-        if (throughput == dvec3(0.0) || !extend(path, direction, density)) return;
+        if (throughput == dvec3(0.0) || !extend(path, direction, density, sample.time)) return;
         Vertex& at = path.back();
         at.throughput = throughput;
         if (k == 0 && point.light->is_far())  // its rays fill a disc evenly
@@ -275,7 +282,8 @@ dvec3 BidirectionalSampler::next_event(const Sample& sample, std::size_t t) cons
     const dvec3 to_light = way / std::sqrt(square);
     const dvec3 value = scattering_value(at.reached, to_light) * Emitters::emitted(point, -to_light);
     if (value == dvec3(0.0)) return dvec3(0.0);
-    if (!(light.is_far() ? caster_.sees_far(at.place, to_light) : caster_.sees(at.place, point.place)))
+    if (!(light.is_far() ? caster_.sees_far(at.place, to_light, sample.time)
+                         : caster_.sees(at.place, point.place, sample.time)))
         return dvec3(0.0);
     double geometry = std::abs(glm::dot(to_light, at.place.normal)) / (light.is_far() ? 1.0 : square);
     if (light.is_surface()) geometry *= std::abs(glm::dot(to_light, point.place.normal));
@@ -310,7 +318,7 @@ dvec3 BidirectionalSampler::connection(const Sample& sample, std::size_t s, std:
     const double square = glm::dot(way, way);
     const dvec3 to_light = way / std::sqrt(square);
     const dvec3 value = scattering_value(y.reached, -to_light) * scattering_value(z.reached, to_light);
-    if (value == dvec3(0.0) || !caster_.sees(z.place, y.place)) return dvec3(0.0);
+    if (value == dvec3(0.0) || !caster_.sees(z.place, y.place, sample.time)) return dvec3(0.0);
     const double geometry = std::abs(glm::dot(to_light, y.place.normal) * glm::dot(to_light, z.place.normal)) / square;
 
     const LightPoint& point = sample.light_point;
@@ -348,7 +356,7 @@ void BidirectionalSampler::project(const Sample& sample, std::size_t s, const Sp
     const double y_down = 0.5 * (1.0 - glm::dot(q, sample.up) / film_height_) * settings_.height;
     if (!(x >= 0.0 && x < settings_.width && y_down >= 0.0 && y_down < settings_.height)) return;
     const dvec3 value = scattering_value(y.reached, -direction);
-    if (value == dvec3(0.0) || !caster_.sees(y.place, sample.lens)) return;
+    if (value == dvec3(0.0) || !caster_.sees(y.place, sample.lens, sample.time)) return;
 
     const LightPoint& point = sample.light_point;
     const Vertex& before = sample.light[s - 2];

@@ -35,7 +35,8 @@ private:
 
     void trace_from_camera(Sample& sample) const;
     void trace_from_light(Sample& sample) const;
-    [[nodiscard]] bool extend(std::vector<Vertex>& path, const glm::dvec3& direction, double density) const;
+    [[nodiscard]] bool extend(
+        std::vector<Vertex>& path, const glm::dvec3& direction, double density, double time) const;
     [[nodiscard]] glm::dvec3 background(const glm::dvec3& direction) const;
 
     // The ways with s vertices from the light: s = 0; s = 1; s >= 2 and more than the lens from the camera; all but the
@@ -53,6 +54,7 @@ private:
     RenderSettings settings_;
     Camera camera_;
     Background background_;
+    std::optional<ImageEnvironment> environment_;  // takes the place of the background's two colours
     std::vector<Material> materials_;
     RayCaster caster_;
     Emitters emitters_;

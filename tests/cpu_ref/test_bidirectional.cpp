@@ -170,6 +170,29 @@ TEST_CASE("bidirectional paths keep their mean through a lens and by roulette") 
     check_against_oracle(scene, 3);
 }
 
+TEST_CASE("bidirectional paths keep their mean among textures, moving bodies and under an image of the sky") {
+    Scene scene = SceneBuilder()
+                      .camera({0.0, 1.5, 4.0}, {0.0, -0.2, 0.0}, 35.0)
+                      .floor(diffuse(white), -0.5, 2.0)
+                      .sphere(emitter({9.0, 6.0, 4.0}), {-0.5, 1.2, 0.1}, 0.25)
+                      .sphere(glass(1.5), {-0.6, 0.0, 0.3}, 0.4)
+                      .cuboid(diffuse({0.7, 0.6, 0.5}), {0.2, -0.4, -0.4}, {0.8, 0.3, 0.4})
+                      .scene();
+    Texture board;
+    board.name = "board";
+    board.frequency = {1.7, 0.0, 2.3};
+    scene.textures.push_back(board);
+    scene.materials[0].colour_texture = 0;
+    scene.materials[3].colour_texture = 0;
+    scene.entities[2].motion = {0.4, 0.1, 0.0};
+    scene.entities[3].motion = {-0.3, 0.3, 0.2};
+    check_against_oracle(scene, 4);
+    Pixels sky{4, 2, {}};
+    for (int i = 0; i < 24; ++i) sky.rgb.push_back(static_cast<float>((i * 7) % 10) * 0.1F);
+    scene.background.image = std::make_shared<const Pixels>(std::move(sky));
+    check_against_oracle(scene, 4);
+}
+
 TEST_CASE("bidirectional paths see point, spot and sun lights as next events do, beside lamps") {
     const auto add = [](Scene scene, PunctualKind kind) {
         PunctualLight light;
