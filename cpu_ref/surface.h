@@ -21,16 +21,27 @@ struct Surface {
 };
 
 // Bound on the distance, along the normal, between a computed hit point p and what later rays take for its surface.
-// With unit roundoff u = 2^-24 (2^-53), s = |p|_max + extent of the primitive:
-// - plane: p is projected by p - (n.p - w) n. Evaluating n.p - w errs by at most 3u |n||p| + u|w| <= 4 sqrt(3) u s,
-//   the subtraction by sqrt(3) u s.
-// - sphere: p = L q + c errs by at most 3u (|L||q| + |c|) + u |p| <= 4 sqrt(3) u s.
-// - the next ray evaluates a plane through p (a coplanar neighbour's, say): again 4 sqrt(3) u s, and that plane's
-// rounded
-//   unit normal tilts it by sqrt(3) u over its extent; so does the own one.
-// Together below 11 sqrt(3) u s < 20 u s, and adding the offset rounds once more by u s.
+// Unit roundoff u = 2^-24 (2^-53). Sphere, s = |p|_max + extent: p = L q + c errs by at most 3u (|L||q| + |c|) + u |p|
+// <= 4 sqrt(3) u s; the next ray evaluates a plane through p (a neighbour's, say): again 4 sqrt(3) u s, and that
+// plane's rounded unit normal tilts it by sqrt(3) u over its extent; so does the own one. Together below 11 sqrt(3) u s
+// < 20 u s, and adding the offset rounds once more by u s.
 template <class Real>
-inline constexpr Real error_factor = Real(21) * (sizeof(Real) == 4 ? Real(0x1p-24) : Real(0x1p-53));
+inline constexpr Real unit_roundoff = sizeof(Real) == 4 ? Real(0x1p-24) : Real(0x1p-53);
+template <class Real>
+inline constexpr Real error_factor = Real(21) * unit_roundoff<Real>;
+
+// Plane: rounding is relative to each term of n.p, so that a floor of any size at y = 0 is known exactly. With
+// a = sum over axes i of m_i (|p_i| + extent along i), m_i = (|e_j f_k| + |e_k f_j|)/|e x f| >= |n_i| for edges e, f:
+// p is projected by p - (n.p - w) n, n.p - w erring by at most 4u a, the subtraction by u a; a coplanar neighbour's
+// plane is evaluated with 4u a again; its normal and the own one tilt by u a each, products of rounded edges by 2u a
+// more: 13u a. One u |p|_max keeps rays off coplanar neighbours where all terms vanish.
+template <class Real>
+TANDEM_INLINE Lanes<Real> plane_error(const FaceTable<Real>& faces, Ints<Real> face, const Vec3<Lanes<Real>>& p) {
+    using V = Lanes<Real>;
+    const Vec3<V> size{absolute(p.x), absolute(p.y), absolute(p.z)};
+    const V a = dot(faces.terms[face], size) + faces.terms_of_extent[face];
+    return V(Real(13) * unit_roundoff<Real>) * a + V(unit_roundoff<Real>) * largest_magnitude(p);
+}
 
 template <class Real>
 TANDEM_INLINE Vec3<Lanes<Real>> apply_rows(
@@ -66,7 +77,8 @@ TANDEM_INLINE Surface<Real> surface_at(const Tables<Real>& tables, const Ray<Lan
             bend_to_sphere(tables.sphere_table, faces.sphere[hit.face], surface);
         }
     }
-    surface.error_bound = V(error_factor<Real>) * (largest_magnitude(surface.point) + faces.extent[hit.face]);
+    const V on_sphere = V(error_factor<Real>) * (largest_magnitude(surface.point) + faces.extent[hit.face]);
+    surface.error_bound = select(surface.curved, on_sphere, plane_error(faces, hit.face, surface.point));
     if (tables.planted(PlantedBug::self_hit_not_excluded)) surface.error_bound = V(Real(0));
     if (tables.planted(PlantedBug::epsilon_too_large)) surface.error_bound = V(static_cast<Real>(tables.size / 100.0));
     return surface;

@@ -96,6 +96,15 @@ private:
     [[nodiscard]] dvec3 to_world(const dvec3& p) const { return linear_ * p + shift_; }
     [[nodiscard]] dvec3 normal_to_world(const dvec3& n) const { return glm::normalize(glm::transpose(inverse_) * n); }
 
+    // e and f: two edges of the face in the world; 0 for spheres, which have no plane.
+    void add_terms(const dvec3& e, const dvec3& f, const dvec3& extent) {
+        const double size = glm::length(glm::cross(e, f));
+        const dvec3 a = glm::abs(e), b = glm::abs(f);
+        const dvec3 terms = dvec3(a.y * b.z + a.z * b.y, a.z * b.x + a.x * b.z, a.x * b.y + a.y * b.x);
+        face_terms_.push_back(size > 0.0 ? terms / size : dvec3(0.0));
+        face_terms_of_extent_.push_back(static_cast<Real>(size > 0.0 ? glm::dot(terms, extent) / size : 0.0));
+    }
+
     void add_face(const dvec3& object_normal, const dvec3& point, double extent, std::uint32_t sphere, bool curved) {
         const dvec3 n = normal_to_world(object_normal);
         face_normal_.push_back(n);
@@ -135,6 +144,8 @@ private:
             form.edge_moment[i] = cross(corners[i], corners[j]);
         }
         face_extent_.back() = static_cast<Real>(extent);
+        const BoundingBox& box = tables_.bounds.back();
+        add_terms(world[1] - world[0], world[2] - world[0], box.high - box.low);
         // A degenerate triangle keeps a zero plane, which gives t = NaN and so no hit.
         if (!degenerate) {
             form.normal = {face_normal_.x.back(), face_normal_.y.back(), face_normal_.z.back()};
@@ -177,6 +188,7 @@ private:
         sphere_radius_.push_back(static_cast<Real>(radius));
         sphere_chance_.push_back(Real(0));
         add_face({0.0, 0.0, 1.0}, centre, r * greatest_scale, index, true);
+        add_terms(dvec3(0.0), dvec3(0.0), dvec3(0.0));
         if (greatest_scale - least_scale <= similarity_tolerance * greatest_scale)
             add_light(PrimitiveKind::sphere, 4.0 * 3.14159265358979323846 * radius * radius, index);
         return index;
@@ -213,6 +225,7 @@ private:
                 n[axis] = side == 0 ? -1.0 : 1.0;
                 corner[axis] = side == 0 ? low[axis] : high[axis];
                 add_face(n, to_world(corner), glm::length(reach), 0, false);
+                add_terms(linear_[j] * size[j], linear_[k] * size[k], 2.0 * reach);
                 areas[static_cast<std::size_t>(2 * axis + side)] = area;
                 total += area;
             }
@@ -271,8 +284,8 @@ private:
     BoundingBox whole_;
 
     using Unsigned = UnsignedOf<Real>;
-    VectorRows<Real> face_normal_, face_wrong_normal_;
-    std::vector<Real> face_offset_, face_extent_, face_density_;
+    VectorRows<Real> face_normal_, face_wrong_normal_, face_terms_;
+    std::vector<Real> face_offset_, face_extent_, face_terms_of_extent_, face_density_;
     std::vector<Unsigned> face_primitive_, face_material_, face_sphere_, face_curved_, face_entity_;
     std::array<VectorRows<Real>, 3> sphere_to_local_, sphere_to_world_, sphere_normal_;
     VectorRows<Real> sphere_shift_, sphere_centre_;
@@ -391,6 +404,8 @@ void TableBuilder<Real>::finish_faces() {
         .assign_to(table.shading_normal);
     table.offset.assign(face_offset_);
     table.extent.assign(face_extent_);
+    face_terms_.assign_to(table.terms);
+    table.terms_of_extent.assign(face_terms_of_extent_);
     table.light_density.assign(face_density_);
     table.primitive.assign(face_primitive_);
     table.material.assign(face_material_);

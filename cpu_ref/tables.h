@@ -102,7 +102,11 @@ struct FaceTable {
     VectorColumn<Real> shading_normal;  // equal, but for a planted bug
     RealColumn<Real> offset;            // normal.p = offset
     RealColumn<Real> extent;            // about the size of the primitive, world units
-    RealColumn<Real> light_density;     // chance of the light over its world area; 0: not a sampled light
+    // Of planes, for the bound on rounding (surface.h): how large the terms of the normal's components are, >=
+    // |normal|, and their product with the extent along each axis.
+    VectorColumn<Real> terms;
+    RealColumn<Real> terms_of_extent;
+    RealColumn<Real> light_density;  // chance of the light over its world area; 0: not a sampled light
     IndexColumn<Real> primitive, material, sphere, curved;  // curved: 1 on spheres, 0 on planes
     IndexColumn<Real> entity;                               // in scenes with motion only
 };
