@@ -109,10 +109,10 @@ private:
     EffectSet effects_;
 };
 
-// All surfaces and the lights of section 9.2 but the sampled background.
-constexpr EffectSet simulated = EffectSet::all().without({Effect::boundary, Effect::medium_absorption,
-    Effect::medium_scattering, Effect::anisotropic_phase, Effect::density_grid, Effect::interiors,
-    Effect::nested_dielectrics, Effect::sampled_background, Effect::direct_only});
+// All surfaces and the lights of section 9.2.
+constexpr EffectSet simulated = EffectSet::all().without(
+    {Effect::boundary, Effect::medium_absorption, Effect::medium_scattering, Effect::anisotropic_phase,
+        Effect::density_grid, Effect::interiors, Effect::nested_dielectrics, Effect::direct_only});
 
 }  // namespace
 

@@ -110,7 +110,8 @@ std::optional<Cone> cone_of(const Emitter& light, const Place& from) {
 
 }  // namespace
 
-Emitters::Emitters(const Scene& scene, const RayCaster& caster, const dvec3& eye) : caster_(caster) {
+Emitters::Emitters(const Scene& scene, const RayCaster& caster, const Sky& sky, const dvec3& eye)
+    : caster_(caster), sky_(sky) {
     add_surfaces(scene, eye);
     for (const bool far : {false, true}) {
         for (const PunctualLight& punctual : scene.lights) {
@@ -123,6 +124,7 @@ Emitters::Emitters(const Scene& scene, const RayCaster& caster, const dvec3& eye
             emitters_.push_back(light);
         }
     }
+    if (sky.is_light()) emitters_.emplace_back().kind = EmitterKind::sky;
     set_chances();
 }
 
@@ -163,6 +165,8 @@ const Emitter* Emitters::of_primitive(std::uint32_t primitive) const {
     return index == no_index ? nullptr : &emitters_[index];
 }
 
+const Emitter* Emitters::of_sky() const { return sky_.is_light() ? &emitters_.back() : nullptr; }
+
 LightPoint Emitters::sample(const dvec3& v) const {
     double cumulative = 0.0;
     for (const Emitter& light : emitters_) {
@@ -201,6 +205,9 @@ LightPoint Emitters::point_on(const Emitter& light, double v1, double v2) const 
         case EmitterKind::sun:
             at.towards = -light.punctual.direction;
             break;
+        case EmitterKind::sky:
+            at.towards = sky_.sample(v1, v2);
+            break;
     }
     return at;
 }
@@ -236,11 +243,12 @@ LightPoint Emitters::sample_for(const Place& from, const dvec3& v) const {
     return at;
 }
 
-double Emitters::density(const LightPoint& at) {
+double Emitters::density(const LightPoint& at) const {
+    if (at.light->kind == EmitterKind::sky) return at.light->chance * sky_.density(at.towards);
     return at.light->is_surface() ? at.light->chance / at.light->area : at.light->chance;
 }
 
-double Emitters::density_for(const Place& from, const LightPoint& at) {
+double Emitters::density_for(const Place& from, const LightPoint& at) const {
     const std::optional<Cone> cone = cone_of(*at.light, from);
     if (!cone) return density(at);
     const dvec3 way = at.place.point - from.point;
@@ -261,7 +269,8 @@ Emitters::Emission Emitters::emit(const LightPoint& at, const dvec3& u) const {
             ray.direction = in_frame_of(light.punctual.direction, dvec3(sine * disc_point(1.0, u.y), cosine));
             break;
         }
-        case EmitterKind::sun: {
+        case EmitterKind::sun:
+        case EmitterKind::sky: {
             ray.direction = -at.towards;
             const glm::dvec2 disc = caster_.radius() * disc_point(u.x, u.y);
             const dvec3 across = in_frame_of(ray.direction, {1.0, 0.0, 0.0});
@@ -286,6 +295,7 @@ double Emitters::emission_density(const LightPoint& at, const dvec3& direction) 
             return glm::dot(direction, light.punctual.direction) >= outer ? 1.0 / (2.0 * pi * (1.0 - outer)) : 0.0;
         }
         case EmitterKind::sun:
+        case EmitterKind::sky:
             return 1.0 / (pi * caster_.radius() * caster_.radius());
         default: {
             const double cosine = glm::dot(direction, at.place.normal);
@@ -294,8 +304,9 @@ double Emitters::emission_density(const LightPoint& at, const dvec3& direction) 
     }
 }
 
-dvec3 Emitters::emitted(const LightPoint& at, const dvec3& direction) {
+dvec3 Emitters::emitted(const LightPoint& at, const dvec3& direction) const {
     const Emitter& light = *at.light;
+    if (light.kind == EmitterKind::sky) return sky_.radiance(-direction);
     if (light.kind == EmitterKind::spot) return falloff(light.punctual, direction) * light.punctual.intensity;
     if (!light.is_surface()) return light.punctual.intensity;
     return light.both_sides || glm::dot(direction, at.place.normal) > 0.0 ? light.radiance : dvec3(0.0);

@@ -10,10 +10,11 @@
 #include <vector>
 
 #include "cpu_ref/bidirectional_rays.h"
+#include "cpu_ref/bidirectional_sky.h"
 
 namespace tandem::cpu {
 
-enum class EmitterKind { triangle, sphere, cuboid, point, spot, sun };
+enum class EmitterKind { triangle, sphere, cuboid, point, spot, sun, sky };
 
 // What a light is, in the world.
 struct Emitter {
@@ -30,7 +31,9 @@ struct Emitter {
     bool both_sides = false;                     // surfaces: emits on its back too
     PunctualLight punctual{};
     [[nodiscard]] bool is_surface() const { return kind <= EmitterKind::cuboid; }
-    [[nodiscard]] bool is_far() const { return kind == EmitterKind::sun; }
+    // Can a ray meet it?
+    [[nodiscard]] bool is_hit() const { return is_surface() || kind == EmitterKind::sky; }
+    [[nodiscard]] bool is_far() const { return kind >= EmitterKind::sun; }
 };
 
 // A point of a light. Of a far one, `place` is nowhere and `towards` the direction to it.
@@ -42,18 +45,19 @@ struct LightPoint {
 
 class Emitters {
 public:
-    // `caster` must outlive this. The camera stands at `eye`.
-    Emitters(const Scene& scene, const RayCaster& caster, const glm::dvec3& eye);
+    // `caster` and `sky` must outlive this. The camera stands at `eye`.
+    Emitters(const Scene& scene, const RayCaster& caster, const Sky& sky, const glm::dvec3& eye);
 
     [[nodiscard]] bool empty() const { return emitters_.empty(); }
     [[nodiscard]] const Emitter* of_primitive(std::uint32_t primitive) const;  // null: not a sampled light
+    [[nodiscard]] const Emitter* of_sky() const;
 
     // A point by (v0, v1, v2), for whoever receives it, or for a receiver.
     [[nodiscard]] LightPoint sample(const glm::dvec3& v) const;
     [[nodiscard]] LightPoint sample_for(const Place& from, const glm::dvec3& v) const;
     // Their densities, times P_i.
-    [[nodiscard]] static double density(const LightPoint& at);
-    [[nodiscard]] static double density_for(const Place& from, const LightPoint& at);
+    [[nodiscard]] double density(const LightPoint& at) const;
+    [[nodiscard]] double density_for(const Place& from, const LightPoint& at) const;
 
     // A ray that leaves a point, by (u1, u2, side).
     struct Emission {
@@ -65,8 +69,8 @@ public:
     // The density of leaving in a direction; of far lights that of the disc.
     [[nodiscard]] double emission_density(const LightPoint& at, const glm::dvec3& direction) const;
 
-    // Radiance (surfaces), radiant intensity (points, spots) or irradiance (suns) that leaves in a direction.
-    [[nodiscard]] static glm::dvec3 emitted(const LightPoint& at, const glm::dvec3& direction);
+    // Radiance (surfaces, sky), radiant intensity (points, spots) or irradiance (suns) that leaves in a direction.
+    [[nodiscard]] glm::dvec3 emitted(const LightPoint& at, const glm::dvec3& direction) const;
 
 private:
     void add_surfaces(const Scene& scene, const glm::dvec3& eye);
@@ -75,6 +79,7 @@ private:
     [[nodiscard]] LightPoint point_on_cuboid(const Emitter& light, double v1, double v2) const;
 
     const RayCaster& caster_;
+    const Sky& sky_;
     std::vector<Emitter> emitters_;
     std::vector<std::uint32_t> by_primitive_;  // index into emitters_, or no_index
 };

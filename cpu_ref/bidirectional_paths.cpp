@@ -42,6 +42,7 @@ struct BidirectionalSampler::Sample {
     std::vector<Vertex> camera;  // the first hit, and on
     bool escaped = false;        // the ray beyond the last vertex
     dvec3 last_direction{0.0}, last_throughput{1.0};
+    double last_density = 0.0;
     LightPoint light_point;
     std::vector<Vertex> light;  // the point on the light, and on
 
@@ -72,19 +73,12 @@ struct BidirectionalSampler::Weighing {
 BidirectionalSampler::BidirectionalSampler(RTCDevice device, const Scene& scene, const RenderSettings& settings)
     : settings_(settings),
       camera_(scene.camera),
-      background_(scene.background),
+      sky_(scene.background),
       materials_(scene.materials),
       caster_(device, scene, settings),
-      emitters_(scene, caster_, scene.camera.position),
+      emitters_(scene, caster_, sky_, scene.camera.position),
       film_height_(std::tan(0.5 * glm::radians(scene.camera.vertical_field_degrees))),
-      film_width_(film_height_ * settings.width / settings.height) {
-    if (background_.image) environment_.emplace(background_);
-}
-
-dvec3 BidirectionalSampler::background(const dvec3& direction) const {
-    if (environment_) return environment_->radiance(direction);
-    return glm::mix(background_.down, background_.up, 0.5 * (direction.y + 1.0));
-}
+      film_width_(film_height_ * settings.width / settings.height) {}
 
 double BidirectionalSampler::film_density(const Sample& sample, const dvec3& direction) const {
     const double cosine = glm::dot(direction, sample.ahead);
@@ -135,6 +129,7 @@ void BidirectionalSampler::trace_from_camera(Sample& sample) const {
     for (std::uint32_t k = 0;; ++k) {
         sample.last_direction = direction;
         sample.last_throughput = throughput;
+        sample.last_density = density;
         sample.escaped = !extend(path, direction, density, sample.time);
         if (sample.escaped) return;
         Vertex& at = path.back();
@@ -170,11 +165,11 @@ void BidirectionalSampler::trace_from_light(Sample& sample) const {
     if (!(ray.density > 0.0)) return;
     path.assign(1, Vertex{});
     path[0].place = ray.from;
-    path[0].forward = Emitters::density(point);
+    path[0].forward = emitters_.density(point);
     dvec3 direction = ray.direction;
     double density = ray.density;
     const double cosine = point.light->is_surface() ? std::abs(glm::dot(direction, point.place.normal)) : 1.0;
-    dvec3 throughput = Emitters::emitted(point, direction) * (cosine / (path[0].forward * density));
+    dvec3 throughput = emitters_.emitted(point, direction) * (cosine / (path[0].forward * density));
     for (std::uint32_t k = 0; k < settings_.bounces; ++k) {
         if (throughput == dvec3(0.0) || !extend(path, direction, density, sample.time)) return;
         Vertex& at = path.back();
@@ -262,11 +257,33 @@ dvec3 BidirectionalSampler::emission_at(const Sample& sample, std::size_t t) con
     Weighing way{.s = 0,
         .t = t,
         .light_point = &point,
-        .light_density = Emitters::density(point),
-        .next_event_density = Emitters::density_for(before.place, point),
+        .light_density = emitters_.density(point),
+        .next_event_density = emitters_.density_for(before.place, point),
         .light_is_hit = true};
     way.camera_before = before.over_area(emitters_.emission_density(point, at.reached.back), at.place.point);
     return light * weight(sample, way);
+}
+
+// s = 0: the path from the camera leaves the scene.
+dvec3 BidirectionalSampler::sky_beyond(Sample& sample) const {
+    const dvec3 light = sample.last_throughput * sky_.radiance(sample.last_direction);
+    const Emitter* emitter = emitters_.of_sky();
+    if (emitter == nullptr || sample.camera.size() == 1) return light;
+    const LightPoint point{emitter, {}, sample.last_direction};
+    const double density = emitters_.density(point);
+    if (!(density > 0.0)) return light;
+    const double front = std::abs(glm::dot(sample.last_direction, sample.camera.back().place.normal));
+    sample.camera.emplace_back().forward = sample.last_density;  // the sky as the last vertex, for weight() alone
+    const Weighing way{.s = 0,
+        .t = sample.camera.size(),
+        .light_point = &point,
+        .light_density = density,
+        .next_event_density = density,
+        .light_is_hit = true,
+        .camera_before = emitters_.emission_density(point, -sample.last_direction) * front};
+    const double share = weight(sample, way);
+    sample.camera.pop_back();
+    return light * share;
 }
 
 // s = 1: a point on a light, sampled for the vertex t - 1.
@@ -280,7 +297,7 @@ dvec3 BidirectionalSampler::next_event(const Sample& sample, std::size_t t) cons
     const dvec3 way = light.is_far() ? point.towards : point.place.point - at.place.point;
     const double square = glm::dot(way, way);
     const dvec3 to_light = way / std::sqrt(square);
-    const dvec3 value = scattering_value(at.reached, to_light) * Emitters::emitted(point, -to_light);
+    const dvec3 value = scattering_value(at.reached, to_light) * emitters_.emitted(point, -to_light);
     if (value == dvec3(0.0)) return dvec3(0.0);
     if (!(light.is_far() ? caster_.sees_far(at.place, to_light, sample.time)
                          : caster_.sees(at.place, point.place, sample.time)))
@@ -288,17 +305,17 @@ dvec3 BidirectionalSampler::next_event(const Sample& sample, std::size_t t) cons
     double geometry = std::abs(glm::dot(to_light, at.place.normal)) / (light.is_far() ? 1.0 : square);
     if (light.is_surface()) geometry *= std::abs(glm::dot(to_light, point.place.normal));
 
-    const double density = Emitters::density_for(at.place, point);
+    const double density = emitters_.density_for(at.place, point);
     Weighing weighing{.s = 1,
         .t = t,
         .light_point = &point,
-        .light_density = Emitters::density(point),
+        .light_density = emitters_.density(point),
         .next_event_density = density,
-        .light_is_hit = light.is_surface()};
+        .light_is_hit = light.is_hit()};
     Vertex end;
     end.place = point.place;
-    weighing.light_end =
-        light.is_surface() ? end.over_area(scattering_density(at.reached, to_light), at.place.point) : 0.0;
+    const double scattered = scattering_density(at.reached, to_light);
+    weighing.light_end = light.is_far() ? scattered : end.over_area(scattered, at.place.point);
     const double emission = emitters_.emission_density(point, -to_light);
     weighing.camera_end = light.is_far() ? emission * std::abs(glm::dot(to_light, at.place.normal))
                                          : at.over_area(emission, point.place.point);
@@ -327,8 +344,8 @@ dvec3 BidirectionalSampler::connection(const Sample& sample, std::size_t s, std:
         .t = t,
         .light_point = &point,
         .light_density = sample.light[0].forward,
-        .next_event_density = Emitters::density_for(sample.light[1].place, point),
-        .light_is_hit = point.light->is_surface()};
+        .next_event_density = emitters_.density_for(sample.light[1].place, point),
+        .light_is_hit = point.light->is_hit()};
     weighing.light_end = y.over_area(scattering_density(z.reached, to_light), z.place.point);
     weighing.camera_end = z.over_area(scattering_density(y.reached, -to_light), y.place.point);
     const Reached y_reverse{y.reached.material, y.reached.colour, y.reached.normal, -to_light};
@@ -364,8 +381,8 @@ void BidirectionalSampler::project(const Sample& sample, std::size_t s, const Sp
         .t = 1,
         .light_point = &point,
         .light_density = sample.light[0].forward,
-        .next_event_density = Emitters::density_for(sample.light[1].place, point),
-        .light_is_hit = point.light->is_surface()};
+        .next_event_density = emitters_.density_for(sample.light[1].place, point),
+        .light_is_hit = point.light->is_hit()};
     const double film = film_density(sample, direction);
     weighing.light_end = y.over_area(film, sample.lens.point);
     const Reached reverse{y.reached.material, y.reached.colour, y.reached.normal, -direction};
@@ -385,7 +402,7 @@ dvec3 BidirectionalSampler::radiance(std::uint32_t pixel, std::uint64_t number, 
     trace_from_camera(sample);
     trace_from_light(sample);
     dvec3 sum(0.0);
-    if (sample.escaped) sum += sample.last_throughput * background(sample.last_direction);
+    if (sample.escaped) sum += sky_beyond(sample);
     const std::size_t most = std::size_t{settings_.bounces} + 2;  // s + t
     for (std::size_t t = 2; t <= sample.camera.size(); ++t) {
         sum += emission_at(sample, t);

@@ -10,6 +10,7 @@
 
 #include "cpu_ref/bidirectional_lights.h"
 #include "cpu_ref/bidirectional_rays.h"
+#include "cpu_ref/bidirectional_sky.h"
 #include "cpu_ref/bidirectional_surfaces.h"
 
 namespace tandem::cpu {
@@ -37,11 +38,11 @@ private:
     void trace_from_light(Sample& sample) const;
     [[nodiscard]] bool extend(
         std::vector<Vertex>& path, const glm::dvec3& direction, double density, double time) const;
-    [[nodiscard]] glm::dvec3 background(const glm::dvec3& direction) const;
 
     // The ways with s vertices from the light: s = 0; s = 1; s >= 2 and more than the lens from the camera; all but the
     // lens from the light.
     [[nodiscard]] glm::dvec3 emission_at(const Sample& sample, std::size_t t) const;
+    [[nodiscard]] glm::dvec3 sky_beyond(Sample& sample) const;
     [[nodiscard]] glm::dvec3 next_event(const Sample& sample, std::size_t t) const;
     [[nodiscard]] glm::dvec3 connection(const Sample& sample, std::size_t s, std::size_t t) const;
     void project(const Sample& sample, std::size_t s, const Splat& splat) const;
@@ -53,8 +54,7 @@ private:
 
     RenderSettings settings_;
     Camera camera_;
-    Background background_;
-    std::optional<ImageEnvironment> environment_;  // takes the place of the background's two colours
+    Sky sky_;
     std::vector<Material> materials_;
     RayCaster caster_;
     Emitters emitters_;
