@@ -26,8 +26,9 @@ void record(const vk::raii::CommandBuffer& commands, const vk::raii::Pipeline& p
 
 std::vector<std::uint32_t> run_probe(std::span<const std::uint32_t> code, std::span<const std::uint32_t> input,
     std::size_t output_words, std::uint32_t invocations) {
-    const Instance instance(false);
-    const Device device(instance, "");
+    // One for all probes: drivers allow a process few instances in its life.
+    static const Instance instance(false);
+    static const Device device(instance, "");
     const PipelineLayout layout(device, std::array{two_buffers}, 0);
     const vk::raii::Pipeline pipeline = make_compute_pipeline(device, nullptr, layout.handle(), code, {});
     constexpr auto storage = vk::BufferUsageFlagBits::eStorageBuffer;

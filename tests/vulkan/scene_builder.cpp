@@ -258,9 +258,31 @@ Scene foggy_scene() {
     return scene;
 }
 
+namespace {
+
+// Made before its destruction is registered, so that it goes before what its driver registers while it is made.
+template <Acceleration acceleration>
+Renderer& shared_renderer() {
+    static const std::unique_ptr<Renderer> renderer = vulkan_backend(acceleration).create({});
+    return *renderer;
+}
+
+}  // namespace
+
+Renderer& default_renderer(Acceleration acceleration) {
+    switch (acceleration) {
+        case Acceleration::loops:
+            return shared_renderer<Acceleration::loops>();
+        case Acceleration::trees:
+            return shared_renderer<Acceleration::trees>();
+        case Acceleration::automatic:
+            break;
+    }
+    return shared_renderer<Acceleration::automatic>();
+}
+
 RenderResult render(const Scene& scene, const RenderSettings& settings, std::uint64_t count) {
-    const auto renderer = vulkan_backend().create({});
-    return renderer->prepare(scene, settings)->render({0, count});
+    return default_renderer().prepare(scene, settings)->render({0, count});
 }
 
 double image_mean(const Estimate& estimate, int channel) {

@@ -49,6 +49,9 @@ private:
 // Fog around everything, and bodies within bodies: a cloud on a grid that scatters forward, glass in coloured glass.
 [[nodiscard]] Scene foggy_scene();
 
+// One renderer for all tests on the default device: drivers allow a process few instances in its life.
+[[nodiscard]] Renderer& default_renderer(Acceleration acceleration = Acceleration::automatic);
+
 // Samples [0, count) with the default device and no validation.
 [[nodiscard]] RenderResult render(const Scene& scene, const RenderSettings& settings, std::uint64_t count);
 

@@ -68,7 +68,7 @@ void check_tree(const std::vector<Box>& boxes) {
 }
 
 Estimate image(const Scene& scene, const RenderSettings& settings, Acceleration acceleration) {
-    return vulkan_backend(acceleration).create({})->prepare(scene, settings)->render({0, 8}).estimate;
+    return default_renderer(acceleration).prepare(scene, settings)->render({0, 8}).estimate;
 }
 
 bool same_image(const Scene& scene) {

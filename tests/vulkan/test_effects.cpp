@@ -18,7 +18,7 @@ namespace {
 
 Estimate image(const Scene& scene, RenderSettings settings, EffectSet effects) {
     settings.effects = effects;
-    return vulkan_backend().create({})->prepare(scene, settings)->render({0, 4}).estimate;
+    return default_renderer().prepare(scene, settings)->render({0, 4}).estimate;
 }
 
 // Whether the image of the scene's own effects, of those with one more, and of all have the same bits.

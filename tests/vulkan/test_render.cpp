@@ -74,10 +74,10 @@ TEST_CASE("a lamp seen in a mirror is dimmed by the mirror's colour") {
 
 TEST_CASE("the same samples give the same bits, however the range is cut at blocks") {
     for (const Integrator integrator : {Integrator::path, Integrator::next_event}) {
-        const auto renderer = vulkan_backend().create({});
+        Renderer& renderer = default_renderer();
         const RenderSettings settings = settings_of(16, 6, integrator);
-        const Estimate whole = renderer->prepare(full_scene(), settings)->render({0, 256}).estimate;
-        const auto job = renderer->prepare(full_scene(), settings);
+        const Estimate whole = renderer.prepare(full_scene(), settings)->render({0, 256}).estimate;
+        const auto job = renderer.prepare(full_scene(), settings);
         Estimate late = job->render({128, 256}).estimate;
         late.merge(job->render({64, 128}).estimate);
         late.merge(job->render({0, 64}).estimate);
@@ -93,14 +93,14 @@ TEST_CASE("another seed gives other samples") {
 }
 
 TEST_CASE("a range that does not begin at a block is refused") {
-    const auto renderer = vulkan_backend().create({});
-    const auto job = renderer->prepare(full_scene(), settings_of(4, 1));
+    Renderer& renderer = default_renderer();
+    const auto job = renderer.prepare(full_scene(), settings_of(4, 1));
     CHECK_THROWS_AS(static_cast<void>(job->render({1, 64})), Error);
 }
 
 TEST_CASE("a stop returns the samples finished until then") {
-    const auto renderer = vulkan_backend().create({});
-    const auto job = renderer->prepare(full_scene(), settings_of(64, 4));
+    Renderer& renderer = default_renderer();
+    const auto job = renderer.prepare(full_scene(), settings_of(64, 4));
     std::stop_source source;
     RenderControl control;
     control.stop = source.get_token();
@@ -114,8 +114,8 @@ TEST_CASE("a stop returns the samples finished until then") {
 }
 
 TEST_CASE("progress grows to the number of samples asked for") {
-    const auto renderer = vulkan_backend().create({});
-    const auto job = renderer->prepare(full_scene(), settings_of(16, 2));
+    Renderer& renderer = default_renderer();
+    const auto job = renderer.prepare(full_scene(), settings_of(16, 2));
     double last = 0.0;
     bool grows = true;
     RenderControl control;
