@@ -59,6 +59,41 @@ CLI::Validator seed_number() {
     return {check, ""};
 }
 
+// Whole words between commas.
+std::vector<std::string> words_of(const std::string& list) {
+    std::vector<std::string> words(1);
+    for (const char c : list)
+        if (c == ',')
+            words.emplace_back();
+        else
+            words.back() += c;
+    return words;
+}
+
+std::optional<Effect> effect_named(const std::string& name) {
+    for (std::uint32_t i = 0; i < effect_count; ++i)
+        if (effect_name(static_cast<Effect>(i)) == name) return static_cast<Effect>(i);
+    return std::nullopt;
+}
+
+// Names that `known_effects` let pass.
+EffectSet effects_named(const std::string& list) {
+    EffectSet set;
+    for (const std::string& name : words_of(list)) set = set.with(effect_named(name).value());
+    return set;
+}
+
+CLI::Validator known_effects() {
+    const auto check = [](std::string& text) -> std::string {
+        if (text == "needed" || text == "all") return {};
+        for (const std::string& name : words_of(text))
+            if (!effect_named(name))
+                return "'" + name + "' is no effect; there are needed, all, " + effect_names(EffectSet::all());
+        return {};
+    };
+    return {check, ""};
+}
+
 ExitStatus guarded(const std::function<ExitStatus()>& action) {
     try {
         return action();
@@ -97,8 +132,9 @@ void add_render_options(CLI::App& command, RenderOptions& options) {
         ->check(CLI::Range(0, 1'000'000));
     command
         .add_option("--effects", options.effects,
-            "needed (what the scene calls for) or all (the general kernels; the image is the same)")
-        ->check(CLI::IsMember({"needed", "all"}))
+            "needed (what the scene calls for), all (the general kernels), or names of effects to simulate besides, "
+            "separated by commas; the image is the same")
+        ->check(known_effects())
         ->capture_default_str();
     command.add_option("--seed", options.seed, "Seed of the random numbers")
         ->check(seed_number())
@@ -112,6 +148,8 @@ RenderSettings settings_from(const RenderOptions& options, const Scene& scene) {
         settings.integrator =
             static_cast<Integrator>(std::ranges::find(integrator_names, options.integrator) - integrator_names.begin());
     if (options.effects == "all") settings.effects = EffectSet::all();
+    if (options.effects != "all" && options.effects != "needed")
+        settings.effects = needed_effects(scene, settings).united(effects_named(options.effects));
     if (options.bounces) settings.bounces = *options.bounces;
     if (options.roulette) settings.roulette_start = *options.roulette == 0 ? no_roulette : *options.roulette;
     settings.seed = options.seed;
