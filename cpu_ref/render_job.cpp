@@ -1,6 +1,5 @@
 #include "cpu_ref/render_job.h"
 
-#include "common/error.h"
 #include "cpu_ref/variants.h"
 
 namespace tandem::cpu {
