@@ -2,7 +2,9 @@
 """Decorates every floating-point operation of a SPIR-V module NoContraction, as if all of the GLSL were `precise`.
 
 A compiler that may contract a * b + c into one rounding decides so by what surrounds it, hence differently in specialised
-and in general kernels. Tandem promises the same bits from both (DESIGN.md section 7), on every driver.
+and in general kernels, which are to give the same bits (DESIGN.md section 7). Lavapipe then does. What GLSL's own functions
+and divisions expand to remains the driver's choice: NVIDIA's 580 on an H200 still parts the two by last bits of a few
+values in ten of the shipped scenes, by ten times as many without this. It costs 1 to 2 % of the time there.
 
 usage: no_contraction.py MODULE.spv
 """
