@@ -37,7 +37,7 @@ enum class TextureKind : std::uint32_t { checker = 0, noise = 1, image = 2 };
 enum class TextureSpace : std::uint32_t { object = 0, coordinates = 1 };  // checker and noise; images use coordinates
 enum class NoiseStyle : std::uint32_t { smooth = 0, turbulence = 1, marble = 2 };
 
-// A colour that varies over a surface (MODEL.md section 7.6). Which fields count depends on `kind`.
+// A colour that varies over a surface (MODEL.md section 7.0). Which fields count depends on `kind`.
 struct Texture {
     std::string name;
     TextureKind kind = TextureKind::checker;
