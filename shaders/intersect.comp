@@ -73,7 +73,7 @@ void try_triangle(uint slot, Ray ray, mat3 frame, uint own, inout Hit best) {
 }
 
 void try_sphere(uint i, Ray ray, uint own, bool inside, inout Hit best) {
-    const uint slot = fixed_triangles + i;
+    const uint slot = triangle_total() + i;
     const Ray unit_ray = to_unit_space(sphere_at(i), at_rest(ray, slot));
     const vec2 ts = sphere_distances(unit_ray, meeting(slot == own, inside));
     const float t = ts.x >= ray_min ? ts.x : ts.y;
@@ -94,7 +94,7 @@ vec3 point_on_face(vec3 near_face, uint face, vec3 extent) {
 }
 
 void try_cuboid(uint i, Ray ray, uint own, bool inside, inout Hit best, inout vec3 extent) {
-    const uint slot = fixed_triangles + fixed_spheres + i;
+    const uint slot = triangle_total() + sphere_total() + i;
     const Convex cuboid = cuboid_at(i);
     const Ray unit_ray = to_unit_space(cuboid, at_rest(ray, slot));
     uvec2 faces;
@@ -189,13 +189,13 @@ bool triangle_blocks(uint slot, Ray ray, mat3 frame, float t_max, uint own, uint
 }
 
 bool sphere_blocks(uint i, Ray ray, float t_max, uint own, bool inside, uint light) {
-    const uint slot = fixed_triangles + i;
+    const uint slot = triangle_total() + i;
     const vec2 ts = sphere_distances(to_unit_space(sphere_at(i), at_rest(ray, slot)), meeting(slot == own, inside));
     return slot != light && (blocks(ts.x, t_max) || blocks(ts.y, t_max));
 }
 
 bool cuboid_blocks(uint i, Ray ray, float t_max, uint own, bool inside, uint light) {
-    const uint slot = fixed_triangles + fixed_spheres + i;
+    const uint slot = triangle_total() + sphere_total() + i;
     uvec2 faces;
     const Convex cuboid = cuboid_at(i);
     const vec2 ts = cuboid_distances(cuboid, to_unit_space(cuboid, at_rest(ray, slot)), meeting(slot == own, inside), faces);

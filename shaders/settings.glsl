@@ -41,6 +41,11 @@ layout(push_constant, std430) uniform Settings {
     uint direct_only;  // 9.5
 } settings;
 
+// Kernels made for a scene have its counts built in, general ones are told.
+const uint told = 0xffffffffu;
+uint triangle_total() { return fixed_triangles == told ? settings.triangle_count : fixed_triangles; }
+uint sphere_total() { return fixed_spheres == told ? settings.sphere_count : fixed_spheres; }
+
 #ifdef PLANTED_BUGS
 // Values of tandem::PlantedBug (common/planted_bugs.h); test builds only.
 layout(constant_id = 31) const uint planted_bug = 0;

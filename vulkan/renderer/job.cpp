@@ -33,6 +33,9 @@ float to_distance(double distance) {
 // Up to so many primitives the loops over them are unrolled: each further one lengthens the compilation.
 constexpr std::uint32_t most_unrolled = 32;
 
+// In place of a count, for kernels that serve any scene (shaders/settings.glsl).
+constexpr std::uint32_t told_at_run_time = 0xffffffffu;
+
 // The effects that the shaders can simulate.
 constexpr EffectSet simulated = EffectSet::all();
 
@@ -55,15 +58,17 @@ Specialisation specialise(const Device& device, const Scene& described, const Sc
     const bool general = effects != needed_effects(described, settings);
     const SceneTrees& trees = scene.trees;
     const bool has_trees = trees.triangles || trees.spheres || trees.cuboids;
-    const bool unrolled = !has_trees && scene.triangle_count + scene.sphere_count + scene.cuboid_count <= most_unrolled;
+    const bool unrolled =
+        !general && !has_trees && scene.triangle_count + scene.sphere_count + scene.cuboid_count <= most_unrolled;
     const bool fit = scene.triangle_count <= uniform_block_bytes / sizeof(gpu::Triangle) &&
                      std::max(scene.sphere_count, scene.cuboid_count) <= uniform_block_bytes / sizeof(gpu::Convex);
     // Not on a CPU: it gathers lane by lane from uniform blocks, unrolled loops have their primitives in registers, and
     // Mesa 22.3's lavapipe crashes on loops over several of the blocks.
     const bool on_cpu = device.description().type == DeviceType::cpu;
-    return {effects, path_state(effects, general, scene), fit && !on_cpu, unrolled, scene.triangle_count,
-        scene.sphere_count, scene.cuboid_count, trees.triangles, trees.spheres, trees.cuboids,
-        to_distance(settings.ray_min), to_distance(settings.ray_max), bug};
+    const auto count = [&](std::uint32_t primitives) { return general ? told_at_run_time : primitives; };
+    return {effects, path_state(effects, general, scene), fit && !on_cpu && !general, unrolled,
+        count(scene.triangle_count), count(scene.sphere_count), count(scene.cuboid_count), trees.triangles,
+        trees.spheres, trees.cuboids, to_distance(settings.ray_min), to_distance(settings.ray_max), bug};
 }
 
 RenderSettings checked(RenderSettings settings) {
