@@ -89,6 +89,8 @@ void print_report(const std::string& scene, const RendererInfo& info, const Spec
 }
 
 ExitStatus effects(const EffectsArguments& arguments, const CommandContext& context) {
+    if (arguments.options.effects != "needed")
+        throw InputError("--effects: this command holds the needed effects against all; leave the option out");
     const Scene scene = load_scene(arguments.scene);
     const RenderSettings settings = settings_from(arguments.options, scene);
     check_memory(settings);

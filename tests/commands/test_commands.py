@@ -336,6 +336,10 @@ class Commands(unittest.TestCase):
         self.assertIn("lens", {finding["effect"] for finding in told["absent"]})
         self.assertTrue(told["identical"])
         self.assertLessEqual(told["speedup_low"], told["speedup_high"])
+        self.refused(tandem("effects", self.scene, "--effects", "all"), "--effects")
+
+    def test_unknown_effects_are_refused_with_the_known_ones(self):
+        self.refused(tandem("render", self.scene, "-o", self.folder / "a.png", "--effects", "lens,magic"), "magic", "lens")
 
     def test_help_of_every_command_has_examples(self):
         for command in ["render", "verify", "compare", "effects", "devices"]:
