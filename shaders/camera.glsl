@@ -58,4 +58,10 @@ Ray camera_ray(uvec2 pixel, vec4 u, float time) {
     return Ray(frame.position + shift, unit_or_zero(camera.focus_distance * q - shift));
 }
 
+// The ray with which a sample of a pixel begins.
+Ray first_ray(uint pixel, uvec2 sample_index, float time) {
+    const vec4 u = random_block(settings.seed, pixel, sample_index, block_film_and_lens);
+    return camera_ray(uvec2(pixel % settings.width, pixel / settings.width), u, time);
+}
+
 #endif

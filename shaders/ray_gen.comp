@@ -18,9 +18,8 @@ void main() {
     const uint i = gl_GlobalInvocationID.x;
     if (i >= settings.pixel_count) return;
     const uint pixel = settings.first_pixel + i;
-    const vec4 u = random_block(settings.seed, pixel, settings.sample_index, block_film_and_lens);
-    const float time = has_camera_motion ? path_time(pixel) : 0.0;
-    const Ray ray = camera_ray(uvec2(pixel % settings.width, pixel / settings.width), u, time);
+    const float time = has_camera_motion ? path_time(pixel, settings.sample_index) : 0.0;
+    const Ray ray = first_ray(pixel, settings.sample_index, time);
     origins_out[i] = uvec4(floatBitsToUint(ray.origin), no_slot);
     directions_out[i] = vec4(ray.direction, 0.0);
     if (i == 0) {

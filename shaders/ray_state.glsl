@@ -3,22 +3,17 @@
 #ifndef RAY_STATE_GLSL
 #define RAY_STATE_GLSL
 
-// Ray word (w of origins): the slot of the primitive that the ray leaves, and flags.
-const uint slot_mask = 0x07ffffffu;
-const uint no_slot = slot_mask;
-const uint ray_inside = 1u << 27;  // leaves a sphere or cuboid towards its inside
+#include "hit.glsl"
+
+// Ray word (w of origins): as in hit.glsl, and two flags more.
 const uint ray_dead = 1u << 28;    // the path has ended, but for its last shadow ray
 const uint ray_shadow = 1u << 29;  // a shadow ray from the same origin is pending
 
-// Hit word (x of hits): the slot of the primitive hit, or one of two reserved slots, and flags.
-const uint hit_none = slot_mask;       // the ray left the scene
+// Hit word (x of hits): the slot of the primitive hit, hit_none or hit_ended, and flags.
 const uint hit_ended = slot_mask - 1u; // no ray, but its last shadow ray is resolved now
 const uint hit_face_shift = 27;        // three bits: face of a cuboid, -x +x -y +y -z +z
 const uint hit_face_mask = 7u;
 const uint hit_lit = 1u << 30;         // the pending shadow ray met nothing
-
-// Shadow word (w of shadows): the slot of the light that cannot block itself, no_slot, or:
-const uint shadow_far = 0xffffffffu;  // no distance: the light lies beyond everything
 
 // The rays of one segment lie at [0, count) of its half of the ray state: ended paths leave no gaps. From segment 1 on,
 // throughputs.w names the pixel. The first three words are the arguments of an indirect dispatch.

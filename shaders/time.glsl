@@ -3,8 +3,8 @@
 #ifndef TIME_GLSL
 #define TIME_GLSL
 
-float path_time(uint pixel) {
-    return random_block(settings.seed, pixel, settings.sample_index, block_time).x;
+float path_time(uint pixel, uvec2 sample_index) {
+    return random_block(settings.seed, pixel, sample_index, block_time).x;
 }
 
 #endif

@@ -1,0 +1,19 @@
+// What of a sample enters the sums of its pixel (MODEL.md sections 11 and 12).
+#ifndef FILM_GLSL
+#define FILM_GLSL
+#include "moments.glsl"
+
+// Infinite, NaN or negative, by the bits: comparisons with NaN may be optimised away. -0 is fine.
+bool is_invalid(float x) {
+    const uint bits = floatBitsToUint(x);
+    return (bits & 0x7fffffffu) >= 0x7f800000u || bits > 0x80000000u;
+}
+
+// 0 for a sample that is invalid, which the caller counts.
+vec3 summand(vec3 radiance, out bool invalid) {
+    invalid = is_invalid(radiance.r) || is_invalid(radiance.g) || is_invalid(radiance.b);
+    if (invalid) radiance = vec3(0.0);
+    return PLANTED(radiance_clamped) ? min(radiance, vec3(1.0)) : radiance;
+}
+
+#endif

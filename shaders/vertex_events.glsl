@@ -1,0 +1,234 @@
+// What happens where a ray has arrived (MODEL.md sections 7 to 10), for every kernel that shades: the light of the hit is
+// gathered, the path absorbed, scattered or ended, a light sampled. Takes and returns plain structs; where a path is kept
+// between two vertices is the kernel's own matter.
+#ifndef VERTEX_EVENTS_GLSL
+#define VERTEX_EVENTS_GLSL
+#include "hit.glsl"
+
+// A path where its ray has arrived.
+struct Path {
+    uint pixel;         // of the image
+    uvec2 sample_index;  // low and high word
+    uint segment;       // k of section 9
+    vec3 throughput;
+    vec3 radiance;   // gathered so far
+    vec3 origin;     // of the ray; unknown unless keeps_origin
+    uint word;       // that the ray left with (hit.glsl)
+    vec3 direction;  // of the ray
+    float density;   // of the scattering that chose it; 0: none
+    uvec2 bodies;    // that the ray is in (interiors.glsl)
+    uint medium;     // that the ray is in, or no_index
+};
+const bool keeps_origin = has_light_sampling || has_medium_absorption;
+
+// What leaves a vertex: a ray, a shadow ray, both or neither.
+struct Departure {
+    vec3 origin;
+    uint word;       // of the ray (hit.glsl)
+    vec3 direction;  // zero: the path ends
+    float density;
+    vec3 contribution;  // zero: no shadow ray
+    ShadowRay shadow;
+};
+
+bool goes_on(Departure leaving) { return leaving.direction != vec3(0.0); }
+bool has_shadow(Departure leaving) { return has_light_sampling && leaving.contribution != vec3(0.0); }
+
+Departure departure_from(vec3 origin, uint word) {
+    return Departure(origin, word, vec3(0.0), 0.0, vec3(0.0), ShadowRay(vec3(0.0), 0));
+}
+
+// W_k of MODEL.md section 9.2: the weight of light that scattering finds.
+float scattering_weight(Path path, uint slot, Surface surface) {
+    const uint index = placed[slot].light;
+    if (index == no_light || path.density == 0.0) return 1.0;
+    const Light light = lights[index];
+    const Receiver receiver =
+        Receiver(path.origin, path.origin, path.word & slot_mask, (path.word & ray_inside) != 0u);
+    const vec3 offset = surface.point - receiver.point;
+    const float cosine = abs(dot(surface.normal, path.direction));
+    return power_heuristic(
+        path.density, light.probability * light_density(light, receiver, dot(offset, offset), cosine));
+}
+
+void leave_scene(inout Path path) {
+    if (!has_background) return;
+    float weight = 1.0;
+    if (has_sampled_background && path.density > 0.0 && scene.background_probability > 0.0)
+        weight =
+            power_heuristic(path.density, scene.background_probability * background_density(path.direction));
+    path.radiance += path.throughput * background(path.direction) * weight;
+}
+
+// Roulette after scattering event k + 1 (9.3); false: the path ends.
+bool survives(inout vec3 throughput, float u) {
+    const float q = min(1.0, max(throughput.r, max(throughput.g, throughput.b)));
+    if (u >= q) return false;
+    if (!PLANTED(roulette_not_divided)) throughput /= q;
+    return true;
+}
+
+vec3 light_numbers(Path path) {
+    return random_block(settings.seed, path.pixel, path.sample_index, block_light(path.segment)).xyz;
+}
+
+vec4 scatter_numbers(Path path) {
+    return random_block(settings.seed, path.pixel, path.sample_index, block_scatter(path.segment));
+}
+
+// What remains of the light on its way through the medium at the vertex (9.2).
+vec3 dimmed(Path path, Incident incident, Receiver receiver) {
+    if (!has_medium_absorption || path.medium == no_index) return vec3(1.0);
+    return transmittance(media[path.medium], Ray(receiver.surface, incident.direction), incident.distance);
+}
+
+void aim_shadow_ray(Path path, Incident incident, Receiver receiver, Response response, inout Departure leaving) {
+    if (response.f_cosine <= 0.0) return;
+    leaving.contribution = path.throughput * answered_light(incident, response) * dimmed(path, incident, receiver);
+    leaving.shadow = ShadowRay(incident.offset, incident.shadow_word);
+}
+
+// 9.3, where it applies; zero: the path ends.
+vec3 after_roulette(inout Path path, vec3 direction, float u) {
+    if (direction == vec3(0.0) || path.throughput == vec3(0.0)) return vec3(0.0);
+    if (has_roulette && path.segment + 1 >= settings.roulette_start && !survives(path.throughput, u))
+        return vec3(0.0);
+    return direction;
+}
+
+bool ends_here() { return has_direct_only && settings.direct_only != 0; }
+
+// A vertex within the medium of the ray (10).
+Departure meet_medium(inout Path path, vec3 point) {
+    Departure leaving = departure_from(point, no_slot);
+    if (path.segment == settings.bounces) return leaving;
+    const Medium medium = media[path.medium];
+    if (has_light_sampling && settings.light_count > 0) {
+        const Receiver receiver = Receiver(point, point, no_slot, false);
+        const Incident incident = incident_light(receiver, light_numbers(path));
+        if (incident.radiance != vec3(0.0))
+            aim_shadow_ray(
+                path, incident, receiver, medium_response(medium, path.direction, incident.direction), leaving);
+    }
+    if (!ends_here()) {
+        const vec4 u = scatter_numbers(path);
+        const vec3 direction = normalize(sample_phase(medium.anisotropy, path.direction, u.xy));
+        leaving.density = phase(medium.anisotropy, dot(path.direction, direction));
+        leaving.direction = after_roulette(path, direction, u.w);
+    }
+    return leaving;
+}
+
+// The bodies of the ray beyond a tracked surface (9.4); false: it would be in five.
+bool cross_surface(Path path, uint body, bool front, out uvec2 bodies) {
+    bodies = path.bodies;
+    if (front) return append(bodies, body);
+    bodies = without_latest(bodies, body);
+    return true;
+}
+
+// 9.4: whether the surface of a tracked material is there, and the refractive index beyond it.
+bool is_there(Path path, Material material, uint body, bool front, out float outside) {
+    outside = 1.0;
+    const uint other = uppermost(front ? path.bodies : without_latest(path.bodies, body));
+    if (other == no_body) return true;
+    const Material around = materials[other];
+    if (has_flag(around, flag_translucent)) outside = around.refractive_index;
+    return around.priority <= material.priority;
+}
+
+bool is_tracked(Material material) { return has_interiors && has_flag(material, flag_tracked); }
+
+// The next event of a diffuse or rough conductor vertex (9.2).
+void sample_lights(Path path, Material material, Surface surface, uint slot, vec3 n_f, bool front,
+    inout Departure leaving) {
+    const Receiver receiver = Receiver(offset_ray_origin(surface, n_f), surface.point, slot, !front);
+    const Incident incident = incident_light(receiver, light_numbers(path));
+    if (incident.radiance == vec3(0.0)) return;
+    if (has_rough_conductor && material.kind == material_conductor)
+        aim_shadow_ray(path, incident, receiver,
+            conductor_response(material, n_f, path.direction, incident.direction), leaving);
+    else if (has_diffuse)
+        aim_shadow_ray(path, incident, receiver,
+            diffuse_response(absorbed(material, vec3(1.0)), n_f, incident.direction), leaving);
+}
+
+Departure meet_surface(inout Path path, Hit hit, Surface surface) {
+    const uint slot = hit.slot;
+    Departure leaving = departure_from(vec3(0.0), slot);
+    const uint material_index = placed[slot].material;
+    Material material = materials[material_index];
+    const vec3 d = path.direction;
+    const bool front = dot(d, surface.normal) < 0.0;
+    const vec3 n_f = front ? surface.normal : -surface.normal;
+    const float c = min(1.0, -dot(d, n_f));  // a rounding above 1 would make sines negative
+    const bool translucent = has_translucent && has_flag(material, flag_translucent);
+    const bool emissive = material.kind == material_emissive;
+    float outside = 1.0;
+    bool there = true;
+    if (has_nested_dielectrics && is_tracked(material))
+        there = is_there(path, material, material_index, front, outside);
+    if (has_emission && there && material.radiance != vec3(0.0) && emits_to(material, front)) {
+        const float share = has_translucent_emission && emissive && translucent ? material.alpha : 1.0;
+        const float weight = has_light_sampling ? scattering_weight(path, slot, surface) : 1.0;
+        path.radiance += path.throughput * material.radiance * (share * weight);
+    }
+    if (path.segment == settings.bounces || (emissive && !translucent)) return leaving;
+    if ((has_checker || has_noise || has_image_texture) && material.colour_texture != no_index)
+        material.colour = texture_colour(material.colour_texture, slot, hit.face, hit.local, surface.rest);
+
+    const bool diffuse = has_diffuse && material.kind == material_diffuse;
+    const bool rough = has_rough_conductor && material.kind == material_conductor && material.roughness > 0.0;
+    if (has_light_sampling && (diffuse || rough) && settings.light_count > 0)
+        sample_lights(path, material, surface, slot, n_f, front, leaving);
+
+    bool to_front = front;
+    if (!(ends_here() && (diffuse || rough))) {
+        const vec4 u = scatter_numbers(path);
+        Scattering scattering = Scattering(d, vec3(1.0), 0.0);
+        if (there) {
+            scattering = scatter_at(material, d, n_f, c, front, outside, u);
+            const bool conducts = (has_smooth_conductor || has_rough_conductor) && material.kind == material_conductor;
+            const bool passes = has_boundary && material.kind == material_boundary;
+            if (!conducts && !passes) path.throughput = absorbed(material, path.throughput);
+            if (conducts || has_rough_translucent) path.throughput *= scattering.weight;
+        }
+        if (scattering.direction != vec3(0.0)) to_front = dot(scattering.direction, surface.normal) > 0.0;
+        if (has_interiors && scattering.direction != vec3(0.0) && to_front != front && is_tracked(material) &&
+            !cross_surface(path, material_index, front, path.bodies)) {
+            path.radiance = vec3(uintBitsToFloat(0x7fc00000u));  // NaN: invalid (section 12)
+            return departure_from(vec3(0.0), slot);
+        }
+        leaving.density = scattering.density;
+        leaving.direction = after_roulette(path, scattering.direction, u.w);
+        if (leaving.direction == vec3(0.0)) to_front = front;
+    }
+    leaving.origin = offset_ray_origin(surface, to_front ? surface.normal : -surface.normal);
+    if (!to_front) leaving.word |= ray_inside;
+    return leaving;
+}
+
+// The vertex at which the ray of `path` has arrived, at `time`. What does not go on and leaves no shadow ray has ended, its
+// sample being path.radiance.
+Departure arrive(inout Path path, Hit hit, float time) {
+    const bool missed = hit.slot == hit_none;
+    Surface surface;
+    if (!missed) surface = surface_at(hit.slot, hit.face, hit.local, time);
+    if (has_medium_absorption) {
+        path.medium = medium_in(path.bodies);
+        if (path.medium != no_index) {
+            const Ray ray = Ray(path.origin, path.direction);
+            const float end = missed ? ray_max : max(0.0, dot(surface.point - ray.origin, ray.direction));
+            const vec2 m =
+                random_block(settings.seed, path.pixel, path.sample_index, block_medium(path.segment)).xy;
+            float distance;
+            if (is_scattered(media[path.medium], ray, end, m, path.throughput, distance))
+                return meet_medium(path, ray.origin + distance * ray.direction);
+        }
+    }
+    if (!missed) return meet_surface(path, hit, surface);
+    leave_scene(path);
+    return departure_from(vec3(0.0), 0);
+}
+
+#endif
