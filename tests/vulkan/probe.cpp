@@ -37,12 +37,12 @@ std::vector<std::uint32_t> run_probe(std::span<const std::uint32_t> code, std::s
     std::memcpy(buffers.mapped(0), input.data(), input.size_bytes());
     const DescriptorSets sets(
         device, std::array{DescriptorSets::Request{layout.set(0), two_buffers, {buffers.info(0), buffers.info(1)}}});
-    Submission submission(device);
-    submission.begin();
-    const vk::raii::CommandBuffer& commands = submission.next_command_buffer();
-    record(commands, pipeline, layout, sets[0], invocations);
-    barrier(commands, compute_write, host_read);
-    submission.run();
+    Submission submission(device, {});
+    submission.add({}, [&](const vk::raii::CommandBuffer& commands) {
+        record(commands, pipeline, layout, sets[0], invocations);
+        barrier(commands, compute_write, host_read);
+    });
+    (void)submission.run();
     std::vector<std::uint32_t> output(output_words);
     std::memcpy(output.data(), buffers.mapped(1), output_words * 4);
     return output;

@@ -1,56 +1,216 @@
 #include "vulkan/command/submission.h"
 
+#include <algorithm>
+#include <chrono>
+#include <utility>
+
 #include "common/error.h"
 
 namespace tandem {
 
 namespace {
 
+using Clock = std::chrono::steady_clock;
+
+double seconds_between(Clock::time_point start, Clock::time_point end) {
+    return std::chrono::duration<double>(end - start).count();
+}
+
+// Pre-recorded command buffers are kept up to so many; renders of many samples never use one twice.
+constexpr std::size_t most_recorded = 4096;
+
 vk::raii::QueryPool make_stamps(const Device& device) {
     if (device.description().abilities.timestamp_bits == 0) return nullptr;
     return vk::raii::QueryPool(device.handle(), vk::QueryPoolCreateInfo({}, vk::QueryType::eTimestamp, 2));
 }
 
-}  // namespace
-
-Submission::Submission(const Device& device)
-    : device_(device),
-      pool_(
-          device.handle(), vk::CommandPoolCreateInfo(vk::CommandPoolCreateFlagBits::eTransient, device.queue_family())),
-      fence_(device.handle(), vk::FenceCreateInfo()),
-      stamps_(make_stamps(device)) {}
-
-void Submission::begin() {
-    pool_.reset();
-    used_ = 0;
+vk::raii::CommandPool make_pool(const Device& device, vk::CommandPoolCreateFlags flags) {
+    return vk::raii::CommandPool(device.handle(), vk::CommandPoolCreateInfo(flags, device.queue_family()));
 }
 
-const vk::raii::CommandBuffer& Submission::next_command_buffer() {
-    if (used_ > 0) buffers_[used_ - 1].end();
-    if (used_ == buffers_.size()) {
-        vk::raii::CommandBuffers more(
-            device_.handle(), vk::CommandBufferAllocateInfo(*pool_, vk::CommandBufferLevel::ePrimary, 16));
-        for (vk::raii::CommandBuffer& buffer : more) buffers_.push_back(std::move(buffer));
+vk::CommandPoolCreateFlags pool_flags(const Patterns& patterns) {
+    using Flag = vk::CommandPoolCreateFlagBits;
+    vk::CommandPoolCreateFlags flags;
+    if (patterns.one_time_submit) flags |= Flag::eTransient;
+    if (patterns.reset == ResetPattern::buffer) flags |= Flag::eResetCommandBuffer;
+    return flags;
+}
+
+vk::raii::Semaphore make_timeline(const Device& device, const Patterns& patterns) {
+    if (patterns.wait != WaitPattern::timeline) return nullptr;
+    if (!device.has_timeline_semaphores())
+        throw UnsupportedError(device.description().name + " has no timeline semaphores");
+    const vk::StructureChain info(
+        vk::SemaphoreCreateInfo(), vk::SemaphoreTypeCreateInfo(vk::SemaphoreType::eTimeline, 0));
+    return vk::raii::Semaphore(device.handle(), info.get<vk::SemaphoreCreateInfo>());
+}
+
+vk::raii::CommandBuffers allocate(
+    const Device& device, const vk::raii::CommandPool& pool, vk::CommandBufferLevel level, std::uint32_t count) {
+    return vk::raii::CommandBuffers(device.handle(), vk::CommandBufferAllocateInfo(*pool, level, count));
+}
+
+}  // namespace
+
+void SubmissionTimes::add(const SubmissionTimes& other) {
+    record += other.record;
+    record_cpu += other.record_cpu;
+    submit += other.submit;
+    wait += other.wait;
+    if (device && other.device)
+        *device += *other.device;
+    else
+        device.reset();
+    submissions += other.submissions;
+    command_buffers += other.command_buffers;
+}
+
+Submission::Submission(const Device& device, const Patterns& patterns)
+    : device_(device),
+      patterns_(patterns),
+      recorders_(patterns.recording == RecordingPattern::pre_recorded ? 1 : patterns.recording_threads),
+      own_pool_{make_pool(device, vk::CommandPoolCreateFlagBits::eResetCommandBuffer), {}},
+      stamps_(make_stamps(device)),
+      primary_(allocate(device, own_pool_.pool, vk::CommandBufferLevel::ePrimary, 1)),
+      fence_(device.handle(), vk::FenceCreateInfo()),
+      timeline_(make_timeline(device, patterns)) {
+    for (unsigned thread = 0; thread < recorders_.count(); ++thread)
+        pools_.push_back({make_pool(device, pool_flags(patterns)), {}});
+    if (!*stamps_) return;
+    stamp_buffers_ = allocate(device, own_pool_.pool, vk::CommandBufferLevel::ePrimary, 2);
+    stamp_buffers_[0].begin(vk::CommandBufferBeginInfo());
+    stamp_buffers_[0].resetQueryPool(*stamps_, 0, 2);
+    stamp_buffers_[0].writeTimestamp(vk::PipelineStageFlagBits::eTopOfPipe, *stamps_, 0);
+    stamp_buffers_[0].end();
+    stamp_buffers_[1].begin(vk::CommandBufferBeginInfo());
+    stamp_buffers_[1].writeTimestamp(vk::PipelineStageFlagBits::eBottomOfPipe, *stamps_, 1);
+    stamp_buffers_[1].end();
+}
+
+void Submission::add(const Key& key, Recording recording) { pending_.push_back({key, std::move(recording)}); }
+
+void Submission::forget_recorded() { recorded_.clear(); }
+
+void Submission::make_free(Pool& pool) const {
+    switch (patterns_.reset) {
+        case ResetPattern::pool:
+            pool.pool.reset();
+            break;
+        case ResetPattern::buffer:
+            for (std::size_t i = 0; i < pool.used; ++i) pool.buffers[i].reset();
+            break;
+        case ResetPattern::free:
+            pool.buffers.clear();
+            break;
     }
-    const vk::raii::CommandBuffer& commands = buffers_[used_++];
-    commands.begin(vk::CommandBufferBeginInfo(vk::CommandBufferUsageFlagBits::eOneTimeSubmit));
-    if (used_ == 1 && *stamps_) {
-        commands.resetQueryPool(*stamps_, 0, 2);
-        commands.writeTimestamp(vk::PipelineStageFlagBits::eTopOfPipe, *stamps_, 0);
+    pool.used = 0;
+}
+
+// Begun.
+const vk::raii::CommandBuffer& Submission::take(Pool& pool) const {
+    const bool secondary = patterns_.recording == RecordingPattern::secondary;
+    if (pool.used == pool.buffers.size()) {
+        const auto level = secondary ? vk::CommandBufferLevel::eSecondary : vk::CommandBufferLevel::ePrimary;
+        for (vk::raii::CommandBuffer& buffer : allocate(device_, pool.pool, level, 16))
+            pool.buffers.push_back(std::move(buffer));
     }
+    const vk::raii::CommandBuffer& commands = pool.buffers[pool.used++];
+    const vk::CommandBufferInheritanceInfo inheritance;
+    vk::CommandBufferUsageFlags flags;
+    if (patterns_.one_time_submit) flags |= vk::CommandBufferUsageFlagBits::eOneTimeSubmit;
+    commands.begin(vk::CommandBufferBeginInfo(flags, secondary ? &inheritance : nullptr));
     return commands;
 }
 
-std::optional<double> Submission::run() {
-    if (used_ == 0) return std::nullopt;
-    if (*stamps_) buffers_[used_ - 1].writeTimestamp(vk::PipelineStageFlagBits::eBottomOfPipe, *stamps_, 1);
-    buffers_[used_ - 1].end();
-    std::vector<vk::CommandBuffer> handles;
-    for (std::size_t i = 0; i < used_; ++i) handles.push_back(*buffers_[i]);
-    device_.queue().submit(vk::SubmitInfo({}, {}, handles), *fence_);
-    while (device_.handle().waitForFences(*fence_, true, UINT64_MAX) == vk::Result::eTimeout) {
+// Groups of recordings go to the threads in runs of about the same length, each thread recording from its own pool.
+void Submission::record_all(std::vector<vk::CommandBuffer>& handles, SubmissionTimes& times) {
+    const std::size_t per_buffer = std::max(1u, patterns_.recordings_per_buffer);
+    const std::size_t groups = (pending_.size() + per_buffer - 1) / per_buffer;
+    handles.resize(groups);
+    times.record_cpu += recorders_.run([&](unsigned thread) {
+        Pool& pool = pools_[thread];
+        make_free(pool);
+        const std::size_t end = groups * (thread + 1) / recorders_.count();
+        for (std::size_t group = groups * thread / recorders_.count(); group < end; ++group) {
+            const vk::raii::CommandBuffer& commands = take(pool);
+            const std::size_t last = std::min(pending_.size(), (group + 1) * per_buffer);
+            for (std::size_t i = group * per_buffer; i < last; ++i) pending_[i].recording(commands);
+            commands.end();
+            handles[group] = *commands;
+        }
+    });
+}
+
+void Submission::record_pre_recorded(std::vector<vk::CommandBuffer>& handles) {
+    const std::size_t per_buffer = std::max(1u, patterns_.recordings_per_buffer);
+    if (recorded_.size() > most_recorded) recorded_.clear();
+    for (std::size_t first = 0; first < pending_.size(); first += per_buffer) {
+        const std::size_t last = std::min(pending_.size(), first + per_buffer);
+        std::vector<Key> keys;
+        for (std::size_t i = first; i < last; ++i) keys.push_back(pending_[i].key);
+        auto found = recorded_.find(keys);
+        if (found == recorded_.end()) {
+            vk::raii::CommandBuffer commands =
+                std::move(allocate(device_, own_pool_.pool, vk::CommandBufferLevel::ePrimary, 1).front());
+            commands.begin(vk::CommandBufferBeginInfo());
+            for (std::size_t i = first; i < last; ++i) pending_[i].recording(commands);
+            commands.end();
+            found = recorded_.emplace(std::move(keys), std::move(commands)).first;
+        }
+        handles.push_back(*found->second);
     }
-    device_.handle().resetFences(*fence_);
+}
+
+// Puts the secondary command buffers that were recorded into one primary.
+void Submission::record_primary(std::vector<vk::CommandBuffer>& handles) {
+    const vk::raii::CommandBuffer& primary = primary_.front();
+    primary.begin(vk::CommandBufferBeginInfo(vk::CommandBufferUsageFlagBits::eOneTimeSubmit));
+    primary.executeCommands(handles);
+    primary.end();
+    handles = {*primary};
+}
+
+void Submission::submit(const std::vector<vk::CommandBuffer>& handles) {
+    const vk::Semaphore timeline = *timeline_;
+    const bool signals = patterns_.wait == WaitPattern::timeline;
+    if (signals) ++timeline_value_;
+    const vk::TimelineSemaphoreSubmitInfo value({}, timeline_value_);
+    std::vector<vk::SubmitInfo> infos;
+    if (patterns_.submission == SubmissionPattern::many_buffers)
+        infos.emplace_back(nullptr, nullptr, handles);
+    else
+        for (const vk::CommandBuffer& handle : handles) infos.emplace_back(nullptr, nullptr, handle);
+    if (signals) infos.back().setSignalSemaphores(timeline).setPNext(&value);
+    const vk::Fence fence = patterns_.wait == WaitPattern::fence ? *fence_ : vk::Fence();
+    if (patterns_.submission == SubmissionPattern::many_submits) {
+        for (const vk::SubmitInfo& info : infos)
+            device_.queue().submit(info, &info == &infos.back() ? fence : vk::Fence());
+    } else {
+        device_.queue().submit(infos, fence);
+    }
+}
+
+void Submission::wait() {
+    switch (patterns_.wait) {
+        case WaitPattern::fence:
+            while (device_.handle().waitForFences(*fence_, true, UINT64_MAX) == vk::Result::eTimeout) {
+            }
+            device_.handle().resetFences(*fence_);
+            break;
+        case WaitPattern::timeline: {
+            const vk::Semaphore timeline = *timeline_;
+            const vk::SemaphoreWaitInfo info({}, timeline, timeline_value_);
+            while (device_.handle().waitSemaphores(info, UINT64_MAX) == vk::Result::eTimeout) {
+            }
+            break;
+        }
+        case WaitPattern::queue_idle:
+            device_.queue().waitIdle();
+            break;
+    }
+}
+
+std::optional<double> Submission::device_seconds() const {
     if (!*stamps_) return std::nullopt;
     const auto [result, stamps] = stamps_.getResults<std::uint64_t>(0, 2, 2 * sizeof(std::uint64_t),
         sizeof(std::uint64_t), vk::QueryResultFlagBits::e64 | vk::QueryResultFlagBits::eWait);
@@ -59,6 +219,38 @@ std::optional<double> Submission::run() {
     const std::uint64_t mask = bits >= 64 ? ~std::uint64_t{0} : (std::uint64_t{1} << bits) - 1;
     const std::uint64_t ticks = (stamps[1] - stamps[0]) & mask;  // right across one wrap of the counter
     return static_cast<double>(ticks) * static_cast<double>(device_.limits().timestampPeriod) * 1e-9;
+}
+
+SubmissionTimes Submission::run() {
+    SubmissionTimes times;
+    if (pending_.empty()) return times;
+    const auto start = Clock::now();
+    std::vector<vk::CommandBuffer> handles;
+    if (patterns_.recording == RecordingPattern::pre_recorded) {
+        const double cpu_start = thread_cpu_seconds();
+        record_pre_recorded(handles);
+        times.record_cpu = thread_cpu_seconds() - cpu_start;
+    } else {
+        record_all(handles, times);
+    }
+    pending_.clear();
+    times.command_buffers = handles.size();
+    if (patterns_.recording == RecordingPattern::secondary) record_primary(handles);
+    if (*stamps_) {
+        handles.insert(handles.begin(), *stamp_buffers_[0]);
+        handles.push_back(*stamp_buffers_[1]);
+    }
+    const auto recorded = Clock::now();
+    submit(handles);
+    const auto submitted = Clock::now();
+    wait();
+    const auto finished = Clock::now();
+    times.record = seconds_between(start, recorded);
+    times.submit = seconds_between(recorded, submitted);
+    times.wait = seconds_between(submitted, finished);
+    times.device = device_seconds();
+    times.submissions = 1;
+    return times;
 }
 
 }  // namespace tandem

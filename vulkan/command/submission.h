@@ -1,32 +1,84 @@
-// Command buffers recorded on the fly and submitted together: one pool, reset as a whole before each submission.
+// Recordings gathered, recorded into command buffers, submitted together and waited for, in the manner that Patterns
+// say; each phase is timed.
 #pragma once
 
+#include <compare>
+#include <functional>
+#include <map>
 #include <optional>
 #include <vector>
 
+#include "vulkan/command/recorders.h"
 #include "vulkan/core/device.h"
+#include "vulkan/patterns.h"
 
 namespace tandem {
 
+// Where the time of submissions went, in seconds.
+struct SubmissionTimes {
+    double record = 0.0;                 // recording, wall clock; with reset and allocation of command buffers
+    double record_cpu = 0.0;             // recording, CPU time summed over the recording threads
+    double submit = 0.0;                 // inside vkQueueSubmit
+    double wait = 0.0;                   // from there until the host knew that the device had finished
+    std::optional<double> device = 0.0;  // between the first and the last command, by the device's clock if it has one
+    std::uint64_t submissions = 0, command_buffers = 0;
+
+    void add(const SubmissionTimes& other);
+};
+
 class Submission {
 public:
-    explicit Submission(const Device& device);
+    // What makes two recordings the same commands, so that pre-recorded ones can be found again.
+    struct Key {
+        std::uint32_t kind = 0;
+        std::uint64_t first = 0, second = 0, third = 0;
+        auto operator<=>(const Key&) const = default;
+    };
+    // Must not depend on anything that changes before run() returns: it is called from any thread, or not at all.
+    using Recording = std::function<void(const vk::raii::CommandBuffer&)>;
 
-    // Forgets what was recorded; the last submission must have finished.
-    void begin();
-    // The next command buffer, begun; it stays valid until begin(). Command buffers run in this order.
-    const vk::raii::CommandBuffer& next_command_buffer();
-    // Ends all command buffers, submits them in one go and waits. Returns the seconds that the device spent between its
-    // first and last command, where it has a clock.
-    std::optional<double> run();
+    Submission(const Device& device, const Patterns& patterns);
+
+    void add(const Key& key, Recording recording);
+    // Records what was added, submits it in this order and waits. Nothing added: nothing is submitted.
+    [[nodiscard]] SubmissionTimes run();
+    // Forgets pre-recorded command buffers: what they refer to is about to change.
+    void forget_recorded();
 
 private:
+    // The command buffers of one recording thread.
+    struct Pool {
+        vk::raii::CommandPool pool;
+        std::vector<vk::raii::CommandBuffer> buffers;
+        std::size_t used = 0;
+    };
+    struct Pending {
+        Key key;
+        Recording recording;
+    };
+
+    void make_free(Pool& pool) const;
+    [[nodiscard]] const vk::raii::CommandBuffer& take(Pool& pool) const;
+    void record_all(std::vector<vk::CommandBuffer>& handles, SubmissionTimes& times);
+    void record_pre_recorded(std::vector<vk::CommandBuffer>& handles);
+    void record_primary(std::vector<vk::CommandBuffer>& handles);
+    void submit(const std::vector<vk::CommandBuffer>& handles);
+    void wait();
+    [[nodiscard]] std::optional<double> device_seconds() const;
+
     const Device& device_;
-    vk::raii::CommandPool pool_;
-    std::vector<vk::raii::CommandBuffer> buffers_;
-    std::size_t used_ = 0;
-    vk::raii::Fence fence_;
+    Patterns patterns_;
+    Recorders recorders_;
+    std::vector<Pool> pools_;                                       // by recording thread
+    Pool own_pool_;                                                 // stamps and primaries
+    std::map<std::vector<Key>, vk::raii::CommandBuffer> recorded_;  // of own_pool_
+    std::vector<Pending> pending_;
     vk::raii::QueryPool stamps_;
+    vk::raii::CommandBuffers stamp_buffers_ = nullptr;  // first and last of each submission
+    vk::raii::CommandBuffers primary_ = nullptr;
+    vk::raii::Fence fence_;
+    vk::raii::Semaphore timeline_;
+    std::uint64_t timeline_value_ = 0;
 };
 
 }  // namespace tandem

@@ -28,10 +28,18 @@ struct Device::Choice {
 
 namespace {
 
-vk::raii::Device make_device(const vk::raii::PhysicalDevice& physical, std::uint32_t family) {
+bool offers_timeline_semaphores(const vk::raii::PhysicalDevice& physical) {
+    const auto features =
+        physical.getFeatures2<vk::PhysicalDeviceFeatures2, vk::PhysicalDeviceTimelineSemaphoreFeatures>();
+    return features.get<vk::PhysicalDeviceTimelineSemaphoreFeatures>().timelineSemaphore != 0;
+}
+
+vk::raii::Device make_device(const vk::raii::PhysicalDevice& physical, std::uint32_t family, bool timeline_semaphores) {
     const float priority = 1.0f;
     const vk::DeviceQueueCreateInfo queue({}, family, 1, &priority);
-    return vk::raii::Device(physical, vk::DeviceCreateInfo({}, queue));
+    const vk::StructureChain info(
+        vk::DeviceCreateInfo({}, queue), vk::PhysicalDeviceTimelineSemaphoreFeatures(timeline_semaphores));
+    return vk::raii::Device(physical, info.get<vk::DeviceCreateInfo>());
 }
 
 }  // namespace
@@ -44,7 +52,8 @@ Device::Device(Choice choice)
       limits_(physical_.getProperties().limits),
       memory_(physical_.getMemoryProperties()),
       family_(compute_queue_family(physical_).value()),
-      device_(make_device(physical_, family_)),
+      timeline_semaphores_(offers_timeline_semaphores(physical_)),
+      device_(make_device(physical_, family_, timeline_semaphores_)),
       queue_(device_, family_, 0) {}
 
 std::uint32_t Device::memory_type(

@@ -17,6 +17,8 @@ public:
     [[nodiscard]] std::uint32_t queue_family() const { return family_; }
     [[nodiscard]] const DeviceDescription& description() const { return description_; }
     [[nodiscard]] const vk::PhysicalDeviceLimits& limits() const { return limits_; }
+    // Enabled wherever the device has them.
+    [[nodiscard]] bool has_timeline_semaphores() const { return timeline_semaphores_; }
     // The first memory type among the bits of `allowed` with all `properties`; preferring those with `preferred` too.
     [[nodiscard]] std::uint32_t memory_type(
         std::uint32_t allowed, vk::MemoryPropertyFlags properties, vk::MemoryPropertyFlags preferred) const;
@@ -30,6 +32,7 @@ private:
     vk::PhysicalDeviceLimits limits_;
     vk::PhysicalDeviceMemoryProperties memory_;
     std::uint32_t family_;
+    bool timeline_semaphores_;
     vk::raii::Device device_;
     vk::raii::Queue queue_;
 };

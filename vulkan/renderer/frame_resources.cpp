@@ -91,8 +91,6 @@ std::vector<BufferSpec> ray_specs(PathState path, std::uint64_t pixels, std::uin
     return specs;
 }
 
-constexpr std::size_t ray_queues = 2 * ping_ponged + 3;
-
 std::vector<BufferSpec> image_specs(std::uint64_t pixels) {
     const BufferSpec sums{pixels * sums_per_pixel * element, Usage::eStorageBuffer | Usage::eTransferSrc};
     return {sums, sums, {element, Usage::eStorageBuffer | Usage::eTransferSrc | Usage::eTransferDst}};
@@ -108,6 +106,23 @@ std::vector<BufferSpec> upload_specs(const SceneData& scene) {
 
 std::vector<BufferSpec> readback_specs(std::uint64_t pixels) {
     return {{pixels * sums_per_pixel * element, Usage::eTransferDst}, {element, Usage::eTransferDst}};
+}
+
+std::array<BufferSpec, 1> camera_specs() {
+    return {BufferSpec{sizeof(gpu::Camera), Usage::eUniformBuffer | Usage::eTransferDst}};
+}
+
+SharedMemory shared_memory(
+    const SceneData& scene, PathState path, std::uint32_t bounces, std::uint32_t pixels, MemoryLayout memory) {
+    SharedMemory shared;
+    if (memory != MemoryLayout::one_block) return shared;
+    shared.reserve(MemoryDomain::device, scene_specs(scene));
+    shared.reserve(MemoryDomain::device, camera_specs());
+    shared.reserve(MemoryDomain::device, ray_specs(path, pixels, bounces));
+    shared.reserve(MemoryDomain::device, image_specs(pixels));
+    shared.reserve(MemoryDomain::upload, upload_specs(scene));
+    shared.reserve(MemoryDomain::readback, readback_specs(pixels));
+    return shared;
 }
 
 std::vector<vk::DescriptorBufferInfo> all_of(const BufferGroup& group) {
@@ -132,7 +147,7 @@ std::vector<vk::DescriptorBufferInfo> ray_buffers(const BufferGroup& rays, bool 
     std::vector<vk::DescriptorBufferInfo> buffers = all_of(rays);
     if (odd) {
         std::rotate(buffers.begin(), buffers.begin() + ping_ponged, buffers.begin() + 2 * ping_ponged);
-        std::swap(buffers[ray_queues + 1], buffers[ray_queues + 2]);
+        std::swap(buffers[14], buffers[15]);
     }
     return buffers;
 }
@@ -157,14 +172,14 @@ std::vector<DescriptorSets::Request> set_requests(const PipelineLayout& layout, 
 }  // namespace
 
 FrameResources::FrameResources(const Device& device, const PipelineLayout& layout, const SceneData& scene,
-    PathState path, std::uint32_t bounces, std::uint32_t tile_pixels)
-    : scene_(device, MemoryDomain::device, scene_specs(scene)),
-      camera_(device, MemoryDomain::device,
-          std::array{BufferSpec{sizeof scene.camera, Usage::eUniformBuffer | Usage::eTransferDst}}),
-      rays_(device, MemoryDomain::device, ray_specs(path, tile_pixels, bounces)),
-      image_(device, MemoryDomain::device, image_specs(tile_pixels)),
-      upload_(device, MemoryDomain::upload, upload_specs(scene)),
-      readback_(device, MemoryDomain::readback, readback_specs(tile_pixels)),
+    PathState path, std::uint32_t bounces, std::uint32_t tile_pixels, MemoryLayout memory)
+    : shared_(shared_memory(scene, path, bounces, tile_pixels, memory)),
+      scene_(device, MemoryDomain::device, scene_specs(scene), memory, &shared_),
+      camera_(device, MemoryDomain::device, camera_specs(), memory, &shared_),
+      rays_(device, MemoryDomain::device, ray_specs(path, tile_pixels, bounces), memory, &shared_),
+      image_(device, MemoryDomain::device, image_specs(tile_pixels), memory, &shared_),
+      upload_(device, MemoryDomain::upload, upload_specs(scene), memory, &shared_),
+      readback_(device, MemoryDomain::readback, readback_specs(tile_pixels), memory, &shared_),
       sets_(device, set_requests(layout, scene_, camera_, rays_, image_)) {
     const auto stage = [&](const void* data, vk::DeviceSize bytes, std::size_t buffer) {
         std::memcpy(upload_.mapped(uploads_.size()), data, bytes);
@@ -180,25 +195,31 @@ std::array<vk::DescriptorSet, 4> FrameResources::sets(std::uint32_t ray_parity, 
     return {sets_[0], sets_[1], sets_[2 + ray_parity], sets_[4 + sum_parity]};
 }
 
-vk::Buffer FrameResources::queues() const { return rays_[ray_queues]; }
+std::vector<vk::DescriptorBufferInfo> FrameResources::written_by_dispatches() const {
+    std::vector<vk::DescriptorBufferInfo> buffers = all_of(rays_);
+    for (const vk::DescriptorBufferInfo& buffer : all_of(image_)) buffers.push_back(buffer);
+    return buffers;
+}
 
 void FrameResources::record_upload(const vk::raii::CommandBuffer& commands) const {
     for (std::size_t i = 0; i < uploads_.size(); ++i) {
         const auto& [bytes, buffer] = uploads_[i];
-        const bool is_camera = i + 1 == uploads_.size();
-        commands.copyBuffer(upload_[i], is_camera ? camera_[0] : scene_[buffer], vk::BufferCopy(0, 0, bytes));
+        const BufferGroup& target = i + 1 == uploads_.size() ? camera_ : scene_;
+        commands.copyBuffer(
+            upload_[i], target[buffer], vk::BufferCopy(upload_.offset(i), target.offset(buffer), bytes));
     }
 }
 
 void FrameResources::record_clear_counters(const vk::raii::CommandBuffer& commands) const {
-    commands.fillBuffer(image_[2], 0, VK_WHOLE_SIZE, 0);
+    commands.fillBuffer(image_[2], image_.offset(2), image_.bytes(2), 0);
 }
 
 void FrameResources::record_download(
     const vk::raii::CommandBuffer& commands, std::uint32_t sum_parity, std::uint32_t tile_pixels) const {
     barrier(commands, compute_write, transfer_read);
-    commands.copyBuffer(image_[sum_parity], readback_[0], vk::BufferCopy(0, 0, tile_pixels * sums_per_pixel * element));
-    commands.copyBuffer(image_[2], readback_[1], vk::BufferCopy(0, 0, element));
+    commands.copyBuffer(image_[sum_parity], readback_[0],
+        vk::BufferCopy(image_.offset(sum_parity), readback_.offset(0), tile_pixels * sums_per_pixel * element));
+    commands.copyBuffer(image_[2], readback_[1], vk::BufferCopy(image_.offset(2), readback_.offset(1), element));
     barrier(commands, transfer_write, host_read);
 }
 

@@ -16,12 +16,17 @@ class FrameResources {
 public:
     // `tile_pixels`: pixels that are in flight at a time.
     FrameResources(const Device& device, const PipelineLayout& layout, const SceneData& scene, PathState path,
-        std::uint32_t bounces, std::uint32_t tile_pixels);
+        std::uint32_t bounces, std::uint32_t tile_pixels, MemoryLayout memory);
 
     [[nodiscard]] std::array<vk::DescriptorSet, 4> sets(std::uint32_t ray_parity, std::uint32_t sum_parity) const;
 
     // The queues of rays (shaders/ray_state.glsl): at k * ray_queue_bytes the dispatch arguments of segment k.
-    [[nodiscard]] vk::Buffer queues() const;
+    [[nodiscard]] vk::Buffer queues() const { return rays_[ray_queues]; }
+    [[nodiscard]] vk::DeviceSize queue_offset(std::uint32_t segment) const {
+        return rays_.offset(ray_queues) + segment * ray_queue_bytes;
+    }
+    // What dispatches write and others read: the Rays and Image sets.
+    [[nodiscard]] std::vector<vk::DescriptorBufferInfo> written_by_dispatches() const;
 
     // Copies scene and camera to the device.
     void record_upload(const vk::raii::CommandBuffer& commands) const;
@@ -35,6 +40,9 @@ public:
     [[nodiscard]] std::uint32_t downloaded_invalid() const;
 
 private:
+    static constexpr std::size_t ray_queues = 13;  // among the buffers of the Rays set
+
+    SharedMemory shared_;
     BufferGroup scene_, camera_, rays_, image_, upload_, readback_;
     std::vector<std::pair<vk::DeviceSize, std::size_t>> uploads_;  // bytes, buffer of the Scene set
     DescriptorSets sets_;

@@ -9,7 +9,6 @@
 #include <utility>
 
 #include "common/error.h"
-#include "vulkan/command/barrier.h"
 #include "vulkan/core/device_selection.h"
 #include "vulkan/framework/spirv_optimizer.h"
 
@@ -105,16 +104,18 @@ struct VulkanJob::Progress {
 };
 
 VulkanJob::VulkanJob(const Instance& instance, const Device& device, Stages& stages, const Scene& scene,
-    const RenderSettings& settings, Acceleration acceleration, PlantedBug planted_bug)
+    const RenderSettings& settings, Acceleration acceleration, PlantedBug planted_bug, const Patterns& patterns)
     : instance_(instance),
+      patterns_(patterns),
       settings_(mutated(checked(settings), planted_bug)),
       scene_(flatten(scene, settings_, acceleration)),
       specialisation_(specialise(device, scene, scene_, settings_, planted_bug)),
       layout_(stages.layout()),
       pipelines_(stages.pipelines(specialisation_)),
       tile_pixels_(tile_size(device, std::uint64_t{settings_.width} * settings_.height, specialisation_.path)),
-      resources_(device, layout_, scene_, specialisation_.path, settings_.bounces, tile_pixels_),
-      submission_(device) {
+      resources_(device, layout_, scene_, specialisation_.path, settings_.bounces, tile_pixels_, patterns.memory),
+      submission_(device, patterns) {
+    if (patterns_.segments_per_submission > 0) batch_ = patterns_.segments_per_submission;
     instance_.log().raise();
 }
 
@@ -138,63 +139,106 @@ gpu::Settings VulkanJob::stage_settings(Tile tile, std::uint64_t sample) const {
     return result;
 }
 
-void VulkanJob::bind(
-    const vk::raii::CommandBuffer& commands, Stage stage, const gpu::Settings& settings, std::uint32_t ray_parity) {
-    commands.bindPipeline(vk::PipelineBindPoint::eCompute, *pipelines_->stages[static_cast<std::size_t>(stage)]);
-    commands.bindDescriptorSets(
-        vk::PipelineBindPoint::eCompute, layout_.handle(), 0, resources_.sets(ray_parity, sum_parity_), {});
-    commands.pushConstants<gpu::Settings>(layout_.handle(), vk::ShaderStageFlagBits::eCompute, 0, settings);
+void VulkanJob::bind(const vk::raii::CommandBuffer& commands, const Dispatch& dispatch) const {
+    commands.bindPipeline(
+        vk::PipelineBindPoint::eCompute, *pipelines_->stages[static_cast<std::size_t>(dispatch.stage)]);
+    commands.bindDescriptorSets(vk::PipelineBindPoint::eCompute, layout_.handle(), 0,
+        resources_.sets(dispatch.ray_parity, dispatch.sum_parity), {});
+    commands.pushConstants<gpu::Settings>(layout_.handle(), vk::ShaderStageFlagBits::eCompute, 0, dispatch.settings);
 }
 
-void VulkanJob::dispatch(const vk::raii::CommandBuffer& commands, Stage stage, const gpu::Settings& settings,
-    std::uint32_t invocations, std::uint32_t ray_parity) {
+void VulkanJob::record(
+    const vk::raii::CommandBuffer& commands, const Dispatch& dispatch, std::uint32_t invocations) const {
     if (invocations == 0) return;
-    bind(commands, stage, settings, ray_parity);
+    bind(commands, dispatch);
     commands.dispatch((invocations + workgroup_size - 1) / workgroup_size, 1, 1);
 }
 
 // Over the rays of the segment's queue, of which only the device knows how many there are.
-void VulkanJob::dispatch_queue(const vk::raii::CommandBuffer& commands, Stage stage, const gpu::Settings& settings) {
-    bind(commands, stage, settings, settings.segment % 2);
-    commands.dispatchIndirect(resources_.queues(), settings.segment * ray_queue_bytes);
+void VulkanJob::record_queue(const vk::raii::CommandBuffer& commands, const Dispatch& dispatch) const {
+    bind(commands, dispatch);
+    commands.dispatchIndirect(resources_.queues(), resources_.queue_offset(dispatch.settings.segment));
 }
 
-// Scene upload and vertex stage only once; the clearing stage, of the half of the sums that is not read, at each block.
-void VulkanJob::record_pre_processing(Tile tile) {
-    const vk::raii::CommandBuffer& commands = submission_.next_command_buffer();
-    const gpu::Settings settings = stage_settings(tile, 0);
-    if (!scene_uploaded_) {
-        resources_.record_upload(commands);
-        resources_.record_clear_counters(commands);
-        barrier(commands, transfer_write, compute_access);
-        dispatch(commands, Stage::vertex, settings, scene_.triangle_count + scene_.sphere_count + scene_.cuboid_count);
-        scene_uploaded_ = true;
+void VulkanJob::order(const vk::raii::CommandBuffer& commands, StageAccess to) const {
+    using At = vk::PipelineStageFlagBits;
+    using Access = vk::AccessFlagBits;
+    switch (patterns_.barriers) {
+        case BarrierPattern::memory:
+            barrier(commands, compute_write, to);
+            break;
+        case BarrierPattern::full:
+            barrier(commands, {At::eAllCommands, Access::eMemoryRead | Access::eMemoryWrite},
+                {At::eAllCommands, Access::eMemoryRead | Access::eMemoryWrite});
+            break;
+        case BarrierPattern::buffer: {
+            std::vector<vk::BufferMemoryBarrier> barriers;
+            for (const vk::DescriptorBufferInfo& written : resources_.written_by_dispatches())
+                barriers.emplace_back(compute_write.access, to.access, VK_QUEUE_FAMILY_IGNORED, VK_QUEUE_FAMILY_IGNORED,
+                    written.buffer, written.offset, written.range);
+            commands.pipelineBarrier(compute_write.stage, to.stage, {}, {}, barriers, {});
+            break;
+        }
     }
-    dispatch(commands, Stage::pre_process, settings, tile.pixel_count);
+}
+
+namespace {
+
+enum RecordingKind : std::uint32_t { pre_processing, first_pre_processing, sampling, post_processing, downloading };
+
+}  // namespace
+
+// Scene upload and vertex stage only once; the clearing stage, of the half of the sums that is not read, at each block.
+void VulkanJob::add_pre_processing(Tile tile) {
+    const gpu::Settings settings = stage_settings(tile, 0);
+    const bool first = !std::exchange(scene_uploaded_, true);
+    const std::uint32_t parity = sum_parity_;
     sum_parity_ = 1 - sum_parity_;
-    barrier(commands, compute_write, compute_access);
+    submission_.add({first ? first_pre_processing : pre_processing, parity, tile.first_pixel},
+        [=, this](const vk::raii::CommandBuffer& commands) {
+            if (first) {
+                resources_.record_upload(commands);
+                resources_.record_clear_counters(commands);
+                barrier(commands, transfer_write, compute_access);
+                record(commands, {Stage::vertex, settings, 0, parity},
+                    scene_.triangle_count + scene_.sphere_count + scene_.cuboid_count);
+            }
+            record(commands, {Stage::pre_process, settings, 0, parity}, tile.pixel_count);
+            barrier(commands, compute_write, compute_access);
+        });
 }
 
 // Segment k reads half k mod 2 of the ray state and writes the other; ray_gen writes half 0, as if it were segment -1.
-void VulkanJob::record_sampling(
-    Tile tile, std::uint64_t sample, std::uint32_t first_segment, std::uint32_t end_segment) {
-    const vk::raii::CommandBuffer& commands = submission_.next_command_buffer();
-    gpu::Settings settings = stage_settings(tile, sample);
-    if (first_segment == 0) dispatch(commands, Stage::ray_gen, settings, tile.pixel_count, 1);
-    for (settings.segment = first_segment; settings.segment < end_segment; ++settings.segment) {
-        barrier(commands, compute_write, dispatch_access);
-        dispatch_queue(commands, Stage::intersect, settings);
-        barrier(commands, compute_write, dispatch_access);
-        dispatch_queue(commands, Stage::scatter, settings);
-    }
+void VulkanJob::add_sampling(Tile tile, std::uint64_t sample, std::uint32_t first_segment, std::uint32_t end_segment) {
+    const gpu::Settings settings = stage_settings(tile, sample);
+    const std::uint32_t parity = sum_parity_;
+    const Submission::Key key{sampling, parity + 2 * std::uint64_t{tile.first_pixel}, sample,
+        first_segment + (std::uint64_t{end_segment} << 32)};
+    submission_.add(key, [=, this](const vk::raii::CommandBuffer& commands) {
+        if (first_segment == 0) record(commands, {Stage::ray_gen, settings, 1, parity}, tile.pixel_count);
+        Dispatch dispatch{Stage::intersect, settings, 0, parity};
+        for (std::uint32_t segment = first_segment; segment < end_segment; ++segment) {
+            dispatch.settings.segment = segment;
+            dispatch.ray_parity = segment % 2;
+            for (const Stage stage : {Stage::intersect, Stage::scatter}) {
+                order(commands, dispatch_access);
+                dispatch.stage = stage;
+                record_queue(commands, dispatch);
+            }
+        }
+    });
 }
 
-void VulkanJob::record_post_processing(Tile tile) {
-    const vk::raii::CommandBuffer& commands = submission_.next_command_buffer();
-    barrier(commands, compute_write, compute_access);
-    dispatch(commands, Stage::post_process, stage_settings(tile, 0), tile.pixel_count);
+void VulkanJob::add_post_processing(Tile tile, std::uint64_t sample) {
+    const Dispatch dispatch{Stage::post_process, stage_settings(tile, 0), 0, sum_parity_};
     sum_parity_ = 1 - sum_parity_;
-    barrier(commands, compute_write, compute_access);
+    // With the sample in its key, no command buffer is twice in one submission.
+    submission_.add({post_processing, dispatch.sum_parity, tile.first_pixel, sample},
+        [=, this](const vk::raii::CommandBuffer& commands) {
+            order(commands, compute_access);
+            record(commands, dispatch, tile.pixel_count);
+            order(commands, compute_access);
+        });
 }
 
 JobFacts VulkanJob::facts() const {
@@ -211,6 +255,7 @@ JobFacts VulkanJob::facts() const {
 }
 
 void VulkanJob::adapt_batch(double seconds, std::uint64_t segments) {
+    if (patterns_.segments_per_submission > 0) return;
     const std::uint64_t most = samples_per_block * (std::uint64_t{settings_.bounces} + 1);
     if (seconds < shortest_submission) batch_ = std::clamp<std::uint64_t>(2 * segments, batch_, most);
     if (seconds > longest_submission)
@@ -218,31 +263,55 @@ void VulkanJob::adapt_batch(double seconds, std::uint64_t segments) {
             1, static_cast<std::uint64_t>(static_cast<double>(segments) * shortest_submission / seconds));
 }
 
-// Records up to batch_ segments from sample `done` of the block, segment `segment`, and moves both on; returns how
-// many.
-std::uint64_t VulkanJob::record_batch(Tile tile, SampleRange block, std::uint64_t& done, std::uint32_t& segment) {
+// Adds up to `most` segments from sample `done` of the block, segment `segment`, and moves both on; returns how many.
+std::uint64_t VulkanJob::add_batch(
+    Tile tile, SampleRange block, std::uint64_t most, std::uint64_t& done, std::uint32_t& segment) {
     const std::uint32_t segments_a_sample = settings_.bounces + 1;
-    std::uint64_t recorded = 0;
-    while (recorded < batch_ && done < block.count()) {
+    std::uint64_t added = 0;
+    while (added < most && done < block.count()) {
         const auto end =
-            static_cast<std::uint32_t>(std::min<std::uint64_t>(segments_a_sample, segment + (batch_ - recorded)));
-        record_sampling(tile, block.begin + done, segment, end);
-        recorded += end - segment;
+            static_cast<std::uint32_t>(std::min<std::uint64_t>(segments_a_sample, segment + (most - added)));
+        add_sampling(tile, block.begin + done, segment, end);
+        added += end - segment;
         segment = end;
         if (segment < segments_a_sample) break;
-        record_post_processing(tile);
+        add_post_processing(tile, block.begin + done);
         segment = 0;
         ++done;
     }
-    return recorded;
+    return added;
 }
 
 // Apart from the stages, so that the device's clock counts those alone.
 void VulkanJob::download(Tile tile) {
-    submission_.begin();
-    resources_.record_download(submission_.next_command_buffer(), sum_parity_, tile.pixel_count);
-    submission_.run();
+    const std::uint32_t parity = sum_parity_;
+    submission_.add({downloading, parity, tile.pixel_count}, [=, this](const vk::raii::CommandBuffer& commands) {
+        resources_.record_download(commands, parity, tile.pixel_count);
+    });
+    (void)submission_.run();
     instance_.log().raise();
+}
+
+SubmissionTimes VulkanJob::frame(std::uint64_t samples, bool fresh) {
+    const Tile image{0, settings_.width * settings_.height};
+    if (image.pixel_count > tile_pixels_)
+        throw UnsupportedError("the image does not fit on the device at once; ask for a smaller one");
+    if (fresh) {
+        scene_uploaded_ = false;
+        invalid_before_ = 0;
+    }
+    const std::uint64_t most = patterns_.segments_per_submission > 0 ? patterns_.segments_per_submission
+                                                                     : std::numeric_limits<std::uint64_t>::max();
+    SubmissionTimes times;
+    std::uint64_t done = 0;
+    std::uint32_t segment = 0;
+    add_pre_processing(image);
+    while (done < samples) {
+        (void)add_batch(image, {0, samples}, most, done, segment);
+        times.add(submission_.run());
+    }
+    instance_.log().raise();
+    return times;
 }
 
 // Renders samples of one block for one tile and leaves the sums downloaded; returns how many it did before a stop.
@@ -253,10 +322,9 @@ std::uint64_t VulkanJob::render_tile_block(Tile tile, SampleRange block, Progres
     while (done < block.count()) {
         if (done > 0 && segment == 0 && progress.control.stop.stop_requested()) break;
         const auto start = Clock::now();
-        submission_.begin();
-        if (std::exchange(first, false)) record_pre_processing(tile);
-        const std::uint64_t recorded = record_batch(tile, block, done, segment);
-        const std::optional<double> device_seconds = submission_.run();
+        if (std::exchange(first, false)) add_pre_processing(tile);
+        const std::uint64_t recorded = add_batch(tile, block, batch_, done, segment);
+        const std::optional<double> device_seconds = submission_.run().device;
         progress.device_seconds += device_seconds.value_or(0.0);
         progress.has_device_clock = progress.has_device_clock && device_seconds.has_value();
         adapt_batch(seconds_since(start), recorded);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "common/renderer.h"
+#include "vulkan/command/barrier.h"
 #include "vulkan/command/submission.h"
 #include "vulkan/renderer/frame_resources.h"
 
@@ -10,10 +11,15 @@ namespace tandem {
 class VulkanJob : public RenderJob {
 public:
     VulkanJob(const Instance& instance, const Device& device, Stages& stages, const Scene& scene,
-        const RenderSettings& settings, Acceleration acceleration, PlantedBug planted_bug);
+        const RenderSettings& settings, Acceleration acceleration, PlantedBug planted_bug,
+        const Patterns& patterns = {});
 
     [[nodiscard]] JobFacts facts() const override;
     [[nodiscard]] RenderResult render(SampleRange range, const RenderControl& control) override;
+    // What a window would show next: `samples` samples of every pixel from sample 0 on, left on the device, where
+    // render() would fetch sums block by block. `fresh`: scene and camera are sent anew. Throws UnsupportedError where
+    // the image does not fit on the device at once.
+    [[nodiscard]] SubmissionTimes frame(std::uint64_t samples, bool fresh = false);
 
 private:
     // A run of pixels that are in flight together.
@@ -22,22 +28,31 @@ private:
     };
     struct Progress;
 
+    // A stage and what it is to be told, as it stands when it is recorded.
+    struct Dispatch {
+        Stage stage;
+        gpu::Settings settings;
+        std::uint32_t ray_parity, sum_parity;
+    };
+
     [[nodiscard]] std::uint64_t render_tile_block(Tile tile, SampleRange block, Progress& progress);
-    void record_pre_processing(Tile tile);
-    void record_sampling(Tile tile, std::uint64_t sample, std::uint32_t first_segment, std::uint32_t end_segment);
-    void record_post_processing(Tile tile);
-    void bind(
-        const vk::raii::CommandBuffer& commands, Stage stage, const gpu::Settings& settings, std::uint32_t ray_parity);
-    void dispatch_queue(const vk::raii::CommandBuffer& commands, Stage stage, const gpu::Settings& settings);
-    void dispatch(const vk::raii::CommandBuffer& commands, Stage stage, const gpu::Settings& settings,
-        std::uint32_t invocations, std::uint32_t ray_parity = 0);
+    void add_pre_processing(Tile tile);
+    void add_sampling(Tile tile, std::uint64_t sample, std::uint32_t first_segment, std::uint32_t end_segment);
+    void add_post_processing(Tile tile, std::uint64_t sample);
+    void bind(const vk::raii::CommandBuffer& commands, const Dispatch& dispatch) const;
+    void record_queue(const vk::raii::CommandBuffer& commands, const Dispatch& dispatch) const;
+    void record(const vk::raii::CommandBuffer& commands, const Dispatch& dispatch, std::uint32_t invocations) const;
+    // Orders what follows after the writes of the dispatches before.
+    void order(const vk::raii::CommandBuffer& commands, StageAccess to) const;
     [[nodiscard]] gpu::Settings stage_settings(Tile tile, std::uint64_t sample) const;
     void download(Tile tile);
     void collect(Tile tile, Estimate::Plane& plane) const;
     void adapt_batch(double seconds, std::uint64_t segments);
-    [[nodiscard]] std::uint64_t record_batch(Tile tile, SampleRange block, std::uint64_t& done, std::uint32_t& segment);
+    [[nodiscard]] std::uint64_t add_batch(
+        Tile tile, SampleRange block, std::uint64_t most, std::uint64_t& done, std::uint32_t& segment);
 
     const Instance& instance_;
+    Patterns patterns_;
     RenderSettings settings_;
     SceneData scene_;
     Specialisation specialisation_;

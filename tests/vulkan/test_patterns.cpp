@@ -1,0 +1,121 @@
+// Patterns change how Vulkan is used, never the image, and none of them makes the validation layer speak.
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <functional>
+
+#include "tests/vulkan/scene_builder.h"
+#include "vulkan/renderer/job.h"
+
+using namespace tandem;
+using namespace tandem::testing;
+
+namespace {
+
+Scene lit_room() {
+    SceneBuilder builder;
+    builder.camera({0.1, 0.2, 0.3}, {1.0, 0.4, -0.3}, 70.0);
+    Material material = diffuse(glm::dvec3(0.7, 0.5, 0.3));
+    material.radiance = glm::dvec3(0.25);
+    builder.cuboid(builder.material(material), {-1.0, -1.0, -1.0}, {1.0, 1.5, 2.0});
+    builder.sphere(builder.material(mirror(glm::dvec3(0.9))), {0.5, 0.2, 0.8}, 0.3);
+    return builder.scene;
+}
+
+struct Machine {
+    explicit Machine(bool validation) : instance(validation) {}
+
+    Instance instance;
+    Device device{instance, ""};
+    Stages stages{device};
+
+    [[nodiscard]] VulkanJob job(const Patterns& patterns) {
+        return VulkanJob(instance, device, stages, lit_room(), settings_of(24, 4), Acceleration::automatic,
+            PlantedBug::none, patterns);
+    }
+};
+
+Patterns with(const std::function<void(Patterns&)>& change) {
+    Patterns patterns;
+    change(patterns);
+    return patterns;
+}
+
+std::vector<Patterns> variants() {
+    return {with([](Patterns& p) { p.memory = MemoryLayout::per_buffer; }),
+        with([](Patterns& p) { p.memory = MemoryLayout::dedicated; }),
+        with([](Patterns& p) { p.memory = MemoryLayout::one_block; }),
+        with([](Patterns& p) { p.memory = MemoryLayout::one_buffer; }),
+        with([](Patterns& p) { p.recording = RecordingPattern::pre_recorded; }),
+        with([](Patterns& p) { p.recording = RecordingPattern::secondary; }),
+        with([](Patterns& p) { p.reset = ResetPattern::buffer; }),
+        with([](Patterns& p) { p.reset = ResetPattern::free; }), with([](Patterns& p) { p.one_time_submit = false; }),
+        with([](Patterns& p) { p.recording_threads = 3; }), with([](Patterns& p) { p.recordings_per_buffer = 5; }),
+        with([](Patterns& p) { p.submission = SubmissionPattern::many_infos; }),
+        with([](Patterns& p) { p.submission = SubmissionPattern::many_submits; }),
+        with([](Patterns& p) { p.segments_per_submission = 1; }),
+        with([](Patterns& p) { p.wait = WaitPattern::queue_idle; }),
+        with([](Patterns& p) { p.barriers = BarrierPattern::buffer; }),
+        with([](Patterns& p) { p.barriers = BarrierPattern::full; }), with([](Patterns& p) {
+            p.recording = RecordingPattern::secondary;
+            p.recording_threads = 2;
+            p.recordings_per_buffer = 2;
+            p.reset = ResetPattern::buffer;
+        })};
+}
+
+// Frames in between, new and old, must leave later images as they are.
+void check_pattern(Machine& machine, const Patterns& patterns, const Estimate& expected) {
+    VulkanJob job = machine.job(patterns);
+    CHECK(same_bits(job.render({0, 70}, {}).estimate, expected));
+    CHECK(job.frame(3, true).submissions >= 1);
+    (void)job.frame(2);
+    CHECK(same_bits(job.render({0, 70}, {}).estimate, expected));
+}
+
+}  // namespace
+
+TEST_CASE("no pattern changes the image, and the validation layer finds nothing in any") {
+    Machine machine(true);
+    const Estimate expected = machine.job({}).render({0, 70}, {}).estimate;
+    const std::vector<Patterns> all = variants();
+    for (std::size_t number = 0; number < all.size(); ++number) {
+        CAPTURE(number);
+        check_pattern(machine, all[number], expected);
+    }
+}
+
+// Synchronisation validation (layer 1.3.239) does not see that the host waited for a timeline semaphore, and takes
+// copies in two submissions for a hazard.
+TEST_CASE("waiting for timeline semaphores leaves the image as it is") {
+    Machine machine(false);
+    const Estimate expected = machine.job({}).render({0, 70}, {}).estimate;
+    check_pattern(machine, with([](Patterns& p) { p.wait = WaitPattern::timeline; }), expected);
+}
+
+TEST_CASE("a frame counts its submissions and command buffers") {
+    Machine machine(false);
+    const auto times = [&](const std::function<void(Patterns&)>& change) { return machine.job(with(change)).frame(4); };
+    // Pre-processing, and sampling and post-processing of each sample.
+    const SubmissionTimes plain = times([](Patterns&) {});
+    CHECK(plain.submissions == 1);
+    CHECK(plain.command_buffers == 9);
+    CHECK(plain.record > 0.0);
+    CHECK(plain.record_cpu > 0.0);
+    CHECK(plain.submit > 0.0);
+    CHECK(plain.wait > 0.0);
+    CHECK(times([](Patterns& p) { p.recordings_per_buffer = 9; }).command_buffers == 1);
+    CHECK(times([](Patterns& p) { p.segments_per_submission = 5; }).submissions == 4);
+    CHECK(times([](Patterns& p) { p.segments_per_submission = 1; }).submissions == 20);
+}
+
+TEST_CASE("pre-recorded frames record once") {
+    Machine machine(false);
+    VulkanJob job = machine.job(with([](Patterns& p) { p.recording = RecordingPattern::pre_recorded; }));
+    // One sample: pre- and post-processing turn the sums over twice, so that the second frame is the first again.
+    const double first = job.frame(200).record;
+    (void)job.frame(200);
+    double again = first;
+    for (int i = 0; i < 3; ++i) again = std::min(again, job.frame(200).record);
+    CHECK(again < first / 2.0);
+}

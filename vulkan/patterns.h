@@ -1,0 +1,67 @@
+// Ways to use Vulkan for one and the same image: the factors that the pattern benchmarks vary (vulkan/bench). The
+// defaults are what `tandem render` does. Images do not depend on them.
+#pragma once
+
+#include <cstdint>
+
+namespace tandem {
+
+// Where buffers live.
+enum class MemoryLayout : std::uint32_t {
+    per_set,     // one allocation a descriptor set: the thesis's "cohesive" memory
+    per_buffer,  // one allocation a buffer: its "split" memory
+    dedicated,   // one allocation a buffer, which the driver is told (VkMemoryDedicatedAllocateInfo)
+    one_block,   // one allocation for all buffers of a domain (device, upload, readback)
+    one_buffer,  // one buffer a descriptor set, its parts told apart by offsets
+};
+
+enum class RecordingPattern : std::uint32_t {
+    on_the_fly,    // before each submission
+    pre_recorded,  // once, then submitted again and again
+    secondary,     // on the fly, into secondary command buffers that one primary executes
+};
+
+// How command buffers become free again for recording on the fly.
+enum class ResetPattern : std::uint32_t {
+    pool,    // vkResetCommandPool
+    buffer,  // vkResetCommandBuffer, one by one
+    free,    // vkFreeCommandBuffers, and new ones allocated
+};
+
+// How command buffers are handed over.
+enum class SubmissionPattern : std::uint32_t {
+    many_buffers,  // one VkSubmitInfo that lists all command buffers
+    many_infos,    // a VkSubmitInfo for each, in one vkQueueSubmit
+    many_submits,  // a vkQueueSubmit for each; the fence is the last one's
+};
+
+// How the host learns that a submission has finished.
+enum class WaitPattern : std::uint32_t {
+    fence,
+    timeline,    // a timeline semaphore (Vulkan 1.2)
+    queue_idle,  // vkQueueWaitIdle
+};
+
+// What orders a dispatch after the writes of the one before.
+enum class BarrierPattern : std::uint32_t {
+    memory,  // one global memory barrier, compute writes to what the next dispatch does
+    buffer,  // a buffer barrier for each buffer of the ray state
+    full,    // all commands, all accesses
+};
+
+struct Patterns {
+    MemoryLayout memory = MemoryLayout::per_set;
+    RecordingPattern recording = RecordingPattern::on_the_fly;
+    ResetPattern reset = ResetPattern::pool;
+    bool one_time_submit = true;  // the flag on command buffers recorded on the fly
+    std::uint32_t recording_threads = 1;
+    std::uint32_t recordings_per_buffer = 1;  // a sample's path segments, or its accumulation, is one recording
+    SubmissionPattern submission = SubmissionPattern::many_buffers;
+    // Path segments in one submission, over one or several samples. 0: in render() what takes 0.1 to 0.3 s, in frame()
+    // all of a frame.
+    std::uint32_t segments_per_submission = 0;
+    WaitPattern wait = WaitPattern::fence;
+    BarrierPattern barriers = BarrierPattern::memory;
+};
+
+}  // namespace tandem
