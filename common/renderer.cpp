@@ -33,6 +33,10 @@ std::string integrator_name(Integrator integrator) {
     return std::string(integrator_names.at(static_cast<std::size_t>(integrator)));
 }
 
+std::unique_ptr<RayIntersector> Renderer::intersector(const Scene& /*scene*/, const RenderSettings& /*settings*/) {
+    throw UnsupportedError("the " + info().backend + " backend takes no rays of its caller; it renders images alone");
+}
+
 const Backend& find_backend(const BackendList& backends, const std::string& name) {
     const auto found = std::ranges::find(backends, name, &Backend::name);
     if (found != backends.end()) return *found;

@@ -14,12 +14,17 @@
 
 #include "common/effects.h"
 #include "common/estimate.h"
+#include "common/intersection_settings.h"
 #include "common/planted_bugs.h"
+#include "common/ray_batch.h"
 #include "common/scene.h"
 
 namespace tandem {
 
-enum class Precision : std::uint32_t { single_precision = 0, double_precision = 1 };
+// single: every operation rounded by itself. double: all of it. contracted: single, products and sums fused as the
+// driver likes (Vulkan). mixed: single, but for intersections and the points that follow from them (Vulkan).
+enum class Precision : std::uint32_t { single_precision = 0, double_precision = 1, contracted = 2, mixed = 3 };
+inline constexpr std::array<std::string_view, 4> precision_names{"single", "double", "contracted", "mixed"};
 
 // What the estimator is to do (MODEL.md sections 9 and 11).
 struct RenderSettings {
@@ -31,6 +36,7 @@ struct RenderSettings {
     double ray_min = 0.0;                        // inclusive interval of ray parameters, scene units
     double ray_max = std::numeric_limits<double>::infinity();
     std::optional<EffectSet> effects;  // what to simulate; empty: what the scene calls for and no more
+    IntersectionSettings intersection;
 };
 
 // The settings that the scene's file asks for.
@@ -93,6 +99,10 @@ public:
     // Throws UnsupportedError for what this renderer cannot do with this scene or these settings. The job owns all it
     // needs of the scene; it must not outlive the renderer.
     [[nodiscard]] virtual std::unique_ptr<RenderJob> prepare(const Scene& scene, const RenderSettings& settings) = 0;
+    // The same scene for rays that are given; of the settings, `intersection` counts. It must not outlive the
+    // renderer. Throws UnsupportedError where this renderer takes no such rays.
+    [[nodiscard]] virtual std::unique_ptr<RayIntersector> intersector(
+        const Scene& scene, const RenderSettings& settings);
 };
 
 // How to make a renderer. A backend refuses what it has no use for (UnsupportedError), never ignores it.

@@ -4,6 +4,7 @@
 #include <limits>
 
 #include "common/error.h"
+#include "cpu_ref/chosen_kernels.h"
 
 namespace tandem::cpu {
 
@@ -58,6 +59,14 @@ TANDEM_INLINE Ray<V> seen_by(const Ray<V>& ray, const Tables<RealOf<V>>& tables,
     if (!ref.moves) return ray;
     const Vec3<V> origin = along(ray.origin, V(-time), splat<V>(tables.motion_list[ref.entity]));
     return make_ray(origin, ray.direction, ray.t_min, ray.limit);
+}
+
+// As the guard against self-intersection has it (section 5.3).
+template <class Real>
+TANDEM_INLINE Departure<Lanes<Real>> left_by(const Tables<Real>& tables, const Departure<Lanes<Real>>& departure) {
+    if (tables.excludes_left) [[likely]]
+        return departure;
+    return {Ints<Real>(UnsignedOf<Real>{no_primitive}), Mask<Real>{}};
 }
 
 // A float no less than `a`, so that Embree culls nothing at `a`.
@@ -197,6 +206,9 @@ struct Accelerator<Real>::Callbacks {
     static Candidate<Real> single(const SingleQuery<Real>& query, std::uint32_t id) {
         if (id == query.light) return {false, Real(0), 0};
         const PrimitiveRef& ref = query.tables->primitives[id];
+        if (!query.tables->default_kernels) [[unlikely]]
+            return intersect_as_chosen(*query.tables, ref, seen_by(query.ray, *query.tables, ref, query.time),
+                id == query.departed, query.inside);
         return with_form(*query.tables, ref, [&](const auto& form) {
             if constexpr (moving)
                 return intersect(
@@ -255,8 +267,12 @@ struct Accelerator<Real>::Callbacks {
 
 template <class Real>
 Accelerator<Real>::Accelerator(RTCDevice device, const Tables<Real>& tables, std::size_t most_in_leaf)
-    : tables_(tables), leaf_(tables.primitives.size() <= most_in_leaf), scene_(rtcNewScene(device)) {
-    rtcSetSceneFlags(scene_.get(), RTC_SCENE_FLAG_ROBUST);
+    : tables_(tables),
+      leaf_(tables.default_kernels && tables.primitives.size() <= most_in_leaf),
+      scene_(rtcNewScene(device)) {
+    const TriangleKernel kernel = tables.settings.intersection.triangles;
+    const bool embree_tests = kernel == TriangleKernel::embree || kernel == TriangleKernel::embree_robust;
+    if (kernel != TriangleKernel::embree) rtcSetSceneFlags(scene_.get(), RTC_SCENE_FLAG_ROBUST);
     rtcSetSceneBuildQuality(scene_.get(), RTC_BUILD_QUALITY_HIGH);
     // Embree sees rays rounded to float, and the kernels of single precision round too. With u = 2^-24 and M the
     // largest coordinate of scene and camera, a ray's origin moves by at most sqrt(3) u M, its direction turns by
@@ -278,7 +294,8 @@ Accelerator<Real>::Accelerator(RTCDevice device, const Tables<Real>& tables, std
     } else {
         for (std::uint32_t id = 0; id < tables.primitives.size(); ++id) {
             const PrimitiveRef& ref = tables.primitives[id];
-            const bool native = sizeof(Real) == 4 && ref.kind == PrimitiveKind::triangle && !ref.emits && !ref.moves;
+            const bool plain = sizeof(Real) == 4 && ref.kind == PrimitiveKind::triangle && !ref.moves;
+            const bool native = plain && (embree_tests || (kernel == TriangleKernel::watertight && !ref.emits));
             (native ? native_ : user_).push_back(id);
         }
         if (!native_.empty()) add_native_triangles(device);
@@ -299,7 +316,7 @@ void Accelerator<Real>::add_native_triangles(RTCDevice device) {
     if (corners == nullptr || indices == nullptr) throw Error("Embree has no memory for its triangles");
     unsigned next = 0;
     for (const std::uint32_t id : native_)
-        for (const Vec3<Real>& corner : tables_.triangle_corners[tables_.primitives[id].form]) {
+        for (const Vec3<Real>& corner : tables_.triangles[tables_.primitives[id].form].corner) {
             for (const Real coordinate : {corner.x, corner.y, corner.z}) *corners++ = static_cast<float>(coordinate);
             *indices++ = next++;
         }
@@ -330,7 +347,7 @@ template <class Real>
 Hit<Real> Accelerator<Real>::closest(
     const Ray<Lanes<Real>>& ray, const Departure<Lanes<Real>>& departure, Mask<Real> active, Lanes<Real> time) const {
     if (!leaf_) return closest_one_by_one(ray, departure, active, time);
-    PacketQuery<Real> query{{}, ray, departure, {}, traceable(ray, active), time, {}};
+    PacketQuery<Real> query{{}, ray, left_by(tables_, departure), {}, traceable(ray, active), time, {}};
     query.hit = {Mask<Real>{}, ray.limit, Ints<Real>(UnsignedOf<Real>{0})};
     embree::initialise(query.context);
     typename Packet<Real>::Hit packet;
@@ -345,7 +362,7 @@ template <class Real>
 Mask<Real> Accelerator<Real>::occluded(const Ray<Lanes<Real>>& ray, const Departure<Lanes<Real>>& departure,
     Ints<Real> light, Mask<Real> active, Lanes<Real> time) const {
     if (!leaf_) return occluded_one_by_one(ray, departure, light, active, time);
-    PacketQuery<Real> query{{}, ray, departure, light, traceable(ray, active), time, {}};
+    PacketQuery<Real> query{{}, ray, left_by(tables_, departure), light, traceable(ray, active), time, {}};
     embree::initialise(query.context);
     typename Packet<Real>::Ray packet;
     alignas(64) int valid[lane_count<Real>];
@@ -368,7 +385,7 @@ void start_single(SingleQuery<Real>& query, RTCRay& out, const Ray<Lanes<Real>>&
     embree::initialise(query.context);
     query.ray = {lane_of(ray.origin, lane), lane_of(ray.direction, lane), lane_of(ray.moment, lane), ray.t_min[lane],
         ray.limit[lane]};
-    query.departed = static_cast<std::uint32_t>(departure.primitive[lane]);
+    query.departed = query.tables->excludes_left ? static_cast<std::uint32_t>(departure.primitive[lane]) : no_primitive;
     query.inside = ((departure.inside.to_bits() >> lane) & 1u) != 0;
     query.found = false;
     out.org_x = static_cast<float>(query.ray.origin.x);

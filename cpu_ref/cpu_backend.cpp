@@ -6,6 +6,7 @@
 #include "common/error.h"
 #include "cpu_ref/backend.h"
 #include "cpu_ref/bidirectional.h"
+#include "cpu_ref/ray_batch.h"
 #include "cpu_ref/render_job.h"
 #include "cpu_ref/variants.h"
 
@@ -47,6 +48,10 @@ public:
         if (options.planted_bug != PlantedBug::none)
             throw UnsupportedError("planted bugs exist in test builds only; this is none");
 #endif
+        if (options.precision == Precision::contracted || options.precision == Precision::mixed)
+            throw UnsupportedError(
+                "the cpu backend rounds every operation, in single or double precision throughout; contracted and "
+                "mixed are the vulkan backend's");
         if (!device_)
             throw Error(
                 fmt::format("Embree could not be started (error {})", static_cast<int>(rtcGetDeviceError(nullptr))));
@@ -71,12 +76,23 @@ public:
             if (options_.precision == Precision::single_precision)
                 throw UnsupportedError(
                     "bidirectional paths are traced in double precision alone; leave out --precision");
+            if (settings.intersection != IntersectionSettings{})
+                throw UnsupportedError(
+                    "bidirectional paths have the default kernels and guard alone; leave --triangle-kernel, "
+                    "--convex-kernel and --guard out");
             return cpu::make_bidirectional_job(device_.get(), scene, settings, options_.threads);
         }
+        cpu::check_kernels(settings.intersection, options_.precision.value_or(Precision::single_precision));
         RenderSettings chosen = settings;
         chosen.effects = effects_to_simulate(scene, settings, cpu::variants::supported, "cpu");
         return cpu::make_render_job({device_.get(), scene, chosen, options_.threads, options_.planted_bug},
             options_.precision.value_or(Precision::single_precision));
+    }
+
+    [[nodiscard]] std::unique_ptr<RayIntersector> intersector(
+        const Scene& scene, const RenderSettings& settings) override {
+        return cpu::make_intersector(
+            device_.get(), scene, settings, options_.precision.value_or(Precision::single_precision), options_.threads);
     }
 
 private:

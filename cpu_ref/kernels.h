@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <limits>
 
+#include "cpu_ref/settle.h"
 #include "cpu_ref/vec3.h"
 
 namespace tandem::cpu {
@@ -38,13 +39,21 @@ struct Candidate {
 };
 
 // Edges as Pluecker lines: the side of the ray on which edge a -> b passes is the sign of (b - a).(o x d) + (a x b).d.
-// The edge constants of two triangles that share an edge are exact negatives, hence so are the computed sides: no ray
-// slips between them [Woop 2013 has the same property by other means].
+// Where rounding leaves that sign in doubt, settle.h decides by the sign of the exact value for corners projected along
+// the ray [Woop 2013]: neighbours then agree on their shared edge and all of a fan on its vertex, so no ray slips
+// through.
+// Doubt: u is the unit roundoff; E, A and O are the largest components of edges, corners and origin. e.(o x d) sums
+// terms of at most 2 sqrt(3) E O in all, each off by 9u (edge 1, moment 2, sum 6); (a x b).d terms of 2 sqrt(3) A E,
+// off by 6u, and moments by 4 sqrt(3) u A^2: below u (32 E O + 21 A E + 7 A^2). Projecting rounds by 24 u E (O + A) in
+// the same measure.
 template <class Real>
 struct TriangleForm {
-    std::array<Vec3<Real>, 3> edge{}, edge_moment{};
+    std::array<Vec3<Real>, 3> edge{}, edge_moment{}, corner{};
     Vec3<Real> normal{};  // unit, front
     Real offset = 0;      // plane normal.p = offset
+    // A side is in doubt up to doubt_of_origin O + doubt_at_rest. NaN for a triangle of zero area: no side of it is
+    // known.
+    Real doubt_of_origin = 0, doubt_at_rest = std::numeric_limits<Real>::quiet_NaN();
 };
 
 // Unit sphere or box [-half, half]^3 in the coordinates that to_local yields.
@@ -58,10 +67,13 @@ struct CuboidForm {
     Vec3<Real> half{};
 };
 
-// Does the line of the ray pass between the edges, these included?
+// Does the line of the ray pass between the edges, these included? `perhaps` holds where `surely` does.
 template <class V>
-TANDEM_INLINE BoolOf<V> passes_within(const TriangleForm<RealOf<V>>& triangle, const Ray<V>& ray) {
-    const V zero(RealOf<V>(0));
+struct Passing {
+    BoolOf<V> surely, perhaps;
+};
+template <class V>
+TANDEM_INLINE Passing<V> passes_within(const TriangleForm<RealOf<V>>& triangle, const Ray<V>& ray) {
     const auto side = [&](std::size_t i) {
         const auto &e = triangle.edge[i], &m = triangle.edge_moment[i];
         const Vec3<V>&d = ray.direction, &l = ray.moment;
@@ -69,16 +81,24 @@ TANDEM_INLINE BoolOf<V> passes_within(const TriangleForm<RealOf<V>>& triangle, c
             V(e.x), l.x, fma(V(e.y), l.y, fma(V(e.z), l.z, fma(V(m.x), d.x, fma(V(m.y), d.y, V(V(m.z) * d.z))))));
     };
     const V s0 = side(0), s1 = side(1), s2 = side(2);
-    return static_cast<BoolOf<V>>(
-        ((s0 >= zero) & (s1 >= zero) & (s2 >= zero)) | ((s0 <= zero) & (s1 <= zero) & (s2 <= zero)));
+    const V doubt = fma(V(triangle.doubt_of_origin), largest_magnitude(ray.origin), V(triangle.doubt_at_rest));
+    const V below = -doubt;
+    return {static_cast<BoolOf<V>>(
+                ((s0 > doubt) & (s1 > doubt) & (s2 > doubt)) | ((s0 < below) & (s1 < below) & (s2 < below))),
+        static_cast<BoolOf<V>>(
+            ((s0 >= below) & (s1 >= below) & (s2 >= below)) | ((s0 <= doubt) & (s1 <= doubt) & (s2 <= doubt)))};
 }
 
 template <class V>
 TANDEM_INLINE Candidate<V> intersect(
     const TriangleForm<RealOf<V>>& triangle, const Ray<V>& ray, BoolOf<V> departing, BoolOf<V> /*inside*/) {
-    const BoolOf<V> within = passes_within(triangle, ray);
+    const Passing<V> passing = passes_within(triangle, ray);
     const Vec3<V> n = splat<V>(triangle.normal);
-    const V t = (V(triangle.offset) - dot(n, ray.origin)) / dot(n, ray.direction);
+    V t = (V(triangle.offset) - dot(n, ray.origin)) / dot(n, ray.direction);
+    BoolOf<V> within = passing.surely;
+    const BoolOf<V> doubtful = static_cast<BoolOf<V>>(passing.perhaps & !passing.surely & !departing);
+    if (any(doubtful)) [[unlikely]]
+        settle(triangle.corner, ray.origin, ray.direction, doubtful, within, t);
     // A ray in the plane has t = NaN or infinite and misses, as limit <= infinity.
     return {static_cast<BoolOf<V>>(within & (t >= ray.t_min) & (t < ray.limit) & !departing), t, IndexOf<V>{0}};
 }
@@ -86,13 +106,16 @@ TANDEM_INLINE Candidate<V> intersect(
 // Does the ray meet it at all? As intersect, without its division: t is compared as a fraction.
 template <class V>
 TANDEM_INLINE BoolOf<V> blocks(
-    const TriangleForm<RealOf<V>>& triangle, const Ray<V>& ray, BoolOf<V> departing, BoolOf<V> /*inside*/) {
-    const BoolOf<V> within = passes_within(triangle, ray);
+    const TriangleForm<RealOf<V>>& triangle, const Ray<V>& ray, BoolOf<V> departing, BoolOf<V> inside) {
+    const Passing<V> passing = passes_within(triangle, ray);
+    const BoolOf<V> doubtful = static_cast<BoolOf<V>>(passing.perhaps & !passing.surely & !departing);
+    if (any(doubtful)) [[unlikely]]
+        return intersect(triangle, ray, departing, inside).hit;
     const Vec3<V> n = splat<V>(triangle.normal);
     const V height = V(triangle.offset) - dot(n, ray.origin), slope = dot(n, ray.direction);
     const V steepness = absolute(slope), ahead = select(slope < V(RealOf<V>(0)), V(-height), height);
     return static_cast<BoolOf<V>>(
-        within & (ahead >= ray.t_min * steepness) & (ahead < ray.limit * steepness) & !departing);
+        passing.surely & (ahead >= ray.t_min * steepness) & (ahead < ray.limit * steepness) & !departing);
 }
 
 template <class V>

@@ -98,6 +98,44 @@ private:
     unsigned threads_;
 };
 
+void refuse_choices(const RenderSettings& settings) {
+    if (settings.intersection != IntersectionSettings{})
+        throw UnsupportedError(
+            "the oracle has one kernel a primitive and no guard to choose: a reference is not to vary with what it "
+            "judges; leave --triangle-kernel, --convex-kernel and --guard out");
+}
+
+// Rays of the caller, one after another.
+class OracleIntersector final : public RayIntersector {
+public:
+    explicit OracleIntersector(const Scene& scene) : world_(scene) {}
+
+    [[nodiscard]] RayHits intersect(std::span<const GivenRay> rays) override {
+        RayHits result;
+        const auto start = std::chrono::steady_clock::now();
+        for (const GivenRay& given : rays) result.hits.push_back(hit_of(given));
+        result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+        return result;
+    }
+
+private:
+    [[nodiscard]] RayHit hit_of(const GivenRay& given) const {
+        glm::dvec3 direction = given.direction;
+        if (!(std::abs(glm::length(direction) - 1.0) <= 1e-6)) {  // common/ray_batch.h
+            const double size = std::max({std::abs(direction.x), std::abs(direction.y), std::abs(direction.z)});
+            if (!(size > 0.0) || !std::isfinite(size)) return {};
+            direction = glm::normalize(direction / size);
+        }
+        if (!std::isfinite(given.t_min) || std::isnan(given.t_max)) return {};
+        const oracle::Ray ray{given.origin, direction, given.left_primitive, !given.inside, 0.0};
+        const auto hit = world_.closest_hit(ray, given.t_min, given.t_max);
+        if (!hit) return {};
+        return {hit->t, hit->primitive, hit->position, hit->front_normal, hit->position, hit->position};
+    }
+
+    oracle::World world_;
+};
+
 class OracleRenderer final : public Renderer {
 public:
     explicit OracleRenderer(unsigned threads)
@@ -113,8 +151,14 @@ public:
             throw UnsupportedError(
                 "the oracle has the integrators path and next_event alone; bidirectional has the same mean, whitted "
                 "leaves light out");
+        refuse_choices(settings);
         static_cast<void>(effects_to_simulate(scene, settings, EffectSet::all(), "oracle"));  // it has no variants
         return std::make_unique<OracleJob>(scene, settings, threads_);
+    }
+
+    std::unique_ptr<RayIntersector> intersector(const Scene& scene, const RenderSettings& settings) override {
+        refuse_choices(settings);
+        return std::make_unique<OracleIntersector>(scene);
     }
 
 private:
@@ -122,7 +166,7 @@ private:
 };
 
 std::unique_ptr<Renderer> create_oracle(const BackendOptions& options) {
-    if (options.precision == Precision::single_precision)
+    if (options.precision.value_or(Precision::double_precision) != Precision::double_precision)
         throw UnsupportedError("the oracle has double precision only: a reference is not to round like what it judges");
     if (!options.device.empty())
         throw UnsupportedError("the oracle runs on the host alone: it has no device to choose");

@@ -366,7 +366,7 @@ void PathTracer<Real, effects>::add_direct_light(Vertex& at, M lanes, [[maybe_un
     const RandomLanes<Real> v = random_numbers(tables_.settings.seed, at.id,
         at.number * I(U{dimension::blocks_per_vertex}) + I(U{dimension::first_vertex + dimension::light}));
     const Receiver<Real> receiver{
-        along(at.surface.point, at.surface.error_bound, at.facing), at.facing, at.surface.primitive, !at.front};
+        leaving_origin(tables_, at.surface, at.facing), at.facing, at.surface.primitive, !at.front};
     const auto sample = [&] {
         if constexpr (general)
             return sample_any_light(tables_, receiver, at.surface.point, v);
@@ -481,8 +481,7 @@ void PathTracer<Real, effects>::scatter(Vertex& at, M lanes, std::uint32_t first
             change_interiors(at, first,
                 tracked & ((dot(direction, at.facing) < zero) | has_bit(at.bits, U{material_bits::boundary})), alive);
     }
-    const Vec3<V> origin =
-        along(at.surface.point, V(select(inside, -at.surface.error_bound, at.surface.error_bound)), at.surface.normal);
+    const Vec3<V> origin = leaving_origin(tables_, at.surface, select(inside, -at.surface.normal, at.surface.normal));
     I primitive = at.surface.primitive;
     if (tables_.planted(PlantedBug::self_hit_not_excluded)) primitive = I(U{no_primitive});
     store3(paths_.origin, first, origin);

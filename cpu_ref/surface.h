@@ -79,6 +79,10 @@ TANDEM_INLINE Surface<Real> surface_at(const Tables<Real>& tables, const Ray<Lan
     }
     const V on_sphere = V(error_factor<Real>) * (largest_magnitude(surface.point) + faces.extent[hit.face]);
     surface.error_bound = select(surface.curved, on_sphere, plane_error(faces, hit.face, surface.point));
+    const IntersectionSettings& chosen = tables.settings.intersection;
+    if (chosen.guard != SelfIntersectionGuard::error_bound) [[unlikely]]
+        surface.error_bound =
+            V(chosen.guard == SelfIntersectionGuard::fixed_epsilon ? static_cast<Real>(chosen.epsilon) : Real(0));
     if (tables.planted(PlantedBug::self_hit_not_excluded)) surface.error_bound = V(Real(0));
     if (tables.planted(PlantedBug::epsilon_too_large)) surface.error_bound = V(static_cast<Real>(tables.size / 100.0));
     return surface;
@@ -96,8 +100,39 @@ TANDEM_INLINE Surface<Real> surface_in_motion(
     Surface<Real> surface = surface_at(tables, rest, hit);
     const V size = largest_magnitude(shift), at_rest = surface.error_bound;
     surface.point = surface.point + shift;
-    surface.error_bound = select(size > V(Real(0)), V(Real(2)) * (at_rest + V(error_factor<Real>) * size), at_rest);
+    if (tables.settings.intersection.guard == SelfIntersectionGuard::error_bound)
+        surface.error_bound = select(size > V(Real(0)), V(Real(2)) * (at_rest + V(error_factor<Real>) * size), at_rest);
     return surface;
+}
+
+// Each coordinate moved by up to 256 representable numbers towards `side`, near 0 by a fixed way [Wächter 2019].
+template <class Real>
+[[gnu::noinline]] Vec3<Lanes<Real>> moved_by_ulps(const Vec3<Lanes<Real>>& point, const Vec3<Lanes<Real>>& side) {
+    using Whole = std::conditional_t<sizeof(Real) == 4, std::int32_t, std::int64_t>;
+    // The way near 0 is the article's for float, in proportion for double.
+    constexpr Real steps = Real(256), near_zero = Real(1.0 / 32.0),
+                   way = Real(0x1p-16) * unit_roundoff<Real> * Real(0x1p24);
+    const auto move = [](Real p, Real n) {
+        if (std::abs(p) < near_zero) return p + way * n;
+        const auto step = static_cast<Whole>(steps * n);
+        return std::bit_cast<Real>(static_cast<Whole>(std::bit_cast<Whole>(p) + (p < Real(0) ? -step : step)));
+    };
+    Vec3<Lanes<Real>> moved = point;
+    for (int i = 0; i < lane_count<Real>; ++i) {
+        moved.x.v[i] = move(point.x[i], side.x[i]);
+        moved.y.v[i] = move(point.y[i], side.y[i]);
+        moved.z.v[i] = move(point.z[i], side.z[i]);
+    }
+    return moved;
+}
+
+// Where a ray starts that leaves to `side`, the normal or its opposite (section 5.3).
+template <class Real>
+TANDEM_INLINE Vec3<Lanes<Real>> leaving_origin(
+    const Tables<Real>& tables, const Surface<Real>& surface, const Vec3<Lanes<Real>>& side) {
+    if (tables.settings.intersection.guard == SelfIntersectionGuard::ulp) [[unlikely]]
+        return moved_by_ulps<Real>(surface.point, side);
+    return along(surface.point, surface.error_bound, side);
 }
 
 }  // namespace tandem::cpu

@@ -40,7 +40,14 @@ constexpr double similarity_tolerance = 1e-5;
 template <class Real>
 class TableBuilder {
 public:
-    TableBuilder(const Scene& scene, const RenderSettings& settings) : scene_(scene) { tables_.settings = settings; }
+    TableBuilder(const Scene& scene, const RenderSettings& settings) : scene_(scene) {
+        tables_.settings = settings;
+        const IntersectionSettings& chosen = settings.intersection;
+        tables_.default_kernels =
+            chosen.triangles == TriangleKernel::watertight && chosen.convex == ConvexKernel::stable;
+        tables_.excludes_left =
+            chosen.guard == SelfIntersectionGuard::error_bound || chosen.guard == SelfIntersectionGuard::exclusion;
+    }
 
 #ifdef TANDEM_PLANTED_BUGS
     void plant(PlantedBug bug) { tables_.bug = bug; }
@@ -143,6 +150,8 @@ private:
             form.edge[i] = corners[j] - corners[i];
             form.edge_moment[i] = cross(corners[i], corners[j]);
         }
+        form.corner = corners;
+        add_doubt(form);
         face_extent_.back() = static_cast<Real>(extent);
         const BoundingBox& box = tables_.bounds.back();
         add_terms(world[1] - world[0], world[2] - world[0], box.high - box.low);
@@ -152,10 +161,21 @@ private:
             form.offset = face_offset_.back();
         }
         tables_.triangles.push_back(form);
-        tables_.triangle_corners.push_back(corners);
         if (!degenerate && add_light(PrimitiveKind::triangle, area, 0))
             add_patch(world[0], world[1] - world[0], world[2] - world[0], 1.0, face_count() - 1);
         return static_cast<std::uint32_t>(tables_.triangles.size() - 1);
+    }
+
+    // kernels.h says why.
+    static void add_doubt(TriangleForm<Real>& form) {
+        double edge = 0.0, corner = 0.0;
+        for (std::size_t i = 0; i < 3; ++i) {
+            edge = std::max(edge, static_cast<double>(largest_magnitude(form.edge[i])));
+            corner = std::max(corner, static_cast<double>(largest_magnitude(form.corner[i])));
+        }
+        constexpr double u = sizeof(Real) == 4 ? 0x1p-24 : 0x1p-53;
+        form.doubt_of_origin = static_cast<Real>(64.0 * u * edge);
+        form.doubt_at_rest = static_cast<Real>(u * corner * (48.0 * edge + 8.0 * corner));
     }
 
     std::uint32_t add_sphere(const Primitive& primitive) {

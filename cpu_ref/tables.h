@@ -186,7 +186,6 @@ struct Tables {
     std::vector<TriangleForm<Real>> triangles;
     std::vector<SphereForm<Real>> spheres;
     std::vector<CuboidForm<Real>> cuboids;
-    std::vector<std::array<Vec3<Real>, 3>> triangle_corners;
     std::vector<BoundingBox> bounds;  // by id, world
     FaceTable<Real> faces;
     SphereTable<Real> sphere_table;
@@ -204,7 +203,9 @@ struct Tables {
     bool moves = false;  // any entity
     Real t_min, limit;   // a hit has t_min <= t < limit
     bool any_specular = false;
-    double size = 0.0;  // of the scene, world units
+    bool default_kernels = true;  // of settings.intersection
+    bool excludes_left = true;    // a ray ignores the primitive that it leaves
+    double size = 0.0;            // of the scene, world units
     RenderSettings settings;
 
 #ifdef TANDEM_PLANTED_BUGS

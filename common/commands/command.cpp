@@ -117,6 +117,10 @@ void add_common_options(CLI::App& command, CommandContext& context, const std::s
     command.footer("Examples:\n" + examples);
 }
 
+namespace {
+void add_intersection_options(CLI::App& command, RenderOptions& options);
+}
+
 void add_render_options(CLI::App& command, RenderOptions& options) {
     command.add_option("--size", options.size, "Image size: WxH, or the longer side, in pixels")->type_name("SIZE");
     command
@@ -139,7 +143,52 @@ void add_render_options(CLI::App& command, RenderOptions& options) {
     command.add_option("--seed", options.seed, "Seed of the random numbers")
         ->check(seed_number())
         ->capture_default_str();
+    add_intersection_options(command, options);
 }
+
+namespace {
+
+void add_intersection_options(CLI::App& command, RenderOptions& options) {
+    const auto one_of = [](const auto& names) {
+        return CLI::IsMember(std::vector<std::string>(names.begin(), names.end()));
+    };
+    command
+        .add_option("--triangle-kernel", options.triangle_kernel,
+            "Test of rays against triangles: watertight, moller-trumbore, baldwin-weber, and of the cpu backend embree "
+            "and embree-robust")
+        ->check(one_of(triangle_kernel_names))
+        ->capture_default_str();
+    command
+        .add_option(
+            "--convex-kernel", options.convex_kernel, "Test of rays against spheres and cuboids: stable or naive")
+        ->check(one_of(convex_kernel_names))
+        ->capture_default_str();
+    command
+        .add_option("--guard", options.guard,
+            "What keeps a ray from finding the surface that it leaves: error-bound (moved by a bound on the rounding "
+            "error), fixed-epsilon, ulp (Wächter and Binder's integer offset) or exclusion (the primitive alone)")
+        ->check(one_of(guard_names))
+        ->capture_default_str();
+    command.add_option("--epsilon", options.epsilon, "Scene units by which --guard fixed-epsilon moves a ray")
+        ->check(above_zero(1e30))
+        ->capture_default_str();
+}
+
+IntersectionSettings intersection_from(const RenderOptions& options) {
+    const auto place = [](const auto& names, const std::string& name) {
+        return std::ranges::find(names, name) - names.begin();
+    };
+    IntersectionSettings settings;
+    settings.triangles = static_cast<TriangleKernel>(place(triangle_kernel_names, options.triangle_kernel));
+    settings.convex = static_cast<ConvexKernel>(place(convex_kernel_names, options.convex_kernel));
+    settings.guard = static_cast<SelfIntersectionGuard>(place(guard_names, options.guard));
+    if (options.epsilon != settings.epsilon && settings.guard != SelfIntersectionGuard::fixed_epsilon)
+        throw InputError("--epsilon: counts with --guard fixed-epsilon alone; add that or leave it out");
+    settings.epsilon = options.epsilon;
+    return settings;
+}
+
+}  // namespace
 
 RenderSettings settings_from(const RenderOptions& options, const Scene& scene) {
     RenderSettings settings = default_settings(scene);
@@ -153,14 +202,16 @@ RenderSettings settings_from(const RenderOptions& options, const Scene& scene) {
     if (options.bounces) settings.bounces = *options.bounces;
     if (options.roulette) settings.roulette_start = *options.roulette == 0 ? no_roulette : *options.roulette;
     settings.seed = options.seed;
+    settings.intersection = intersection_from(options);
     return settings;
 }
 
 std::optional<Precision> precision_from(const std::string& name) {
     if (name.empty()) return std::nullopt;
-    if (name == "single") return Precision::single_precision;
-    if (name == "double") return Precision::double_precision;
-    throw InputError("--precision: '" + name + "' is unknown; choose single or double");
+    const auto found = std::ranges::find(precision_names, name);
+    if (found == precision_names.end())
+        throw InputError("--precision: '" + name + "' is unknown; choose single, double, contracted or mixed");
+    return static_cast<Precision>(found - precision_names.begin());
 }
 
 double fraction_from(const std::string& text, const std::string& option) {

@@ -51,13 +51,16 @@ struct RenderOptions {
     std::string effects = "needed";
     std::optional<std::uint32_t> bounces, roulette;
     std::uint64_t seed = 0;
+    std::string triangle_kernel{triangle_kernel_names[0]}, convex_kernel{convex_kernel_names[0]};
+    std::string guard{guard_names[0]};
+    double epsilon = IntersectionSettings{}.epsilon;
 };
 void add_render_options(CLI::App& command, RenderOptions& options);
 
 // The scene's own settings, changed by the options. Throws InputError.
 [[nodiscard]] RenderSettings settings_from(const RenderOptions& options, const Scene& scene);
 
-// "single" or "double" to Precision; empty to nothing. Throws InputError.
+// A name of precision_names; empty to nothing. Throws InputError.
 [[nodiscard]] std::optional<Precision> precision_from(const std::string& name);
 
 // "1%", "0.5 %" or "0.01" to a fraction > 0; `option` names it in the error. Throws InputError.

@@ -122,7 +122,8 @@ void add_effects_command(CLI::App& app, CommandContext& context) {
     command->add_option("scene", arguments->scene, "Scene file")->required()->type_name("SCENE");
     command->add_option("--backend", arguments->backend, "cpu or vulkan")->capture_default_str();
     command->add_option("--device", arguments->device, "Vulkan device: index or part of its name (see tandem devices)");
-    command->add_option("--precision", arguments->precision, "single or double (default: the backend's)");
+    command->add_option(
+        "--precision", arguments->precision, "single, double, contracted or mixed (default: the backend's)");
     command->add_option("--time", arguments->seconds, "Seconds of timing")
         ->check(above_zero(most_seconds))
         ->capture_default_str();

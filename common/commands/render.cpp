@@ -49,8 +49,10 @@ nlohmann::json describe(const RenderArguments& arguments, const RenderSettings& 
         {"driver", info.driver}, {"api", info.api}, {"width", settings.width}, {"height", settings.height},
         {"samples", result.estimate.count()}, {"seed", settings.seed},
         {"integrator", integrator_name(settings.integrator)}, {"bounces", settings.bounces},
-        {"precision", arguments.precision.empty() ? "default" : arguments.precision}, {"seconds", result.seconds},
-        {"paths", paths}, {"paths_per_second", result.seconds > 0.0 ? paths / result.seconds : 0.0},
+        {"precision", arguments.precision.empty() ? "default" : arguments.precision},
+        {"triangle_kernel", arguments.options.triangle_kernel}, {"convex_kernel", arguments.options.convex_kernel},
+        {"guard", arguments.options.guard}, {"seconds", result.seconds}, {"paths", paths},
+        {"paths_per_second", result.seconds > 0.0 ? paths / result.seconds : 0.0},
         {"invalid_samples", result.estimate.invalid()}, {"complete", result.complete}};
     if (settings.roulette_start != no_roulette) report["roulette"] = settings.roulette_start;
     if (result.relative_error) report["relative_error"] = *result.relative_error;
@@ -130,7 +132,8 @@ void add_what(CLI::App& command, RenderArguments& arguments) {
 void add_how(CLI::App& command, RenderArguments& arguments) {
     command.add_option("--backend", arguments.backend, "cpu, vulkan or oracle")->capture_default_str();
     command.add_option("--device", arguments.device, "Vulkan device: index or part of its name (see tandem devices)");
-    command.add_option("--precision", arguments.precision, "single or double (default: the backend's)");
+    command.add_option(
+        "--precision", arguments.precision, "single, double, contracted or mixed (default: the backend's)");
     command.add_option("--threads", arguments.threads, "CPU threads (default: all)")->check(CLI::Range(1u, 1024u));
     command.add_flag("--validation", arguments.validation, "Vulkan validation layers; any message is an error");
 }

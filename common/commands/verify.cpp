@@ -262,8 +262,9 @@ void add_verify_command(CLI::App& app, CommandContext& context) {
     command->add_option("--candidate", arguments->candidate, "Backend that is judged")->capture_default_str();
     command->add_option("--device", arguments->device, "Candidate's Vulkan device: index or part of its name");
     command->add_option("--reference-device", arguments->reference_device, "Reference's Vulkan device");
-    command->add_option("--precision", arguments->precision, "Candidate's: single or double");
-    command->add_option("--reference-precision", arguments->reference_precision, "Reference's: single or double");
+    command->add_option("--precision", arguments->precision, "Candidate's: single, double, contracted or mixed");
+    command->add_option(
+        "--reference-precision", arguments->reference_precision, "Reference's: single, double, contracted or mixed");
     command->add_option("--time", arguments->seconds, "Seconds a scene, at most")
         ->check(above_zero(most_seconds))
         ->capture_default_str();

@@ -79,6 +79,10 @@ RenderSettings checked(RenderSettings settings) {
                 settings.width, settings.height));
     if (!(settings.ray_min >= 0.0) || !(settings.ray_max >= settings.ray_min))
         throw InputError("the interval of ray distances is empty or begins below 0; use 0 <= ray_min <= ray_max");
+    if (settings.intersection != IntersectionSettings{})
+        throw UnsupportedError(
+            "the Vulkan renderer has the kernels watertight and stable and the guard error-bound alone; use those, or "
+            "the cpu backend");
     if (settings.bounces >= 1u << 28) throw InputError("more than 2^28 bounces have no random numbers; ask for fewer");
     return settings;
 }

@@ -14,6 +14,8 @@ const BackendOptions& checked(const BackendOptions& options) {
         throw UnsupportedError(
             "the Vulkan renderer computes in float: few devices have fast doubles; use --precision "
             "single, or the cpu or oracle backend");
+    if (options.precision == Precision::contracted || options.precision == Precision::mixed)
+        throw UnsupportedError("the Vulkan renderer rounds every operation in float; use --precision single");
     if (options.threads != 0)
         throw UnsupportedError("the Vulkan renderer has no CPU threads to set; leave --threads out");
     if (options.planted_bug != PlantedBug::none && !shaders_hold_planted_bugs())
