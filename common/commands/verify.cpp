@@ -41,7 +41,7 @@ struct CompareArguments {
     std::vector<std::string> images, reference, candidate;
     CriteriaArguments criteria;
     std::string variance_of = "sample";
-    bool judge_variance = false;
+    bool same_estimator = false;
 };
 
 void add_criteria(CLI::App& command, CriteriaArguments& arguments, const Criteria& defaults) {
@@ -242,7 +242,7 @@ ExitStatus compare(CompareArguments arguments, const CommandContext& context) {
     check_writable(arguments.criteria, context, inputs);
     CompareOptions options;
     options.criteria = criteria_from(arguments.criteria, CompareOptions::comparison_criteria());
-    options.criteria.judge_variance = arguments.judge_variance;
+    options.criteria.same_estimator = arguments.same_estimator;
     options.variance_of = arguments.variance_of == "mean" ? VarianceOf::mean : VarianceOf::sample;
     const std::vector<std::filesystem::path> reference(arguments.reference.begin(), arguments.reference.end());
     const std::vector<std::filesystem::path> candidate(arguments.candidate.begin(), arguments.candidate.end());
@@ -305,7 +305,8 @@ void add_compare_command(CLI::App& app, CommandContext& context) {
             "What variance channels hold: the variance of one sample, or of the pixel's mean")
         ->check(CLI::IsMember({"sample", "mean"}))
         ->capture_default_str();
-    command->add_flag("--judge-variance", arguments->judge_variance, "Different noise on the two sides is a fault too");
+    command->add_flag("--same-estimator", arguments->same_estimator,
+        "Both sides sample in one way, so different noise is a fault too");
     add_criteria(*command, arguments->criteria, CompareOptions::comparison_criteria());
     add_common_options(*command, context,
         "  tandem compare ours.exr theirs.exr             one image a side, with variance channels\n"

@@ -85,7 +85,7 @@ Criteria CompareOptions::comparison_criteria() {
     criteria.negligible.image = 1e-3;
     criteria.negligible.tile = 1e-2;
     criteria.negligible.pixel = 2e-2;
-    criteria.judge_variance = false;
+    criteria.same_estimator = false;
     criteria.fixed_tolerance = 0x1p-10;
     return criteria;
 }

@@ -37,7 +37,10 @@ struct Criteria {
     double doubt = 0.05;           // chance of a wrong "agree"; intervals have confidence 1 - doubt, over all looks
     double discovery_rate = 0.01;  // Benjamini-Hochberg q of the pixel map
     double power = 0.9;            // of the minimum detectable difference
-    bool judge_variance = true;    // a different variance is a fault (renderers with one estimator), or only reported
+    // Both sides draw from one distribution where they are right, as two backends with one integrator do. Then a
+    // different variance is a fault. Otherwise it is only reported, and pixels allow for rare samples that one side has
+    // not drawn.
+    bool same_estimator = true;
     // Pixels without variance on both sides must be equal to this relative tolerance (fixed_pixels.h).
     double fixed_tolerance = 0.0;
 };

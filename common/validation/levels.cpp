@@ -134,14 +134,42 @@ LevelResult compare_regions(const std::string& name, const SampledImage& referen
     return level;
 }
 
+namespace {
+
+// The pixels with no variance below the mean of the 5x5 around them. A pixel whose rare bright samples have not been
+// drawn yet shows too small a variance, or none; some of 25 like it will have drawn theirs.
+std::vector<PixelStatistics> with_neighbours_variance(const SampledImage& image) {
+    constexpr std::int64_t reach = 2;
+    const std::int64_t width = image.width, height = image.height;
+    std::vector<PixelStatistics> result = image.pixels;
+    for (std::int64_t y = 0; y < height; ++y)
+        for (std::int64_t x = 0; x < width; ++x)
+            for (std::size_t c = 0; c < channel_count; ++c) {
+                double sum = 0.0, count = 0.0;
+                for (std::int64_t v = std::max<std::int64_t>(0, y - reach); v <= std::min(height - 1, y + reach); ++v)
+                    for (std::int64_t u = std::max<std::int64_t>(0, x - reach); u <= std::min(width - 1, x + reach);
+                         ++u, count += 1.0)
+                        sum += image.pixels[static_cast<std::size_t>(v * width + u) * channel_count + c].variance;
+                double& variance = result[static_cast<std::size_t>(y * width + x) * channel_count + c].variance;
+                variance = std::max(variance, sum / count);
+            }
+    return result;
+}
+
+}  // namespace
+
 PixelLevel compare_pixels(const SampledImage& reference, const SampledImage& candidate, const FixedPixels& fixed,
     const Scales& scales, const Criteria& criteria) {
     PixelLevel result;
     result.p.assign(reference.pixels.size(), 1.0);
+    const auto prepared = [&](const SampledImage& image) {
+        return criteria.same_estimator ? image.pixels : with_neighbours_variance(image);
+    };
+    const std::vector<PixelStatistics> of_reference = prepared(reference), of_candidate = prepared(candidate);
     std::vector<double> tested;
     std::size_t worst = 0;
     for (std::size_t i = 0; i < reference.pixels.size(); ++i) {
-        const PixelStatistics &a = reference.pixels[i], &b = candidate.pixels[i];
+        const PixelStatistics &a = of_reference[i], &b = of_candidate[i];
         if (fixed.fixed[i] || a.count < 2.0 || b.count < 2.0) continue;
         const PixelDifference d = pixel_difference(a, b);
         const MeanDifference difference =
@@ -160,7 +188,7 @@ PixelLevel compare_pixels(const SampledImage& reference, const SampledImage& can
         if (adjusted <= criteria.discovery_rate) ++result.discoveries;
     if (tested.empty()) return result;
     RegionSums sums;
-    sums.add(reference.pixels[worst], candidate.pixels[worst], 1.0, 1.0);
+    sums.add(of_reference[worst], of_candidate[worst], 1.0, 1.0);
     level.worst = compare_region(sums, static_cast<std::uint32_t>(worst % channel_count),
         criteria.margins.tile_floor * scales.image[worst % channel_count], criteria.negligible.pixel, 0.025);
     const auto pixel = static_cast<std::uint32_t>(worst / channel_count);

@@ -106,7 +106,7 @@ void Arbitration::choose_integrator() {
     } catch (const UnsupportedError&) {
         if (referee_integrator_ == Integrator::path) throw;
         referee_integrator_ = Integrator::path;
-        criteria_.judge_variance = false;
+        criteria_.same_estimator = false;
     }
     report_.settings.integrator = referee_integrator_;
 }

@@ -160,7 +160,7 @@ Judgement judge(const SampledImage& reference, const SampledImage& candidate, co
     for (const bool whole : {true, false}) {
         LevelResult level = compare_variances(whole ? "variance of the image" : "variance of tiles 16x16", reference,
             candidate, whole, criteria.negligible.variance_ratio, criteria.fixed_tolerance, share.doubt);
-        (criteria.judge_variance ? judgement.levels : reported).push_back(std::move(level));
+        (criteria.same_estimator ? judgement.levels : reported).push_back(std::move(level));
     }
     if (paired != nullptr && paired->done) {
         judgement.levels.push_back(paired->image);

@@ -52,7 +52,7 @@ json criteria_json(const Criteria& criteria) {
         {"negligible_paired_image_relative", n.paired_image}, {"negligible_paired_tile_relative", n.paired_tile},
         {"negligible_variance_ratio", n.variance_ratio}, {"false_alarm", criteria.false_alarm},
         {"doubt", criteria.doubt}, {"discovery_rate", criteria.discovery_rate}, {"power", criteria.power},
-        {"fixed_tolerance_relative", criteria.fixed_tolerance}, {"judge_variance", criteria.judge_variance}};
+        {"fixed_tolerance_relative", criteria.fixed_tolerance}, {"same_estimator", criteria.same_estimator}};
 }
 
 json looks_json(const std::vector<Look>& looks) {

@@ -68,6 +68,22 @@ TEST_CASE("images with variance channels of one truth agree") {
     CHECK(verdict.reference.samples == 256);
 }
 
+TEST_CASE("pixels that have not drawn their rare bright samples yet are no disagreement") {
+    // One estimator finds a small light once in 250 samples, the other always: a third of the pixels of the first are
+    // black.
+    const Sampler rare = [](std::uint32_t, std::uint32_t, SampleRandom& random) {
+        const double value = random.uniform() < 4e-3 ? 1.0 : 0.0;
+        return Radiance{value, value, value};
+    };
+    const Sampler often = [](std::uint32_t, std::uint32_t, SampleRandom& random) {
+        const double value = 4e-3 * (1.0 + 0.05 * random.triangular());
+        return Radiance{value, value, value};
+    };
+    const SceneVerdict verdict = compare_images({rendered(rare, 1)}, {rendered(often, 2)});
+    CAPTURE(verdict.sentence);
+    CHECK(verdict.verdict != Verdict::disagree);
+}
+
 TEST_CASE("a light 1 % brighter is a disagreement and named an exposure factor") {
     const SceneVerdict verdict = compare_images({rendered(scene_of(1.0, 0.0), 1)}, {rendered(scene_of(1.01, 0.0), 2)});
     REQUIRE(verdict.verdict == Verdict::disagree);
