@@ -2,12 +2,14 @@
 #include "common/commands/command.h"
 #include "cpu_ref/backend.h"
 #include "vulkan/backend.h"
+#include "vulkan/bench/bench.h"
 #include "vulkan/devices.h"
 
 int main(int argc, char** argv) {
     const tandem::Program program{
         .backends = {tandem::cpu_backend(), tandem::vulkan_backend(), tandem::oracle_backend()},
         .devices = tandem::devices_as_json,
+        .bench = tandem::vulkan_bench,
     };
     return tandem::run_program(argc, argv, program);
 }

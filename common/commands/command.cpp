@@ -285,11 +285,15 @@ int run_program(int argc, char** argv, const Program& program) {
     app.footer(
         "Exit status: 0 fine or agree, 1 disagree, 2 unusable input or arguments, 3 undecided within the budget, 4 no "
         "usable device.\nTry: tandem COMMAND --help");
-    CommandContext context{.program = program, .stop = interrupts.token(), .json_file = {}, .action = {}};
+    std::string command_line = "tandem";
+    for (int i = 1; i < argc; ++i) command_line += std::string(" ") + argv[i];
+    CommandContext context{
+        .program = program, .command_line = command_line, .stop = interrupts.token(), .json_file = {}, .action = {}};
     add_render_command(app, context);
     add_verify_command(app, context);
     add_compare_command(app, context);
     add_effects_command(app, context);
+    add_bench_command(app, context);
     add_devices_command(app, context);
     try {
         app.parse(argc, argv);

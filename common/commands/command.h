@@ -9,6 +9,7 @@
 #include <stop_token>
 #include <string>
 
+#include "common/experiment/bench.h"
 #include "common/renderer.h"
 
 namespace tandem {
@@ -21,11 +22,13 @@ struct Program {
     BackendList backends;
     // The Vulkan devices as JSON: {"devices": [{"index", "name", "type", "driver", "api", "suitable", "reason", …}]}.
     std::function<nlohmann::json()> devices;
+    MakeBench bench;
 };
 
 // Options and duties of every command.
 struct CommandContext {
     const Program& program;
+    std::string command_line;            // as it was typed, for the record
     std::stop_token stop;                // Ctrl-C, once: finish what is in hand
     std::string json_file;               // --json
     bool verbose = false;                // -v
@@ -36,6 +39,7 @@ void add_render_command(CLI::App& app, CommandContext& context);
 void add_verify_command(CLI::App& app, CommandContext& context);
 void add_compare_command(CLI::App& app, CommandContext& context);
 void add_effects_command(CLI::App& app, CommandContext& context);
+void add_bench_command(CLI::App& app, CommandContext& context);
 void add_devices_command(CLI::App& app, CommandContext& context);
 
 // Adds --json and -v to a subcommand, and `examples` to its help.

@@ -13,6 +13,7 @@ public:
     Device(const Instance& instance, const std::string& wanted);
 
     [[nodiscard]] const vk::raii::Device& handle() const { return device_; }
+    [[nodiscard]] const vk::raii::PhysicalDevice& physical() const { return physical_; }
     [[nodiscard]] const vk::raii::Queue& queue() const { return queue_; }
     [[nodiscard]] std::uint32_t queue_family() const { return family_; }
     [[nodiscard]] const DeviceDescription& description() const { return description_; }

@@ -1,0 +1,42 @@
+// What a room offers to `tandem bench`: families of arms on one device, and the claims that they decide.
+#pragma once
+
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "common/experiment/claims.h"
+#include "common/scene.h"
+
+namespace tandem {
+
+// What an arm is to be measured on.
+struct BenchRequest {
+    std::string device;  // as BackendOptions::device
+    Scene scene;
+    std::vector<std::pair<std::uint32_t, std::uint32_t>> sizes;  // of images, ascending; empty: fit for the device
+};
+
+// One job of the thesis's experiment; frames are timed from the call to the end of the wait.
+class ThesisJob {
+public:
+    virtual ~ThesisJob() = default;
+    // Seconds. `fresh`: scene and camera changed, so that pre-processing and vertex stage run.
+    [[nodiscard]] virtual double frame(std::uint32_t samples, bool fresh) = 0;
+};
+struct ThesisSetup {
+    std::uint32_t width = 1920, height = 1080, bounces = 12;
+    unsigned threads = 1;
+    bool cohesive = true;
+};
+
+struct BenchTarget {
+    nlohmann::json device;  // name, driver, UUIDs, limits, extensions, queues, memory, hash of the shaders
+    std::vector<Family> families;
+    std::vector<Claim> claims;
+    // Seconds that so many submissions of nothing took, each with its wait: the floor beneath every reading.
+    std::function<std::vector<double>(std::size_t count)> empty_submissions;
+    std::function<std::unique_ptr<ThesisJob>(const ThesisSetup&)> thesis_job;
+};
+using MakeBench = std::function<BenchTarget(const BenchRequest&)>;
+
+}  // namespace tandem

@@ -1,0 +1,53 @@
+// What others claim, as data, and what the readings say of it.
+#pragma once
+
+#include "common/experiment/runner.h"
+
+namespace tandem {
+
+// One arm against another of its family, at one workload.
+struct Contrast {
+    std::string family = {}, arm = {};
+    std::string against = {};   // empty: the baseline
+    std::string workload = {};  // "smallest" or "largest" along the family's factor, "samples=12"; empty: the largest
+    std::string clock = {};     // empty: the family's
+};
+
+enum class Predicted : std::uint32_t {
+    less,           // the effect is below zero by more than what is negligible
+    more,           // above zero by more
+    no_difference,  // within what is negligible, either way
+    no_more,        // not above what is negligible
+};
+
+// A sentence that somebody published, tied to what was measured. Its effect is ratio - 1 of the contrast; with a second
+// contrast, the first ratio over the second, - 1.
+struct Claim {
+    std::string id = {}, text = {}, source = {};
+    Contrast contrast = {};
+    std::optional<Contrast> over = {};
+    Predicted predicted = Predicted::less;
+    double negligible_relative = 0.01;  // an effect smaller than this would not matter to anybody
+    std::string rule = {};              // in words: what would refute it here
+};
+
+enum class ClaimVerdict : std::uint32_t { confirmed, refuted, below_resolution, not_applicable };
+[[nodiscard]] const char* name_of(ClaimVerdict verdict);
+
+struct ClaimResult {
+    Claim claim;
+    ClaimVerdict verdict = ClaimVerdict::not_applicable;
+    std::string reason;                          // where it is not applicable
+    double effect = 0.0, low = 0.0, high = 0.0;  // relative: -0.02 is 2 % faster
+    double smallest_detectable = 0.0;            // relative
+    double p = 1.0, p_family = 1.0;              // of no effect; Holm over all claims
+};
+
+// less: confirmed where the effect is significant (Holm over the claims) and its interval reaches beyond what is
+// negligible; refuted where the whole interval is above -negligible. more: likewise, mirrored. no_difference: confirmed
+// where the interval lies within ± negligible, refuted where it lies outside. no_more: by the upper side alone. Else
+// below resolution.
+[[nodiscard]] std::vector<ClaimResult> judge_claims(
+    const std::vector<Claim>& claims, const std::vector<ExperimentSamples>& samples);
+
+}  // namespace tandem

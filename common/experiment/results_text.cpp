@@ -1,0 +1,60 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "common/experiment/results.h"
+
+namespace tandem {
+
+namespace {
+
+std::string line_of(const ArmResult& arm) {
+    const auto total = arm.seconds.find(arm.clock);
+    const std::string time =
+        total == arm.seconds.end() ? std::string(11, ' ') : fmt::format("{:8.4g} ms", 1e3 * total->second);
+    if (!arm.timed()) return fmt::format("    {:18} {}  {}: {}\n", arm.arm, time, name_of(arm.identity), arm.reason);
+    if (arm.arm == arm.baseline) return fmt::format("    {:18} {}  baseline\n", arm.arm, time);
+    return fmt::format("    {:18} {}  {:6.3f} times ({:.3f} to {:.3f}){}  {} blocks, {}\n", arm.arm, time, arm.ratio(),
+        arm.ratio_low(), arm.ratio_high(), arm.p_family <= 0.05 ? " *" : "  ", arm.log_ratio.blocks,
+        name_of(arm.identity));
+}
+
+}  // namespace
+
+std::string to_text(const BenchResults& results, const std::vector<Claim>& claims) {
+    std::string text = fmt::format("{}, {} {}\n", results.device.value("name", "?"),
+        results.device.value("driver_name", ""), results.device.value("driver_version", ""));
+    if (!results.empty_submissions.empty()) {
+        std::vector<double> sorted = results.empty_submissions;
+        std::ranges::sort(sorted);
+        text += fmt::format("A submission of nothing and its wait: {:.3g} ms (median; never subtracted)\n",
+            1e3 * sorted[sorted.size() / 2]);
+    }
+    const std::vector<ArmResult> arms = analyse(results.samples);
+    for (const nlohmann::json& family : results.families) {
+        const std::string name = family.at("name");
+        text += fmt::format("\n{}: {}\n", name, family.at("question").get<std::string>());
+        std::string workload;
+        for (const ArmResult& arm : arms) {
+            if (arm.family != name) continue;
+            if (arm.workload.name != workload) text += "  " + arm.workload.name + "\n";
+            workload = arm.workload.name;
+            text += line_of(arm);
+        }
+        for (const Crossover& crossover : crossovers(arms, family.at("along"), name))
+            text += fmt::format("  {}: {}\n", crossover.arm, crossover.text);
+    }
+    text += "\nTimes the baseline's time, 95 % interval; *: significant, Holm over the family.\n";
+    const std::vector<ClaimResult> verdicts = judge_claims(claims, results.samples);
+    const auto measured = [](const ClaimResult& claim) { return claim.verdict != ClaimVerdict::not_applicable; };
+    if (std::ranges::any_of(verdicts, measured)) text += "\nClaims on this device\n";
+    for (const ClaimResult& claim : verdicts) {
+        if (!measured(claim)) continue;
+        text += fmt::format("  {:12} {:16} {:+.1f} % ({:+.1f} to {:+.1f}); smallest seen {:.1f} %: {} [{}]\n",
+            claim.claim.id, name_of(claim.verdict), 100.0 * claim.effect, 100.0 * claim.low, 100.0 * claim.high,
+            100.0 * claim.smallest_detectable, claim.claim.text, claim.claim.source);
+    }
+    return text;
+}
+
+}  // namespace tandem

@@ -1,0 +1,240 @@
+#include "common/experiment/runner.h"
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <cmath>
+#include <cstring>
+#include <numeric>
+
+#include "common/error.h"
+#include "common/experiment/paired_effect.h"
+#include "common/random.h"
+#include "common/validation/verdict.h"
+
+namespace tandem {
+
+namespace {
+
+constexpr std::array<const char*, 6> identity_names{
+    "nothing-to-compare", "identical", "agrees", "undecided", "differs", "not-applicable"};
+
+double steady_seconds() {
+    return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
+// An arm while it runs.
+struct Contender {
+    std::unique_ptr<ArmRun> run;  // null: not timed
+    ArmSamples samples;
+};
+
+SampledImage sampled(const Estimate& estimate) {
+    SampledImage image;
+    image.width = estimate.width();
+    image.height = estimate.height();
+    image.pixels = pixel_statistics(estimate);
+    image.samples = estimate.count();
+    image.invalid = estimate.invalid();
+    return image;
+}
+
+void gate(const Arm& arm, const std::optional<ArmOutput>& baseline, Contender& contender) {
+    const std::optional<ArmOutput> output = contender.run->output();
+    ArmSamples& samples = contender.samples;
+    if (!output || !baseline) {
+        samples.identity = Identity::nothing_to_compare;
+        return;
+    }
+    if (output->digest == baseline->digest) {
+        samples.identity = Identity::identical;
+        return;
+    }
+    samples.identity = Identity::differs;
+    samples.reason = "its result is not the baseline's, bit for bit";
+    if (!arm.same_bits && output->estimate && baseline->estimate) {
+        const Judgement judgement =
+            judge(sampled(*baseline->estimate), sampled(*output->estimate), nullptr, Criteria{}, LookShare{});
+        samples.identity = judgement.verdict == Verdict::agree      ? Identity::agrees
+                           : judgement.verdict == Verdict::disagree ? Identity::differs
+                                                                    : Identity::undecided;
+        samples.reason = sentence_of(judgement, Criteria{}, "the baseline", arm.name);
+    }
+    if (samples.identity == Identity::differs) contender.run.reset();
+}
+
+bool wanted(const std::string& name, const std::vector<std::string>& only) {
+    return only.empty() || std::ranges::find(only, name) != only.end();
+}
+
+std::vector<Contender> make_contenders(
+    const Family& family, const Workload& workload, const std::vector<std::string>& only) {
+    std::vector<Contender> contenders;
+    std::optional<ArmOutput> baseline;
+    for (const Arm& arm : family.arms(workload)) {
+        if (!contenders.empty() && !wanted(arm.name, only)) continue;
+        Contender contender{nullptr, {arm.name, arm.text, Identity::nothing_to_compare, {}, {}}};
+        try {
+            contender.run = arm.make();
+            if (contenders.empty()) baseline = contender.run->output();
+            gate(arm, baseline, contender);
+        } catch (const UnsupportedError& refusal) {
+            if (contenders.empty()) throw;
+            contender.run.reset();
+            contender.samples.identity = Identity::not_applicable;
+            contender.samples.reason = refusal.what();
+        }
+        contenders.push_back(std::move(contender));
+    }
+    if (contenders.empty()) throw Error("the family " + family.name + " has no arms");
+    return contenders;
+}
+
+// The mean of `runs` runs.
+ClockReadings reading(ArmRun& run, std::uint64_t runs) {
+    ClockReadings sum;
+    for (std::uint64_t i = 0; i < runs; ++i)
+        for (const auto& [clock, seconds] : run.run()) sum[clock] += seconds;
+    for (auto& [clock, seconds] : sum) seconds /= static_cast<double>(runs);
+    return sum;
+}
+
+// Orders of blocks: Fisher and Yates, from the counter-based generator.
+void shuffle(std::vector<std::size_t>& order, std::uint64_t seed, std::uint64_t block) {
+    for (std::size_t k = order.size(); k > 1; --k) {
+        const std::uint32_t bits = random_block(seed, 1, block, static_cast<std::uint32_t>(k))[0];
+        std::swap(order[k - 1], order[static_cast<std::size_t>(std::uint64_t{bits} * k >> 32)]);
+    }
+}
+
+void run_block(std::vector<Contender>& contenders, ExperimentSamples& samples, std::uint64_t block) {
+    std::vector<std::size_t> order(contenders.size());
+    std::iota(order.begin(), order.end(), std::size_t{0});
+    shuffle(order, samples.seed, block);
+    for (const std::size_t i : order) {
+        if (!contenders[i].run) continue;
+        for (const auto& [clock, seconds] : reading(*contenders[i].run, samples.runs_a_reading))
+            contenders[i].samples.seconds[clock].push_back(seconds);
+    }
+}
+
+bool is_narrow(const ExperimentSamples& samples, double narrow) {
+    for (std::size_t arm = 1; arm < samples.arms.size(); ++arm) {
+        const std::vector<double> ratios = log_ratios(samples, arm);
+        if (ratios.empty()) continue;
+        const MeanEstimate estimate = trimmed_mean_estimate(ratios);
+        if (!(student_quantile(0.975, estimate.dof) * std::sqrt(estimate.variance) <= narrow)) return false;
+    }
+    return true;
+}
+
+// So that samples can be looked at while the contenders run on.
+void publish(const std::vector<Contender>& contenders, ExperimentSamples& samples) {
+    samples.arms.clear();
+    for (const Contender& contender : contenders) samples.arms.push_back(contender.samples);
+}
+
+std::vector<double> compared(const ExperimentSamples& samples, std::size_t arm, double (*difference)(double, double)) {
+    const auto find = [&](std::size_t i) -> const std::vector<double>* {
+        const auto found = samples.arms[i].seconds.find(samples.clock);
+        return found == samples.arms[i].seconds.end() ? nullptr : &found->second;
+    };
+    const std::vector<double>*baseline = find(0), *own = find(arm);
+    std::vector<double> result;
+    if (baseline == nullptr || own == nullptr) return result;
+    const std::size_t blocks = std::min(baseline->size(), own->size());
+    for (std::size_t i = std::min(warm_up_blocks(samples), blocks); i < blocks; ++i)
+        result.push_back(difference((*own)[i], (*baseline)[i]));
+    return result;
+}
+
+}  // namespace
+
+const char* name_of(Identity identity) { return identity_names[static_cast<std::size_t>(identity)]; }
+
+Identity identity_named(const std::string& name) {
+    const auto found = std::ranges::find(identity_names, name);
+    if (found == identity_names.end()) throw InputError("'" + name + "' is no outcome of the identity gate");
+    return static_cast<Identity>(found - identity_names.begin());
+}
+
+// FNV-1a over the totals.
+std::uint64_t digest_of(const Estimate& estimate) {
+    std::uint64_t digest = 0xcbf29ce484222325u;
+    const auto add = [&](const void* data, std::size_t bytes) {
+        const auto* byte = static_cast<const unsigned char*>(data);
+        for (std::size_t i = 0; i < bytes; ++i) digest = (digest ^ byte[i]) * 0x100000001b3u;
+    };
+    const std::array<std::uint64_t, 4> header{
+        estimate.width(), estimate.height(), estimate.count(), estimate.invalid()};
+    add(header.data(), sizeof header);
+    const Estimate::Plane totals = estimate.totals();
+    add(totals.data(), totals.size() * sizeof totals[0]);
+    return digest;
+}
+
+ExperimentSamples run_experiment(const Family& family, const Workload& workload, const RunnerOptions& options) {
+    const auto now = options.now ? options.now : std::function<double()>(steady_seconds);
+    ExperimentSamples samples;
+    samples.family = family.name;
+    samples.clock = family.clock;
+    samples.along = family.along;
+    samples.workload = workload;
+    samples.seed = options.seed;
+    const double made_start = now();
+    std::vector<Contender> contenders = make_contenders(family, workload, options.only);
+    // One run of each outside of the blocks: what happens once only is no part of any block.
+    double shortest = std::numeric_limits<double>::infinity();
+    for (Contender& contender : contenders) {
+        if (!contender.run || options.stop.stop_requested()) continue;
+        (void)reading(*contender.run, 1);
+        const double second = reading(*contender.run, 1).at("total");
+        shortest = std::min(shortest, second);
+    }
+    samples.runs_a_reading =
+        shortest >= options.least_reading || !(shortest > 0.0)
+            ? 1
+            : static_cast<std::uint64_t>(std::min(1000.0, std::ceil(options.least_reading / shortest)));
+    const double start = now();
+    samples.made_seconds = start - made_start;
+    std::size_t blocks = 0;
+    for (; samples.ended.empty(); ++blocks) {
+        if (options.stop.stop_requested()) {
+            samples.ended = "stopped";
+        } else if (blocks >= options.fewest_blocks && now() - start >= options.seconds) {
+            samples.ended = "budget";
+        } else if (blocks >= options.most_blocks) {
+            samples.ended = "blocks";
+        } else if (blocks >= options.least_blocks && blocks % options.look_every == 0) {
+            publish(contenders, samples);
+            if (is_narrow(samples, options.narrow)) samples.ended = "narrow";
+        }
+        if (!samples.ended.empty()) break;
+        run_block(contenders, samples, blocks);
+        if (options.progress) options.progress(std::min(1.0, (now() - start) / options.seconds));
+    }
+    samples.seconds = now() - start;
+    publish(contenders, samples);
+    return samples;
+}
+
+std::vector<double> log_ratios(const ExperimentSamples& samples, std::size_t arm) {
+    return compared(samples, arm, [](double own, double baseline) { return std::log(own / baseline); });
+}
+
+std::vector<double> differences(const ExperimentSamples& samples, std::size_t arm) {
+    return compared(samples, arm, [](double own, double baseline) { return own - baseline; });
+}
+
+std::size_t warm_up_blocks(const ExperimentSamples& samples) {
+    // A false alarm for each of many arms would add up: the level is shared among them.
+    const double alpha = 0.01 / static_cast<double>(std::max<std::size_t>(1, samples.arms.size()));
+    std::size_t most = 0;
+    for (const ArmSamples& arm : samples.arms) {
+        const auto found = arm.seconds.find(samples.clock);
+        if (found != arm.seconds.end()) most = std::max(most, warm_up_length(found->second, std::max(alpha, 0.002)));
+    }
+    return most;
+}
+
+}  // namespace tandem

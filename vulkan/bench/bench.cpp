@@ -1,0 +1,61 @@
+#include "vulkan/bench/bench.h"
+
+#include "vulkan/bench/device_facts.h"
+#include "vulkan/bench/families.h"
+
+namespace tandem {
+
+namespace {
+
+class VulkanThesisJob : public ThesisJob {
+public:
+    VulkanThesisJob(SharedDevice device, const ThesisSetup& setup) : device_(std::move(device)) {
+        Patterns patterns;
+        patterns.memory = setup.cohesive ? MemoryLayout::per_set : MemoryLayout::per_buffer;
+        patterns.recording_threads = setup.threads;
+        job_ = device_->job({setup.width, setup.height}, setup.bounces, patterns);
+    }
+
+    [[nodiscard]] double frame(std::uint32_t samples, bool fresh) override {
+        const double start = steady_seconds();
+        (void)job_->frame(samples, fresh);
+        return steady_seconds() - start;
+    }
+
+private:
+    SharedDevice device_;
+    std::unique_ptr<VulkanJob> job_;
+};
+
+std::vector<double> time_empty_submissions(const Device& device, std::size_t count) {
+    Submission submission(device, {});
+    std::vector<double> seconds;
+    for (std::size_t i = 0; i < count; ++i) {
+        submission.add({}, [](const vk::raii::CommandBuffer&) {});
+        const SubmissionTimes times = submission.run();
+        seconds.push_back(times.submit + times.wait);
+    }
+    return seconds;
+}
+
+}  // namespace
+
+std::vector<Family> all_families(const SharedDevice& device) {
+    return {memory_family(device), fresh_memory_family(device), submission_family(device), waiting_family(device),
+        recording_family(device), threads_family(device)};
+}
+
+BenchTarget vulkan_bench(const BenchRequest& request) {
+    const auto device = std::make_shared<BenchDevice>(request);
+    BenchTarget target;
+    target.device = facts_of(device->device());
+    target.families = all_families(device);
+    target.claims = pattern_claims();
+    target.empty_submissions = [device](std::size_t count) { return time_empty_submissions(device->device(), count); };
+    target.thesis_job = [device](const ThesisSetup& setup) -> std::unique_ptr<ThesisJob> {
+        return std::make_unique<VulkanThesisJob>(device, setup);
+    };
+    return target;
+}
+
+}  // namespace tandem

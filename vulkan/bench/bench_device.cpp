@@ -1,0 +1,112 @@
+#include "vulkan/bench/bench_device.h"
+
+#include <fmt/format.h>
+
+#include <chrono>
+
+namespace tandem {
+
+namespace {
+
+std::vector<ImageSize> sizes_for(const BenchRequest& request, const Device& device) {
+    if (!request.sizes.empty()) {
+        std::vector<ImageSize> sizes;
+        for (const auto& [width, height] : request.sizes) sizes.push_back({width, height});
+        return sizes;
+    }
+    if (device.description().type == DeviceType::cpu) return {{32, 18}, {64, 36}, {128, 72}};
+    return {{128, 72}, {480, 270}, {1920, 1080}};
+}
+
+// A few samples: enough to tell one image from another.
+constexpr std::uint64_t gate_samples = 4;
+
+class RenderRun : public ArmRun {
+public:
+    RenderRun(SharedDevice device, const RenderWork& work, const Patterns& patterns, bool fresh)
+        : device_(std::move(device)),
+          work_(work),
+          fresh_(fresh),
+          job_(device_->job(work.size, work.bounces, patterns)) {}
+
+    [[nodiscard]] ClockReadings run() override {
+        const double start = steady_seconds();
+        const SubmissionTimes times = job_->frame(work_.samples, fresh_);
+        return readings_of(times, steady_seconds() - start);
+    }
+
+    [[nodiscard]] std::optional<ArmOutput> output() override {
+        auto estimate = std::make_shared<const Estimate>(job_->render({0, gate_samples}, {}).estimate);
+        return ArmOutput{digest_of(*estimate), std::move(estimate)};
+    }
+
+private:
+    SharedDevice device_;
+    RenderWork work_;
+    bool fresh_;
+    std::unique_ptr<VulkanJob> job_;
+};
+
+class FunctionRun : public ArmRun {
+public:
+    explicit FunctionRun(std::function<ClockReadings()> run) : run_(std::move(run)) {}
+    [[nodiscard]] ClockReadings run() override { return run_(); }
+
+private:
+    std::function<ClockReadings()> run_;
+};
+
+}  // namespace
+
+double steady_seconds() {
+    return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
+BenchDevice::BenchDevice(const BenchRequest& request)
+    : scene_(request.scene),
+      instance_(false),
+      device_(instance_, request.device),
+      stages_(device_),
+      sizes_(sizes_for(request, device_)) {}
+
+std::unique_ptr<VulkanJob> BenchDevice::job(ImageSize size, std::uint32_t bounces, const Patterns& patterns) {
+    RenderSettings settings = default_settings(scene_);
+    settings.width = size.width;
+    settings.height = size.height;
+    settings.bounces = bounces;
+    settings.roulette_start = no_roulette;
+    return std::make_unique<VulkanJob>(
+        instance_, device_, stages_, scene_, settings, Acceleration::automatic, PlantedBug::none, patterns);
+}
+
+Workload workload_of(const RenderWork& work) {
+    return {fmt::format("{}x{}, {} sample{}, {} bounces", work.size.width, work.size.height, work.samples,
+                work.samples == 1 ? "" : "s", work.bounces),
+        {{"pixels", work.size.pixels()}, {"width", work.size.width}, {"samples", work.samples},
+            {"bounces", work.bounces}}};
+}
+
+RenderWork work_of(const Workload& workload) {
+    const auto factor = [&](const char* name) { return static_cast<std::uint32_t>(workload.factors.at(name)); };
+    const std::uint32_t width = factor("width");
+    return {{width, factor("pixels") / width}, factor("samples"), factor("bounces")};
+}
+
+Arm render_arm(const SharedDevice& device, const Workload& workload, std::string name, std::string text,
+    const Patterns& patterns, bool fresh) {
+    return {std::move(name), std::move(text),
+        [=, work = work_of(workload)] { return std::make_unique<RenderRun>(device, work, patterns, fresh); }};
+}
+
+ClockReadings readings_of(const SubmissionTimes& times, double total) {
+    ClockReadings readings{{"total", total}, {"record", times.record}, {"record-cpu", times.record_cpu},
+        {"submit", times.submit}, {"wait", times.wait}};
+    if (times.device) readings["device"] = *times.device;
+    return readings;
+}
+
+std::unique_ptr<ArmRun> run_of(std::function<ClockReadings()> run) {
+    return std::make_unique<FunctionRun>(std::move(run));
+}
+
+}  // namespace tandem

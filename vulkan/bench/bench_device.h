@@ -1,0 +1,56 @@
+// What all arms share: one device, its pipelines and the scene; and arms that render.
+#pragma once
+
+#include "common/experiment/bench.h"
+#include "vulkan/renderer/job.h"
+
+namespace tandem {
+
+struct ImageSize {
+    std::uint32_t width, height;
+    [[nodiscard]] double pixels() const { return static_cast<double>(width) * height; }
+};
+
+class BenchDevice {
+public:
+    explicit BenchDevice(const BenchRequest& request);
+
+    [[nodiscard]] const Device& device() const { return device_; }
+    [[nodiscard]] std::unique_ptr<VulkanJob> job(ImageSize size, std::uint32_t bounces, const Patterns& patterns);
+    // Small, middle and large images, fit for the device or as asked for.
+    [[nodiscard]] const std::vector<ImageSize>& sizes() const { return sizes_; }
+    [[nodiscard]] std::uint32_t bounces() const { return 12; }  // the thesis's
+
+private:
+    Scene scene_;
+    Instance instance_;
+    Device device_;
+    Stages stages_;
+    std::vector<ImageSize> sizes_;
+};
+// Arms and families hold the device together.
+using SharedDevice = std::shared_ptr<BenchDevice>;
+
+// A frame's worth of work.
+struct RenderWork {
+    ImageSize size;
+    std::uint32_t samples = 1, bounces = 12;
+};
+// "320x180, 12 samples, 12 bounces"; factors pixels, samples, bounces.
+[[nodiscard]] Workload workload_of(const RenderWork& work);
+[[nodiscard]] RenderWork work_of(const Workload& workload);
+
+// Times frames of an unchanged scene, or of one that is sent anew for each frame; the gate compares whole renders.
+[[nodiscard]] Arm render_arm(const SharedDevice& device, const Workload& workload, std::string name, std::string text,
+    const Patterns& patterns, bool fresh = false);
+
+// Clocks of a frame as readings.
+[[nodiscard]] ClockReadings readings_of(const SubmissionTimes& times, double total);
+
+// Seconds by the steady clock.
+[[nodiscard]] double steady_seconds();
+
+// An arm's `run` as a function, for arms that are not about rendering; what it owns lives in its captures.
+[[nodiscard]] std::unique_ptr<ArmRun> run_of(std::function<ClockReadings()> run);
+
+}  // namespace tandem

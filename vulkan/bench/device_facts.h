@@ -1,0 +1,13 @@
+// What a device says of itself, kept beside what was measured on it.
+#pragma once
+
+#include <nlohmann/json_fwd.hpp>
+
+#include "vulkan/core/device.h"
+
+namespace tandem {
+
+// Name, driver, UUIDs, extensions, queues, memory types, clock, and the hash of the shaders.
+[[nodiscard]] nlohmann::json facts_of(const Device& device);
+
+}  // namespace tandem

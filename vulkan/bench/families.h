@@ -1,0 +1,22 @@
+// The families of arms, one file a family or two. A family is a value: its texts, its workloads, and its arms, the
+// first of which is the baseline.
+#pragma once
+
+#include "vulkan/bench/bench_device.h"
+
+namespace tandem {
+
+[[nodiscard]] Family memory_family(const SharedDevice& device);        // where buffers live, steady frames
+[[nodiscard]] Family fresh_memory_family(const SharedDevice& device);  // the same, first frames and allocation
+[[nodiscard]] Family submission_family(const SharedDevice& device);    // samples and command buffers a submission
+[[nodiscard]] Family waiting_family(const SharedDevice& device);       // how the host learns of the end
+[[nodiscard]] Family recording_family(const SharedDevice& device);     // on the fly, pre-recorded, secondary; resets
+[[nodiscard]] Family threads_family(const SharedDevice& device);       // recorders with a pool each
+
+// All of them, in the order in which they run and are listed.
+[[nodiscard]] std::vector<Family> all_families(const SharedDevice& device);
+
+// What THESIS.md and PATTERNS.md list, tied to arms of the families above.
+[[nodiscard]] std::vector<Claim> pattern_claims();
+
+}  // namespace tandem
