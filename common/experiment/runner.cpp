@@ -118,14 +118,17 @@ void run_block(std::vector<Contender>& contenders, ExperimentSamples& samples, s
     }
 }
 
-bool is_narrow(const ExperimentSamples& samples, double narrow) {
+// How many blocks would make every ratio's interval narrow, as their scatter so far foretells.
+double blocks_needed(const ExperimentSamples& samples, double narrow) {
+    double most = 0.0;
     for (std::size_t arm = 1; arm < samples.arms.size(); ++arm) {
         const std::vector<double> ratios = log_ratios(samples, arm);
         if (ratios.empty()) continue;
         const MeanEstimate estimate = trimmed_mean_estimate(ratios);
-        if (!(student_quantile(0.975, estimate.dof) * std::sqrt(estimate.variance) <= narrow)) return false;
+        const double half_width = student_quantile(0.975, estimate.dof) * std::sqrt(estimate.variance) / narrow;
+        most = std::max(most, half_width * half_width * static_cast<double>(ratios.size()));
     }
-    return true;
+    return most;
 }
 
 // So that samples can be looked at while the contenders run on.
@@ -197,7 +200,7 @@ ExperimentSamples run_experiment(const Family& family, const Workload& workload,
             : static_cast<std::uint64_t>(std::min(1000.0, std::ceil(options.least_reading / shortest)));
     const double start = now();
     samples.made_seconds = start - made_start;
-    std::size_t blocks = 0;
+    std::size_t blocks = 0, next_look = options.least_blocks;
     for (; samples.ended.empty(); ++blocks) {
         if (options.stop.stop_requested()) {
             samples.ended = "stopped";
@@ -205,9 +208,14 @@ ExperimentSamples run_experiment(const Family& family, const Workload& workload,
             samples.ended = "budget";
         } else if (blocks >= options.most_blocks) {
             samples.ended = "blocks";
-        } else if (blocks >= options.least_blocks && blocks % options.look_every == 0) {
+        } else if (blocks >= next_look) {
             publish(contenders, samples);
-            if (is_narrow(samples, options.narrow)) samples.ended = "narrow";
+            const double needed = blocks_needed(samples, options.narrow);
+            if (needed <= static_cast<double>(blocks)) samples.ended = "narrow";
+            // Looking often and stopping at the first narrow interval would prefer those that are narrow by chance, and
+            // they cover too seldom: as Stein 1945, plan once from the scatter seen, then look again.
+            const double planned = std::min(1.1 * needed, static_cast<double>(options.most_blocks));
+            next_look = std::max(blocks + options.least_blocks / 2, static_cast<std::size_t>(planned));
         }
         if (!samples.ended.empty()) break;
         run_block(contenders, samples, blocks);

@@ -43,10 +43,9 @@ struct RunnerOptions {
     double seconds = 10.0;          // of blocks
     double least_reading = 2e-3;    // seconds: shorter runs are repeated within a reading
     double narrow = 0.01;           // stop once every ratio's 95 % interval is within ± this
-    std::size_t least_blocks = 12;  // before "narrow" is believed: with fewer, intervals do not hold their level
+    std::size_t least_blocks = 16;  // before "narrow" is believed
     std::size_t fewest_blocks = 5;  // even where the budget has run out; then Student's t makes them wide
     std::size_t most_blocks = 400;
-    std::size_t look_every = 4;  // blocks
     std::uint64_t seed = 1;
     std::vector<std::string> only;  // arms besides the baseline; empty: all
     std::stop_token stop;
