@@ -52,8 +52,9 @@ constexpr std::array<EffectText, effect_count> texts{{
     {"nested-dielectrics", "no translucent surface has an interior medium or a priority"},
     {"light-sampling", "the integrator samples no light, or there is none to sample, or no surface to light"},
     {"triangle-lights", "no triangle is a sampled light"},
-    {"sphere-lights", "no sphere is a sampled light"},
+    {"sphere-lights", "no sphere is a sampled light, or each is stretched"},
     {"cuboid-lights", "no cuboid is a sampled light"},
+    {"ellipsoid-lights", "no stretched sphere is a sampled light"},
     {"point-lights", "there is no point light"},
     {"spot-lights", "there is no spot light"},
     {"suns", "there is no sun"},
@@ -185,14 +186,15 @@ private:
                                                        : fmt::format("entity \"{}\"", entity.name);
         const bool moves = !black(entity.motion);
         if (moves) call(Effect::entity_motion, reason);
-        // A sphere that its transform makes an ellipsoid is no sampled light; it is counted as one here, which costs
-        // code but no correctness.
-        const bool sampled = !moves && !material.translucent && !black(material.radiance);
+        const bool tracked = material.translucent && (material.interior != no_index || material.priority);
+        const bool sampled = !tracked && !black(material.radiance) && !(material.translucent && material.alpha == 0.0);
+        const bool stretched = !is_similarity(entity.object_to_world);
         for (std::uint32_t i = 0; i < entity.primitive_count; ++i) {
             const PrimitiveKind kind = scene_.primitives[entity.first_primitive + i].kind;
             const auto offset = static_cast<std::uint32_t>(kind);
             call(static_cast<Effect>(static_cast<std::uint32_t>(Effect::triangles) + offset), reason);
-            if (sampled) light_reasons_[offset] = reason;
+            if (!sampled) continue;
+            light_reasons_[kind == PrimitiveKind::sphere && stretched ? ellipsoids : offset] = reason;
         }
     }
 
@@ -226,7 +228,8 @@ private:
     const Scene& scene_;
     const RenderSettings& settings_;
     std::array<std::string, effect_count> reasons_;
-    std::array<std::string, 3> light_reasons_;  // by kind of primitive
+    static constexpr std::size_t ellipsoids = 3;
+    std::array<std::string, 4> light_reasons_;  // by kind of primitive, and of ellipsoids
 };
 
 }  // namespace

@@ -51,7 +51,8 @@ enum class Effect : std::uint32_t {
     triangle_lights,
     sphere_lights,
     cuboid_lights,
-    point_lights,  // and spots
+    ellipsoid_lights,  // spheres under maps that are no similarities
+    point_lights,      // and spots
     spot_lights,
     suns,
     sampled_background,

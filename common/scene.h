@@ -191,4 +191,7 @@ struct PlacedPrimitive {
 };
 [[nodiscard]] std::vector<PlacedPrimitive> placed_primitives(const Scene& scene);
 
+// Whether an affine map leaves spheres spheres, to a relative 10^-5 (MODEL.md section 9.2).
+[[nodiscard]] bool is_similarity(const glm::dmat4& map);
+
 }  // namespace tandem

@@ -42,11 +42,12 @@ const bool has_light_sampling = (effects_low & (1u << 31)) != 0u;
 const bool has_triangle_lights = (effects_high & (1u << 0)) != 0u;
 const bool has_sphere_lights = (effects_high & (1u << 1)) != 0u;
 const bool has_cuboid_lights = (effects_high & (1u << 2)) != 0u;
-const bool has_point_lights = (effects_high & (1u << 3)) != 0u;
-const bool has_spot_lights = (effects_high & (1u << 4)) != 0u;
-const bool has_suns = (effects_high & (1u << 5)) != 0u;
-const bool has_sampled_background = (effects_high & (1u << 6)) != 0u;
-const bool has_direct_only = (effects_high & (1u << 7)) != 0u;
-const bool has_roulette = (effects_high & (1u << 8)) != 0u;
+const bool has_ellipsoid_lights = (effects_high & (1u << 3)) != 0u;
+const bool has_point_lights = (effects_high & (1u << 4)) != 0u;
+const bool has_spot_lights = (effects_high & (1u << 5)) != 0u;
+const bool has_suns = (effects_high & (1u << 6)) != 0u;
+const bool has_sampled_background = (effects_high & (1u << 7)) != 0u;
+const bool has_direct_only = (effects_high & (1u << 8)) != 0u;
+const bool has_roulette = (effects_high & (1u << 9)) != 0u;
 
 #endif
