@@ -24,24 +24,67 @@ bool is_inside_cuboid(Light light, Receiver receiver) {
     return all(lessThanEqual(abs(x), convex_extent(shape)));
 }
 
+// The receiver of a light whose entity moves, as the entity at rest sees it.
+Receiver beside_rest(Receiver receiver, Light light, float time) {
+    receiver.point -= time * transforms[placed[light.slot].entity].motion;
+    return receiver;
+}
+
 // 1 - cos of the half angle of the cone in which a sphere is seen from outside.
-float sphere_cone(Light light, vec3 to_centre) {
+float sphere_cone(float radius, vec3 to_centre) {
     // Never beyond 1: a receiver on the sphere itself may lie a rounding within it.
-    const float sine2 = min(1.0, light.radius * light.radius / dot(to_centre, to_centre));
+    const float sine2 = min(1.0, radius * radius / dot(to_centre, to_centre));
     return sine2 / (1.0 + sqrt(1.0 - sine2));
+}
+
+// From a receiver outside of a sphere to a point on its near side, uniform in the cone.
+vec3 to_near_side(float radius, vec3 to_centre, vec2 v) {
+    const float distance = length(to_centre);
+    const float k = sphere_cone(radius, to_centre);
+    const float below = k * v.x;  // 1 - cos theta
+    const float sine2 = below * (2.0 - below), cosine = 1.0 - below;
+    const vec3 direction =
+        frame_of(to_centre / distance) * vec3(sqrt(sine2) * cos_sin_turn(v.y), cosine);
+    // At the rim of the cone the root may come out a rounding below zero.
+    const float half_chord = sqrt(max(0.0, radius * radius - distance * distance * sine2));
+    return (distance * cosine - half_chord) * direction;
+}
+
+// Where the receiver of an ellipsoid's light stands in the space in which that is the unit sphere.
+struct UnitReceiver {
+    vec3 point;
+    bool inside;
+};
+UnitReceiver unit_receiver(Convex shape, Light light, Receiver receiver) {
+    const vec3 x = to_unit_space(shape, Ray(receiver.point, vec3(0.0))).origin;
+    return UnitReceiver(x, receiver.slot == light.slot ? receiver.inside : dot(x, x) <= 1.0);
+}
+
+// The density of unit space times |N w|^3 / |det N|, where a world length of |offset| is one of |e|; `radius` is the cube
+// root of |det N|.
+float ellipsoid_density(Light light, Receiver receiver, vec3 offset) {
+    const Convex shape = convex_at(light.slot);
+    const UnitReceiver from = unit_receiver(shape, light, receiver);
+    const vec3 e = vec3(dot(shape.to_unit0.xyz, offset), dot(shape.to_unit1.xyz, offset), dot(shape.to_unit2.xyz, offset));
+    const float stretched = length(offset) / light.radius;
+    if (from.inside) return stretched * stretched * stretched / (4.0 * pi * abs(dot(from.point + e, e)));
+    const float ratio = stretched / length(e);
+    return ratio * ratio * ratio / (2.0 * pi * sphere_cone(1.0, -from.point));
 }
 
 float area_density(Light light, float distance2, float cosine) {
     return PLANTED(jacobian_missing) ? 1.0 / light.area : distance2 / (light.area * cosine);
 }
 
-// Density over solid angle with which `light` (its choice not counted) gives the direction from the receiver to a point on
-// it at `distance2`, cosine = |n_light · direction|.
-float light_density(Light light, Receiver receiver, float distance2, float cosine) {
+// Density over solid angle with which `light` (its choice not counted) gives the direction from the receiver to the point on
+// it at `offset`, cosine = |n_light · direction|.
+float light_density(Light light, Receiver receiver, vec3 offset, float cosine) {
     if (has_sphere_lights && light.kind == kind_sphere && !is_inside_sphere(light, receiver))
         return PLANTED(jacobian_missing) ? 1.0 / light.area
-                                         : 1.0 / (2.0 * pi * sphere_cone(light, light.centre - receiver.point));
-    return area_density(light, distance2, cosine);
+                                         : 1.0 / (2.0 * pi * sphere_cone(light.radius, light.centre - receiver.point));
+    if (has_ellipsoid_lights && light.kind == kind_ellipsoid)
+        return PLANTED(jacobian_missing) ? 1.0 / light.area : ellipsoid_density(light, receiver, offset);
+    return area_density(light, dot(offset, offset), cosine);
 }
 
 uint choose_light(float v) {
@@ -77,16 +120,16 @@ LightSample sample_sphere_light(Light light, Receiver receiver, vec2 v) {
         return LightSample(light.centre + light.radius * n - receiver.point, n, true);
     }
     const vec3 to_centre = light.centre - receiver.point;
-    const float distance = length(to_centre);
-    const float k = sphere_cone(light, to_centre);
-    const float below = k * v.x;  // 1 - cos theta
-    const float sine2 = below * (2.0 - below), cosine = 1.0 - below;
-    const vec3 direction =
-        frame_of(to_centre / distance) * vec3(sqrt(sine2) * cos_sin_turn(v.y), cosine);
-    // At the rim of the cone the root may come out a rounding below zero.
-    const float half_chord = sqrt(max(0.0, light.radius * light.radius - distance * distance * sine2));
-    const vec3 offset = (distance * cosine - half_chord) * direction;
+    const vec3 offset = to_near_side(light.radius, to_centre, v);
     return LightSample(offset, (offset - to_centre) / light.radius, false);
+}
+
+LightSample sample_ellipsoid_light(Light light, Receiver receiver, vec2 v) {
+    const Convex shape = convex_at(light.slot);
+    const UnitReceiver from = unit_receiver(shape, light, receiver);
+    const vec3 e = from.inside ? sample_sphere(v.x, v.y) - from.point : to_near_side(1.0, -from.point, v);
+    const vec3 offset = vec3(dot(shape.to_world0.xyz, e), dot(shape.to_world1.xyz, e), dot(shape.to_world2.xyz, e));
+    return LightSample(offset, convex_normal(shape, from.point + e), from.inside);
 }
 
 LightSample sample_cuboid_light(Light light, Receiver receiver, vec2 v) {
@@ -105,6 +148,7 @@ LightSample sample_cuboid_light(Light light, Receiver receiver, vec2 v) {
 LightSample sample_primitive_light(Light light, Receiver receiver, vec2 v) {
     if (has_triangle_lights && light.kind == kind_triangle) return sample_triangle_light(light, receiver, v);
     if (has_sphere_lights && light.kind == kind_sphere) return sample_sphere_light(light, receiver, v);
+    if (has_ellipsoid_lights && light.kind == kind_ellipsoid) return sample_ellipsoid_light(light, receiver, v);
     if (has_cuboid_lights) return sample_cuboid_light(light, receiver, v);
     return LightSample(vec3(0.0), vec3(0.0), false);
 }
@@ -137,8 +181,10 @@ Incident from_primitive(Light light, Receiver receiver, vec2 v) {
     const Material material = materials[placed[light.slot].material];
     const bool front = light_cosine > 0.0;
     if (light_cosine == 0.0 || !emits_to(material, front) || (!front && !chosen.sees_back)) return no_incident;
-    const float density = light.probability * light_density(light, receiver, distance2, abs(light_cosine));
-    return Incident(chosen.offset, direction, distance, material.radiance, density, false, light.slot);
+    const float density = light.probability * light_density(light, receiver, chosen.offset, abs(light_cosine));
+    vec3 radiance = material.radiance;
+    if (has_translucent_emission && has_flag(material, flag_translucent)) radiance *= material.alpha;
+    return Incident(chosen.offset, direction, distance, radiance, density, false, light.slot);
 }
 
 // 8.3
@@ -156,8 +202,8 @@ Incident from_point(Light light, Receiver receiver) {
         offset, direction, distance, light.intensity * (share / distance2), light.probability, true, no_slot);
 }
 
-// The light that the number v.x chooses (9.2).
-Incident incident_light(Receiver receiver, vec3 v) {
+// The light that the number v.x chooses (9.2), at the time of the path.
+Incident incident_light(Receiver receiver, vec3 v, float time) {
     const Light light = lights[choose_light(v.x)];
     if (has_point_lights && (light.kind == kind_point || light.kind == kind_spot)) return from_point(light, receiver);
     if (has_suns && light.kind == kind_sun)
@@ -169,8 +215,8 @@ Incident incident_light(Receiver receiver, vec3 v) {
         if (density <= 0.0) return no_incident;  // a rounding beside what was chosen
         return Incident(direction, direction, settings.ray_max, background(direction), density, false, shadow_far);
     }
-    if (has_triangle_lights || has_sphere_lights || has_cuboid_lights) return from_primitive(light, receiver, v.yz);
-    return no_incident;
+    if (!has_triangle_lights && !has_sphere_lights && !has_ellipsoid_lights && !has_cuboid_lights) return no_incident;
+    return from_primitive(light, has_entity_motion ? beside_rest(receiver, light, time) : receiver, v.yz);
 }
 
 // How a vertex answers to light from a direction: colour times f_cosine is f |cos theta| (a phase function for a medium),

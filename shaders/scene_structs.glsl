@@ -122,7 +122,7 @@ struct Light {
     float cumulative;   // P_0 + … + P_i
     float probability;  // P_i
     vec3 centre;        // sphere; point, spot: the position
-    float radius;
+    float radius;       // ellipsoid: of the sphere of equal volume
     float area;  // world
     float face0;  // cuboid: cumulative shares of the faces -x +x -y +y -z, the sixth being 1
     float face1;
@@ -136,7 +136,7 @@ struct Light {
 };
 const uint no_light = 0xffffffffu;
 const uint kind_triangle = 0, kind_sphere = 1, kind_cuboid = 2;
-const uint kind_point = 3, kind_spot = 4, kind_sun = 5, kind_background = 6;
+const uint kind_point = 3, kind_spot = 4, kind_sun = 5, kind_background = 6, kind_ellipsoid = 7;
 
 // The image that surrounds the scene (shaders/environment.glsl).
 struct Environment {

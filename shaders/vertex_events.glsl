@@ -43,12 +43,11 @@ float scattering_weight(Path path, uint slot, Surface surface) {
     const uint index = placed[slot].light;
     if (index == no_light || path.density == 0.0) return 1.0;
     const Light light = lights[index];
-    const Receiver receiver =
-        Receiver(path.origin, path.origin, path.word & slot_mask, (path.word & ray_inside) != 0u);
+    Receiver receiver = Receiver(path.origin, path.origin, path.word & slot_mask, (path.word & ray_inside) != 0u);
     const vec3 offset = surface.point - receiver.point;
     const float cosine = abs(dot(surface.normal, path.direction));
-    return power_heuristic(
-        path.density, light.probability * light_density(light, receiver, dot(offset, offset), cosine));
+    if (has_entity_motion) receiver = beside_rest(receiver, light, path_time(path.pixel, path.sample_index));
+    return power_heuristic(path.density, light.probability * light_density(light, receiver, offset, cosine));
 }
 
 void leave_scene(inout Path path) {
@@ -68,8 +67,10 @@ bool survives(inout vec3 throughput, float u) {
     return true;
 }
 
-vec3 light_numbers(Path path) {
-    return random_block(settings.seed, path.pixel, path.sample_index, block_light(path.segment)).xyz;
+// The sample of a light that the path takes at this vertex.
+Incident next_event(Path path, Receiver receiver) {
+    const vec3 v = random_block(settings.seed, path.pixel, path.sample_index, block_light(path.segment)).xyz;
+    return incident_light(receiver, v, has_entity_motion ? path_time(path.pixel, path.sample_index) : 0.0);
 }
 
 vec4 scatter_numbers(Path path) {
@@ -105,7 +106,7 @@ Departure meet_medium(inout Path path, vec3 point) {
     const Medium medium = media[path.medium];
     if (has_light_sampling && settings.light_count > 0) {
         const Receiver receiver = Receiver(point, point, no_slot, false);
-        const Incident incident = incident_light(receiver, light_numbers(path));
+        const Incident incident = next_event(path, receiver);
         if (incident.radiance != vec3(0.0))
             aim_shadow_ray(
                 path, incident, receiver, medium_response(medium, path.direction, incident.direction), leaving);
@@ -143,7 +144,7 @@ bool is_tracked(Material material) { return has_interiors && has_flag(material, 
 void sample_lights(Path path, Material material, Surface surface, uint slot, vec3 n_f, bool front,
     inout Departure leaving) {
     const Receiver receiver = Receiver(offset_ray_origin(surface, n_f), surface.point, slot, !front);
-    const Incident incident = incident_light(receiver, light_numbers(path));
+    const Incident incident = next_event(path, receiver);
     if (incident.radiance == vec3(0.0)) return;
     if (has_rough_conductor && material.kind == material_conductor)
         aim_shadow_ray(path, incident, receiver,

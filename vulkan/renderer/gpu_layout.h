@@ -103,7 +103,7 @@ struct alignas(16) Light {
     float inner = 0;
 };
 // After the kinds of primitives.
-inline constexpr std::uint32_t kind_point = 3, kind_spot = 4, kind_sun = 5, kind_background = 6;
+inline constexpr std::uint32_t kind_point = 3, kind_spot = 4, kind_sun = 5, kind_background = 6, kind_ellipsoid = 7;
 
 struct alignas(16) Environment {
     std::array<std::uint32_t, 2> size{};

@@ -24,28 +24,6 @@ gpu::Vec3 to_float(const glm::dvec3& v) {
     return {static_cast<float>(v.x), static_cast<float>(v.y), static_cast<float>(v.z)};
 }
 
-// Squared singular values of a matrix: eigenvalues of its Gram matrix by Jacobi rotations.
-std::array<double, 3> squared_singular_values(const glm::dmat3& m) {
-    glm::dmat3 s = glm::transpose(m) * m;
-    for (int sweep = 0; sweep < 12; ++sweep)  // convergence is quadratic; 12 sweeps are beyond double precision
-        for (const auto& [p, q] : {std::pair{0, 1}, std::pair{0, 2}, std::pair{1, 2}}) {
-            if (s[q][p] == 0.0) continue;
-            const double theta = 0.5 * std::atan2(2.0 * s[q][p], s[q][q] - s[p][p]);
-            glm::dmat3 rotation(1.0);
-            rotation[p][p] = rotation[q][q] = std::cos(theta);
-            rotation[q][p] = std::sin(theta);
-            rotation[p][q] = -std::sin(theta);
-            s = glm::transpose(rotation) * s * rotation;
-        }
-    return {s[0][0], s[1][1], s[2][2]};
-}
-
-// All singular values equal to a relative 10^-5.
-bool is_similarity(const glm::dmat3& m) {
-    const auto [a, b, c] = squared_singular_values(m);
-    return std::sqrt(std::max({a, b, c})) <= std::sqrt(std::min({a, b, c})) * (1.0 + 1e-5);
-}
-
 double triangle_area(const Scene& scene, const Primitive& primitive, const glm::dmat3& m) {
     const glm::dvec3 origin = scene.vertices[primitive.index[0]];
     return 0.5 * glm::length(glm::cross(m * (scene.vertices[primitive.index[1]] - origin),
@@ -80,16 +58,17 @@ Candidate candidate(const Scene& scene, std::uint32_t slot, const PlacedPrimitiv
     gpu::Light& light = result.light;
     light.slot = slot;
     light.kind = static_cast<std::uint32_t>(primitive.kind);
-    const double radiance = channel_sum(material.radiance);
-    if (material.translucent || radiance == 0.0 || entity.motion != glm::dvec3(0.0)) return result;
+    const double radiance = channel_sum(material.radiance) * (material.translucent ? material.alpha : 1.0);
+    if (material.translucent && (material.interior != no_index || material.priority)) return result;
     double area = 0.0;
     if (primitive.kind == PrimitiveKind::triangle) {
         area = triangle_area(scene, primitive, linear);
     } else if (primitive.kind == PrimitiveKind::cuboid) {
         area = cuboid_area(scene, primitive, linear, light);
-    } else if (is_similarity(linear)) {
+    } else {
         const double radius = primitive.radius * std::cbrt(std::abs(glm::determinant(linear)));
         const glm::dvec3 centre(entity.object_to_world * glm::dvec4(scene.vertices[primitive.index[0]], 1.0));
+        if (!is_similarity(entity.object_to_world)) light.kind = gpu::kind_ellipsoid;
         light.centre = to_float(centre);
         light.radius = static_cast<float>(radius);
         area = 4.0 * std::numbers::pi * radius * radius;
