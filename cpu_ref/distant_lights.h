@@ -1,8 +1,8 @@
-// Sampling all lights of MODEL.md section 9.2: those of light_sampling.h, and those without a surface (sections 8.2 and
-// 8.3), a lane a path.
+// Sampling all lights of MODEL.md section 9.2: those of light_sampling.h, ellipsoids, lights that move, and those
+// without a surface (sections 8.2 and 8.3), a lane a path.
 #pragma once
 
-#include "cpu_ref/light_sampling.h"
+#include "cpu_ref/ellipsoid_lights.h"
 
 namespace tandem::cpu {
 
@@ -134,22 +134,29 @@ template <class Real>
     sample.delta = sample.delta | lanes;
 }
 
-// `v` are the numbers of the light block; `base` is the receiver's point on its surface.
+// `v` are the numbers of the light block; `base` is the receiver's point on its surface; `time` that of the path.
 template <class Real>
-TANDEM_INLINE LitSample<Real> sample_any_light(
-    const Tables<Real>& tables, const Receiver<Real>& from, const Vec3<Lanes<Real>>& base, const RandomLanes<Real>& v) {
+TANDEM_INLINE LitSample<Real> sample_any_light(const Tables<Real>& tables, const Receiver<Real>& receiver,
+    const Vec3<Lanes<Real>>& base, const RandomLanes<Real>& v, Lanes<Real> time) {
     using U = UnsignedOf<Real>;
     const LightTable<Real>& lights = tables.lights;
     const auto is = [](Ints<Real> kind, LightKind wanted) { return kind == Ints<Real>(static_cast<U>(wanted)); };
     const Ints<Real> light = choose_light(lights, v[0]), kind = lights.kind[light];
+    Receiver<Real> from = receiver;
+    if (lights.any_moving) {  // all is as at rest from there
+        const Vec3<Lanes<Real>> shift = lights.motion[light] * time;
+        from.point = receiver.point - shift;
+        from.displacement = largest_magnitude(shift);
+    }
     LitSample<Real> sample{};
     sample.primitive = lights.primitive[light];
     sample.material = lights.material[light];
     const Mask<Real> distant = !(kind < Ints<Real>(static_cast<U>(LightKind::point)));
     const Mask<Real> round = is(kind, LightKind::sphere), background = is(kind, LightKind::background);
-    const Mask<Real> flat = !(round | distant);
-    if (any(flat)) sample_patch(tables, from, select(flat, light, Ints<Real>(U{0})), v[1], v[2], sample);
-    if (any(round)) sample_sphere_light(tables, from, round, light, v[1], v[2], sample);
+    const Mask<Real> stretched = is(kind, LightKind::ellipsoid), flat = !(round | stretched | distant);
+    if (any(flat)) sample_patch<true>(tables, from, select(flat, light, Ints<Real>(U{0})), v[1], v[2], sample);
+    if (any(round)) sample_sphere_light<true>(tables, from, round, light, v[1], v[2], sample);
+    if (any(stretched)) sample_ellipsoid(tables, from, stretched, light, v[1], v[2], sample);
     sample.radiance = tables.materials.radiance[sample.material];
     if (none(distant)) return sample;
     sample.usable = sample.usable & !distant;
@@ -157,6 +164,19 @@ TANDEM_INLINE LitSample<Real> sample_any_light(
     if (any(punctual)) sample_punctual(tables, base, punctual, light, kind, sample);
     if (any(background)) sample_background(tables, background, v[1], v[2], sample);
     return sample;
+}
+
+// As light_density, for all lights that have a surface; `from` where entities move: as at rest.
+template <class Real>
+TANDEM_INLINE Lanes<Real> any_light_density(const Tables<Real>& tables, const Receiver<Real>& from,
+    const Hit<Real>& hit, const Surface<Real>& surface, const Vec3<Lanes<Real>>& direction) {
+    const Lanes<Real> density = light_density(tables, from.point, from.primitive, from.inside, hit, surface, direction);
+    if (!tables.lights.any_ellipsoid) return density;
+    const Mask<Real> stretched =
+        surface.curved & has_bit(tables.faces.curved[hit.face], UnsignedOf<Real>{curved_bits::ellipsoid_light});
+    if (none(stretched)) return density;
+    return select(stretched,
+        ellipsoid_density(tables, from, tables.faces.sphere[hit.face], surface.primitive, direction), density);
 }
 
 }  // namespace tandem::cpu

@@ -15,6 +15,9 @@ struct Receiver {
     Vec3<Lanes<Real>> point, facing;  // facing: the normal of the lit side
     Ints<Real> primitive;
     Mask<Real> inside;
+    // Where lights move: by how much `point` was moved back, to where the light stands at rest, along the furthest
+    // axis.
+    Lanes<Real> displacement{};
 };
 
 template <class Real>
@@ -73,7 +76,7 @@ TANDEM_INLINE Mask<Real> inside_sphere(
     return (own & from.inside) | ((!own) & (distance <= radius));
 }
 
-template <class Real>
+template <bool moving = false, class Real>
 TANDEM_INLINE void sample_patch(const Tables<Real>& tables, const Receiver<Real>& from, Ints<Real> light,
     Lanes<Real> v1, Lanes<Real> v2, LightSample<Real>& sample) {
     using V = Lanes<Real>;
@@ -110,7 +113,8 @@ TANDEM_INLINE void sample_patch(const Tables<Real>& tables, const Receiver<Real>
     const V area_density = tables.faces.light_density[face];
     sample.density = area_density * square / magnitude;
     if (tables.planted(PlantedBug::jacobian_missing)) sample.density = area_density;
-    const V error = V(error_factor<Real>) * (largest_magnitude(y) + tables.faces.extent[face]);
+    V error = V(error_factor<Real>) * (largest_magnitude(y) + tables.faces.extent[face]);
+    if constexpr (moving) error = error_in_motion(error, from.displacement);
     sample.reach = distance - error / magnitude;
     // From behind: both sides must emit, and a solid light be around the receiver.
     const Mask<Real> both = has_bit(tables.materials.bits[sample.material], U{material_bits::both_sides});
@@ -134,7 +138,7 @@ TANDEM_INLINE void sample_patch(const Tables<Real>& tables, const Receiver<Real>
     sample.usable = ((cosine > zero) | behind_counts) & !(own & !(solid & from.inside)) & (magnitude > zero);
 }
 
-template <class Real>
+template <bool moving = false, class Real>
 TANDEM_INLINE void sample_sphere_light(const Tables<Real>& tables, const Receiver<Real>& from, Mask<Real> lanes,
     Ints<Real> light, Lanes<Real> v1, Lanes<Real> v2, LightSample<Real>& sample) {
     using V = Lanes<Real>;
@@ -171,7 +175,8 @@ TANDEM_INLINE void sample_sphere_light(const Tables<Real>& tables, const Receive
     sample.direction = select(lanes, direction, sample.direction);
     sample.distance = select(lanes, distance, sample.distance);
     sample.density = select(lanes, density, sample.density);
-    const V error = V(error_factor<Real>) * (largest_magnitude(centre) + radius);
+    V error = V(error_factor<Real>) * (largest_magnitude(centre) + radius);
+    if constexpr (moving) error = error_in_motion(error, from.displacement);
     sample.reach = select(lanes, distance - error, sample.reach);
     sample.usable = select_mask(lanes, usable, sample.usable);
 }

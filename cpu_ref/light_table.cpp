@@ -84,7 +84,7 @@ std::vector<double> fill_light_table(LightTable<Real>& table, const std::vector<
     const std::vector<double> chances = probabilities(lights, running);
     std::vector<Unsigned> primitive, material, first_patch, sphere, kind;
     std::vector<Real> cumulative, chance, outer, range;
-    VectorRows<Real> intensity, position, direction;
+    VectorRows<Real> intensity, position, direction, motion;
     for (std::size_t i = 0; i < lights.size(); ++i) {
         const LightDraft& light = lights[i];
         primitive.push_back(light.primitive);
@@ -97,13 +97,16 @@ std::vector<double> fill_light_table(LightTable<Real>& table, const std::vector<
         intensity.push_back(light.punctual.intensity);
         position.push_back(light.punctual.position);
         direction.push_back(light.punctual.direction);
+        motion.push_back(light.motion);
         const double inner_cosine = cosine_of_degrees(light.punctual.inner_degrees);
         const double outer_cosine = cosine_of_degrees(light.punctual.outer_degrees);
         outer.push_back(static_cast<Real>(outer_cosine));
         range.push_back(static_cast<Real>(1.0 / (inner_cosine - outer_cosine)));
         table.any_sphere = table.any_sphere || light.kind == LightKind::sphere;
         table.any_cuboid = table.any_cuboid || light.kind == LightKind::cuboid;
-        (light.kind <= LightKind::cuboid ? table.any_surface : table.any_distant) = true;
+        table.any_ellipsoid = table.any_ellipsoid || light.kind == LightKind::ellipsoid;
+        table.any_moving = table.any_moving || light.motion != glm::dvec3(0.0);
+        (light.kind <= LightKind::ellipsoid ? table.any_surface : table.any_distant) = true;
         if (light.kind == LightKind::background) table.background_chance = static_cast<Real>(chances[i]);
     }
     table.count = lights.size();
@@ -120,6 +123,7 @@ std::vector<double> fill_light_table(LightTable<Real>& table, const std::vector<
     intensity.assign_to(table.intensity);
     position.assign_to(table.position);
     direction.assign_to(table.direction);
+    motion.assign_to(table.motion);
     return chances;
 }
 

@@ -13,6 +13,7 @@ struct LightDraft {
     std::uint32_t primitive = no_primitive, material = 0, first_patch = 0, sphere = 0;  // surfaces
     double area = 0.0;                                                                  // surfaces: in the world
     double weight = 0.0;                                                                // near lights
+    glm::dvec3 motion{0.0};                                                             // surfaces
     PunctualLight punctual{};                                                           // points, spots, suns
 };
 

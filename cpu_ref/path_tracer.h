@@ -345,13 +345,19 @@ void PathTracer<Real, effects>::add_emission(
                     (at.front | has_bit(at.bits, U{material_bits::both_sides}));
     if (none(emits)) return;
     Vec3<V> light = tables_.materials.radiance[at.surface.material];
-    const M translucent = has_bit(at.bits, U{material_bits::translucent});
-    if (any(translucent & emits))
-        light = select(translucent, light * tables_.materials.alpha[at.surface.material], light);
     if constexpr (has(Effect::light_sampling)) {
         const V zero(Real(0)), one(Real(1)), scattered = load<Real>(&paths_.density[first]);
-        const V sampled = light_density(tables_, ray.origin, load_ints<Real>(&paths_.primitive[first]),
-            has_bit(load_ints<Real>(&paths_.inside[first]), U{1}), hit, at.surface, at.direction);
+        const I primitive = load_ints<Real>(&paths_.primitive[first]);
+        const M inside = has_bit(load_ints<Real>(&paths_.inside[first]), U{1});
+        const V sampled = [&] {
+            if constexpr (general) {
+                const Vec3<V> from = tables_.moves ? ray.origin - at.more.shift : ray.origin;
+                return any_light_density(
+                    tables_, {from, at.direction, primitive, inside}, hit, at.surface, at.direction);
+            } else {
+                return light_density(tables_, ray.origin, primitive, inside, hit, at.surface, at.direction);
+            }
+        }();
         const M weighted = samples_lights_ ? emits & (scattered > zero) & (sampled > zero) : M{};
         if (any(weighted)) light = light * select(weighted, power_heuristic(scattered, sampled), one);
     }
@@ -367,9 +373,11 @@ void PathTracer<Real, effects>::add_direct_light(Vertex& at, M lanes, [[maybe_un
         at.number * I(U{dimension::blocks_per_vertex}) + I(U{dimension::first_vertex + dimension::light}));
     const Receiver<Real> receiver{
         leaving_origin(tables_, at.surface, at.facing), at.facing, at.surface.primitive, !at.front};
+    V time(Real(0));
+    if constexpr (moving) time = load<Real>(&paths_.motion.time[first]);
     const auto sample = [&] {
         if constexpr (general)
-            return sample_any_light(tables_, receiver, at.surface.point, v);
+            return sample_any_light(tables_, receiver, at.surface.point, v, time);
         else
             return sample_light(tables_, receiver, v);
     }();
@@ -386,8 +394,6 @@ void PathTracer<Real, effects>::add_direct_light(Vertex& at, M lanes, [[maybe_un
     I departed = at.surface.primitive;
     if (tables_.planted(PlantedBug::self_hit_not_excluded)) departed = I(U{no_primitive});
     const Departure<V> departure{departed, receiver.inside};
-    V time(Real(0));
-    if constexpr (moving) time = load<Real>(&paths_.motion.time[first]);
     const M lit = reachable & !accelerator_.occluded(shadow, departure, sample.primitive, reachable, time);
     if (none(lit)) return;
     V scattered = cosine * V(static_cast<Real>(inverse_pi));  // f's C/pi times cos, and the density of scattering

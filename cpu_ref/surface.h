@@ -88,9 +88,15 @@ TANDEM_INLINE Surface<Real> surface_at(const Tables<Real>& tables, const Ray<Lan
     return surface;
 }
 
-// The same where entities move: found on the entity at rest by the ray moved back by `shift`, then moved there. The two
-// shifts round by sqrt(3) u s each, s now with the shift's own size, and a later ray that is shifted in its turn by as
-// much: below the bound at rest once more.
+// Bound on the error of points of entities displaced by `size`, from that at rest. The shift of the ray back and of the
+// point there round by sqrt(3) u s each, s now with the shift's own size, and a later ray that is shifted in its turn
+// by as much: below the bound at rest once more.
+template <class V>
+TANDEM_INLINE V error_in_motion(V at_rest, std::type_identity_t<V> size) {
+    return select(size > V(RealOf<V>(0)), V(RealOf<V>(2)) * (at_rest + V(error_factor<RealOf<V>>) * size), at_rest);
+}
+
+// The same where entities move: found on the entity at rest by the ray moved back by `shift`, then moved there.
 template <class Real>
 TANDEM_INLINE Surface<Real> surface_in_motion(
     const Tables<Real>& tables, const Ray<Lanes<Real>>& ray, const Hit<Real>& hit, const Vec3<Lanes<Real>>& shift) {
@@ -98,10 +104,9 @@ TANDEM_INLINE Surface<Real> surface_in_motion(
     Ray<V> rest = ray;
     rest.origin = ray.origin - shift;
     Surface<Real> surface = surface_at(tables, rest, hit);
-    const V size = largest_magnitude(shift), at_rest = surface.error_bound;
     surface.point = surface.point + shift;
     if (tables.settings.intersection.guard == SelfIntersectionGuard::error_bound)
-        surface.error_bound = select(size > V(Real(0)), V(Real(2)) * (at_rest + V(error_factor<Real>) * size), at_rest);
+        surface.error_bound = error_in_motion(surface.error_bound, largest_magnitude(shift));
     return surface;
 }
 

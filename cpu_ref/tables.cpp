@@ -17,25 +17,25 @@ namespace {
 using glm::dmat3;
 using glm::dvec3;
 
-// Least and greatest singular value of a linear map: square roots of the eigenvalues of A^T A, by the trigonometric
-// solution of the characteristic cubic.
-std::array<double, 2> singular_values(const dmat3& a) {
+// Greatest singular value of a linear map: square root of that eigenvalue of A^T A, by the trigonometric solution of
+// the characteristic cubic.
+double greatest_scale_of(const dmat3& a) {
     const dmat3 s = glm::transpose(a) * a;
     const double mean = (s[0][0] + s[1][1] + s[2][2]) / 3.0;
     const dmat3 k = s - dmat3(mean);
     double square = 0.0;
     for (int c = 0; c < 3; ++c) square += glm::dot(k[c], k[c]);
     const double p = std::sqrt(square / 6.0);
-    if (p <= 1e-14 * mean) return {std::sqrt(mean), std::sqrt(mean)};
+    if (p <= 1e-14 * mean) return std::sqrt(mean);
     const double half_determinant = glm::clamp(glm::determinant(k / p) / 2.0, -1.0, 1.0);
     const double angle = std::acos(half_determinant) / 3.0;
-    const double third = 2.0943951023931953;  // 2 pi / 3
-    return {std::sqrt(std::max(0.0, mean + 2.0 * p * std::cos(angle + third))),
-        std::sqrt(std::max(0.0, mean + 2.0 * p * std::cos(angle)))};
+    return std::sqrt(std::max(0.0, mean + 2.0 * p * std::cos(angle)));
 }
 
-// The relative spread of singular values up to which a map is a similarity (section 9.2).
-constexpr double similarity_tolerance = 1e-5;
+bool is_tracked(const Material& material) {
+    const bool has_inside = material.translucent || material.kind == MaterialKind::boundary;
+    return has_inside && (material.interior != no_index || material.priority);
+}
 
 template <class Real>
 class TableBuilder {
@@ -77,7 +77,6 @@ private:
             placed.entity};
         material_ = entity.material;
         entity_ = placed.entity;
-        moves_ = ref.moves;
         linear_ = dmat3(entity.object_to_world);
         shift_ = dvec3(entity.object_to_world[3]);
         inverse_ = glm::inverse(linear_);
@@ -122,7 +121,7 @@ private:
         face_entity_.push_back(entity_);
         face_material_.push_back(material_);
         face_sphere_.push_back(sphere);
-        face_curved_.push_back(curved ? 1u : 0u);
+        face_curved_.push_back(curved ? curved_bits::curved : 0u);
         face_density_.push_back(Real(0));
     }
 
@@ -161,7 +160,7 @@ private:
             form.offset = face_offset_.back();
         }
         tables_.triangles.push_back(form);
-        if (!degenerate && add_light(PrimitiveKind::triangle, area, 0))
+        if (!degenerate && add_light(LightKind::triangle, area, 0))
             add_patch(world[0], world[1] - world[0], world[2] - world[0], 1.0, face_count() - 1);
         return static_cast<std::uint32_t>(tables_.triangles.size() - 1);
     }
@@ -203,14 +202,17 @@ private:
         tables_.spheres.push_back(form);
         sphere_shift_.push_back(local_shift);
         sphere_centre_.push_back(centre);
-        const auto [least_scale, greatest_scale] = singular_values(linear_);
+        const double extent = r * greatest_scale_of(linear_);
         const double radius = r * std::cbrt(std::abs(glm::determinant(linear_)));
         sphere_radius_.push_back(static_cast<Real>(radius));
+        sphere_extent_.push_back(static_cast<Real>(extent));
         sphere_chance_.push_back(Real(0));
-        add_face({0.0, 0.0, 1.0}, centre, r * greatest_scale, index, true);
+        add_face({0.0, 0.0, 1.0}, centre, extent, index, true);
         add_terms(dvec3(0.0), dvec3(0.0), dvec3(0.0));
-        if (greatest_scale - least_scale <= similarity_tolerance * greatest_scale)
-            add_light(PrimitiveKind::sphere, 4.0 * 3.14159265358979323846 * radius * radius, index);
+        const bool similar = is_similarity(scene_.entities[entity_].object_to_world);
+        const double area = 4.0 * 3.14159265358979323846 * radius * radius;
+        if (add_light(similar ? LightKind::sphere : LightKind::ellipsoid, area, index) && !similar)
+            face_curved_.back() |= curved_bits::ellipsoid_light;
         return index;
     }
 
@@ -250,7 +252,7 @@ private:
                 total += area;
             }
         }
-        if (total > 0.0 && add_light(PrimitiveKind::cuboid, total, 0)) add_cuboid_patches(low, high, areas, total);
+        if (total > 0.0 && add_light(LightKind::cuboid, total, 0)) add_cuboid_patches(low, high, areas, total);
         return static_cast<std::uint32_t>(tables_.cuboids.size() - 1);
     }
 
@@ -267,12 +269,13 @@ private:
     }
 
     // Notes a sampled light (section 9.2) if this primitive is one.
-    bool add_light(PrimitiveKind kind, double area, std::uint32_t sphere) {
+    bool add_light(LightKind kind, double area, std::uint32_t sphere) {
         const Material& material = scene_.materials[material_];
-        const double sum = material.radiance.x + material.radiance.y + material.radiance.z;
-        if (moves_ || material.translucent || !(sum > 0.0) || !(area > 0.0)) return false;
-        lights_.push_back({static_cast<LightKind>(kind), id_, material_, static_cast<std::uint32_t>(patch_face_.size()),
-            sphere, area, area * sum, {}});
+        const double sum = (material.radiance.x + material.radiance.y + material.radiance.z) *
+                           (material.translucent ? material.alpha : 1.0);
+        if ((material.translucent && is_tracked(material)) || !(sum > 0.0) || !(area > 0.0)) return false;
+        lights_.push_back({kind, id_, material_, static_cast<std::uint32_t>(patch_face_.size()), sphere, area,
+            area * sum, scene_.entities[entity_].motion, {}});
         return true;
     }
 
@@ -300,7 +303,6 @@ private:
     dmat3 linear_{1.0}, inverse_{1.0};
     dvec3 shift_{0.0};
     std::uint32_t id_ = 0, material_ = 0, entity_ = 0;
-    bool moves_ = false;
     BoundingBox whole_;
 
     using Unsigned = UnsignedOf<Real>;
@@ -309,7 +311,7 @@ private:
     std::vector<Unsigned> face_primitive_, face_material_, face_sphere_, face_curved_, face_entity_;
     std::array<VectorRows<Real>, 3> sphere_to_local_, sphere_to_world_, sphere_normal_;
     VectorRows<Real> sphere_shift_, sphere_centre_;
-    std::vector<Real> sphere_radius_, sphere_chance_;
+    std::vector<Real> sphere_radius_, sphere_extent_, sphere_chance_;
     std::vector<LightDraft> lights_;
     VectorRows<Real> patch_corner_, patch_edge1_, patch_edge2_;
     std::vector<Real> patch_cumulative_;
@@ -351,7 +353,7 @@ unsigned bits_of(const Material& material) {
     if (material.kind == MaterialKind::conductor)
         b |= rough ? material_bits::rough_conductor : material_bits::smooth_conductor;
     if (boundary) b |= material_bits::boundary;
-    if ((translucent || boundary) && (material.interior != no_index || material.priority)) b |= material_bits::tracked;
+    if (is_tracked(material)) b |= material_bits::tracked;
     if ((diffuse || specular) && material.colour_texture != no_index) b |= material_bits::textured;
     if (material.radiance != dvec3(0.0)) b |= material_bits::emits;
     if (material.sides == EmittingSides::both) b |= material_bits::both_sides;
@@ -370,8 +372,8 @@ void TableBuilder<Real>::add_materials() {
         if (material.kind == MaterialKind::diffuse && tables_.planted(PlantedBug::albedo_off_3_percent)) c *= 1.03;
         if (material.kind == MaterialKind::diffuse && tables_.planted(PlantedBug::albedo_off_1_percent)) c *= 1.01;
         colour.push_back(c);
-        radiance.push_back(material.radiance);
         alpha.push_back(static_cast<Real>(tables_.planted(PlantedBug::alpha_ignored) ? 1.0 : material.alpha));
+        radiance.push_back(material.radiance, material.translucent ? alpha.back() : Real(1));
         fuzz.push_back(static_cast<Real>(material.fuzz));
         index.push_back(static_cast<Real>(material.refractive_index));
         ggx_alpha.push_back(static_cast<Real>(material.roughness * material.roughness));
@@ -402,12 +404,13 @@ void TableBuilder<Real>::finish_lights() {
     const std::vector<double> chances = fill_light_table(table, lights_);
     for (std::size_t i = 0; i < lights_.size(); ++i) {
         const LightDraft& light = lights_[i];
-        if (light.kind > LightKind::cuboid) continue;
+        if (light.kind > LightKind::ellipsoid) continue;
         const PrimitiveRef& ref = tables_.primitives[light.primitive];
         const std::uint32_t face_count_of = light.kind == LightKind::cuboid ? 6 : 1;
         for (std::uint32_t f = 0; f < face_count_of; ++f)
             face_density_[ref.first_face + f] = static_cast<Real>(chances[i] / light.area);
-        if (light.kind == LightKind::sphere) sphere_chance_[light.sphere] = static_cast<Real>(chances[i]);
+        if (tables_.primitives[light.primitive].kind == PrimitiveKind::sphere)
+            sphere_chance_[light.sphere] = static_cast<Real>(chances[i]);
     }
     patch_corner_.assign_to(table.patch_corner);
     patch_edge1_.assign_to(table.patch_edge1);
@@ -446,6 +449,7 @@ void TableBuilder<Real>::finish_spheres() {
     sphere_shift_.assign_to(table.local_shift);
     sphere_centre_.assign_to(table.centre);
     table.radius.assign(sphere_radius_);
+    table.extent.assign(sphere_extent_);
     table.chance.assign(sphere_chance_);
 }
 

@@ -95,6 +95,10 @@ inline constexpr unsigned receives = diffuse | rough_conductor | medium;  // nex
 inline constexpr unsigned scatters = diffuse | specular | smooth_conductor | rough_conductor | boundary | medium;
 }  // namespace material_bits
 
+namespace curved_bits {  // of faces: none are planes
+inline constexpr unsigned curved = 1, ellipsoid_light = 2;
+}  // namespace curved_bits
+
 // Every triangle has one face, every cuboid six, every sphere one (without a plane).
 template <class Real>
 struct FaceTable {
@@ -107,7 +111,7 @@ struct FaceTable {
     VectorColumn<Real> terms;
     RealColumn<Real> terms_of_extent;
     RealColumn<Real> light_density;  // chance of the light over its world area; 0: not a sampled light
-    IndexColumn<Real> primitive, material, sphere, curved;  // curved: 1 on spheres, 0 on planes
+    IndexColumn<Real> primitive, material, sphere, curved;  // curved: curved_bits
     IndexColumn<Real> entity;                               // in scenes with motion only
 };
 
@@ -115,27 +119,28 @@ template <class Real>
 struct SphereTable {
     std::array<VectorColumn<Real>, 3> to_local, to_world, normal_map;  // rows
     VectorColumn<Real> local_shift, centre;
-    RealColumn<Real> radius, chance;  // similarity spheres; chance 0: not a sampled light
+    RealColumn<Real> radius, extent, chance;  // radius: of equal volume; chance 0: not a sampled light
 };
 
 template <class Real>
 struct MaterialTable {
-    VectorColumn<Real> colour, radiance;
+    VectorColumn<Real> colour, radiance;  // radiance: alpha times it where translucent
     RealColumn<Real> alpha, fuzz, index;
     IndexColumn<Real> bits;
     RealColumn<Real> ggx_alpha;  // roughness squared
     VectorColumn<Real> eta, k;   // of conductors
 };
 
-// The kinds of sampled lights in their order (section 9.2); the first three as PrimitiveKind.
+// The kinds of sampled lights in their order (section 9.2).
 enum class LightKind : std::uint32_t {
     triangle = 0,
     sphere = 1,
     cuboid = 2,
-    point = 3,
-    spot = 4,
-    sun = 5,
-    background = 6
+    ellipsoid = 3,
+    point = 4,
+    spot = 5,
+    sun = 6,
+    background = 7
 };
 
 // Lights in order, and the planar patches they consist of (a triangle 1, a cuboid 6, all others none).
@@ -143,10 +148,11 @@ template <class Real>
 struct LightTable {
     std::size_t count = 0;
     bool any_surface = false, any_distant = false;  // distant: without a surface
-    bool any_sphere = false, any_cuboid = false;
+    bool any_sphere = false, any_cuboid = false, any_ellipsoid = false, any_moving = false;
     std::vector<Real> cumulative_list;
     IndexColumn<Real> primitive, material, first_patch, sphere, kind;  // kind: LightKind
     RealColumn<Real> cumulative;                                       // upper bound of v0
+    VectorColumn<Real> motion;                                         // of its entity
     VectorColumn<Real> patch_corner, patch_edge1, patch_edge2;
     RealColumn<Real> patch_cumulative;  // within the light, of v1
     IndexColumn<Real> patch_face;

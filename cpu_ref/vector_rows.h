@@ -16,10 +16,10 @@ template <class Real>
 template <class Real>
 struct VectorRows {
     std::vector<Real> x, y, z;
-    void push_back(const glm::dvec3& a) {
-        x.push_back(static_cast<Real>(a.x));
-        y.push_back(static_cast<Real>(a.y));
-        z.push_back(static_cast<Real>(a.z));
+    void push_back(const glm::dvec3& a, Real scale = Real(1)) {
+        x.push_back(static_cast<Real>(a.x) * scale);
+        y.push_back(static_cast<Real>(a.y) * scale);
+        z.push_back(static_cast<Real>(a.z) * scale);
     }
     void assign_to(VectorColumn<Real>& column) const {
         column.x.assign(x);

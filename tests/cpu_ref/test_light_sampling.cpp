@@ -172,18 +172,39 @@ TEST_CASE_TEMPLATE("lights are chosen by area times radiance, in id order", Real
     }
 }
 
-TEST_CASE("what is no sampled light is none") {
-    test::SceneBuilder builder;
-    builder.sphere(lamp, {0, 0, 0}, 1.0, test::scaled({1, 2, 1}));  // an ellipsoid
-    builder.triangle(lamp, {0, 0, 0}, {1, 0, 0}, {2, 0, 0});        // no area
-    builder.sphere(test::glass(1.5), {0, 0, 0}, 1.0);
-    Material glow = test::glass(1.5);
+TEST_CASE("what emits is a sampled light, but for clear and tracked glass and what has no area") {
+    Material glow = test::glass(1.5, Fresnel::exact, 0.5);
     glow.kind = MaterialKind::emissive;
     glow.radiance = glm::dvec3(1.0);
-    builder.sphere(glow, {0, 0, 0}, 1.0);  // translucent
-    CHECK(make_tables<float>(builder.scene(), {}, PlantedBug::none).lights.count == 0);
-    builder.sphere(lamp, {0, 0, 0}, 1.0, test::rotated(30, {1, 1, 0}) * test::scaled(glm::dvec3(2.0)));
-    CHECK(make_tables<float>(builder.scene(), {}, PlantedBug::none).lights.count == 1);
+    const auto lights = [](const test::SceneBuilder& builder) {
+        return make_tables<float>(builder.scene(), {}, PlantedBug::none).lights;
+    };
+    test::SceneBuilder none;
+    none.triangle(lamp, {0, 0, 0}, {1, 0, 0}, {2, 0, 0});  // no area
+    none.sphere(test::glass(1.5), {0, 0, 0}, 1.0);
+    Material clear = glow, with_interior = glow, with_priority = glow;
+    clear.alpha = 0.0;
+    with_interior.interior = 0;
+    with_priority.priority = 0;
+    for (const Material& material : {clear, with_interior, with_priority}) none.sphere(material, {0, 0, 0}, 1.0);
+    CHECK(lights(none).count == 0);
+
+    test::SceneBuilder some;
+    some.sphere(lamp, {0, 0, 0}, 1.0, test::rotated(30, {1, 1, 0}) * test::scaled(glm::dvec3(2.0)));
+    some.sphere(lamp, {0, 0, 0}, 1.0, test::scaled({1, 2, 4}));  // as one of radius 2
+    some.sphere(glow, {0, 0, 0}, 2.0);                           // of half the radiance
+    some.cuboid(glow, {0, 0, 0}, {1, 1, 1});
+    const LightTable<float> table = lights(some);
+    REQUIRE(table.count == 4);
+    const double sphere = 16 * std::numbers::pi, total = 2.5 * sphere + 0.5 * 6;
+    CHECK(table.chance.at(0) == doctest::Approx(sphere / total));
+    CHECK(table.chance.at(1) == doctest::Approx(sphere / total));
+    CHECK(table.chance.at(2) == doctest::Approx(0.5 * sphere / total));
+    CHECK(table.chance.at(3) == doctest::Approx(0.5 * 6 / total));
+    CHECK(table.kind.at(0) == static_cast<std::uint32_t>(LightKind::sphere));
+    CHECK(table.kind.at(1) == static_cast<std::uint32_t>(LightKind::ellipsoid));
+    CHECK(table.any_ellipsoid);
+    CHECK(!table.any_moving);
 }
 
 TEST_CASE("power heuristic weights of two techniques sum to one, also where one has no density or an infinite one") {
