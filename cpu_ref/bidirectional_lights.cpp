@@ -25,17 +25,13 @@ double falloff(const PunctualLight& light, const dvec3& direction) {
     return t * t * (3.0 - 2.0 * t);
 }
 
-// The linear part of a similarity scales all directions alike, to a relative 1e-5.
-std::optional<double> similarity_scale(const glm::dmat4& m) {
+// By how much a similarity scales all directions.
+double scale_of(const glm::dmat4& m) {
     const glm::dmat3 linear(m), square = glm::transpose(linear) * linear;
-    const double scale = (square[0][0] + square[1][1] + square[2][2]) / 3.0;
-    for (int i = 0; i < 3; ++i)
-        for (int j = 0; j < 3; ++j)
-            if (std::abs(square[i][j] - (i == j ? scale : 0.0)) > 2e-5 * scale) return std::nullopt;
-    return std::sqrt(scale);
+    return std::sqrt((square[0][0] + square[1][1] + square[2][2]) / 3.0);
 }
 
-// The surface of a primitive, or nothing where section 9.2 does not sample it.
+// The surface of a primitive, or nothing where section 9.6 does not sample it.
 std::optional<Emitter> surface_of(const Scene& scene, const Entity& entity, const Primitive& primitive) {
     const glm::dmat4& m = entity.object_to_world;
     Emitter light;
@@ -52,11 +48,10 @@ std::optional<Emitter> surface_of(const Scene& scene, const Entity& entity, cons
             return light;
         }
         case PrimitiveKind::sphere: {
-            const std::optional<double> scale = similarity_scale(m);
-            if (!scale || !(primitive.radius > 0.0)) return std::nullopt;
+            if (!is_similarity(m) || !(primitive.radius > 0.0)) return std::nullopt;
             light.kind = EmitterKind::sphere;
             light.corners[0] = point_by(m, vertex(0));
-            light.radius = *scale * primitive.radius;
+            light.radius = scale_of(m) * primitive.radius;
             light.area = 4.0 * pi * light.radius * light.radius;
             return light;
         }

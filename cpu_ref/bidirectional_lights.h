@@ -1,4 +1,4 @@
-// The lights of MODEL.md section 9.2 as both ends of bidirectional path tracing need them: chosen alone, with a ray
+// The lights of MODEL.md section 9.6 as both ends of bidirectional path tracing need them: chosen alone, with a ray
 // that leaves them, or chosen for a receiver. Densities of points are over area; of lights infinitely far, which send
 // rays through a disc that covers the scene, over solid angle.
 #pragma once

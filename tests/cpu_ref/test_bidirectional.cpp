@@ -116,9 +116,16 @@ TEST_CASE("bidirectional paths count every kind of light once") {
                                  rotated(30.0, {0.0, 1.0, 0.3}))
                              .scene(),
         3);
-    // Scaled unevenly it is no sampled light.
+    // Not among its lights: an ellipsoid, glowing glass, and a lamp that moves.
     check_against_oracle(
         room(emitter(black)).sphere(emitter(glow), {0.4, -0.5, 0.1}, 0.3, scaled({1.0, 1.4, 0.8})).scene(), 3);
+    Material glass_lamp = glass(1.4, Fresnel::exact, 0.5);
+    glass_lamp.kind = MaterialKind::emissive;
+    glass_lamp.radiance = glow;
+    check_against_oracle(room(emitter(black)).sphere(glass_lamp, {0.4, -0.5, 0.1}, 0.3).scene(), 3);
+    Scene moving = room(emitter(black)).sphere(emitter(glow), {0.4, -0.5, 0.1}, 0.3).scene();
+    moving.entities.back().motion = {-0.6, 0.5, 0.0};
+    check_against_oracle(moving, 3);
     // Mirrored: its front looks down.
     const dmat4 upside_down = scaled({1.0, -1.0, 1.0});
     check_against_oracle(room(emitter(black))
