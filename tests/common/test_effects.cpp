@@ -84,9 +84,10 @@ std::shared_ptr<const Pixels> pixel(float value) {
     return std::make_shared<Pixels>(Pixels{1, 1, {value, value, value}});
 }
 
-Ingredient surface(const std::string& name, const Material& material, EffectSet calls, bool receives = false) {
+Ingredient surface(
+    const std::string& name, const Material& material, EffectSet calls, bool receives = false, EffectSet lights = {}) {
     return {name, [material](Setup& s) { add_entity(s.scene, add_material(s.scene, material), PrimitiveKind::sphere); },
-        calls.with(spheres), {}, receives};
+        calls.with(spheres), lights, receives};
 }
 
 Ingredient lit(const std::string& name, PrimitiveKind kind, EffectSet calls, Effect light) {
@@ -158,14 +159,18 @@ std::vector<Ingredient> surfaces() {
     Material bubble = vacuum;
     bubble.priority = 0;
     ranked.priority = 1;
+    Material glowing_ranked = glowing;
+    glowing_ranked.priority = 1;
     return {surface("a diffuse sphere", Material{}, {diffuse}, true), surface("a mirror", mirror(), {specular}),
         surface("fuzz", fuzzy, {specular, fuzz}), surface("glass", glass(), {specular, translucent}),
         surface("fuzzy glass", fuzzy_glass, {specular, translucent, fuzz}),
         surface("Schlick's glass", schlick_glass, {specular, translucent, schlick}),
         surface("rough glass", rough_glass, {specular, translucent, rough_translucent}),
-        surface("glowing glass", glowing, {emission, translucent, translucent_emission}),
-        surface(
-            "glass that glows outwards", one_sided, {emission, translucent, translucent_emission, one_sided_emission}),
+        surface("glowing glass", glowing, {emission, translucent, translucent_emission}, false, {sphere_lights}),
+        surface("glowing glass of a priority, which is not sampled", glowing_ranked,
+            {emission, translucent, translucent_emission, interiors, nested_dielectrics}),
+        surface("glass that glows outwards", one_sided,
+            {emission, translucent, translucent_emission, one_sided_emission}, false, {sphere_lights}),
         surface("a smooth conductor", conductor(0.0), {smooth_conductor}),
         surface("a rough conductor", conductor(0.5), {rough_conductor}, true),
         surface("a boundary of nothing", vacuum, {boundary}), surface("a bubble", bubble, {boundary, interiors}),
@@ -179,9 +184,14 @@ std::vector<Ingredient> surfaces() {
                 add_entity(s.scene, add_material(s.scene, mirror()), PrimitiveKind::sphere).motion.y = 1.0;
             },
             {specular, spheres, entity_motion}},
-        {"a lamp in motion, which is not sampled",
+        {"a lamp in motion",
             [](Setup& s) { add_entity(s.scene, add_material(s.scene, lamp()), PrimitiveKind::sphere).motion.y = 1.0; },
-            {emission, spheres, entity_motion}}};
+            {emission, spheres, entity_motion}, {sphere_lights}},
+        {"a stretched lamp",
+            [](Setup& s) {
+                add_entity(s.scene, add_material(s.scene, lamp()), PrimitiveKind::sphere).object_to_world[1][1] = 2.0;
+            },
+            {emission, spheres}, {ellipsoid_lights}}};
 }
 
 std::vector<Ingredient> textures_and_media() {
