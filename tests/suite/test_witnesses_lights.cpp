@@ -163,3 +163,26 @@ TEST_CASE("a floor point at the centre of a luminous sphere shows a L, unless th
         check_mean(all, scene, settings, 128, radiance, 8.0);
     }
 }
+
+TEST_CASE("a floor within a luminous ellipsoid, a moving sphere or a moving box shows a L") {
+    auto all = witnesses();
+    const dvec3 radiance(1.0, 2.0, 3.0);
+    const dmat4 stretched = moved({0.5, 0.3, -0.2}) * rotated(50.0, {1.0, 2.0, 3.0}) * scaled({6.0, 9.0, 4.0});
+    const auto around = [&](const dmat4& placed, bool box, const dvec3& motion) {
+        SceneBuilder builder;
+        builder.camera({1.0, 1.0, 0.0}, black, 1.0).floor(diffuse(floor_colour), 0.0, 2.0);
+        if (box)
+            builder.cuboid(emitter(radiance), dvec3(-1.0), dvec3(1.0), placed);
+        else
+            builder.sphere(emitter(radiance), black, 1.0, placed);
+        Scene scene = builder.scene();
+        scene.entities.back().motion = motion;
+        return scene;
+    };
+    for (const Scene& scene : {around(stretched, false, black), around(stretched, false, {1.0, -0.5, 0.7}),
+             around(scaled(dvec3(8.0)), false, {2.0, 1.0, -1.0}), around(scaled(dvec3(8.0)), true, {2.0, 1.0, -1.0})})
+        for (const Integrator integrator : {Integrator::path, Integrator::next_event}) {
+            CAPTURE(static_cast<int>(integrator));
+            check_mean(all, scene, settings_of(16, 1, integrator), 128, floor_colour * radiance, 8.0);
+        }
+}

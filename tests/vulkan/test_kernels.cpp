@@ -99,6 +99,7 @@ std::vector<Signature> signatures() {
             lit.without(Effect::triangle_lights).united({Effect::spheres, Effect::sphere_lights}), ""},
         {Effect::sphere_lights, Stage::scatter, lit.with(Effect::spheres), ""},
         {Effect::cuboid_lights, Stage::scatter, lit.with(Effect::cuboids), ""},
+        {Effect::ellipsoid_lights, Stage::scatter, lit.with(Effect::spheres), ""},
         {Effect::point_lights, Stage::scatter, lit, ""},
         {Effect::spot_lights, Stage::scatter, lit.with(Effect::point_lights), clamp_},
         {Effect::suns, Stage::intersect, lit, "literal 0xffffffff"},
