@@ -18,6 +18,7 @@
 #include "common/planted_bugs.h"
 #include "common/ray_batch.h"
 #include "common/scene.h"
+#include "common/self_test/arithmetic_probe.h"
 
 namespace tandem {
 
@@ -103,6 +104,9 @@ public:
     // renderer. Throws UnsupportedError where this renderer takes no such rays.
     [[nodiscard]] virtual std::unique_ptr<RayIntersector> intersector(
         const Scene& scene, const RenderSettings& settings);
+    // Where the device's arithmetic is not this program's own: its operations one by one, for the self-test
+    // (common/self_test). Must not outlive the renderer.
+    [[nodiscard]] virtual std::unique_ptr<ArithmeticProbe> arithmetic() { return nullptr; }
 };
 
 // How to make a renderer. A backend refuses what it has no use for (UnsupportedError), never ignores it.

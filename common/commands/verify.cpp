@@ -11,6 +11,7 @@
 #include "common/error.h"
 #include "common/image_io.h"
 #include "common/scene_loader.h"
+#include "common/self_test/self_test.h"
 #include "common/validation/compare.h"
 #include "common/validation/junit.h"
 #include "common/validation/report.h"
@@ -98,15 +99,30 @@ void check_writable(
 
 // Prints the overall verdict, writes --json, --junit and --report, and gives the exit status.
 ExitStatus conclude(const std::string& command, const std::vector<SceneVerdict>& verdicts,
-    const CriteriaArguments& arguments, const CommandContext& context, const std::vector<std::string>& not_run = {}) {
+    const CriteriaArguments& arguments, const CommandContext& context, const std::vector<std::string>& not_run = {},
+    const std::vector<DeviceSelfTest>& self_tests = {}) {
     std::vector<Verdict> each;
     for (const SceneVerdict& verdict : verdicts) each.push_back(verdict.verdict);
-    write_json(context, to_json(verdicts));
+    nlohmann::json report = to_json(verdicts);
+    report["device_self_tests"] = to_json(self_tests);
+    write_json(context, report);
     if (!arguments.junit.empty()) write_text_file(arguments.junit, junit_xml(command, verdicts, not_run));
-    if (!arguments.report.empty()) write_report(arguments.report, verdicts);
+    if (!arguments.report.empty()) write_report(arguments.report, verdicts, self_tests);
     const Verdict all = combined(each);
     fmt::print("Verdict: {}\n", name_of(all));
     return status_of(all);
+}
+
+// Of those sides whose device has an arithmetic of its own; says each in a line.
+std::vector<DeviceSelfTest> self_tests_of(std::initializer_list<Renderer*> sides) {
+    std::vector<DeviceSelfTest> tests;
+    for (Renderer* const side : sides) {
+        const std::optional<DeviceSelfTest> test = self_test_of(*side);
+        if (!test) continue;
+        fmt::print("Self-test of {}: {}\n", test->device, in_short(test->result));
+        tests.push_back(*test);
+    }
+    return tests;
 }
 
 RenderSettings verification_settings_from(const RenderOptions& options, const Scene& scene) {
@@ -180,6 +196,7 @@ ExitStatus verify(const VerifyArguments& arguments, const CommandContext& contex
     check_writable(arguments.criteria, context, arguments.scenes);
     fmt::print("Reference: {}, {}\nCandidate: {}, {}\n", reference->info().backend, reference->info().device,
         candidate->info().backend, candidate->info().device);
+    const std::vector<DeviceSelfTest> self_tests = self_tests_of({reference.get(), candidate.get()});
     std::fflush(stdout);
 
     VerifyOptions options;
@@ -207,7 +224,7 @@ ExitStatus verify(const VerifyArguments& arguments, const CommandContext& contex
     }
     std::vector<std::string> not_run;
     for (std::size_t i = verdicts.size(); i < scenes.size(); ++i) not_run.push_back(scenes[i].name);
-    const ExitStatus status = conclude("verify", verdicts, arguments.criteria, context, not_run);
+    const ExitStatus status = conclude("verify", verdicts, arguments.criteria, context, not_run, self_tests);
     if (not_run.empty()) return status;
     fmt::print(stderr, "tandem: stopped; {} of {} scenes were not verified\n", not_run.size(), scenes.size());
     return status == ExitStatus::fine ? ExitStatus::undecided : status;
@@ -271,7 +288,7 @@ void add_verify_command(CLI::App& app, CommandContext& context) {
     command
         ->add_option("--samples", arguments->samples,
             "Samples a pixel and side, at most (default: 1048576, more for films below 128x128)")
-        ->check(CLI::Range(std::uint64_t{64}, std::uint64_t{1} << 40));
+        ->check(whole_between(64, std::uint64_t{1} << 40));
     command
         ->add_option("--referee", arguments->referee,
             "Backend that is asked which side is outvoted, where they disagree: oracle or none")

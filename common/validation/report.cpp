@@ -118,9 +118,11 @@ void check_report_folder(const std::filesystem::path& folder) {
     check_writable_image(folder / "probe.png");
 }
 
-void write_report(const std::filesystem::path& folder, std::span<const SceneVerdict> verdicts) {
+void write_report(const std::filesystem::path& folder, std::span<const SceneVerdict> verdicts,
+    const std::vector<DeviceSelfTest>& self_tests) {
     check_report_folder(folder);
     json report = to_json(verdicts);
+    report["device_self_tests"] = to_json(self_tests);
     for (std::size_t i = 0; i < verdicts.size(); ++i)
         report["scenes"][i]["images"] = verdicts[i].looks.empty()
                                             ? json(nullptr)

@@ -3,6 +3,7 @@
 
 #include "common/error.h"
 #include "vulkan/backend.h"
+#include "vulkan/framework/device_arithmetic.h"
 #include "vulkan/renderer/job.h"
 
 namespace tandem {
@@ -52,6 +53,10 @@ public:
 
     [[nodiscard]] std::unique_ptr<RenderJob> prepare(const Scene& scene, const RenderSettings& settings) override {
         return std::make_unique<VulkanJob>(instance_, *device_, *stages_, scene, settings, acceleration_, planted_bug_);
+    }
+
+    [[nodiscard]] std::unique_ptr<ArithmeticProbe> arithmetic() override {
+        return std::make_unique<DeviceArithmetic>(*device_);
     }
 
 private:
