@@ -1,5 +1,7 @@
 // EXR, PNG and what else OpenImageIO reads. Its headers stay in this file.
 #include <OpenImageIO/imageio.h>
+#include <fcntl.h>
+#include <unistd.h>
 
 #include <array>
 #include <cmath>
@@ -11,6 +13,26 @@
 namespace tandem::image_files {
 
 namespace {
+
+// libpng and others behind OpenImageIO write to stderr what they also return as the error.
+class QuietStderr {
+public:
+    QuietStderr() : kept_(::dup(STDERR_FILENO)) {
+        const int nowhere = ::open("/dev/null", O_WRONLY | O_CLOEXEC);
+        if (kept_ >= 0 && nowhere >= 0) ::dup2(nowhere, STDERR_FILENO);
+        if (nowhere >= 0) ::close(nowhere);
+    }
+    ~QuietStderr() {
+        if (kept_ < 0) return;
+        ::dup2(kept_, STDERR_FILENO);
+        ::close(kept_);
+    }
+    QuietStderr(const QuietStderr&) = delete;
+    QuietStderr& operator=(const QuietStderr&) = delete;
+
+private:
+    int kept_;
+};
 
 std::string one_line(std::string text) {
     for (char& c : text)
@@ -53,6 +75,7 @@ Image read_with_library(const std::filesystem::path& path, std::uint64_t limit) 
     const auto refuse = [&](const std::string& reason, const std::string& mend) -> InputError {
         return input_error(path.string(), "", reason, mend);
     };
+    const QuietStderr quiet;
     const std::unique_ptr<OIIO::ImageInput> input = OIIO::ImageInput::open(path.string());
     if (!input)
         throw refuse("is no readable image (" + one_line(OIIO::geterror()) + ")", "name an EXR, PNG or PFM file");

@@ -2,9 +2,11 @@
 // the JSON is held to our limits first, and every offset is checked before data are read.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <glm/geometric.hpp>
+#include <glm/gtc/matrix_access.hpp>
 #include <glm/gtc/matrix_transform.hpp>
 #include <glm/gtc/quaternion.hpp>
 #include <string_view>
@@ -27,6 +29,10 @@ constexpr std::size_t greatest_triangles = std::size_t{1} << 24;
 constexpr std::size_t greatest_buffers = 16;  // tinygltf copies a .glb file's data for each
 constexpr std::uint64_t greatest_offset = greatest_file_bytes;
 constexpr int greatest_depth = 64;
+
+// Keys whose values, or those of an array's elements, are counts, offsets and indices.
+constexpr std::string_view whole_numbers[] = {"count", "byteOffset", "byteLength", "byteStride", "buffer", "bufferView",
+    "mesh", "indices", "mode", "componentType", "scene", "skin", "nodes", "children", "POSITION", "TEXCOORD_0"};
 
 std::uint32_t little_endian(std::string_view bytes, std::size_t offset) {
     std::uint32_t value = 0;
@@ -100,6 +106,20 @@ private:
             parse_strict(json, fmt::format("{}: {}: {}", place_.file, place_.pointer, printable(shown_)));
         if (document.is_object() && document.contains("buffers") && document["buffers"].size() > greatest_buffers)
             refuse(fmt::format("has more than {} buffers", greatest_buffers), "export it with one");
+        check_whole_numbers(document, "");
+    }
+
+    // tinygltf takes a count, an offset or an index that is no whole number for one that is not there.
+    void check_whole_numbers(const Json& value, std::string_view key) const {
+        if (value.is_object()) {
+            for (const auto& [name, member] : value.items())
+                if (name != "extras" && name != "extensions") check_whole_numbers(member, name);
+        } else if (value.is_array()) {
+            for (const Json& element : value) check_whole_numbers(element, key);
+        } else if (!value.is_number_unsigned() && std::ranges::find(whole_numbers, key) != std::end(whole_numbers)) {
+            refuse(
+                fmt::format("\"{}\" is {}, which is no whole number", key, printable(value.dump())), "export it again");
+        }
     }
 
     static bool pass_over_image(
@@ -134,7 +154,11 @@ private:
                                ? parser.LoadBinaryFromMemory(&source_, &error, &warning,
                                      reinterpret_cast<const unsigned char*>(bytes.data()), length, folder())
                                : parser.LoadASCIIFromString(&source_, &error, &warning, bytes.data(), length, folder());
+        while (!error.empty() && std::string_view(" \n.").find(error.back()) != std::string_view::npos)
+            error.pop_back();
         if (!sound) refuse("is no sound glTF 2.0 model: " + printable(error), "export it again");
+        if (!source_.asset.version.starts_with("2."))
+            refuse("is glTF of version \"" + printable(source_.asset.version) + "\"", "export it as glTF 2.0");
     }
 
     void check_extensions() const {
@@ -151,6 +175,8 @@ private:
         glm::dmat4 matrix(1.0);
         if (sized(node.matrix, 16)) {
             for (int i = 0; i < 16; ++i) matrix[i / 4][i % 4] = node.matrix[static_cast<std::size_t>(i)];
+            if (glm::row(matrix, 3) != glm::dvec4(0.0, 0.0, 0.0, 1.0))
+                refuse("has a node of a transform that is not affine", "end its matrix with the row 0, 0, 0, 1");
             return matrix;
         }
         if (sized(node.translation, 3))
@@ -161,6 +187,9 @@ private:
             turn.y = node.rotation[1];
             turn.z = node.rotation[2];
             turn.w = node.rotation[3];
+            const double length = glm::length(turn);
+            if (!(length > 0.0 && std::isfinite(length)))
+                refuse("has a node of no sound rotation", "write a unit quaternion");
             matrix = matrix * glm::mat4_cast(glm::normalize(turn));
         }
         if (sized(node.scale, 3)) matrix = glm::scale(matrix, {node.scale[0], node.scale[1], node.scale[2]});

@@ -454,6 +454,14 @@ TEST_CASE("unsound glTF models are refused") {
     refused(
         R"([{"op": "add", "path": "/extensionsRequired", "value": ["KHR_draco_mesh_compression"]}])", "requires the");
     refused(R"([{"op": "remove", "path": "/scenes"}])", "has no scene");
+    refused(R"([{"op": "replace", "path": "/asset/version", "value": "1.0"}])", "is glTF of version \"1.0\"");
+    refused(R"([{"op": "add", "path": "/accessors/0/byteOffset", "value": -4}])", "\"byteOffset\" is -4");
+    refused(R"([{"op": "add", "path": "/bufferViews/0/byteStride", "value": -12}])", "\"byteStride\" is -12");
+    refused(R"([{"op": "replace", "path": "/meshes/0/primitives/0/indices", "value": 1.5}])", "\"indices\" is 1.5");
+    refused(R"([{"op": "add", "path": "/nodes/0/children/0", "value": "1"}])", "\"children\" is \"1\"");
+    refused(R"([{"op": "add", "path": "/nodes/0/rotation", "value": [0, 0, 0, 0]}])", "no sound rotation");
+    refused(R"([{"op": "add", "path": "/nodes/1/matrix", "value": [1, 0, 0, 1, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1]}])",
+        "not affine");
     put(folder / "m.gltf", "{\"asset\": " + std::string(100, '[') + "}");
     CHECK(names(refusal(folder, model_scene("gltf", "m.gltf", false)), "nested deeper than 64 levels"));
 }
