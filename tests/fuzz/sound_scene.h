@@ -1,0 +1,13 @@
+// Whether a scene keeps what common/scene.h promises to the backends, which trust it.
+#pragma once
+
+#include <string>
+
+#include "common/scene.h"
+
+namespace tandem::fuzz {
+
+// What is wrong with it, or nothing.
+[[nodiscard]] std::string fault_of(const Scene& scene);
+
+}  // namespace tandem::fuzz
