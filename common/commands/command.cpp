@@ -94,6 +94,16 @@ CLI::Validator known_effects() {
     return {check, ""};
 }
 
+// What is wrong with the arguments, and where to read on.
+std::string parse_failure(const CLI::App& app, int argc, char** argv, const CLI::ParseError& error) {
+    const std::vector<CLI::App*> chosen = app.get_subcommands();
+    if (!chosen.empty()) return fmt::format("{}; see tandem {} --help", error.what(), chosen.front()->get_name());
+    if (argc > 1 && argv[1][0] == '-') return fmt::format("{}; see tandem --help", error.what());
+    std::string names;
+    for (const CLI::App* command : app.get_subcommands({})) names += (names.empty() ? "" : ", ") + command->get_name();
+    return (argc > 1 ? fmt::format("'{}' is no command", argv[1]) : "no command is named") + "; there are " + names;
+}
+
 ExitStatus guarded(const std::function<ExitStatus()>& action) {
     try {
         return action();
@@ -129,11 +139,11 @@ void add_render_options(CLI::App& command, RenderOptions& options) {
             "mirrors) or bidirectional; default: the scene's")
         ->check(CLI::IsMember(std::vector<std::string>(integrator_names.begin(), integrator_names.end())));
     command.add_option("--bounces", options.bounces, "Scattering events at most (default: the scene's)")
-        ->check(CLI::Range(0, 1'000'000));
+        ->check(whole_between(0, 1'000'000));
     command
         .add_option("--roulette", options.roulette,
             "Russian roulette may end paths from this scattering event on, 0: never (default: the scene's)")
-        ->check(CLI::Range(0, 1'000'000));
+        ->check(whole_between(0, 1'000'000));
     command
         .add_option("--effects", options.effects,
             "needed (what the scene calls for), all (the general kernels), or names of effects to simulate besides, "
@@ -239,6 +249,15 @@ CLI::Validator above_zero(double most) {
     return {check, ""};
 }
 
+CLI::Validator whole_between(std::uint64_t least, std::uint64_t most) {
+    const auto check = [least, most](std::string& text) -> std::string {
+        const auto value = whole_number<std::uint64_t>(text);
+        if (value && *value >= least && *value <= most) return {};
+        return fmt::format("'{}' is no whole number from {} to {}", text, least, most);
+    };
+    return {check, ""};
+}
+
 void check_outputs(const std::vector<std::string>& outputs, const std::vector<std::string>& inputs) {
     const auto same = [](const std::string& a, const std::string& b) {
         std::error_code error;
@@ -300,7 +319,7 @@ int run_program(int argc, char** argv, const Program& program) {
     } catch (const CLI::Success& request) {  // --help, --version
         return app.exit(request);
     } catch (const CLI::ParseError& error) {
-        fmt::print(stderr, "tandem: {}; see tandem --help\n", error.what());
+        fmt::print(stderr, "tandem: {}\n", parse_failure(app, argc, argv, error));
         return static_cast<int>(ExitStatus::unusable_input);
     }
     return static_cast<int>(guarded([&] {

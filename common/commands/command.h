@@ -72,6 +72,8 @@ void add_render_options(CLI::App& command, RenderOptions& options);
 
 // A number above 0, at most `most`; as CLI11's own check, but NaN and infinity are refused too.
 [[nodiscard]] CLI::Validator above_zero(double most);
+// Digits alone, from `least` to `most`.
+[[nodiscard]] CLI::Validator whole_between(std::uint64_t least, std::uint64_t most);
 // Seconds that an option may ask for: 31 years still fit a clock of 64-bit nanoseconds.
 inline constexpr double most_seconds = 1e9;
 

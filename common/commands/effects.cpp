@@ -120,7 +120,9 @@ void add_effects_command(CLI::App& app, CommandContext& context) {
         "others saves");
     const auto arguments = std::make_shared<EffectsArguments>();
     command->add_option("scene", arguments->scene, "Scene file")->required()->type_name("SCENE");
-    command->add_option("--backend", arguments->backend, "cpu or vulkan")->capture_default_str();
+    command->add_option("--backend", arguments->backend, "cpu or vulkan")
+        ->check(CLI::IsMember({"cpu", "vulkan"}))
+        ->capture_default_str();
     command->add_option("--device", arguments->device, "Vulkan device: index or part of its name (see tandem devices)");
     command->add_option(
         "--precision", arguments->precision, "single, double, contracted or mixed (default: the backend's)");

@@ -120,7 +120,7 @@ void add_what(CLI::App& command, RenderArguments& arguments) {
     command.add_option("scene", arguments.scene, "Scene file")->required()->type_name("SCENE");
     command
         .add_option("-o,--output", arguments.output,
-            "Image to write: .exr (mean, variance and count of every pixel, settings) or .png (sRGB)")
+            "Image to write: .exr (mean, variance and count of every pixel, settings), .pfm (mean) or .png (sRGB)")
         ->required()
         ->type_name("FILE");
     add_render_options(command, arguments.options);
@@ -134,14 +134,14 @@ void add_how(CLI::App& command, RenderArguments& arguments) {
     command.add_option("--device", arguments.device, "Vulkan device: index or part of its name (see tandem devices)");
     command.add_option(
         "--precision", arguments.precision, "single, double, contracted or mixed (default: the backend's)");
-    command.add_option("--threads", arguments.threads, "CPU threads (default: all)")->check(CLI::Range(1u, 1024u));
+    command.add_option("--threads", arguments.threads, "CPU threads (default: all)")->check(whole_between(1, 1024));
     command.add_flag("--validation", arguments.validation, "Vulkan validation layers; any message is an error");
 }
 
 void add_how_long(CLI::App& command, RenderArguments& arguments) {
     command
         .add_option("--samples", arguments.samples, "Samples a pixel (default: 64, without --time or --target-error)")
-        ->check(CLI::Range(std::uint64_t{1}, std::uint64_t{1} << 40));
+        ->check(whole_between(1, std::uint64_t{1} << 40));
     command.add_option("--time", arguments.seconds, "Seconds to render for, at most")->check(above_zero(most_seconds));
     command.add_option("--target-error", arguments.target_error,
         "Stop when the root mean square standard error of the pixels, relative to the image mean, is below this: 5%");

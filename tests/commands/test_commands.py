@@ -217,6 +217,38 @@ class Commands(unittest.TestCase):
         self.assertGreater(report["samples"], 0)
         self.assertTrue(out.exists())
 
+    def test_wrong_arguments_say_what_is_wrong_and_where_to_read(self):
+        self.refused(tandem(), "no command is named; there are render, verify")
+        self.refused(tandem("rendr", self.scene), "'rendr' is no command; there are render, verify")
+        self.refused(tandem("render"), "see tandem render --help")
+        for samples in ["0", "-3", "abc", "1.5", "1e3"]:
+            self.refused(tandem("render", self.scene, "-o", self.folder / "a.png", "--samples", samples),
+                         f"--samples: '{samples}' is no whole number from 1 to")
+        self.refused(tandem("effects", self.scene, "--backend", "oracle"), "--backend")
+
+    def test_what_image_libraries_print_is_no_second_line(self):
+        image = self.folder / "sky.png"
+        image.write_bytes((pathlib.Path(__file__).parent.parent / "fuzz/corpus/image/bad-header.png").read_bytes())
+        scene = json.loads((SCENES / "furnace.json").read_text())
+        scene["background"] = {"image": "sky.png", "colour_space": "srgb"}
+        file = self.folder / "sky.json"
+        file.write_text(json.dumps(scene))
+        self.refused(tandem("render", file, "-o", self.folder / "a.pfm"), "sky.png: is no readable image")
+
+    def test_devices_are_tested_on_demand(self):
+        figures = self.folder / "devices.json"
+        result = tandem("devices", "--self-test", "--json", figures)
+        self.assertEqual(result.returncode, 0, result.stderr)
+        self.assertIn("passed: nothing beyond what Vulkan allows", result.stdout)
+        for device in json.loads(figures.read_text())["devices"]:
+            if not device["suitable"]:
+                continue
+            test = device["self_test"]
+            self.assertTrue(test["passed"])
+            self.assertEqual(len(test["functions"]), 13)
+            for function in test["functions"]:
+                self.assertIn(f"\n{function['function']:<12} ", result.stdout)
+
     def test_devices_lists_at_least_one(self):
         figures = self.folder / "devices.json"
         result = tandem("devices", "--json", figures)
