@@ -91,6 +91,8 @@ struct RendererInfo {
     std::string device;   // "Intel Xeon …, 2 threads", "NVIDIA H200"
     std::string driver;   // "Embree 3.13.5", "Mesa llvmpipe 22.3.6"
     std::string api;      // "Embree 3.13.5", "Vulkan 1.3.224", "C++"
+    // Its paths are what MODEL.md section 3's numbers make of them, so that two such renderers take the same ones.
+    bool follows_numbers = false;
 };
 
 class Renderer {
@@ -111,11 +113,11 @@ public:
 
 // How to make a renderer. A backend refuses what it has no use for (UnsupportedError), never ignores it.
 struct BackendOptions {
-    std::string device;                         // Vulkan: index or part of the name; empty: the best one
-    std::optional<Precision> precision;         // empty: single, the oracle double
-    unsigned threads = 0;                       // CPU: 0 is all
-    bool validation = false;                    // Vulkan: layers on, any message is an Error
-    PlantedBug planted_bug = PlantedBug::none;  // test builds only
+    std::string device;                  // Vulkan: index or part of the name; empty: the best one
+    std::optional<Precision> precision;  // empty: single, the oracle double
+    unsigned threads = 0;                // CPU: 0 is all
+    bool validation = false;             // Vulkan: layers on, any message is an Error
+    PlantedFault planted_bug{};          // test builds only
 };
 
 struct Backend {

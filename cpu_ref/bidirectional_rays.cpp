@@ -29,7 +29,7 @@ const Mask<double> one_ray = Mask<double>::from_bits(1u);
 }  // namespace
 
 RayCaster::RayCaster(RTCDevice device, const Scene& scene, const RenderSettings& settings)
-    : tables_(make_tables<double>(scene, settings, PlantedBug::none)), accelerator_(device, tables_) {
+    : tables_(make_tables<double>(scene, settings)), accelerator_(device, tables_) {
     if (tables_.bounds.empty()) return;
     BoundingBox box = tables_.bounds.front();
     for (std::uint32_t id = 0; id < tables_.bounds.size(); ++id)

@@ -46,14 +46,15 @@ TANDEM_INLINE CameraRay<Real> camera_ray(
         y.v[i] = pixel / tables.settings.width;
         x.v[i] = pixel % tables.settings.width;
     }
-    const V shift(Real(tables.planted(PlantedBug::half_pixel_shift) ? 0.5 : 0.0)), one(Real(1)), zero(Real(0));
+    const V shift(static_cast<Real>(planted(PlantedBug::film_shifted) ? planted_amount() : 0.0)), one(Real(1)),
+        zero(Real(0));
     const V sx = to_real(x) + u[0] - shift, sy = to_real(y) + u[1] - shift;
     const V h = V(camera.half_width) * (V(camera.film_scale_x) * sx - one);
     const V v = V(camera.half_height) * (one - V(camera.film_scale_y) * sy);
     Vec3<V> q = along(along(frame.forward, h, frame.right), v, frame.up);
     Vec3<V> origin = frame.position;
     if (camera.lens_radius > Real(0)) {
-        const auto [a, b] = sample_disc(u[2], u[3]);
+        const auto [a, b] = sample_disc(planted(PlantedBug::lens_uneven) ? u[2] * u[2] : u[2], u[3]);
         const Vec3<V> lens = (frame.right * a + frame.up * b) * V(camera.lens_radius);
         origin = origin + lens;
         q = q * V(camera.focus_distance) - lens;

@@ -6,6 +6,7 @@
 #include "common/error.h"
 #include "cpu_ref/backend.h"
 #include "cpu_ref/bidirectional.h"
+#include "cpu_ref/planted.h"
 #include "cpu_ref/ray_batch.h"
 #include "cpu_ref/render_job.h"
 #include "cpu_ref/variants.h"
@@ -45,7 +46,7 @@ public:
         if (options.validation)
             throw UnsupportedError("the cpu backend has no validation layers; leave out --validation");
 #ifndef TANDEM_PLANTED_BUGS
-        if (options.planted_bug != PlantedBug::none)
+        if (options.planted_bug != PlantedFault())
             throw UnsupportedError("planted bugs exist in test builds only; this is none");
 #endif
         if (options.precision == Precision::contracted || options.precision == Precision::mixed)
@@ -60,7 +61,7 @@ public:
     [[nodiscard]] RendererInfo info() const override {
         const unsigned threads = options_.threads == 0 ? std::thread::hardware_concurrency() : options_.threads;
         return {"cpu", fmt::format("{}, {} thread{}", processor_name(), threads, threads == 1 ? "" : "s"),
-            cpu::embree::version(), cpu::embree::version()};
+            cpu::embree::version(), cpu::embree::version(), true};
     }
 
     [[nodiscard]] std::unique_ptr<RenderJob> prepare(const Scene& scene, const RenderSettings& settings) override {
@@ -85,8 +86,11 @@ public:
         cpu::check_kernels(settings.intersection, options_.precision.value_or(Precision::single_precision));
         RenderSettings chosen = settings;
         chosen.effects = effects_to_simulate(scene, settings, cpu::variants::supported, "cpu");
-        return cpu::make_render_job({device_.get(), scene, chosen, options_.threads, options_.planted_bug},
-            options_.precision.value_or(Precision::single_precision));
+#ifdef TANDEM_PLANTED_BUGS
+        cpu::planted_fault = options_.planted_bug;
+#endif
+        return cpu::make_render_job(
+            {device_.get(), scene, chosen, options_.threads}, options_.precision.value_or(Precision::single_precision));
     }
 
     [[nodiscard]] std::unique_ptr<RayIntersector> intersector(

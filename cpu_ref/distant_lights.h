@@ -122,8 +122,10 @@ template <class Real>
     const Vec3<V> direction = select(sun, -axis, offset * V(one / distance));
     const V place = (-dot(axis, direction) - lights.outer_cosine[light]) * lights.inverse_cosine_range[light];
     const V t = least(greatest(place, zero), one);
-    const V falloff = select(spot, t * t * (V(Real(3)) - (t + t)), one);
-    const V strength = select(sun, one, falloff / square), infinity(std::numeric_limits<Real>::infinity());
+    const V smooth = planted(PlantedBug::spot_falloff_linear) ? t : t * t * (V(Real(3)) - (t + t));
+    const V falloff = select(spot, smooth, one);
+    const V strength = select(sun, one, falloff / (planted(PlantedBug::point_falloff_linear) ? distance : square)),
+            infinity(std::numeric_limits<Real>::infinity());
     sample.direction = select(lanes, direction, sample.direction);
     sample.density = select(lanes, lights.chance[light], sample.density);
     sample.distance = select(lanes, select(sun, infinity, distance), sample.distance);

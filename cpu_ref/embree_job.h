@@ -68,8 +68,8 @@ struct Worker {
 template <class Real, std::uint64_t effects>
 class EmbreeJob final : public RenderJob {
 public:
-    EmbreeJob(RTCDevice device, const Scene& scene, const RenderSettings& settings, unsigned threads, PlantedBug bug)
-        : tables_(make_tables<Real>(scene, settings, bug)),
+    EmbreeJob(RTCDevice device, const Scene& scene, const RenderSettings& settings, unsigned threads)
+        : tables_(make_tables<Real>(scene, settings)),
           accelerator_(device, tables_),
           workers_([this] { return Worker<Real, effects>(tables_, accelerator_); }),
           thread_limit_(tbb::global_control::max_allowed_parallelism,
@@ -171,7 +171,7 @@ private:
                 }
                 for (std::size_t c = 0; c < channel_count; ++c) {
                     double x = static_cast<double>(value[c]);
-                    if (tables_.planted(PlantedBug::radiance_clamped)) x = std::min(x, 1.0);
+                    if (planted(PlantedBug::radiance_clamped)) x = std::min(x, 1.0);
                     moments[c].sum += x;
                     moments[c].sum_of_squares += x * x;
                 }
@@ -190,8 +190,7 @@ private:
 
 template <class Real, std::uint64_t effects>
 std::unique_ptr<RenderJob> make_embree_job(const JobParts& parts) {
-    return std::make_unique<EmbreeJob<Real, effects>>(
-        parts.device, parts.scene, parts.settings, parts.threads, parts.bug);
+    return std::make_unique<EmbreeJob<Real, effects>>(parts.device, parts.scene, parts.settings, parts.threads);
 }
 
 }  // namespace tandem::cpu

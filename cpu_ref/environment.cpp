@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "cpu_ref/planted.h"
 #include "cpu_ref/textures.h"
 
 namespace tandem::cpu {
@@ -73,8 +74,10 @@ dvec3 ImageEnvironment::to_image(const dvec3& d) const {
 }
 
 dvec3 ImageEnvironment::radiance(const dvec3& direction) const {
-    const glm::dvec2 place = place_of(to_image(direction));
-    return scale_ * bilinear(*image_, place.x, place.y, Rows::held);
+    glm::dvec2 place = place_of(to_image(direction));
+    if (planted(PlantedBug::sky_mirrored)) place.x = 1.0 - place.x;
+    if (planted(PlantedBug::sky_rotated)) place.x += planted_amount();
+    return scale_ * planted_scale(PlantedBug::background_scaled) * bilinear(*image_, place.x, place.y, Rows::held);
 }
 
 ImageEnvironment::Sample ImageEnvironment::sample(double v1, double v2) const {
@@ -87,7 +90,8 @@ ImageEnvironment::Sample ImageEnvironment::sample(double v1, double v2) const {
     const double u = (static_cast<double>(column.index) + column.within) / static_cast<double>(width);
     const double azimuth = 2.0 * pi * (u - 0.5), x = rho * std::cos(azimuth), z = -rho * std::sin(azimuth);
     const dvec3 direction(x * cosine_ + z * sine_, y, z * cosine_ - x * sine_);  // turned back
-    return {direction, shares_[row.index * width + column.index] / (solid_angle(row.index) * total_)};
+    const double angle = solid_angle(planted(PlantedBug::sky_sine_missing) ? height / 2 : row.index);
+    return {direction, shares_[row.index * width + column.index] / (angle * total_)};
 }
 
 double ImageEnvironment::density(const dvec3& direction) const {
@@ -96,7 +100,8 @@ double ImageEnvironment::density(const dvec3& direction) const {
         return std::min(static_cast<std::size_t>(std::max(0.0, fraction * count)), std::size_t{count} - 1);
     };
     const std::size_t row = cell(1.0 - place.y, image_->height), column = cell(place.x, image_->width);
-    return shares_[row * image_->width + column] / (solid_angle(row) * total_);
+    const double angle = solid_angle(planted(PlantedBug::sky_sine_missing) ? image_->height / 2 : row);
+    return shares_[row * image_->width + column] / (angle * total_);
 }
 
 }  // namespace tandem::cpu

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "common/scene.h"
+#include "cpu_ref/planted.h"
 
 namespace tandem::cpu {
 
@@ -26,6 +27,7 @@ struct InteriorList {
 
     // Takes the latest entry of `gone` out, if there is one.
     void remove(std::uint32_t gone) {
+        if (planted(PlantedBug::body_not_left)) return;
         std::uint32_t at = count;
         while (at > 0 && material[at - 1] != gone) --at;
         if (at == 0) return;
@@ -56,6 +58,8 @@ struct Interface {
 [[nodiscard]] inline Interface interface_at(
     InteriorList list, const std::vector<BodyForm>& bodies, std::uint32_t material, bool front) {
     if (!front) list.remove(material);
+    if (planted(PlantedBug::priority_ignored))
+        return {true, list.count > 0 ? bodies[list.material[list.count - 1]].refractive_index : 1.0};
     const std::uint32_t around = list.uppermost(bodies);
     if (around == no_index) return {};
     return {bodies[around].priority <= bodies[material].priority, bodies[around].refractive_index};

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <limits>
 
+#include "cpu_ref/planted.h"
 #include "cpu_ref/settle.h"
 #include "cpu_ref/vec3.h"
 
@@ -80,7 +81,8 @@ TANDEM_INLINE Passing<V> passes_within(const TriangleForm<RealOf<V>>& triangle, 
         return fma(
             V(e.x), l.x, fma(V(e.y), l.y, fma(V(e.z), l.z, fma(V(m.x), d.x, fma(V(m.y), d.y, V(V(m.z) * d.z))))));
     };
-    const V s0 = side(0), s1 = side(1), s2 = side(2);
+    V s0 = side(0), s1 = side(1), s2 = side(2);
+    if (planted(PlantedBug::triangle_edge_lost)) s0 = s0 - (s0 + s1 + s2) * V(static_cast<RealOf<V>>(planted_amount()));
     const V doubt = fma(V(triangle.doubt_of_origin), largest_magnitude(ray.origin), V(triangle.doubt_at_rest));
     const V below = -doubt;
     return {static_cast<BoolOf<V>>(
@@ -134,7 +136,8 @@ TANDEM_INLINE Candidate<V> intersect(
     const BoolOf<V> takes_entry = (entry >= ray.t_min) & !exits;
     // From inside the exit lies ahead, even where rounding says otherwise.
     const V t = select(takes_entry, entry, select(exits, greatest(exit, zero), exit));
-    const BoolOf<V> met = ((discriminant >= zero) | exits) & !(departing & !inside);
+    BoolOf<V> met = ((discriminant >= zero) | exits) & !(departing & !inside);
+    if (planted(PlantedBug::sphere_inside_lost)) met = met & takes_entry;
     return {static_cast<BoolOf<V>>(met & (t >= ray.t_min) & (t < ray.limit)), t, IndexOf<V>{0}};
 }
 

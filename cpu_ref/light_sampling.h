@@ -41,6 +41,7 @@ TANDEM_INLINE V power_heuristic(V a, std::type_identity_t<V> b) {
 template <class Real>
 TANDEM_INLINE Ints<Real> choose_light(const LightTable<Real>& lights, Lanes<Real> v) {
     using U = UnsignedOf<Real>;
+    if (planted(PlantedBug::light_choice_squared)) v = v * v;
     constexpr std::size_t linear_limit = 16;
     Ints<Real> chosen(U{0});
     if (lights.count <= linear_limit) {
@@ -84,7 +85,7 @@ TANDEM_INLINE void sample_patch(const Tables<Real>& tables, const Receiver<Real>
     const V zero(Real(0)), one(Real(1));
     const LightTable<Real>& lights = tables.lights;
     Ints<Real> patch = lights.first_patch[light];
-    Point2<V> place = sample_triangle(v1, v2);
+    Point2<V> place = sample_triangle(planted(PlantedBug::triangle_light_uneven) ? v1 * v1 : v1, v2);
     Mask<Real> solid{};
     if (lights.any_cuboid) {
         solid = lights.kind[light] == Ints<Real>(static_cast<U>(PrimitiveKind::cuboid));
@@ -112,7 +113,7 @@ TANDEM_INLINE void sample_patch(const Tables<Real>& tables, const Receiver<Real>
     const V cosine = -dot(tables.faces.normal[face], sample.direction), magnitude = absolute(cosine);
     const V area_density = tables.faces.light_density[face];
     sample.density = area_density * square / magnitude;
-    if (tables.planted(PlantedBug::jacobian_missing)) sample.density = area_density;
+    if (planted(PlantedBug::jacobian_missing)) sample.density = area_density;
     V error = V(error_factor<Real>) * (largest_magnitude(y) + tables.faces.extent[face]);
     if constexpr (moving) error = error_in_motion(error, from.displacement);
     sample.reach = distance - error / magnitude;
@@ -156,7 +157,8 @@ TANDEM_INLINE void sample_sphere_light(const Tables<Real>& tables, const Receive
     Vec3<V> direction = frame_about(offset * V(one / delta)).to_world({sine * c, sine * s, cosine});
     const V half_chord = sqrt(greatest(V(radius * radius - square * sine_squared), zero));
     V distance = (delta - radius) * (delta + radius) / (delta * cosine + half_chord);
-    V density = chance / (V(static_cast<Real>(two_pi)) * k);
+    V density = chance / (V(static_cast<Real>(two_pi)) * k *
+                             V(static_cast<Real>(planted_scale(PlantedBug::sphere_light_cone_scaled))));
     Mask<Real> usable = lanes & !(from.primitive == sample.primitive);
     if (any(inside)) {
         const Vec3<V> n = sample_sphere(v1, v2), to_y = along(offset, radius, n);
@@ -166,8 +168,8 @@ TANDEM_INLINE void sample_sphere_light(const Tables<Real>& tables, const Receive
         const V area_density = chance / (V(static_cast<Real>(2.0 * two_pi)) * radius * radius);
         direction = select(inside, w, direction);
         distance = select(inside, r, distance);
-        density = select(inside,
-            tables.planted(PlantedBug::jacobian_missing) ? area_density : area_density * r2 / cosine_y, density);
+        density = select(
+            inside, planted(PlantedBug::jacobian_missing) ? area_density : area_density * r2 / cosine_y, density);
         const Mask<Real> both =
             has_bit(tables.materials.bits[sample.material], UnsignedOf<Real>{material_bits::both_sides});
         usable = (usable & !inside) | (inside & both & (cosine_y > zero));
@@ -212,7 +214,7 @@ TANDEM_INLINE Lanes<Real> light_density(const Tables<Real>& tables, const Vec3<L
     using V = Lanes<Real>;
     const V area_density = tables.faces.light_density[hit.face];
     V density = area_density * hit.t * hit.t / absolute(dot(surface.normal, direction));
-    if (tables.planted(PlantedBug::jacobian_missing)) density = area_density;
+    if (planted(PlantedBug::jacobian_missing)) density = area_density;
     if (tables.lights.any_sphere && any(surface.curved)) {
         const Ints<Real> sphere = tables.faces.sphere[hit.face];
         const V radius = tables.sphere_table.radius[sphere], chance = tables.sphere_table.chance[sphere];
@@ -223,6 +225,7 @@ TANDEM_INLINE Lanes<Real> light_density(const Tables<Real>& tables, const Vec3<L
         const V cone = chance / (V(static_cast<Real>(two_pi)) * cone_height(V(radius * radius / square)));
         density = select(surface.curved & outside, cone, density);
     }
+    if (planted(PlantedBug::mixture_ignored)) density = density * V(static_cast<Real>(tables.lights.count));
     return density;
 }
 

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include "cpu_ref/planted.h"
+
 namespace tandem::cpu {
 
 namespace {
@@ -33,10 +35,11 @@ Interval clip(const MediumRay& ray, const DensityGrid& grid, double length) {
 }  // namespace
 
 MediumForm::MediumForm(const Medium& medium)
-    : scattering_(medium.scattering),
+    : scattering_(planted(PlantedBug::absorption_scattering_swapped) ? medium.absorption : medium.scattering),
       extinction_(medium.absorption + medium.scattering),
-      anisotropy_(medium.anisotropy),
-      scatters_(medium.scattering != dvec3(0.0)),
+      anisotropy_(medium.anisotropy +
+                  (medium.anisotropy != 0.0 && planted(PlantedBug::anisotropy_shifted) ? planted_amount() : 0.0)),
+      scatters_(scattering_ != dvec3(0.0)),
       grid_(medium.grid) {}
 
 // Calls visit(density, begin, end) for the cells along the ray in order, until it returns false. Where a ray crosses
@@ -68,7 +71,10 @@ void MediumForm::walk(const MediumRay& ray, double length, Visit visit) const {
     while (begin < inside.end) {
         const int axis = next.x <= next.y ? (next.x <= next.z ? 0 : 2) : (next.y <= next.z ? 1 : 2);
         const double end = std::max(begin, std::min(next[axis], inside.end));
-        const auto index = static_cast<std::size_t>((cell[2] * count[1] + cell[1]) * count[0] + cell[0]);
+        const bool swapped = planted(PlantedBug::grid_axes_swapped);
+        const std::int64_t x = swapped ? std::min(cell[1], count[0] - 1) : cell[0],
+                           y = swapped ? std::min(cell[0], count[1] - 1) : cell[1];
+        const auto index = static_cast<std::size_t>((cell[2] * count[1] + y) * count[0] + x);
         if (!visit(static_cast<double>(grid.density[index]), begin, end)) return;
         begin = end;
         const auto k = static_cast<std::size_t>(axis);
@@ -107,7 +113,8 @@ double MediumForm::distance_to(const MediumRay& ray, double length, double targe
 dvec3 MediumForm::attenuation(double integral) const {
     dvec3 result(1.0);
     for (int c = 0; c < 3; ++c)
-        if (extinction_[c] > 0.0) result[c] = std::exp(-extinction_[c] * integral);
+        if (extinction_[c] > 0.0)
+            result[c] = std::exp(-extinction_[c] * integral * planted_scale(PlantedBug::extinction_scaled));
     return result;
 }
 
@@ -123,6 +130,7 @@ MediumForm::Step MediumForm::advance(const MediumRay& ray, double end, double m1
     if (t < end) {
         // N(t) = target by construction. The density cancels from the weight.
         const dvec3 through = attenuation(target), rate = extinction_ * through;
+        if (planted(PlantedBug::free_path_unweighted)) return {true, t, dvec3(1.0)};
         return {true, t, scattering_ * through * (3.0 / (rate.x + rate.y + rate.z))};
     }
     const dvec3 through = attenuation(density_integral(ray, end));

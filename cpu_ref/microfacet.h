@@ -2,6 +2,7 @@
 // path. Directions are in the frame of the normal of the lit side, z along it.
 #pragma once
 
+#include "cpu_ref/planted.h"
 #include "cpu_ref/sampling.h"
 
 namespace tandem::cpu {
@@ -14,6 +15,7 @@ TANDEM_INLINE V conductor_reflectance(V c, V eta, V k) {
     const V c2 = c * c, s2 = greatest(V(Real(1)) - c2, zero);
     const V t0 = eta * eta - k * k - s2, b = sqrt(V(t0 * t0 + V(Real(4)) * eta * eta * k * k));
     const V t1 = b + c2, t2 = two * c * sqrt(V(half * greatest(V(b + t0), zero)));
+    if (planted(PlantedBug::conductor_fresnel_dropped)) return V(Real(1));
     const V rs = (t1 - t2) / (t1 + t2);
     const V t3 = c2 * b + s2 * s2, t4 = t2 * s2;
     const V rp = rs * ((t3 - t4) / (t3 + t4));
@@ -56,6 +58,7 @@ TANDEM_INLINE Vec3<V> sample_visible_normal(Vec3<V> i, V alpha, V u1, V u2) {
 template <class V>
 TANDEM_INLINE V ggx_weight(Vec3<V> i, Vec3<V> o, V alpha) {
     const V one(RealOf<V>(1)), seen = one + smith_lambda(i, alpha);
+    if (planted(PlantedBug::ggx_masking_dropped)) return one;
     return seen / (seen + smith_lambda(o, alpha));
 }
 
@@ -70,6 +73,9 @@ TANDEM_INLINE Reflection<V> ggx_reflection(Vec3<V> i, Vec3<V> o, V alpha) {
     const V one(Real(1)), z = greatest(i.z, V(static_cast<Real>(least_cosine)));
     const Vec3<V> h = unit(i + o);
     const V base = ggx_distribution(h, alpha) / (V(Real(4)) * z), seen = one + smith_lambda(i, alpha);
+    if (planted(PlantedBug::ggx_masking_dropped)) return {base, base / seen, dot(i, h)};
+    if (planted(PlantedBug::ggx_jacobian_missing))
+        return {base / (seen + smith_lambda(o, alpha)), V(Real(4)) * z * base / seen, dot(i, h)};
     return {base / (seen + smith_lambda(o, alpha)), base / seen, dot(i, h)};
 }
 

@@ -171,7 +171,7 @@ std::unique_ptr<Renderer> create_oracle(const BackendOptions& options) {
     if (!options.device.empty())
         throw UnsupportedError("the oracle runs on the host alone: it has no device to choose");
     if (options.validation) throw UnsupportedError("the oracle uses no Vulkan: it has no validation layers");
-    if (options.planted_bug != PlantedBug::none)
+    if (options.planted_bug != PlantedFault())
         throw UnsupportedError("the oracle takes no planted bug: it is what bugs are found with");
     return std::make_unique<OracleRenderer>(options.threads);
 }

@@ -205,7 +205,7 @@ template <class Real, std::uint64_t effects>
 Vec3<Lanes<Real>> PathTracer<Real, effects>::transmittance(
     std::uint32_t first, const Vec3<V>& origin, const Vec3<V>& direction, V distance, M lanes) const {
     Vec3<V> result{V(Real(1)), V(Real(1)), V(Real(1))};
-    if (!on(Effect::medium_absorption)) return result;
+    if (!on(Effect::medium_absorption) || planted(PlantedBug::medium_shadow_ignored)) return result;
     const I medium = load_ints<Real>(&paths_.interiors.medium[first]);
     for_each_lane(lanes & !(medium == I(U{no_index})), [&](int lane) {
         set_lane(result, lane,
@@ -225,10 +225,19 @@ void PathTracer<Real, effects>::scatter_specially(
     const I material = at.surface.material;
     const auto of = [&](unsigned bit) { return lanes & has_bit(at.bits, U{bit}); };
     const M boundary = of(material_bits::boundary), medium = of(material_bits::medium);
-    if (any(boundary)) outcome.direction = select(boundary, at.direction, outcome.direction);
+    if (any(boundary)) {
+        outcome.direction = select(boundary, at.direction, outcome.direction);
+        if (planted(PlantedBug::boundary_refracts)) {
+            const V eta = select(at.front, V(static_cast<Real>(1.0 / 1.1)), V(static_cast<Real>(1.1)));
+            const auto [reflectance, ct, total] = dielectric(at.cosine, eta, M{});
+            const Vec3<V> bent = unit(along(at.direction * eta, V(eta * at.cosine - ct), at.facing));
+            outcome.direction = select(boundary & !total, bent, outcome.direction);
+        }
+    }
     outcome.absorbed = select(boundary | medium, white, outcome.absorbed);
     if (any(medium)) {
-        const Vec3<V> w = sample_phase(at.direction, at.more.anisotropy, u[0], u[1]);
+        const V g = planted(PlantedBug::phase_sign) ? -at.more.anisotropy : at.more.anisotropy;
+        const Vec3<V> w = sample_phase(at.direction, g, u[0], u[1]);
         outcome.direction = select(medium, w, outcome.direction);
         outcome.density = select(medium, phase_density(at.direction, w, at.more.anisotropy), outcome.density);
     }

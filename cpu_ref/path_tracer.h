@@ -196,6 +196,9 @@ void PathTracer<Real, effects>::refill() {
         if constexpr (moving) {
             if (tables_.moves || tables_.camera.moves)
                 time = random_numbers(tables_.settings.seed, id, I(U{time_block}))[0];
+            if (planted(PlantedBug::time_fixed)) time = V(Real(0));
+            if (planted(PlantedBug::time_dimension_shared))
+                time = random_numbers(tables_.settings.seed, id, I(U{dimension::film_and_lens}))[3];
             if (tables_.camera.moves) frame = camera_at(tables_.camera, time);
         }
         const CameraRay<Real> ray = camera_ray(tables_, id, frame);
@@ -305,10 +308,11 @@ bool PathTracer<Real, effects>::advance(std::uint32_t first) {
         hit.found = hit.found & !in_medium;
         found = hit.found | in_medium;
     }
+    if (planted(PlantedBug::background_late_missing)) missed = missed & !(at.number == I(U{2}));
     if (any(missed))
         at.radiance =
             select(missed, at.radiance + at.throughput * background(at.direction, first, missed), at.radiance);
-    M ended = missed;
+    M ended = active & !found;
     if (any(found)) {
         meet_vertex(at, first, ray, hit);
         add_emission(at, first, hit, ray);
@@ -359,8 +363,14 @@ void PathTracer<Real, effects>::add_emission(
             }
         }();
         const M weighted = samples_lights_ ? emits & (scattered > zero) & (sampled > zero) : M{};
-        if (any(weighted)) light = light * select(weighted, power_heuristic(scattered, sampled), one);
+        if (any(weighted)) {
+            const bool swapped = planted(PlantedBug::heuristic_swapped);
+            light =
+                light * select(weighted,
+                            swapped ? power_heuristic(sampled, scattered) : power_heuristic(scattered, sampled), one);
+        }
     }
+    light = light * V(static_cast<Real>(planted_scale(PlantedBug::emission_scaled)));
     at.radiance = select(emits, at.radiance + at.throughput * light, at.radiance);
 }
 
@@ -389,10 +399,13 @@ void PathTracer<Real, effects>::add_direct_light(Vertex& at, M lanes, [[maybe_un
     }
     const M reachable = lanes & sample.usable & above & (sample.distance >= V(tables_.t_min)) & within;
     if (none(reachable)) return;
-    const V limit = least(V(tables_.limit), sample.reach);
+    V reach = sample.reach;
+    if (planted(PlantedBug::shadow_limit_short)) reach = reach * V(static_cast<Real>(1.0 - planted_amount()));
+    if (planted(PlantedBug::shadow_limit_long)) reach = reach * V(static_cast<Real>(1.0 + planted_amount()));
+    const V limit = least(V(tables_.limit), reach);
     const Ray<V> shadow = make_ray(receiver.point, sample.direction, V(tables_.t_min), limit);
     I departed = at.surface.primitive;
-    if (tables_.planted(PlantedBug::self_hit_not_excluded)) departed = I(U{no_primitive});
+    if (planted(PlantedBug::self_hit_not_excluded)) departed = I(U{no_primitive});
     const Departure<V> departure{departed, receiver.inside};
     const M lit = reachable & !accelerator_.occluded(shadow, departure, sample.primitive, reachable, time);
     if (none(lit)) return;
@@ -408,12 +421,15 @@ void PathTracer<Real, effects>::add_direct_light(Vertex& at, M lanes, [[maybe_un
             response.colour * transmittance(first, at.surface.point, sample.direction, sample.distance + lead, lit);
     }
     V weight = power_heuristic(sample.density, scattered);
-    if (tables_.planted(PlantedBug::mis_weights_unequal) && tables_.lights.count > 1) weight = weight * V(Real(0.5));
-    if (tables_.planted(PlantedBug::cosine_dropped)) transfer = V(static_cast<Real>(inverse_pi));
-    if (tables_.planted(PlantedBug::inverse_pi_dropped)) transfer = cosine;
+    if (planted(PlantedBug::balance_on_one_side)) weight = sample.density / (sample.density + scattered);
+    weight = weight * V(static_cast<Real>(planted_scale(PlantedBug::next_event_scaled)));
+    if (planted(PlantedBug::mis_weights_unequal) && tables_.lights.count > 1) weight = weight * V(Real(0.5));
+    if (planted(PlantedBug::cosine_dropped)) transfer = V(static_cast<Real>(inverse_pi));
+    if (planted(PlantedBug::inverse_pi_dropped)) transfer = cosine;
     if constexpr (general) {
         const bool all_of_it = tables_.settings.integrator == Integrator::whitted;
-        weight = all_of_it ? V(Real(1)) : select(sample.delta, V(Real(1)), weight);
+        const V whole(static_cast<Real>(planted_scale(PlantedBug::next_event_scaled)));
+        weight = all_of_it ? whole : select(sample.delta, whole, weight);
         const Vec3<V> light = sample.radiance * V(transfer / sample.density * weight);
         at.radiance = select(lit, at.radiance + at.throughput * colour * light, at.radiance);
     } else {
@@ -431,10 +447,11 @@ TANDEM_INLINE void PathTracer<Real, effects>::play_roulette(
     alive = alive & !(strongest == zero);
     if (tables_.settings.roulette_start != no_roulette) {
         // Event number k + 1 is the vertex number plus one.
-        const M played = !(at.number + I(U{1}) < I(U{tables_.settings.roulette_start}));
+        const U late = planted(PlantedBug::roulette_late) ? 1 : 0;
+        const M played = !(at.number + I(U{1}) < I(U{tables_.settings.roulette_start} + late));
         const V survival = least(one, strongest);
         alive = alive & ((!played) | (number < survival));
-        if (!tables_.planted(PlantedBug::roulette_not_divided))
+        if (!planted(PlantedBug::roulette_not_divided))
             throughput = select(played, throughput * V(one / survival), throughput);
     }
 }
@@ -450,7 +467,7 @@ void PathTracer<Real, effects>::scatter(Vertex& at, M lanes, std::uint32_t first
     V density = zero;
     M alive = lanes;
     if (any(diffuse)) {
-        direction = scatter_diffuse(tables_, at.facing, u);
+        direction = scatter_diffuse<Real>(at.facing, u);
         density = select(diffuse, sqrt(V(one - u[0])) * V(static_cast<Real>(inverse_pi)), zero);
     }
     M specular = lanes & !diffuse;
@@ -474,6 +491,7 @@ void PathTracer<Real, effects>::scatter(Vertex& at, M lanes, std::uint32_t first
         density = outcome.density;
         alive = outcome.alive;
     }
+    if (planted(PlantedBug::albedo_twice)) absorbed = select(diffuse, absorbed * at.colour, absorbed);
     Vec3<V> throughput = at.throughput * absorbed;
     play_roulette(at, u[3], throughput, alive);
     if (none(alive)) return;
@@ -489,7 +507,7 @@ void PathTracer<Real, effects>::scatter(Vertex& at, M lanes, std::uint32_t first
     }
     const Vec3<V> origin = leaving_origin(tables_, at.surface, select(inside, -at.surface.normal, at.surface.normal));
     I primitive = at.surface.primitive;
-    if (tables_.planted(PlantedBug::self_hit_not_excluded)) primitive = I(U{no_primitive});
+    if (planted(PlantedBug::self_hit_not_excluded)) primitive = I(U{no_primitive});
     store3(paths_.origin, first, origin);
     store3(paths_.direction, first, direction);
     store3(paths_.throughput, first, throughput);

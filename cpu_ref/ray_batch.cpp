@@ -45,7 +45,7 @@ template <class Real>
 class EmbreeIntersector final : public RayIntersector {
 public:
     EmbreeIntersector(RTCDevice device, const Scene& scene, const RenderSettings& settings, unsigned threads)
-        : tables_(make_tables<Real>(scene, settings, PlantedBug::none)),
+        : tables_(make_tables<Real>(scene, settings)),
           accelerator_(device, tables_),
           arena_(threads == 0 ? tbb::task_arena::automatic : static_cast<int>(threads)) {}
 

@@ -13,7 +13,6 @@ struct JobParts {
     const Scene& scene;
     const RenderSettings& settings;  // settings.effects: what to simulate (effects_to_simulate)
     unsigned threads;                // 0 is all
-    PlantedBug bug;
 };
 
 // By the smallest variant of the path tracer that simulates settings.effects.

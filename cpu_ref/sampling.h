@@ -5,6 +5,7 @@
 #include <array>
 
 #include "common/random.h"
+#include "cpu_ref/planted.h"
 #include "cpu_ref/vec3.h"
 
 namespace tandem::cpu {
@@ -53,6 +54,7 @@ struct SampleId {
 template <class Real>
 TANDEM_INLINE RandomLanes<Real> random_numbers(std::uint64_t seed, const SampleId<Real>& id, Ints<Real> block) {
     std::array<Ints<Real>, 4> c{id.pixel, id.sample_low, block, id.sample_high};
+    if (planted(PlantedBug::seed_repeated)) c[0] = c[0] & Ints<Real>(~UnsignedOf<Real>{4096});
     std::uint32_t key0 = static_cast<std::uint32_t>(seed), key1 = static_cast<std::uint32_t>(seed >> 32);
     for (int round = 0; round < 10; ++round) {
         const WideProduct<Real> p0 = multiply_wide(c[0], 0xD2511F53u), p1 = multiply_wide(c[2], 0xCD9E8D57u);

@@ -21,7 +21,7 @@ TANDEM_INLINE Dielectric<Real> dielectric(Lanes<Real> c, Lanes<Real> eta, Mask<R
     const Mask<Real> total = sine_squared > one;
     const V ct = sqrt(greatest(one - sine_squared, zero));
     const V rs = (eta * c - ct) / (eta * c + ct), rp = (c - eta * ct) / (c + eta * ct);
-    const V exact = V(Real(0.5)) * (rs * rs + rp * rp);
+    const V exact = planted(PlantedBug::one_polarisation) ? rs * rs : V(Real(0.5)) * (rs * rs + rp * rp);
     const V root = (one - eta) / (one + eta), r0 = root * root;
     const V x = one - select(eta > one, ct, c), x2 = x * x;
     const V approximate = r0 + (one - r0) * (x2 * x2 * x);
@@ -34,8 +34,9 @@ TANDEM_INLINE Lanes<Real> relative_index(
     const Tables<Real>& tables, Ints<Real> material, Mask<Real> front, const Lanes<Real>* outside) {
     using V = Lanes<Real>;
     const V index = tables.materials.index[material];
-    const Mask<Real> inverted = tables.planted(PlantedBug::relative_index_inverted) ? !front : front;
-    if (outside == nullptr) return select(inverted, V(Real(1)) / index, index);
+    const Mask<Real> inverted = planted(PlantedBug::relative_index_inverted) ? !front : front;
+    if (outside == nullptr || planted(PlantedBug::outside_index_ignored))
+        return select(inverted, V(Real(1)) / index, index);
     return select(inverted, *outside / index, index / *outside);
 }
 
@@ -63,7 +64,7 @@ TANDEM_INLINE Scattered<Real> scatter_specular(const Tables<Real>& tables, Ints<
             dielectric(c, eta, has_bit(bits, UnsignedOf<Real>{material_bits::schlick}));
         const Mask<Real> refracts = translucent & !total & !(u[2] < reflectance);
         w = select(refracts, along(direction * eta, V(eta * c - ct), facing), w);
-        if (tables.planted(PlantedBug::total_reflection_lost)) alive = alive & !(translucent & total);
+        if (planted(PlantedBug::total_reflection_lost)) alive = alive & !(translucent & total);
     }
     w = unit(w);
     const Mask<Real> fuzzy = has_bit(bits, UnsignedOf<Real>{material_bits::fuzzy}) & lanes;
@@ -122,12 +123,11 @@ TANDEM_INLINE Microfaceted<Real> scatter_rough_translucent(const Vec3<Lanes<Real
 
 // Section 7.2. A planted bug draws uniform hemisphere directions and still weights them as cosine ones.
 template <class Real>
-TANDEM_INLINE Vec3<Lanes<Real>> scatter_diffuse(
-    const Tables<Real>& tables, const Vec3<Lanes<Real>>& facing, const RandomLanes<Real>& u) {
+TANDEM_INLINE Vec3<Lanes<Real>> scatter_diffuse(const Vec3<Lanes<Real>>& facing, const RandomLanes<Real>& u) {
     using V = Lanes<Real>;
-    const V second = tables.planted(PlantedBug::dimension_reused) ? u[0] : u[1];
+    const V second = planted(PlantedBug::dimension_reused) ? u[0] : planted(PlantedBug::number_exchanged) ? u[3] : u[1];
     Vec3<V> local = sample_cosine_hemisphere(u[0], second);
-    if (tables.planted(PlantedBug::pdf_not_of_sampler)) {
+    if (planted(PlantedBug::pdf_not_of_sampler)) {
         const V z = V(Real(1)) - u[0], rho = sqrt(V(greatest(V(Real(1)) - z * z, V(Real(0)))));
         const auto [c, s] = cosine_sine_turns(second);
         local = {rho * c, rho * s, z};

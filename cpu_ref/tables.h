@@ -7,13 +7,13 @@
 #include <memory>
 #include <vector>
 
-#include "common/planted_bugs.h"
 #include "common/renderer.h"
 #include "common/scene.h"
 #include "cpu_ref/environment.h"
 #include "cpu_ref/interiors.h"
 #include "cpu_ref/kernels.h"
 #include "cpu_ref/media.h"
+#include "cpu_ref/planted.h"
 #include "cpu_ref/textures.h"
 
 namespace tandem::cpu {
@@ -213,19 +213,12 @@ struct Tables {
     bool excludes_left = true;    // a ray ignores the primitive that it leaves
     double size = 0.0;            // of the scene, world units
     RenderSettings settings;
-
-#ifdef TANDEM_PLANTED_BUGS
-    PlantedBug bug = PlantedBug::none;
-    [[nodiscard]] bool planted(PlantedBug candidate) const { return bug == candidate; }
-#else
-    [[nodiscard]] static constexpr bool planted(PlantedBug /*candidate*/) { return false; }
-#endif
 };
 
 template <class Real>
-[[nodiscard]] Tables<Real> make_tables(const Scene& scene, const RenderSettings& settings, PlantedBug bug);
+[[nodiscard]] Tables<Real> make_tables(const Scene& scene, const RenderSettings& settings);
 
-extern template Tables<float> make_tables<float>(const Scene&, const RenderSettings&, PlantedBug);
-extern template Tables<double> make_tables<double>(const Scene&, const RenderSettings&, PlantedBug);
+extern template Tables<float> make_tables<float>(const Scene&, const RenderSettings&);
+extern template Tables<double> make_tables<double>(const Scene&, const RenderSettings&);
 
 }  // namespace tandem::cpu

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "cpu_ref/planted.h"
 #include "cpu_ref/sampling.h"
 
 namespace tandem::cpu {
@@ -38,13 +39,14 @@ inline void hash_in_place(std::uint32_t& x, std::uint32_t& y, std::uint32_t& z) 
 bool odd(double whole) { return std::fmod(whole, 2.0) != 0.0; }
 
 bool checker_is_second(const dvec3& q) {
-    return (odd(std::floor(q.x)) != odd(std::floor(q.y))) != odd(std::floor(q.z));
+    return planted(PlantedBug::checker_shifted) !=
+           ((odd(std::floor(q.x)) != odd(std::floor(q.y))) != odd(std::floor(q.z)));
 }
 
 double turbulence(const dvec3& q, const Texture& texture) {
     double sum = 0.0, scale = 1.0;
-    for (std::uint32_t i = 0; i < texture.octaves; ++i, scale *= 2.0)
-        sum += gradient_noise(q * scale, texture.seed) / scale;
+    const std::uint32_t octaves = texture.octaves - (planted(PlantedBug::octave_missing) ? 1 : 0);
+    for (std::uint32_t i = 0; i < octaves; ++i, scale *= 2.0) sum += gradient_noise(q * scale, texture.seed) / scale;
     return std::abs(sum);
 }
 
@@ -83,6 +85,7 @@ std::array<std::uint32_t, 3> pcg3d(std::array<std::uint32_t, 3> v) {
 
 double gradient_noise(const dvec3& q, std::uint32_t seed) {
     const dvec3 cell = glm::floor(q), r = q - cell, w = r * r * (3.0 - 2.0 * r);
+    if (planted(PlantedBug::noise_seed_ignored)) seed = 0;
     const std::uint32_t x = wrap(cell.x) + seed, y = wrap(cell.y), z = wrap(cell.z);
     // The eight corners side by side, so that the compiler makes vectors of them.
     constexpr std::size_t corners = 8;
@@ -109,9 +112,11 @@ double gradient_noise(const dvec3& q, std::uint32_t seed) {
 }
 
 dvec3 bilinear(const Pixels& image, double u, double v, Rows rows) {
-    const double x = u * image.width - 0.5, y = (1.0 - v) * image.height - 0.5;
-    const double left = std::floor(x), top = std::floor(y), fx = x - left, fy = y - top;
-    const bool repeated = rows == Rows::repeated;
+    const bool repeated = rows == Rows::repeated;  // that of a texture; skies hold theirs
+    const bool nearest = planted(repeated ? PlantedBug::texture_nearest : PlantedBug::sky_nearest);
+    const double half = nearest || (repeated && planted(PlantedBug::texture_half_texel)) ? 0.0 : 0.5;
+    const double x = u * image.width - half, y = (1.0 - v) * image.height - half;
+    const double left = std::floor(x), top = std::floor(y), fx = nearest ? 0.0 : x - left, fy = nearest ? 0.0 : y - top;
     const auto at = [&](double column, double row) {
         const std::size_t index =
             3 * (texel(row, image.height, repeated) * image.width + texel(column, image.width, true));
@@ -123,8 +128,11 @@ dvec3 bilinear(const Pixels& image, double u, double v, Rows rows) {
 }
 
 dvec3 texture_colour(const Texture& texture, const dvec3& object_point, const dvec2& coordinates) {
-    if (texture.kind == TextureKind::image)
-        return bilinear(*texture.image, coordinates.x, coordinates.y, Rows::repeated);
+    if (texture.kind == TextureKind::image) {
+        const double v = planted(PlantedBug::coordinates_flipped) ? 1.0 - coordinates.y : coordinates.y;
+        const dvec3 colour = bilinear(*texture.image, coordinates.x, v, Rows::repeated);
+        return planted(PlantedBug::gamma_twice) ? glm::pow(colour, dvec3(2.2)) : colour;
+    }
     const dvec3 place =
         texture.space == TextureSpace::coordinates ? dvec3(coordinates.x, coordinates.y, 0.0) : object_point;
     const dvec3 q = texture.frequency * place;
@@ -163,8 +171,9 @@ dvec3 TextureTable::colour(std::uint32_t primitive, unsigned face, const dvec3& 
     const Texture& texture = textures_[placement.texture];
     const dvec3 object_point(placement.world_to_object * glm::dvec4(point, 1.0));
     const bool by_coordinates = texture.kind == TextureKind::image || texture.space == TextureSpace::coordinates;
+    const dvec2 place = by_coordinates ? coordinates(primitive, face, object_point) : dvec2(0.0);
     return texture_colour(
-        texture, object_point, by_coordinates ? coordinates(primitive, face, object_point) : dvec2(0.0));
+        texture, object_point, planted(PlantedBug::coordinates_swapped) ? dvec2(place.y, place.x) : place);
 }
 
 dvec2 TextureTable::coordinates(std::uint32_t primitive, unsigned face, const dvec3& object_point) const {

@@ -1,6 +1,7 @@
 // Traversal of the trees of vulkan/renderer/bvh.h, near child first, with a stack of as many levels as a tree may have.
 #ifndef BVH_GLSL
 #define BVH_GLSL
+#include "planted.glsl"
 
 const uint bvh_leaf = 0x80000000u;  // a slot of its kind, in place of a node
 const uint bvh_done = 0xffffffffu;
@@ -60,6 +61,10 @@ uint bvh_descend(uint current, BoxRay ray, float limit) {
         const bool meets1 = meets_box(ray, node.low1, node.high1, limit, entry1);
         if (meets0 && meets1) {
             const bool first = entry0 <= entry1;
+            if (PLANTED(box_skipped) && (current & 127u) == 5u) {
+                current = first ? node.child0 : node.child1;
+                continue;
+            }
             bvh_stack[bvh_stacked++] = first ? node.child1 : node.child0;
             current = first ? node.child0 : node.child1;
         } else if (meets0 || meets1) {

@@ -29,10 +29,10 @@ uint meeting(bool is_own, bool inside) {
 // Distances to the two points of a body that a ray may meet; negative: none there. The exit of a ray that goes inside lies
 // ahead, whatever rounding says.
 vec2 sphere_distances(Ray unit_ray, uint how) {
-    if (how == meets_exit) return vec2(-1.0, sphere_far_side(unit_ray));
+    if (how == meets_exit) return PLANT(sphere_inside_lost, vec2(-1.0), vec2(-1.0, sphere_far_side(unit_ray)));
     float entry, exit;
     const bool meets = how == meets_both && sphere_span(unit_ray, entry, exit);
-    return meets ? vec2(entry, exit) : vec2(-1.0);
+    return meets ? vec2(entry, PLANT(sphere_inside_lost, -1.0, exit)) : vec2(-1.0);
 }
 
 vec2 cuboid_distances(Convex cuboid, Ray unit_ray, uint how, out uvec2 faces) {
@@ -47,12 +47,14 @@ void try_triangle(uint slot, Ray ray, mat3 frame, uint own, inout Hit best) {
     float t;
     vec3 weights;
     if (slot == own && !PLANTED(self_hit_not_excluded)) return;
+    if (PLANTED(primitive_lost) && slot % 64u == 9u) return;
     if (intersect_triangle(triangle_at(slot), at_rest(ray, slot), frame, t, weights) && is_closer(t, slot, best))
         best = Hit(t, slot, 0, weights);
 }
 
 void try_sphere(uint i, Ray ray, uint own, bool inside, inout Hit best) {
     const uint slot = triangle_total() + i;
+    if (PLANTED(primitive_lost) && slot % 64u == 9u) return;
     const Ray unit_ray = to_unit_space(sphere_at(i), at_rest(ray, slot));
     const vec2 ts = sphere_distances(unit_ray, meeting(slot == own, inside));
     const float t = ts.x >= ray_min ? ts.x : ts.y;

@@ -2,6 +2,7 @@
 // sections 8.1 and 8.2).
 #ifndef ENVIRONMENT_GLSL
 #define ENVIRONMENT_GLSL
+#include "planted.glsl"
 
 // As the image lies, before its rotation about +y.
 vec3 to_environment(Environment image, vec3 d) {
@@ -19,14 +20,17 @@ vec2 environment_coordinates(vec3 d) {
 }
 
 vec3 environment_radiance(Environment image, vec3 direction) {
-    const vec2 uv = environment_coordinates(to_environment(image, direction));
+    vec2 uv = environment_coordinates(to_environment(image, direction));
+    if (PLANTED(sky_mirrored)) uv.x = 1.0 - uv.x;
+    uv.x = PLANT(sky_rotated, uv.x + planted_amount, uv.x);
     return table_image(image.texels, image.size, uv, true);
 }
 
 float environment_density(Environment image, vec3 direction) {
     const vec2 uv = environment_coordinates(to_environment(image, direction));
     const uvec2 cell = min(uvec2(vec2(uv.x, 1.0 - uv.y) * vec2(image.size)), image.size - 1);
-    return tables[image.density + cell.y * image.size.x + cell.x];
+    const float density = tables[image.density + cell.y * image.size.x + cell.x];
+    return PLANT(sky_sine_missing, density * sin(pi * (float(cell.y) + 0.5) / float(image.size.y)), density);
 }
 
 vec3 sample_environment(Environment image, vec2 v) {

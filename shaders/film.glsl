@@ -13,7 +13,9 @@ bool is_invalid(float x) {
 vec3 summand(vec3 radiance, out bool invalid) {
     invalid = is_invalid(radiance.r) || is_invalid(radiance.g) || is_invalid(radiance.b);
     if (invalid) radiance = vec3(0.0);
-    return PLANTED(radiance_clamped) ? min(radiance, vec3(1.0)) : radiance;
+    // As if two of 512 threads had read the same sum.
+    if (PLANTED(sample_lost) && (floatBitsToUint(radiance.r) * 2654435761u >> 23) == 7u) radiance = vec3(0.0);
+    return PLANT(radiance_clamped, min(radiance, vec3(1.0)), radiance);
 }
 
 #endif

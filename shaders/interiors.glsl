@@ -41,6 +41,7 @@ bool append(inout uvec2 bodies, uint body) {
 }
 
 uvec2 without_latest(uvec2 bodies, uint body) {
+    if (PLANTED(body_not_left)) return bodies;
     uint found = most_bodies;
     for (uint i = 0; i < most_bodies; ++i)
         if (body_at(bodies, i) == body) found = i;

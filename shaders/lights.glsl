@@ -81,13 +81,15 @@ float area_density(Light light, float distance2, float cosine) {
 float light_density(Light light, Receiver receiver, vec3 offset, float cosine) {
     if (has_sphere_lights && light.kind == kind_sphere && !is_inside_sphere(light, receiver))
         return PLANTED(jacobian_missing) ? 1.0 / light.area
-                                         : 1.0 / (2.0 * pi * sphere_cone(light.radius, light.centre - receiver.point));
+                                         : 1.0 / (2.0 * pi * PLANT_SCALE(sphere_light_cone_scaled,
+                                                           sphere_cone(light.radius, light.centre - receiver.point)));
     if (has_ellipsoid_lights && light.kind == kind_ellipsoid)
         return PLANTED(jacobian_missing) ? 1.0 / light.area : ellipsoid_density(light, receiver, offset);
     return area_density(light, dot(offset, offset), cosine);
 }
 
 uint choose_light(float v) {
+    if (PLANTED(light_choice_squared)) v *= v;
     uint first = 0, last = settings.light_count - 1;
     while (first < last) {
         const uint middle = (first + last) / 2;
@@ -107,7 +109,7 @@ struct LightSample {
 
 LightSample sample_triangle_light(Light light, Receiver receiver, vec2 v) {
     const Triangle triangle = triangles[light.slot];
-    const float s = sqrt(v.x);
+    const float s = PLANT(triangle_light_uneven, v.x, sqrt(v.x));
     const vec3 point = (1.0 - s) * triangle.corner0.xyz + s * (1.0 - v.y) * triangle.corner1.xyz +
         s * v.y * triangle.corner2.xyz;
     return LightSample(point - receiver.point,
@@ -133,7 +135,8 @@ LightSample sample_ellipsoid_light(Light light, Receiver receiver, vec2 v) {
 }
 
 LightSample sample_cuboid_light(Light light, Receiver receiver, vec2 v) {
-    const float upto[6] = float[6](light.face0, light.face1, light.face2, light.face3, light.face4, 1.0);
+    const float upto[6] = PLANT(cuboid_light_faces_even, float[6](1.0 / 6.0, 2.0 / 6.0, 3.0 / 6.0, 4.0 / 6.0, 5.0 / 6.0, 1.0),
+        float[6](light.face0, light.face1, light.face2, light.face3, light.face4, 1.0));
     uint face = 0;
     while (face < 5 && v.x >= upto[face]) ++face;
     const float before = face == 0 ? 0.0 : upto[face - 1];
@@ -195,11 +198,12 @@ Incident from_point(Light light, Receiver receiver) {
     const vec3 direction = offset / distance;
     float share = 1.0;
     if (has_spot_lights && light.kind == kind_spot) {
-        const float t = clamp((-dot(light.axis, direction) - light.outer) / (light.inner - light.outer), 0.0, 1.0);
-        share = t * t * (3.0 - 2.0 * t);
+        const float outer = PLANT(spot_outer_scaled, mix(light.outer, light.inner, planted_amount), light.outer);
+        const float t = clamp((-dot(light.axis, direction) - outer) / (light.inner - outer), 0.0, 1.0);
+        share = PLANT(spot_falloff_linear, t, t * t * (3.0 - 2.0 * t));
     }
     return Incident(
-        offset, direction, distance, light.intensity * (share / distance2), light.probability, true, no_slot);
+        offset, direction, distance, light.intensity * (share / PLANT(point_falloff_linear, distance, distance2)), light.probability, true, no_slot);
 }
 
 // The light that the number v.x chooses (9.2), at the time of the path.
@@ -235,7 +239,7 @@ Response diffuse_response(vec3 colour, vec3 n_f, vec3 direction) {
 }
 
 Response conductor_response(Material material, vec3 n_f, vec3 d, vec3 direction) {
-    const float alpha = material.roughness * material.roughness;
+    const float alpha = ggx_alpha(material);
     const mat3 frame = frame_of(n_f);
     const vec3 i = -d * frame, o = direction * frame, sum = i + o;
     if (i.z <= 0.0 || o.z <= 0.0) return Response(vec3(1.0), 0.0, 0.0);
@@ -253,6 +257,8 @@ Response medium_response(Medium medium, vec3 d, vec3 direction) {
 vec3 answered_light(Incident incident, Response response) {
     const bool alone = incident.is_delta || (has_direct_only && settings.direct_only != 0);
     float weight = alone ? 1.0 : power_heuristic(incident.density, response.density);
+    if (PLANTED(balance_on_one_side) && !alone) weight = incident.density / (incident.density + response.density);
+    weight = PLANT_SCALE(next_event_scaled, weight);
     if (PLANTED(mis_weights_unequal) && settings.light_count > 1) weight *= 0.5;
     return response.colour * incident.radiance * (response.f_cosine * weight / incident.density);
 }

@@ -1,6 +1,7 @@
 // Participating media (MODEL.md section 10): distances and transmittance, and the phase function.
 #ifndef MEDIA_GLSL
 #define MEDIA_GLSL
+#include "planted.glsl"
 
 // How far a ray goes until the integral of the density along it is `depth`: `reached` if that was asked for and found.
 struct Passage {
@@ -12,6 +13,7 @@ struct Passage {
 const float no_depth = 3.0e38;  // is never reached
 
 float density_at(Medium medium, ivec3 cell) {
+    if (PLANTED(grid_axes_swapped)) cell.xy = min(cell.yx, ivec2(medium.cells_x, medium.cells_y) - 1);
     return tables[medium.densities + uint((cell.z * int(medium.cells_y) + cell.y) * int(medium.cells_x) + cell.x)];
 }
 
@@ -68,7 +70,9 @@ Passage walk(Medium medium, Ray ray, float end, float wanted) {
     return wanted < end && wanted < no_depth ? Passage(wanted, wanted, true) : Passage(end, end, false);
 }
 
-vec3 transmittance_of(Medium medium, float depth) { return exp_minus((medium.absorption + medium.scattering) * depth); }
+vec3 transmittance_of(Medium medium, float depth) {
+    return exp_minus((medium.absorption + medium.scattering) * PLANT_SCALE(extinction_scaled, depth));
+}
 
 vec3 transmittance(Medium medium, Ray ray, float end) {
     return transmittance_of(medium, walk(medium, ray, end, no_depth).depth);
@@ -87,7 +91,8 @@ bool is_scattered(Medium medium, Ray ray, float end, vec2 m, inout vec3 throughp
     distance = way.distance;
     const vec3 through = transmittance_of(medium, way.depth);
     if (way.reached) {
-        throughput *= medium.scattering * through / (dot(extinction * through, vec3(1.0)) / 3.0);
+        const vec3 scattering = PLANT(absorption_scattering_swapped, medium.absorption, medium.scattering);
+        if (!PLANTED(free_path_unweighted)) throughput *= scattering * through / (dot(extinction * through, vec3(1.0)) / 3.0);
         return true;
     }
     throughput *= through / (dot(through, vec3(1.0)) / 3.0);
@@ -97,6 +102,7 @@ bool is_scattered(Medium medium, Ray ray, float end, vec2 m, inout vec3 throughp
 // Henyey and Greenstein [1941]; mu: cosine between the old and the new direction.
 float phase(float g, float mu) {
     if (!has_anisotropic_phase || g == 0.0) return 1.0 / (4.0 * pi);
+    g = PLANT(anisotropy_shifted, g + planted_amount, g);
     const float x = 1.0 + g * g - 2.0 * g * mu;
     return (1.0 - g * g) / (4.0 * pi * x * sqrt(x));
 }
@@ -104,6 +110,7 @@ float phase(float g, float mu) {
 vec3 sample_phase(float g, vec3 d, vec2 u) {
     float mu = 1.0 - 2.0 * u.x;
     if (has_anisotropic_phase && g != 0.0) {
+        g = PLANT(phase_sign, -g, PLANT(anisotropy_shifted, g + planted_amount, g));
         const float s = (1.0 - g * g) / (1.0 - g + 2.0 * g * u.x);
         mu = clamp((1.0 + g * g - s * s) / (2.0 * g), -1.0, 1.0);
     }

@@ -2,6 +2,7 @@
 // z along the normal on the side of the incoming ray; i and o point away from the surface; alpha is the squared roughness.
 #ifndef MICROFACETS_GLSL
 #define MICROFACETS_GLSL
+#include "planted.glsl"
 
 // Reflectance for unpolarised light at cosine c of a channel of index eta + ik [Born 1999].
 float fresnel_conductor(float c, float eta, float k) {
@@ -11,6 +12,7 @@ float fresnel_conductor(float c, float eta, float k) {
     // (B + t0)/2 without the cancellation that a negative t0 brings.
     const float half_sum = t0 >= 0.0 ? 0.5 * (b + t0) : 0.5 * product * product / (b - t0);
     const float t1 = b + c2, t2 = 2.0 * c * sqrt(half_sum);
+    if (PLANTED(conductor_fresnel_dropped)) return 1.0;
     const float r_s = (t1 - t2) / (t1 + t2);
     const float t3 = c2 * b + s2 * s2, t4 = t2 * s2;
     const float r_p = r_s * (t3 - t4) / (t3 + t4);
@@ -34,7 +36,12 @@ float microfacet_lambda(vec3 w, float alpha) {
 // G_1 of the incoming, G_2 of both directions.
 float shadowing(vec3 i, float alpha) { return 1.0 / (1.0 + microfacet_lambda(i, alpha)); }
 float shadowing(vec3 i, vec3 o, float alpha) {
+    if (PLANTED(ggx_masking_dropped)) return 1.0;
     return 1.0 / (1.0 + microfacet_lambda(i, alpha) + microfacet_lambda(o, alpha));
+}
+// Of a sampled direction.
+float shadowing_ratio(vec3 i, vec3 o, float alpha) {
+    return PLANT(ggx_masking_dropped, 1.0, shadowing(i, o, alpha) / shadowing(i, alpha));
 }
 
 // A normal of the distribution as seen from i [Dupuy 2023].
@@ -51,7 +58,7 @@ float microfacet_value(vec3 i, vec3 o, vec3 h, float alpha) {
     return microfacet_distribution(h, alpha) * shadowing(i, o, alpha) / (4.0 * i.z);
 }
 float microfacet_density(vec3 i, vec3 h, float alpha) {
-    return shadowing(i, alpha) * microfacet_distribution(h, alpha) / (4.0 * i.z);
+    return shadowing(i, alpha) * microfacet_distribution(h, alpha) / PLANT(ggx_jacobian_missing, 1.0, 4.0 * i.z);
 }
 
 #endif

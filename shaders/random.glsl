@@ -1,6 +1,7 @@
 // Philox4x32-10 (MODEL.md section 3) [Salmon 2011] in 32-bit words.
 #ifndef RANDOM_GLSL
 #define RANDOM_GLSL
+#include "planted.glsl"
 
 uvec4 philox4x32_10(uvec4 counter, uvec2 key) {
     for (int round = 0; round < 10; ++round) {
@@ -17,7 +18,7 @@ uvec4 philox4x32_10(uvec4 counter, uvec2 key) {
 vec4 to_unit(uvec4 words) { return vec4(words >> 8) * 5.9604644775390625e-8; }
 
 vec4 random_block(uvec2 seed, uint pixel, uvec2 sample_index, uint block) {
-    return to_unit(philox4x32_10(uvec4(pixel, sample_index.x, block, sample_index.y), seed));
+    return to_unit(philox4x32_10(uvec4(PLANT(seed_repeated, pixel & ~4096u, pixel), sample_index.x, block, sample_index.y), seed));
 }
 
 const uint block_film_and_lens = 0;

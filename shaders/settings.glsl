@@ -46,19 +46,7 @@ const uint told = 0xffffffffu;
 uint triangle_total() { return fixed_triangles == told ? settings.triangle_count : fixed_triangles; }
 uint sphere_total() { return fixed_spheres == told ? settings.sphere_count : fixed_spheres; }
 
-#ifdef PLANTED_BUGS
-// Values of tandem::PlantedBug (common/planted_bugs.h); test builds only.
-layout(constant_id = 31) const uint planted_bug = 0;
-const uint bug_cosine_dropped = 1, bug_inverse_pi_dropped = 2, bug_roulette_not_divided = 3;
-const uint bug_relative_index_inverted = 6, bug_pdf_not_of_sampler = 7, bug_mis_weights_unequal = 8;
-const uint bug_jacobian_missing = 9, bug_light_from_behind = 10, bug_dimension_reused = 11, bug_half_pixel_shift = 12;
-const uint bug_albedo_off_3_percent = 13, bug_albedo_off_1_percent = 14, bug_self_hit_not_excluded = 15;
-const uint bug_epsilon_too_large = 16, bug_total_reflection_lost = 17, bug_normal_transform_wrong = 18;
-const uint bug_radiance_clamped = 19, bug_lens_radius_doubled = 20, bug_alpha_ignored = 21;
-#define PLANTED(bug) (planted_bug == bug_##bug)
-#else
-#define PLANTED(bug) false
-#endif
+#include "planted.glsl"
 
 const float pi = 3.14159265358979;
 

@@ -2,6 +2,7 @@
 // bounds hold.
 #ifndef SHAPES_GLSL
 #define SHAPES_GLSL
+#include "planted.glsl"
 
 struct Ray {
     vec3 origin;
@@ -35,6 +36,7 @@ bool intersect_triangle(Triangle triangle, Ray ray, mat3 frame, out float t, out
     precise float u = b.x * c.y - b.y * c.x;
     precise float v = c.x * a.y - c.y * a.x;
     precise float w = a.x * b.y - a.y * b.x;
+    u = PLANT(triangle_edge_lost, u - planted_amount * (u + v + w), u);
     if ((u < 0.0 || v < 0.0 || w < 0.0) && (u > 0.0 || v > 0.0 || w > 0.0)) return false;
     const vec3 normal = vec3(triangle.corner0.w, triangle.corner1.w, triangle.corner2.w);
     precise float sum = u + v + w;

@@ -81,6 +81,7 @@ Surface surface_at(uint slot, uint face, vec3 local, float time) {
         surface = triangle_surface(triangles[slot], local.xy);
     else
         surface = convex_surface(convex_at(slot), local, kind == kind_sphere ? local : face_axis(face));
+    if (PLANTED(face_normal_flipped) && kind == kind_cuboid && face == 5u) surface.normal = -surface.normal;
     if (has_entity_motion) move_surface(surface, slot, time);
 #ifdef PLANTED_BUGS
     if (PLANTED(normal_transform_wrong)) {
@@ -97,7 +98,7 @@ Surface surface_at(uint slot, uint face, vec3 local, float time) {
 vec3 offset_ray_origin(Surface surface, vec3 side) {
     precise float distance = dot(abs(side), surface.error);
     if (PLANTED(self_hit_not_excluded)) distance = 0.0;
-    if (PLANTED(epsilon_too_large)) distance = 0.01 * scene.extent;
+    distance = PLANT(epsilon_too_large, planted_amount * scene.extent, distance);
     precise vec3 origin = surface.point + distance * side;
     return origin;
 }

@@ -2,6 +2,7 @@
 // Where each begins stands beside what uses it. The stage (or a test) declares the array.
 #ifndef TABLES_GLSL
 #define TABLES_GLSL
+#include "planted.glsl"
 
 vec3 table_rgb(uint at) { return vec3(tables[at], tables[at + 1], tables[at + 2]); }
 
@@ -27,7 +28,10 @@ float table_place(uint first, uint index, float v) {
 // Bilinear between the texels of an image (MODEL.md section 7.0): columns repeat, rows repeat or are held at the rims.
 vec3 table_image(uint first, uvec2 size, vec2 uv, bool holds_rows) {
     const vec2 turned = uv - floor(uv), place = holds_rows ? vec2(turned.x, uv.y) : turned;
-    const vec2 at = vec2(place.x, 1.0 - place.y) * vec2(size) - 0.5, corner = floor(at), part = at - corner;
+    const bool nearest = PLANT(sky_nearest, holds_rows, false) || PLANT(texture_nearest, !holds_rows, false);
+    const float half_texel = PLANT(texture_half_texel, holds_rows ? 0.5 : 0.0, nearest ? 0.0 : 0.5);
+    const vec2 at = vec2(place.x, 1.0 - place.y) * vec2(size) - half_texel, corner = floor(at);
+    const vec2 part = nearest ? vec2(0.0) : at - corner;
     const ivec2 n = ivec2(size), near = ivec2(corner);
     const ivec2 columns = ivec2(near.x + n.x, near.x + 1 + n.x) % n.x;
     const ivec2 rows = holds_rows ? clamp(ivec2(near.y, near.y + 1), 0, n.y - 1) : ivec2(near.y + n.y, near.y + 1 + n.y) % n.y;

@@ -47,11 +47,13 @@ float scattering_weight(Path path, uint slot, Surface surface) {
     const vec3 offset = surface.point - receiver.point;
     const float cosine = abs(dot(surface.normal, path.direction));
     if (has_entity_motion) receiver = beside_rest(receiver, light, path_time(path.pixel, path.sample_index));
-    return power_heuristic(path.density, light.probability * light_density(light, receiver, offset, cosine));
+    const float chance = PLANT(mixture_ignored, light.probability * float(settings.light_count), light.probability);
+    const float density = chance * light_density(light, receiver, offset, cosine);
+    return PLANT(heuristic_swapped, power_heuristic(density, path.density), power_heuristic(path.density, density));
 }
 
 void leave_scene(inout Path path) {
-    if (!has_background) return;
+    if (!has_background || (PLANTED(background_late_missing) && path.segment == 2)) return;
     float weight = 1.0;
     if (has_sampled_background && path.density > 0.0 && scene.background_probability > 0.0)
         weight =
@@ -79,7 +81,7 @@ vec4 scatter_numbers(Path path) {
 
 // What remains of the light on its way through the medium at the vertex (9.2).
 vec3 dimmed(Path path, Incident incident, Receiver receiver) {
-    if (!has_medium_absorption || path.medium == no_index) return vec3(1.0);
+    if (!has_medium_absorption || path.medium == no_index || PLANTED(medium_shadow_ignored)) return vec3(1.0);
     return transmittance(media[path.medium], Ray(receiver.surface, incident.direction), incident.distance);
 }
 
@@ -92,7 +94,7 @@ void aim_shadow_ray(Path path, Incident incident, Receiver receiver, Response re
 // 9.3, where it applies; zero: the path ends.
 vec3 after_roulette(inout Path path, vec3 direction, float u) {
     if (direction == vec3(0.0) || path.throughput == vec3(0.0)) return vec3(0.0);
-    if (has_roulette && path.segment + 1 >= settings.roulette_start && !survives(path.throughput, u))
+    if (has_roulette && PLANT(roulette_late, path.segment, path.segment + 1) >= settings.roulette_start && !survives(path.throughput, u))
         return vec3(0.0);
     return direction;
 }
@@ -135,7 +137,7 @@ bool is_there(Path path, Material material, uint body, bool front, out float out
     if (other == no_body) return true;
     const Material around = materials[other];
     if (has_flag(around, flag_translucent)) outside = around.refractive_index;
-    return around.priority <= material.priority;
+    return PLANT(priority_ignored, true, around.priority <= material.priority);
 }
 
 bool is_tracked(Material material) { return has_interiors && has_flag(material, flag_tracked); }
@@ -172,7 +174,7 @@ Departure meet_surface(inout Path path, Hit hit, Surface surface) {
     if (has_emission && there && material.radiance != vec3(0.0) && emits_to(material, front)) {
         const float share = has_translucent_emission && emissive && translucent ? material.alpha : 1.0;
         const float weight = has_light_sampling ? scattering_weight(path, slot, surface) : 1.0;
-        path.radiance += path.throughput * material.radiance * (share * weight);
+        path.radiance += path.throughput * material.radiance * PLANT_SCALE(emission_scaled, share * weight);
     }
     if (path.segment == settings.bounces || (emissive && !translucent)) return leaving;
     if ((has_checker || has_noise || has_image_texture) && material.colour_texture != no_index)
@@ -192,6 +194,7 @@ Departure meet_surface(inout Path path, Hit hit, Surface surface) {
             const bool conducts = (has_smooth_conductor || has_rough_conductor) && material.kind == material_conductor;
             const bool passes = has_boundary && material.kind == material_boundary;
             if (!conducts && !passes) path.throughput = absorbed(material, path.throughput);
+            if (PLANTED(albedo_twice) && diffuse) path.throughput *= material.colour;
             if (conducts || has_rough_translucent) path.throughput *= scattering.weight;
         }
         if (scattering.direction != vec3(0.0)) to_front = dot(scattering.direction, surface.normal) > 0.0;

@@ -51,7 +51,7 @@ public:
     explicit Stage(const View& view, EmittingSides sides = EmittingSides::both)
         : view_(view),
           device_(rtcNewDevice(nullptr)),
-          tables_(make_tables<Real>(scene_of(view, sides), {}, PlantedBug::none)),
+          tables_(make_tables<Real>(scene_of(view, sides), {})),
           accelerator_(device_.get(), tables_) {
         const auto splat = [](double x) { return V(static_cast<Real>(x)); };
         const Mask<Real> in = view.inside ? Mask<Real>::from_bits(all_lanes<Real>) : Mask<Real>{};

@@ -7,6 +7,7 @@
 
 #include "common/error.h"
 #include "cpu_ref/backend.h"
+#include "cpu_ref/planted.h"
 #include "tests/scene_builder.h"
 
 using namespace tandem;
@@ -227,6 +228,9 @@ TEST_CASE("an empty scene shows its background, and an empty range no sample") {
 TEST_CASE("a range that does not begin at a block is refused") {
     CHECK_THROWS_AS(render(room(), settings(4, Integrator::path, 3), {1, 64}), Error);
 }
+
+// Release builds hold no trace of planted bugs: the question is answered when compiling.
+static_assert(!cpu::planted(PlantedBug::cosine_dropped));
 
 TEST_CASE("what the backend cannot do it refuses") {
     BackendOptions device, validation, bug;

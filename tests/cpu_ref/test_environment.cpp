@@ -107,7 +107,7 @@ TEST_CASE_TEMPLATE("the mix of two colours is sampled by its density", Real, flo
         builder.background(dvec3(down), dvec3(up));
         Scene scene = builder.scene();
         scene.background.sampled = true;
-        const auto tables = make_tables<Real>(scene, {}, PlantedBug::none);
+        const auto tables = make_tables<Real>(scene, {});
         REQUIRE(tables.lights.count == 1);
         CHECK(tables.lights.background_chance == Real(1));
         std::vector<double> counts(20, 0.0), expected(20, 0.0);

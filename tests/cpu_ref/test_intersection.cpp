@@ -34,7 +34,7 @@ public:
     using U = UnsignedOf<Real>;
     explicit Tracer(const Scene& scene, std::size_t most_in_leaf, double t_min = 0.0, double t_max = infinity)
         : device_(rtcNewDevice(nullptr)),
-          tables_(make_tables<Real>(scene, settings(t_min, t_max), PlantedBug::none)),
+          tables_(make_tables<Real>(scene, settings(t_min, t_max))),
           accelerator_(device_.get(), tables_, most_in_leaf) {}
 
     Found<Real> trace(const glm::dvec3& origin, const glm::dvec3& direction, std::uint32_t left = no_primitive,

@@ -22,7 +22,7 @@ struct Stage {
     using U = UnsignedOf<Real>;
     explicit Stage(const Scene& scene)
         : device(rtcNewDevice(nullptr)),
-          tables(make_tables<Real>(scene, {}, PlantedBug::none)),
+          tables(make_tables<Real>(scene, {})),
           accelerator(device.get(), tables) {}
 
     static Receiver<Real> receiver(const glm::dvec3& p) {
@@ -159,7 +159,7 @@ TEST_CASE_TEMPLATE("lights are chosen by area times radiance, in id order", Real
         test::SceneBuilder builder;
         builder.triangle(lamp, {0, 0, 0}, {2, 0, 0}, {0, 1, 0}).triangle(lamp, {0, 0, 0}, {6, 0, 0}, {0, 1, 0});
         for (std::size_t i = 0; i < extra; ++i) builder.triangle(lamp, {0, 0, 0}, {0.2, 0, 0}, {0, 1, 0});  // 0.1 each
-        const Tables<Real> tables = make_tables<Real>(builder.scene(), {}, PlantedBug::none);
+        const Tables<Real> tables = make_tables<Real>(builder.scene(), {});
         const double total = 4.0 + 0.1 * static_cast<double>(extra);
         const auto chosen = [&](double v) { return choose_light(tables.lights, Lanes<Real>(static_cast<Real>(v)))[0]; };
         CHECK(chosen(0.0) == 0);
@@ -177,7 +177,7 @@ TEST_CASE("what emits is a sampled light, but for clear and tracked glass and wh
     glow.kind = MaterialKind::emissive;
     glow.radiance = glm::dvec3(1.0);
     const auto lights = [](const test::SceneBuilder& builder) {
-        return make_tables<float>(builder.scene(), {}, PlantedBug::none).lights;
+        return make_tables<float>(builder.scene(), {}).lights;
     };
     test::SceneBuilder none;
     none.triangle(lamp, {0, 0, 0}, {1, 0, 0}, {2, 0, 0});  // no area

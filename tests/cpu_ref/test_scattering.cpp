@@ -34,7 +34,7 @@ Event<Real> event(const Material& material, double c, bool front, std::array<dou
     using V = Lanes<Real>;
     test::SceneBuilder b;
     b.triangle(material, {0, 0, 0}, {1, 0, 0}, {0, 1, 0});
-    const Tables<Real> tables = make_tables<Real>(b.scene(), {}, PlantedBug::none);
+    const Tables<Real> tables = make_tables<Real>(b.scene(), {});
     const V zero(Real(0)), one(Real(1)), cosine(static_cast<Real>(c)), sine(static_cast<Real>(std::sqrt(1.0 - c * c)));
     const Vec3<V> facing{zero, zero, one}, normal{zero, zero, front ? one : -one}, direction{sine, zero, -cosine};
     const RandomLanes<Real> u{
@@ -135,7 +135,7 @@ TEST_CASE_TEMPLATE("absorption is the colour, thinned by alpha where translucent
     for (const double alpha : {0.0, 0.25, 1.0}) {
         test::SceneBuilder b;
         b.triangle(test::glass(1.5, Fresnel::exact, alpha, {0.2, 0.5, 1.0}), {0, 0, 0}, {1, 0, 0}, {0, 1, 0});
-        const Tables<Real> tables = make_tables<Real>(b.scene(), {}, PlantedBug::none);
+        const Tables<Real> tables = make_tables<Real>(b.scene(), {});
         const Ints<Real> first(UnsignedOf<Real>{0});
         const auto a = absorption(tables, first, tables.materials.bits[first], tables.materials.colour[first]);
         CHECK(static_cast<double>(a.x[0]) == doctest::Approx(1.0 - alpha * 0.8).epsilon(tolerance<Real>));

@@ -5,6 +5,7 @@
 
 #include "common/error.h"
 #include "tests/vulkan/scene_builder.h"
+#include "vulkan/framework/shader_library.h"
 
 using namespace tandem;
 using namespace tandem::testing;
@@ -165,6 +166,22 @@ TEST_CASE("what the backend does not offer is refused with its reason") {
     options = {};
     options.device = "no such device";
     CHECK_THROWS_AS(vulkan_backend().create(options), DeviceError);
+}
+
+TEST_CASE("the shaders that users get hold no planted bug") {
+    constexpr std::uint32_t header_words = 5, decorate = 71, specialisation_id = 1;
+    CHECK_FALSE(shaders_hold_planted_bugs());
+    for (std::size_t stage = 0; stage < stage_count; ++stage) {
+        const std::span<const std::uint32_t> words = shader_code(static_cast<Stage>(stage));
+        std::uint32_t constants = 0;
+        for (std::size_t at = header_words; at < words.size(); at += words[at] >> 16) {
+            if ((words[at] & 0xFFFFu) != decorate || words[at + 2] != specialisation_id) continue;
+            ++constants;
+            CHECK(words[at + 3] != 30);  // the amount and the bug of shaders/planted.glsl
+            CHECK(words[at + 3] != 31);
+        }
+        CHECK(constants > 0);
+    }
 }
 
 TEST_CASE("a camera without a frame is refused") {

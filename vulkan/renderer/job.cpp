@@ -51,8 +51,15 @@ PathState path_state(EffectSet effects, bool general, const SceneData& scene) {
     return {next_events, next_events || passing_emission, effects.has(Effect::interiors)};
 }
 
+// As kernels kept for another scene would simulate.
+EffectSet without_one(EffectSet effects) {
+    for (const Effect effect : {Effect::background_gradient, Effect::one_sided_emission, Effect::fuzz, Effect::lens})
+        if (effects.has(effect)) return effects.without(effect);
+    return effects;
+}
+
 Specialisation specialise(const Device& device, const Scene& described, const SceneData& scene,
-    const RenderSettings& settings, PlantedBug bug) {
+    const RenderSettings& settings, PlantedFault fault) {
     const EffectSet effects = effects_of(described, settings);
     const bool general = effects != needed_effects(described, settings);
     const SceneTrees& trees = scene.trees;
@@ -65,9 +72,10 @@ Specialisation specialise(const Device& device, const Scene& described, const Sc
     // Mesa 22.3's lavapipe crashes on loops over several of the blocks.
     const bool on_cpu = device.description().type == DeviceType::cpu;
     const auto count = [&](std::uint32_t primitives) { return general ? told_at_run_time : primitives; };
-    return {effects, path_state(effects, general, scene), fit && !on_cpu && !general, unrolled,
-        count(scene.triangle_count), count(scene.sphere_count), count(scene.cuboid_count), trees.triangles,
-        trees.spheres, trees.cuboids, to_distance(settings.ray_min), to_distance(settings.ray_max), bug};
+    return {fault.bug == PlantedBug::stale_constant ? without_one(effects) : effects,
+        path_state(effects, general, scene), fit && !on_cpu && !general, unrolled, count(scene.triangle_count),
+        count(scene.sphere_count), count(scene.cuboid_count), trees.triangles, trees.spheres, trees.cuboids,
+        to_distance(settings.ray_min), to_distance(settings.ray_max), fault};
 }
 
 RenderSettings checked(RenderSettings settings) {
@@ -87,9 +95,9 @@ RenderSettings checked(RenderSettings settings) {
     return settings;
 }
 
-RenderSettings mutated(RenderSettings settings, PlantedBug bug) {
-    if (bug == PlantedBug::one_bounce_more) ++settings.bounces;
-    if (bug == PlantedBug::one_bounce_fewer && settings.bounces > 0) --settings.bounces;
+RenderSettings mutated(RenderSettings settings, PlantedFault fault) {
+    if (fault.bug == PlantedBug::one_bounce_more) ++settings.bounces;
+    if (fault.bug == PlantedBug::one_bounce_fewer && settings.bounces > 0) --settings.bounces;
     return settings;
 }
 
@@ -108,7 +116,7 @@ struct VulkanJob::Progress {
 };
 
 VulkanJob::VulkanJob(const Instance& instance, const Device& device, Stages& stages, const Scene& scene,
-    const RenderSettings& settings, Acceleration acceleration, PlantedBug planted_bug, const Patterns& patterns)
+    const RenderSettings& settings, Acceleration acceleration, PlantedFault planted_bug, const Patterns& patterns)
     : instance_(instance),
       patterns_(patterns),
       settings_(mutated(checked(settings), planted_bug)),

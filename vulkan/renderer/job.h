@@ -11,7 +11,7 @@ namespace tandem {
 class VulkanJob : public RenderJob {
 public:
     VulkanJob(const Instance& instance, const Device& device, Stages& stages, const Scene& scene,
-        const RenderSettings& settings, Acceleration acceleration, PlantedBug planted_bug,
+        const RenderSettings& settings, Acceleration acceleration, PlantedFault planted_bug,
         const Patterns& patterns = {});
 
     [[nodiscard]] JobFacts facts() const override;

@@ -19,7 +19,7 @@ const BackendOptions& checked(const BackendOptions& options) {
         throw UnsupportedError("the Vulkan renderer rounds every operation in float; use --precision single");
     if (options.threads != 0)
         throw UnsupportedError("the Vulkan renderer has no CPU threads to set; leave --threads out");
-    if (options.planted_bug != PlantedBug::none && !shaders_hold_planted_bugs())
+    if (options.planted_bug != PlantedFault() && !shaders_hold_planted_bugs())
         throw UnsupportedError("planted bugs exist in test builds only");
     return options;
 }
@@ -48,7 +48,7 @@ public:
     [[nodiscard]] RendererInfo info() const override {
         const DeviceDescription& device = device_->description();
         return {"vulkan", device.name, device.driver_name + " " + device.driver_version,
-            fmt::format("Vulkan {}.{}.{}", device.api_major, device.api_minor, device.api_patch)};
+            fmt::format("Vulkan {}.{}.{}", device.api_major, device.api_minor, device.api_patch), true};
     }
 
     [[nodiscard]] std::unique_ptr<RenderJob> prepare(const Scene& scene, const RenderSettings& settings) override {
@@ -61,7 +61,7 @@ public:
 
 private:
     Acceleration acceleration_;
-    PlantedBug planted_bug_;
+    PlantedFault planted_bug_;
     Instance instance_;
     std::unique_ptr<Device> device_;
     std::unique_ptr<Stages> stages_;

@@ -17,7 +17,10 @@ std::vector<SpecialisationConstant> Specialisation::constants() const {
         std::bit_cast<std::uint32_t>(ray_max)};
     std::vector<SpecialisationConstant> result;
     for (std::uint32_t id = 0; id < values.size(); ++id) result.push_back({id, values[id]});
-    if (shaders_hold_planted_bugs()) result.push_back({31, static_cast<std::uint32_t>(planted_bug)});
+    if (shaders_hold_planted_bugs()) {
+        result.push_back({30, std::bit_cast<std::uint32_t>(static_cast<float>(planted_bug.amount))});
+        result.push_back({31, static_cast<std::uint32_t>(planted_bug.bug)});
+    }
     return result;
 }
 

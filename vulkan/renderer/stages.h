@@ -30,7 +30,7 @@ struct Specialisation {
     std::uint32_t triangles = 0, spheres = 0, cuboids = 0;
     std::optional<std::uint32_t> triangle_root, sphere_root, cuboid_root;  // of trees in place of loops
     float ray_min = 0, ray_max = 0;
-    PlantedBug planted_bug = PlantedBug::none;
+    PlantedFault planted_bug;
 
     [[nodiscard]] std::vector<SpecialisationConstant> constants() const;
 };

@@ -7,7 +7,7 @@ layout(local_size_x = 64) in;
 layout(std430, set = 0, binding = 0) readonly buffer Input { float tables[]; };
 layout(std430, set = 0, binding = 1) writeonly buffer Output { vec4 results[]; };
 #include "effects.glsl"
-#define PLANTED(bug) false
+#include "planted.glsl"
 const float pi = 3.14159265358979;
 #include "scene_structs.glsl"
 #include "sampling.glsl"

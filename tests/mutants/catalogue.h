@@ -1,0 +1,28 @@
+// The catalogue of planted bugs (VALIDATION 6): which bug (common/planted_bugs.h), with which amounts, in which
+// backend, and the shipped scenes that should show it, the cheapest first.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "common/planted_bugs.h"
+
+namespace tandem::test {
+
+enum class Planting : std::uint32_t { cpu, vulkan, both };  // both: the closed forms alone can notice
+[[nodiscard]] const char* name_of(Planting planting);
+
+struct Mutant {
+    PlantedFault fault;
+    Planting planting = Planting::cpu;
+    std::vector<std::string> scenes;  // file names without ending, below scenes/
+    bool unbiased = false;            // the image's mean is right: paths differ from what MODEL.md says
+    bool may_escape = false;          // too small for the suite: MUTANTS.md says so
+    // "albedo-scaled-0.01", "cosine-dropped"
+    [[nodiscard]] std::string id() const;
+};
+
+// Every bug with each of its amounts in each of its backends, and in both where a closed form knows its effect.
+[[nodiscard]] const std::vector<Mutant>& catalogue();
+
+}  // namespace tandem::test

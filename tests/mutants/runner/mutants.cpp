@@ -1,0 +1,86 @@
+// Runs the catalogue of planted bugs and prints a line of JSON for each as it is done. Run by scripts/mutants, which
+// makes the table of it.
+//
+//     mutants list                        ids and plantings, a line each
+//     mutants run ID PLANTING [EFFORTS]   one of them on its scenes: effort by effort, the cheapest scene first, until
+//     caught mutants sound SCENE [EFFORT]        two sound backends: what the scene can see
+#include <fmt/format.h>
+
+#include <charconv>
+#include <nlohmann/json.hpp>
+
+#include "tests/mutants/trial.h"
+
+using namespace tandem;
+using namespace tandem::test;
+using nlohmann::json;
+
+namespace {
+
+json to_json(const Trial& trial, std::size_t effort) {
+    return {{"scene", trial.scene}, {"effort", effort}, {"caught", trial.caught}, {"level", trial.level},
+        {"samples", trial.samples}, {"width", trial.width}, {"height", trial.height}, {"seconds", trial.seconds},
+        {"sentence", trial.sentence}};
+}
+
+void print(const json& line) {
+    fmt::print("{}\n", line.dump());
+    std::fflush(stdout);
+}
+
+void run(const Mutant& mutant, std::size_t effort_count) {
+    json line{{"id", mutant.id()}, {"bug", planted_bug_names.at(static_cast<std::size_t>(mutant.fault.bug))},
+        {"amount", mutant.fault.amount}, {"planting", name_of(mutant.planting)}, {"unbiased", mutant.unbiased},
+        {"caught", false}, {"trials", json::array()}};
+    for (std::size_t effort = 0; effort < effort_count && !line["caught"]; ++effort)
+        for (const std::string& scene : mutant.scenes) {
+            const SceneVerdict verdict = verdict_of(mutant.fault, mutant.planting, scene, efforts.at(effort));
+            const Trial trial = trial_of(verdict, scene);
+            line["trials"].push_back(to_json(trial, effort));
+            line["caught"] = trial.caught;
+            if (trial.caught) break;
+        }
+    print(line);
+}
+
+void sound(const std::string& scene, std::size_t effort) {
+    const SceneVerdict verdict = verdict_of({}, Planting::vulkan, scene, efforts.at(effort));
+    json line = to_json(trial_of(verdict, scene), effort);
+    line["verdict"] = name_of(verdict.verdict);
+    line["diverged_fraction"] = verdict.paired.diverged_fraction;
+    for (const LevelResult& level : verdict.judgement.levels)
+        line["detectable_relative"][level.name] = level.minimum_detectable_relative;
+    print(line);
+}
+
+std::size_t count_from(const std::vector<std::string>& arguments, std::size_t index, std::size_t otherwise) {
+    return index < arguments.size() ? static_cast<std::size_t>(std::stoul(arguments[index])) : otherwise;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+    const std::vector<std::string> arguments(argv + 1, argv + argc);
+    const std::string command = arguments.empty() ? "" : arguments[0];
+    try {
+        if (command == "list" && arguments.size() == 1) {
+            for (const Mutant& mutant : catalogue()) fmt::print("{} {}\n", mutant.id(), name_of(mutant.planting));
+            return 0;
+        }
+        if (command == "sound" && arguments.size() > 1) {
+            sound(arguments[1], count_from(arguments, 2, 1));
+            return 0;
+        }
+        if (command == "run" && arguments.size() > 2)
+            for (const Mutant& mutant : catalogue())
+                if (mutant.id() == arguments[1] && name_of(mutant.planting) == arguments[2]) {
+                    run(mutant, std::min(count_from(arguments, 3, efforts.size()), efforts.size()));
+                    return 0;
+                }
+    } catch (const std::exception& error) {
+        fmt::print(stderr, "mutants: {}\n", error.what());
+        return 1;
+    }
+    fmt::print(stderr, "usage: mutants list | run ID PLANTING [EFFORTS] | sound SCENE [EFFORT]\n");
+    return 2;
+}

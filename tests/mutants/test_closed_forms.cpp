@@ -1,0 +1,71 @@
+// A bug common to both tracers cannot show between them (VALIDATION.md 6): each must then miss a closed form. The
+// shipped scenes of scenes/closed-forms, met by every sound witness in tests/suite, must be missed by every buggy one.
+#include <doctest/doctest.h>
+
+#include "common/scene_loader.h"
+#include "tests/suite/witnesses.h"
+
+using namespace tandem;
+using namespace tandem::test;
+
+namespace {
+
+// By how many of its own errors (a sixth of what tests/suite allows) a backend with the bug misses the closed form, in
+// the channel where it does so most.
+double miss(const Backend& backend, const PlantedFault& bug, const std::string& file, Integrator integrator,
+    std::uint32_t roulette_start = no_roulette) {
+    const Scene scene = load_scene(TANDEM_SOURCE_DIR "/scenes/closed-forms/" + file + ".json");
+    REQUIRE(scene.expect.has_value());
+    RenderSettings settings = default_settings(scene);
+    settings.integrator = integrator;
+    settings.roulette_start = roulette_start;
+    settings.width = std::min(settings.width, 12u);
+    settings.height = std::min(settings.height, 12u);
+    BackendOptions options;
+    options.planted_bug = bug;
+    const std::uint64_t samples = settings.width == 1 ? 4096 : 256;
+    const auto renderer = backend.create(options);
+    const Measured measured = pooled(renderer->prepare(scene, settings)->render({0, samples}).estimate);
+    CHECK(measured.invalid == 0);
+    double greatest = 0.0;
+    for (int channel = 0; channel < 3; ++channel) {
+        const double expected = scene.expect->radiance[channel];
+        const double rounding = ((8.0 * settings.bounces + 64.0) * 0x1p-24 + summation_error) * std::abs(expected);
+        const double difference = std::abs(measured.mean[channel] - expected);
+        if (difference > 0.0)
+            greatest = std::max(greatest, difference / (measured.standard_error[channel] + rounding / sigmas));
+    }
+    return greatest;
+}
+
+}  // namespace
+
+#define TANDEM_MISSES(bug, amount, ...)                                                 \
+    TEST_CASE("cpu: " #bug " " #amount " misses a closed form") {                       \
+        CHECK(miss(cpu_backend(), {PlantedBug::bug, amount}, __VA_ARGS__) > sigmas);    \
+    }                                                                                   \
+    TEST_CASE("vulkan: " #bug " " #amount " misses a closed form") {                    \
+        CHECK(miss(vulkan_backend(), {PlantedBug::bug, amount}, __VA_ARGS__) > sigmas); \
+    }
+
+TANDEM_MISSES(cosine_dropped, 0.0, "polygon-light", Integrator::next_event)
+TANDEM_MISSES(inverse_pi_dropped, 0.0, "polygon-light", Integrator::next_event)
+TANDEM_MISSES(roulette_not_divided, 0.0, "furnace-0.8", Integrator::path, 1)
+TANDEM_MISSES(one_bounce_more, 0.0, "furnace-0.8", Integrator::path)
+TANDEM_MISSES(one_bounce_fewer, 0.0, "furnace-0.8", Integrator::path)
+TANDEM_MISSES(relative_index_inverted, 0.0, "reflectance-exact", Integrator::path)
+TANDEM_MISSES(pdf_not_of_sampler, 0.0, "polygon-light", Integrator::path)
+TANDEM_MISSES(mis_weights_unequal, 0.0, "polygon-light", Integrator::next_event)
+TANDEM_MISSES(jacobian_missing, 0.0, "polygon-light", Integrator::next_event)
+TANDEM_MISSES(light_from_behind, 0.0, "lamp-from-behind", Integrator::next_event)
+TANDEM_MISSES(dimension_reused, 0.0, "ellipsoid-under-sky", Integrator::path)
+TANDEM_MISSES(film_shifted, 0.5, "pixel-coverage", Integrator::path)
+TANDEM_MISSES(albedo_scaled, 0.03, "even-sky", Integrator::path)
+TANDEM_MISSES(albedo_scaled, 0.01, "even-sky", Integrator::path)
+TANDEM_MISSES(self_hit_not_excluded, 0.0, "even-sky", Integrator::path)
+TANDEM_MISSES(epsilon_too_large, 0.01, "sphere-light", Integrator::path)
+TANDEM_MISSES(total_reflection_lost, 0.0, "prism", Integrator::path)
+TANDEM_MISSES(normal_transform_wrong, 0.0, "ellipsoid-under-sky", Integrator::path)
+TANDEM_MISSES(radiance_clamped, 0.0, "furnace-0.8", Integrator::path)
+TANDEM_MISSES(lens_radius_scaled, 1.0, "defocus", Integrator::path)
+TANDEM_MISSES(alpha_ignored, 0.0, "absorption", Integrator::path)

@@ -1,0 +1,92 @@
+// The verifier is verified (VALIDATION.md 6), on scenes made for it: a bug planted in one backend must bring the
+// verdict "disagree" against the sound other one, and two sound backends must never get it. The sound side is the
+// reference. The whole catalogue, on the shipped scenes, is scripts/mutants' and test_mutants.cpp's.
+#include <doctest/doctest.h>
+
+#include "common/validation/verify.h"
+#include "cpu_ref/backend.h"
+#include "tests/mutants/scenes.h"
+#include "vulkan/backend.h"
+
+using namespace tandem;
+using namespace tandem::test;
+
+namespace {
+
+std::unique_ptr<Renderer> renderer_with(const Backend& backend, const PlantedFault& bug) {
+    BackendOptions options;
+    options.precision = Precision::single_precision;
+    options.planted_bug = bug;
+    return backend.create(options);
+}
+
+SceneVerdict verdict_of(const TrialScene& trial, Renderer& reference, Renderer& candidate) {
+    VerifyOptions options;
+    options.settings = trial.settings;
+    options.max_samples = 256;  // a pixel: the looks depend on this alone, the budget in seconds is out of reach
+    options.max_looks = 2;
+    options.budget_seconds = 3600.0;
+    options.seed = 20190701;
+    options.criteria.false_alarm = 1e-3;  // a scene; seven controls then cry wolf once in 140 runs of other seeds
+    return verify_scene(trial.scene, reference, candidate, options);
+}
+
+void check_noticed(const Backend& mutant, const Backend& sound, const PlantedFault& bug, const TrialScene& trial) {
+    const auto reference = renderer_with(sound, PlantedBug::none), candidate = renderer_with(mutant, bug);
+    const SceneVerdict verdict = verdict_of(trial, *reference, *candidate);
+    CAPTURE(trial.name);
+    CAPTURE(verdict.sentence);
+    CHECK(verdict.verdict == Verdict::disagree);
+}
+
+void check_sound(const TrialScene& trial) {
+    const auto reference = renderer_with(cpu_backend(), PlantedBug::none);
+    const auto candidate = renderer_with(vulkan_backend(), PlantedBug::none);
+    const SceneVerdict verdict = verdict_of(trial, *reference, *candidate);
+    CAPTURE(verdict.sentence);
+    CHECK(verdict.verdict != Verdict::disagree);
+}
+
+}  // namespace
+
+// One test a bug and backend, so that each failure stands by itself.
+#define TANDEM_MUTANT(bug, trial, ...)                                                                         \
+    TEST_CASE("cpu: " #bug " " #__VA_ARGS__ " shows in " #trial) {                                             \
+        check_noticed(cpu_backend(), vulkan_backend(), {PlantedBug::bug __VA_OPT__(, ) __VA_ARGS__}, trial()); \
+    }                                                                                                          \
+    TEST_CASE("vulkan: " #bug " " #__VA_ARGS__ " shows in " #trial) {                                          \
+        check_noticed(vulkan_backend(), cpu_backend(), {PlantedBug::bug __VA_OPT__(, ) __VA_ARGS__}, trial()); \
+    }
+
+TANDEM_MUTANT(cosine_dropped, lamps)
+TANDEM_MUTANT(inverse_pi_dropped, lamps)
+TANDEM_MUTANT(roulette_not_divided, roulette_box)
+TANDEM_MUTANT(one_bounce_more, closed_box)
+TANDEM_MUTANT(one_bounce_fewer, closed_box)
+TANDEM_MUTANT(relative_index_inverted, glass_bodies)
+TANDEM_MUTANT(pdf_not_of_sampler, open_sky)
+TANDEM_MUTANT(mis_weights_unequal, lamps)
+TANDEM_MUTANT(jacobian_missing, lamps)
+TANDEM_MUTANT(light_from_behind, lamps)
+TANDEM_MUTANT(dimension_reused, open_sky)
+TANDEM_MUTANT(film_shifted, open_sky, 0.5)
+TANDEM_MUTANT(albedo_scaled, open_sky, 0.03)
+TANDEM_MUTANT(albedo_scaled, open_sky, 0.01)
+TANDEM_MUTANT(self_hit_not_excluded, open_sky)
+TANDEM_MUTANT(epsilon_too_large, narrow_gap, 0.01)
+TANDEM_MUTANT(total_reflection_lost, glass_bodies)
+TANDEM_MUTANT(normal_transform_wrong, open_sky)
+TANDEM_MUTANT(radiance_clamped, lamps)
+TANDEM_MUTANT(lens_radius_scaled, wide_lens, 1.0)
+TANDEM_MUTANT(alpha_ignored, glass_bodies)
+
+#define TANDEM_SOUND(trial) \
+    TEST_CASE("two sound backends do not disagree about " #trial) { check_sound(trial()); }
+
+TANDEM_SOUND(lamps)
+TANDEM_SOUND(open_sky)
+TANDEM_SOUND(closed_box)
+TANDEM_SOUND(roulette_box)
+TANDEM_SOUND(glass_bodies)
+TANDEM_SOUND(wide_lens)
+TANDEM_SOUND(narrow_gap)

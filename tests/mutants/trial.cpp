@@ -1,0 +1,72 @@
+#include "tests/mutants/trial.h"
+
+#include <algorithm>
+
+#include "common/scene_loader.h"
+#include "cpu_ref/backend.h"
+#include "vulkan/backend.h"
+
+namespace tandem::test {
+
+namespace {
+
+std::unique_ptr<Renderer> renderer(const Backend& backend, const PlantedFault& fault) {
+    BackendOptions options;
+    options.precision = Precision::single_precision;
+    options.planted_bug = fault;
+    return backend.create(options);
+}
+
+std::string most_significant_level(const Judgement& judgement) {
+    const LevelResult* most = nullptr;
+    for (const LevelResult& level : judgement.levels)
+        if (level.significant && (most == nullptr || level.p < most->p)) most = &level;
+    if (most != nullptr) return most->name;
+    return judgement.fixed.mismatches > 0 ? "fixed pixels" : "invalid samples";
+}
+
+}  // namespace
+
+std::filesystem::path scene_file(const std::string& name) {
+    return std::filesystem::path(TANDEM_SOURCE_DIR) / "scenes" / (name + ".json");
+}
+
+std::vector<std::string> shipped_scenes() {
+    std::vector<std::string> names;
+    for (const auto& entry : std::filesystem::directory_iterator(scene_file("x").parent_path()))
+        if (entry.path().extension() == ".json") names.push_back(entry.path().stem().string());
+    std::ranges::sort(names);
+    return names;
+}
+
+SceneVerdict verdict_of(const PlantedFault& fault, Planting planting, const std::string& name, const Effort& effort) {
+    const Scene scene = load_scene(scene_file(name));
+    const PlantedFault in_cpu = planting == Planting::vulkan ? PlantedFault() : fault;
+    const PlantedFault in_vulkan = planting == Planting::cpu ? PlantedFault() : fault;
+    const auto cpu = renderer(cpu_backend(), in_cpu), vulkan = renderer(vulkan_backend(), in_vulkan);
+    VerifyOptions options;
+    options.settings = verification_settings(scene, effort.longer_side);
+    const std::uint64_t pixels = std::uint64_t{options.settings->width} * options.settings->height;
+    constexpr std::uint64_t usual_pixels = 64 * 32;
+    options.max_samples = effort.samples * std::max<std::uint64_t>(1, usual_pixels / pixels);
+    options.max_looks = effort.looks;
+    options.budget_seconds = effort.seconds;
+    options.scenes = shipped_scenes().size();
+    const bool cpu_is_mutant = planting == Planting::cpu;
+    return verify_scene(scene, cpu_is_mutant ? *vulkan : *cpu, cpu_is_mutant ? *cpu : *vulkan, options);
+}
+
+Trial trial_of(const SceneVerdict& verdict, const std::string& scene) {
+    Trial trial;
+    trial.scene = scene;
+    trial.caught = verdict.verdict == Verdict::disagree;
+    if (trial.caught) trial.level = most_significant_level(verdict.judgement);
+    trial.samples = std::min(verdict.reference.samples, verdict.candidate.samples);
+    trial.width = verdict.settings.width;
+    trial.height = verdict.settings.height;
+    trial.seconds = verdict.seconds;
+    trial.sentence = verdict.sentence;
+    return trial;
+}
+
+}  // namespace tandem::test

@@ -1,0 +1,42 @@
+// One planted bug on one scene, judged as `tandem verify` judges it: default criteria, the false alarms shared among
+// the shipped scenes. Only the effort is chosen: image, samples, seconds.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "common/validation/verify.h"
+#include "tests/mutants/catalogue.h"
+
+namespace tandem::test {
+
+struct Effort {
+    std::uint32_t longer_side = 128;  // of the image, at most
+    std::uint64_t samples = 0;        // a pixel and side, at most, more on films below 64x32; 0: verify's own limit
+    std::size_t looks = 6;
+    double seconds = 120.0;
+};
+
+// From little to that of `tandem verify` itself.
+inline constexpr std::array efforts{Effort{64, 512, 2, 3600.0}, Effort{128, 2048, 3, 3600.0}, Effort{128, 0, 6, 120.0}};
+
+struct Trial {
+    std::string scene;
+    bool caught = false;
+    std::string level;          // the most significant, or "fixed pixels", "invalid samples"; empty: none
+    std::uint64_t samples = 0;  // a pixel and side at the last look, the paired ones not counted
+    std::uint32_t width = 0, height = 0;
+    double seconds = 0.0;
+    std::string sentence;
+};
+
+[[nodiscard]] std::filesystem::path scene_file(const std::string& name);
+[[nodiscard]] std::vector<std::string> shipped_scenes();  // names, below scenes/ itself
+
+// The side without the bug is the reference; with a bug in both, the CPU is.
+[[nodiscard]] SceneVerdict verdict_of(
+    const PlantedFault& fault, Planting planting, const std::string& scene, const Effort& effort);
+[[nodiscard]] Trial trial_of(const SceneVerdict& verdict, const std::string& scene);
+
+}  // namespace tandem::test
