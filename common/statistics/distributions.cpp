@@ -41,6 +41,14 @@ double chi_square_upper_tail(double x, double dof) {
     return boost::math::cdf(boost::math::complement(boost::math::chi_squared{dof}, x));
 }
 
+// The regularised incomplete beta function, as a cdf.
+double binomial_upper_tail(unsigned successes, unsigned trials, double chance) {
+    if (successes == 0) return 1.0;
+    if (successes > trials) return 0.0;
+    const double k = successes, n = trials;
+    return boost::math::cdf(boost::math::beta_distribution<>{k, n - k + 1.0}, chance);
+}
+
 Interval clopper_pearson_interval(unsigned successes, unsigned trials, double alpha) {
     using boost::math::beta_distribution;
     const double k = successes, n = trials;

@@ -27,6 +27,7 @@ struct Negligible {
     // twelve makes 3.4e-4 of the image there.
     double paired_image = 2e-4;
     double paired_tile = 2e-3;
+    double paired_pixel = 5e-3;    // root mean square over a tile's pixels
     double variance_ratio = 1.25;  // variances of one sample, either way
 };
 

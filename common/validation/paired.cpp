@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/statistics/distributions.h"
 #include "common/statistics/multiple_tests.h"
 
 namespace tandem {
@@ -12,6 +13,7 @@ PairedDifferences::PairedDifferences(std::uint32_t width, std::uint32_t height, 
       height_(height),
       rounding_tolerance_(rounding_tolerance),
       differences_(std::size_t{width} * height * channel_count),
+      alternating_(differences_.size(), 0.0),
       reference_(differences_.size(), 0.0) {}
 
 void PairedDifferences::add(const Estimate& reference, const Estimate& candidate) {
@@ -21,6 +23,7 @@ void PairedDifferences::add(const Estimate& reference, const Estimate& candidate
         const double difference = (b[i].sum - a[i].sum) / count;
         differences_[i].sum += difference;
         differences_[i].sum_of_squares += difference * difference;
+        alternating_[i] += blocks_ % 2 == 0 ? difference : -difference;
         reference_[i] += a[i].sum / count;
         if (difference == 0.0) ++identical_;
         const double larger = std::max(std::abs(a[i].sum), std::abs(b[i].sum));
@@ -88,6 +91,46 @@ LevelResult PairedDifferences::level(const std::string& name, std::uint32_t edge
     return result;
 }
 
+LevelResult PairedDifferences::pixel_level(const Scales& scales, double negligible, double tile_floor) const {
+    const TileGrid grid(width_, height_, standard_tile_edge);
+    const double odd = static_cast<double>(blocks_ / 2), even = static_cast<double>(blocks_) - odd;
+    struct Sums {
+        double products = 0.0, squares = 0.0, reference = 0.0, pixels = 0.0;
+    };
+    std::vector<Sums> sums(grid.size() * channel_count);
+    for (std::size_t i = 0; i < differences_.size(); ++i) {
+        Sums& s = sums[grid.tile_of_pixel()[i / channel_count] * channel_count + i % channel_count];
+        const double total = differences_[i].sum;
+        const double product = 0.25 * (total + alternating_[i]) / even * (total - alternating_[i]) / odd;
+        s.products += product;
+        s.squares += product * product;
+        s.reference += reference_[i] / static_cast<double>(blocks_);
+        s.pixels += 1.0;
+    }
+    LevelResult result;
+    result.name = paired_pixels_level;
+    result.test = "products of halves, distribution-free bound, Bonferroni";
+    result.tests = sums.size();
+    result.columns = grid.columns();
+    result.rows = grid.rows();
+    std::vector<double> p_values;
+    for (std::size_t i = 0; i < sums.size(); ++i) {
+        const Sums& s = sums[i];
+        RegionComparison region;
+        region.region = grid.rectangle(i / channel_count);
+        region.channel = static_cast<std::uint32_t>(i % channel_count);
+        region.reference = s.reference / s.pixels;
+        const double scale = std::max(region.reference, scales.image[region.channel] * tile_floor);
+        const double excess = s.products - s.pixels * negligible * negligible * scale * scale;
+        if (scale > 0.0) region.relative = std::sqrt(std::max(0.0, s.products / s.pixels)) / scale;
+        if (excess > 0.0 && s.squares > 0.0) region.p = symmetric_sum_tail(excess / std::sqrt(s.squares));
+        p_values.push_back(region.p);
+        if (i == 0 || region.p < result.worst.p) result.worst = region;
+    }
+    result.p = bonferroni(p_values);
+    return result;
+}
+
 PairedResult PairedDifferences::result(const Criteria& criteria, double alpha_each_side) const {
     PairedResult result;
     if (blocks_ < 2) return result;
@@ -107,9 +150,55 @@ PairedResult PairedDifferences::result(const Criteria& criteria, double alpha_ea
     result.image = level("paired image", 0, scales, negligible.paired_image, floor, alpha_each_side);
     result.tiles =
         level("paired tiles 16x16", standard_tile_edge, scales, negligible.paired_tile, floor, alpha_each_side);
+    result.pixels = pixel_level(scales, negligible.paired_pixel, floor);
     const double figures = static_cast<double>(blocks_) * static_cast<double>(differences_.size());
     result.identical_fraction = static_cast<double>(identical_) / figures;
     result.diverged_fraction = static_cast<double>(diverged_) / figures;
+    return result;
+}
+
+LevelResult compare_paths(const Estimate& reference, const Estimate& candidate, double rounding_tolerance) {
+    constexpr double tolerated_share = 0.25, parted_deviations = 0.25;
+    const TileGrid grid(reference.width(), reference.height(), standard_tile_edge);
+    const Estimate::Plane a = reference.totals(), b = candidate.totals();
+    const double n = static_cast<double>(reference.count());
+    std::vector<unsigned> noisy(grid.size()), parted(grid.size());
+    for (std::size_t pixel = 0; pixel < reference.pixel_count(); ++pixel) {
+        double difference = 0.0, variance = 0.0, mean = 0.0;
+        for (std::size_t c = pixel * channel_count; c < (pixel + 1) * channel_count; ++c) {
+            const auto variance_of = [&](const Moments& m) {
+                return std::max(0.0, m.sum_of_squares - m.sum * m.sum / n) / (n - 1.0) / n;
+            };
+            const double both = variance_of(a[c]) + variance_of(b[c]);
+            if (both <= variance) continue;
+            variance = both;
+            difference = std::abs(b[c].sum - a[c].sum) / n;
+            mean = std::max(a[c].sum, b[c].sum) / n;
+        }
+        const double deviation = std::sqrt(variance);
+        if (!(parted_deviations * deviation > 2.0 * rounding_tolerance * mean)) continue;
+        const std::uint32_t tile = grid.tile_of_pixel()[pixel];
+        ++noisy[tile];
+        if (difference > parted_deviations * deviation) ++parted[tile];
+    }
+    LevelResult result;
+    result.name = paired_paths_level;
+    result.test = "binomial tail of parted pixels, Bonferroni";
+    result.tests = grid.size();
+    result.columns = grid.columns();
+    result.rows = grid.rows();
+    std::vector<double> p_values;
+    for (std::size_t tile = 0; tile < grid.size(); ++tile) {
+        RegionComparison region;
+        region.region = grid.rectangle(tile);
+        region.reference = static_cast<double>(noisy[tile]);
+        region.candidate = static_cast<double>(parted[tile]);
+        region.relative = noisy[tile] > 0 ? region.candidate / region.reference : 0.0;
+        region.p = parted[tile] > 0 ? binomial_upper_tail(parted[tile], noisy[tile], tolerated_share) : 1.0;
+        p_values.push_back(region.p);
+        if (tile == 0 || region.p < result.worst.p) result.worst = region;
+    }
+    result.p = bonferroni(p_values);
     return result;
 }
 

@@ -20,12 +20,26 @@ std::string place(const RegionComparison& region) {
     return fmt::format("x {} to {}, y {} to {}", r.x0, r.x1 - 1, r.y0, r.y1 - 1);
 }
 
+bool compares_means(const LevelResult& level) {
+    return !level.name.starts_with("variance") && level.name != paired_paths_level && level.name != paired_pixels_level;
+}
+
 std::string reason_of(const LevelResult& level) {
     const RegionComparison& worst = level.worst;
+    if (level.name == paired_paths_level)
+        return fmt::format(
+            "{}: {:.0f} % of the pixels of {} part although both sides draw the same random numbers, p = {:.1e} "
+            "against "
+            "{:.1e}",
+            level.name, 100.0 * worst.relative, place(worst), level.p, level.threshold);
     if (level.name.starts_with("closed form"))
         return fmt::format("{}: the mean in {} is off by {:+.2g} % ({:.2g} to {:.2g} %), p = {:.1e} against {:.1e}",
             level.name, channel_names.at(worst.channel), 100.0 * worst.relative, 100.0 * worst.relative_low,
             100.0 * worst.relative_high, level.p, level.threshold);
+    if (level.name == paired_pixels_level)
+        return fmt::format("{}: {} differs by {:.2g} % (root mean square) within {}, p = {:.1e} against {:.1e}",
+            level.name, channel_names.at(worst.channel), 100.0 * worst.relative, place(worst), level.p,
+            level.threshold);
     const bool whole = level.regions.size() == channel_count;
     const bool variance = level.name.starts_with("variance");
     return fmt::format("{}: {} {}{} by {:+.2g} % ({:.2g} to {:.2g} %), p = {:.1e} against {:.1e}", level.name,
@@ -72,7 +86,7 @@ void set_significance(std::vector<LevelResult>& levels, double false_alarm) {
 
 void set_detectable(std::vector<LevelResult>& levels, const Criteria& criteria) {
     for (LevelResult& level : levels) {
-        if (level.name.starts_with("variance")) continue;
+        if (!compares_means(level)) continue;
         const bool paired = level.name.starts_with("paired");
         const bool image = level.name.ends_with("image") || level.name.starts_with("closed form");
         const Negligible& n = criteria.negligible;
@@ -165,6 +179,8 @@ Judgement judge(const SampledImage& reference, const SampledImage& candidate, co
     if (paired != nullptr && paired->done) {
         judgement.levels.push_back(paired->image);
         judgement.levels.push_back(paired->tiles);
+        judgement.levels.push_back(paired->pixels);
+        if (paired->paths) judgement.levels.push_back(*paired->paths);
     }
     if (closed_form != nullptr)
         for (const auto& [name, side] :
@@ -200,8 +216,7 @@ std::string off_by(const LevelResult& level) {
 std::string off_by(const Judgement& judgement) {
     const LevelResult* most = nullptr;
     for (const LevelResult& level : judgement.levels)
-        if (level.significant && !level.name.starts_with("variance") && (most == nullptr || level.p < most->p))
-            most = &level;
+        if (level.significant && compares_means(level) && (most == nullptr || level.p < most->p)) most = &level;
     if (most != nullptr) return off_by(*most);
     const FixedPixels& fixed = judgement.fixed;
     if (fixed.mismatches > 0)

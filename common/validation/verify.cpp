@@ -51,6 +51,7 @@ private:
     void take(Side& side, Estimate batch);
     [[nodiscard]] bool extend(Side& side, std::uint64_t samples, const std::string& what);
     void run_paired();
+    void compare_short_paths();
     [[nodiscard]] std::optional<double> measure_speed_of(Side& side);
     void measure_speed();
     [[nodiscard]] static double seconds_to(const Side& side, std::uint64_t samples);
@@ -149,6 +150,28 @@ void Verification::run_paired() {
     paired_seconds_ = paired.seconds;
     candidate_.estimate.add_invalid(invalid);
     verdict_.paired = differences.result(verdict_.criteria, verdict_.criteria.doubt / 2.0);
+    if (!verdict_.stopped) compare_short_paths();
+}
+
+// The same random numbers at few bounces: the same samples, where both follow MODEL.md section 3.
+void Verification::compare_short_paths() {
+    const bool follow = verdict_.reference_info.follows_numbers && verdict_.candidate_info.follows_numbers &&
+                        verdict_.settings.integrator != Integrator::bidirectional;
+    if (!follow) return;
+    std::vector<Estimate> estimates;
+    for (Renderer* renderer : {&reference_renderer_, &candidate_renderer_}) {
+        RenderSettings settings = verdict_.settings;
+        settings.seed = verdict_.reference_seed;
+        settings.bounces = std::min(settings.bounces, short_path_bounces);
+        Side side{renderer->prepare(scene_, settings), {}, {}, 0.0, {}};
+        std::optional<Estimate> block = render(side, {0, samples_per_block}, "short paths, paired seeds");
+        if (!block) {
+            verdict_.stopped = true;
+            return;
+        }
+        estimates.push_back(std::move(*block));
+    }
+    verdict_.paired.paths = compare_paths(estimates[0], estimates[1], verdict_.criteria.fixed_tolerance);
 }
 
 SampledImage Verification::sampled(const Side& side) const {
