@@ -3,11 +3,15 @@
 
 #include <algorithm>
 #include <chrono>
+#include <tuple>
 
+#include "common/commands/child_process.h"
 #include "common/commands/command.h"
 #include "common/commands/console.h"
 #include "common/error.h"
+#include "common/experiment/compare_results.h"
 #include "common/experiment/results.h"
+#include "common/experiment/thesis.h"
 #include "common/scene_loader.h"
 
 namespace tandem {
@@ -17,9 +21,12 @@ namespace {
 struct BenchArguments {
     std::string scene = "scenes/cornell-thesis.json", device;
     std::vector<std::string> families, arms, sizes;
+    std::string resume, method = "paired";
+    std::vector<std::string> compare;
     double seconds = 120.0, narrow = 0.01;
     std::uint64_t seed = 1;
-    bool list = false;
+    unsigned processes = 1, makings = 8;
+    bool list = false, self_test = false;
 };
 
 double now() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
@@ -77,33 +84,119 @@ void print_list(const std::vector<Family>& families) {
     }
 }
 
-// Each experiment gets its share of what is left, so that what one leaves over helps the others.
-void run_all(const std::vector<Family>& families, const BenchArguments& arguments, const CommandContext& context,
-    BenchResults& results) {
-    std::size_t left = 0, done = 0;
-    for (const Family& family : families) left += family.workloads.size();
-    const double end = now() + arguments.seconds;
-    const double all = static_cast<double>(left);
-    ProgressLine line;
-    for (const Family& family : families)
-        for (const Workload& workload : family.workloads) {
-            if (context.stop.stop_requested()) return;
-            RunnerOptions options;
-            options.seconds = std::max(0.0, end - now()) / static_cast<double>(left--);
-            options.narrow = arguments.narrow;
-            options.seed = arguments.seed + 1000 * done;
-            options.only = arguments.arms;
-            options.stop = context.stop;
-            options.progress = [&](double fraction) {
-                line.update((static_cast<double>(done) + fraction) / all, family.name + " at " + workload.name);
-            };
-            results.samples.push_back(run_experiment(family, workload, options));
-            ++done;
-        }
+// An arm that passed the gate before, and is made only to be timed.
+class KnownRun : public ArmRun {
+public:
+    explicit KnownRun(std::unique_ptr<ArmRun> run) : run_(std::move(run)) {}
+    [[nodiscard]] ClockReadings run() override { return run_->run(); }
+
+private:
+    std::unique_ptr<ArmRun> run_;
+};
+
+Family without_gate(Family family) {
+    family.arms = [arms = family.arms](const Workload& workload) {
+        std::vector<Arm> all = arms(workload);
+        for (Arm& arm : all) arm.make = [make = arm.make] { return std::make_unique<KnownRun>(make()); };
+        return all;
+    };
+    return family;
 }
 
-ExitStatus bench(const BenchArguments& arguments, const CommandContext& context, const std::string& command_line) {
-    check_outputs({context.json_file}, {arguments.scene});
+// Whether all arms of the experiment are known well enough, over all its makings.
+bool is_known(const BenchResults& results, const Family& family, const Workload& workload, double narrow) {
+    std::vector<ExperimentSamples> own;
+    for (const ExperimentSamples& samples : results.samples)
+        if (samples.family == family.name && samples.workload.name == workload.name) own.push_back(samples);
+    if (own.size() < fewest_resampled_processes) return false;
+    return std::ranges::all_of(analyse(own), [&](const ArmResult& arm) {
+        return !arm.timed() || arm.arm == arm.baseline ||
+               (arm.ratio_high() <= arm.ratio() * (1.0 + narrow) && arm.ratio_low() >= arm.ratio() * (1.0 - narrow));
+    });
+}
+
+// Rounds over all experiments, in each of which every arm is made anew: two jobs of the same arm differ by their luck
+// with memory and threads, and a machine's mood outlasts many blocks. What is left of the time is shared by what is
+// left to do.
+void run_all(const std::vector<Family>& families, const BenchArguments& arguments, const CommandContext& context,
+    BenchResults& results) {
+    std::size_t experiments = 0;
+    for (const Family& family : families) experiments += family.workloads.size();
+    std::size_t left = experiments * arguments.makings, done = 0;
+    const double end = now() + arguments.seconds, all = static_cast<double>(left);
+    ProgressLine line;
+    for (unsigned making = 0; making < arguments.makings; ++making)
+        for (const Family& family : families)
+            for (const Workload& workload : family.workloads) {
+                if (context.stop.stop_requested()) return;
+                const double share = std::max(0.0, end - now()) / static_cast<double>(left--);
+                ++done;
+                if (is_known(results, family, workload, arguments.narrow)) continue;
+                RunnerOptions options;
+                options.seconds = share;
+                options.narrow = arguments.narrow;
+                options.seed = arguments.seed + 1000 * done;
+                options.only = arguments.arms;
+                options.stop = context.stop;
+                options.progress = [&](double fraction) {
+                    line.update(
+                        (static_cast<double>(done) - 1.0 + fraction) / all, family.name + " at " + workload.name);
+                };
+                results.samples.push_back(
+                    run_experiment(making == 0 ? family : without_gate(family), workload, options));
+            }
+}
+
+BenchResults measure(const BenchArguments& arguments, const CommandContext& context, const BenchTarget& target,
+    const std::vector<Family>& families) {
+    BenchResults results;
+    results.device = target.device;
+    results.command = context.command_line;
+    results.git = git_version();
+    results.scene = arguments.scene;
+    for (const Family& family : families) results.families.push_back(texts_of(family));
+    results.empty_submissions = target.empty_submissions(200);
+    run_all(families, arguments, context, results);
+    return results;
+}
+
+// The same command in a process of its own, for its share of the time.
+BenchResults measure_in_child(const BenchArguments& arguments, unsigned number) {
+    const TemporaryFile file;
+    std::vector<std::string> words{"bench", "--scene", arguments.scene, "--json", file.name(), "--time",
+        fmt::format("{}", arguments.seconds / arguments.processes), "--narrow", fmt::format("{}", arguments.narrow),
+        "--seed", fmt::format("{}", arguments.seed + 1'000'000ull * (number + 1)), "--makings",
+        fmt::format("{}", (arguments.makings + arguments.processes - 1) / arguments.processes)};
+    const auto add = [&](const char* option, const std::vector<std::string>& values) {
+        for (const std::string& value : values) words.insert(words.end(), {option, value});
+    };
+    if (!arguments.device.empty()) add("--device", {arguments.device});
+    add("--family", arguments.families);
+    add("--arm", arguments.arms);
+    add("--size", arguments.sizes);
+    const int status = run_self(words);
+    if (status != 0) throw Error(fmt::format("process {} of --processes ended with status {}", number + 1, status));
+    return load_results(file.name());
+}
+
+// Takes over the readings of another file or process, which must be of the same device, driver and shaders.
+void merge(BenchResults& results, BenchResults other, const std::string& whose) {
+    for (const char* fact : {"name", "driver_name", "driver_version", "device_uuid", "spirv_hash"})
+        if (results.device.value(fact, "") != other.device.value(fact, ""))
+            throw input_error(whose, std::string("/device/") + fact, "is not what this device has",
+                "resume on the same device, driver and build");
+    if (results.scene != other.scene)
+        throw input_error(whose, "/scene", "is another scene", "resume with the same one");
+    for (nlohmann::json& family : other.families) {
+        const auto same = [&](const nlohmann::json& known) { return known.at("name") == family.at("name"); };
+        if (std::ranges::none_of(results.families, same)) results.families.push_back(std::move(family));
+    }
+    std::ranges::move(other.samples, std::back_inserter(results.samples));
+}
+
+ExitStatus measure_patterns(const BenchArguments& arguments, const CommandContext& context) {
+    std::optional<BenchResults> earlier;
+    if (!arguments.resume.empty()) earlier = load_results(arguments.resume);
     const BenchTarget target = make_target(arguments, context);
     const std::vector<Family> families = chosen(target.families, arguments);
     if (arguments.list) {
@@ -111,15 +204,93 @@ ExitStatus bench(const BenchArguments& arguments, const CommandContext& context,
         return ExitStatus::fine;
     }
     BenchResults results;
-    results.device = target.device;
-    results.command = command_line;
-    results.scene = arguments.scene;
-    for (const Family& family : families) results.families.push_back(texts_of(family));
-    results.empty_submissions = target.empty_submissions(200);
-    run_all(families, arguments, context, results);
+    if (arguments.processes == 1) {
+        results = measure(arguments, context, target, families);
+    } else {
+        ProgressLine line;
+        for (unsigned i = 0; i < arguments.processes && !context.stop.stop_requested(); ++i) {
+            line.update(static_cast<double>(i) / arguments.processes, fmt::format("process {}", i + 1));
+            BenchResults one = measure_in_child(arguments, i);
+            if (i == 0)
+                results = std::move(one);
+            else
+                merge(results, std::move(one), "the child process");
+        }
+        results.command = context.command_line;
+    }
+    if (earlier) merge(results, std::move(*earlier), arguments.resume);
     write_json(context, to_json(results, target.claims));
     fmt::print("{}", to_text(results, target.claims));
     return ExitStatus::fine;
+}
+
+ExitStatus measure_thesis(const BenchArguments& arguments, const CommandContext& context) {
+    if (arguments.sizes.size() > 1) throw InputError("--size: the thesis's method takes one size");
+    if (!arguments.families.empty() || !arguments.arms.empty() || !arguments.resume.empty() ||
+        arguments.processes != 1 || arguments.self_test || arguments.list)
+        throw InputError(
+            "--method thesis has its own arms and protocol; of the other options it takes --scene, --device, "
+            "--size and --json");
+    const BenchTarget target = make_target(arguments, context);
+    ThesisOptions options;
+    if (!arguments.sizes.empty())
+        std::tie(options.setup.width, options.setup.height) = size_from(arguments.sizes.front());
+    options.stop = context.stop;
+    ThesisReport report;
+    {
+        ProgressLine line;
+        options.progress = [&](double fraction, const std::string& text) { line.update(fraction, text); };
+        report = run_thesis(target, options);
+    }
+    write_json(context, {{"version", results_version}, {"device", target.device}, {"command", context.command_line},
+                            {"git", git_version()}, {"scene", arguments.scene}, {"thesis", to_json(report)}});
+    fmt::print("{}, {} {}\n{}", target.device.value("name", "?"), target.device.value("driver_name", ""),
+        target.device.value("driver_version", ""), to_text(report));
+    return ExitStatus::fine;
+}
+
+// The runner on this device, with a known effect and with none.
+ExitStatus test_self(const BenchArguments& arguments, const CommandContext& context) {
+    const BenchTarget target = make_target(arguments, context);
+    const BenchResults results = measure(arguments, context, target, {target.self_test});
+    const std::vector<ArmResult> arms = analyse(results.samples);
+    const auto arm = [&](const std::string& name) { return *std::ranges::find(arms, name, &ArmResult::arm); };
+    const ArmResult twin = arm("twin"), busy = arm("busy");
+    const double planted = busy.seconds.at("busy");  // what the wait really took
+    const bool covers = busy.difference.low <= planted && planted <= busy.difference.high;
+    const bool quiet = twin.ratio_low() <= 1.0 && 1.0 <= twin.ratio_high();
+    nlohmann::json report = to_json(results, {});
+    report["self_test"] = {{"planted_milliseconds", 1e3 * planted}, {"covers", covers}, {"quiet", quiet}};
+    write_json(context, report);
+    fmt::print("planted {:.4f} ms: seen {:.4f} ms (95 %: {:.4f} to {:.4f}), {}\n", 1e3 * planted,
+        1e3 * busy.difference.value, 1e3 * busy.difference.low, 1e3 * busy.difference.high,
+        covers ? "covered" : "NOT covered");
+    fmt::print("nothing planted: {:.4f} times (95 %: {:.4f} to {:.4f}), {}\n", twin.ratio(), twin.ratio_low(),
+        twin.ratio_high(), quiet ? "no effect" : "an effect where there is none");
+    fmt::print("Either line may be wrong once in twenty runs: that is what 95 % says.\n");
+    return covers && quiet ? ExitStatus::fine : ExitStatus::disagree;
+}
+
+ExitStatus compare_files(const std::vector<std::string>& files, const CommandContext& context) {
+    const ResultsComparison comparison = compare_results(load_results(files[0]), load_results(files[1]));
+    if (comparison.arms.empty())
+        throw input_error(files[1], "", "has no arm at any workload in common with " + files[0],
+            "compare results of "
+            "the same families and sizes");
+    write_json(context, to_json(comparison));
+    fmt::print("{}", to_text(comparison));
+    const bool slower =
+        std::ranges::any_of(comparison.arms, [](const ChangeOfArm& arm) { return arm.change == Change::slower; });
+    return slower ? ExitStatus::disagree : ExitStatus::fine;
+}
+
+ExitStatus bench(const BenchArguments& arguments, const CommandContext& context) {
+    std::vector<std::string> inputs = arguments.compare;
+    inputs.push_back(arguments.scene);
+    check_outputs({context.json_file}, inputs);  // a file that is resumed may be written again
+    if (!arguments.compare.empty()) return compare_files(arguments.compare, context);
+    if (arguments.method == "thesis") return measure_thesis(arguments, context);
+    return arguments.self_test ? test_self(arguments, context) : measure_patterns(arguments, context);
 }
 
 }  // namespace
@@ -141,7 +312,9 @@ void add_bench_command(CLI::App& app, CommandContext& context) {
     command->add_option("--size", arguments->sizes, "Image sizes WxH (default: three that fit the device)")
         ->type_name("SIZE")
         ->delimiter(',');
-    command->add_option("--time", arguments->seconds, "Seconds for all experiments together")
+    command
+        ->add_option("--time", arguments->seconds,
+            "Seconds for all experiments together (five blocks a making are run even where that takes longer)")
         ->check(above_zero(most_seconds))
         ->capture_default_str();
     command
@@ -150,14 +323,36 @@ void add_bench_command(CLI::App& app, CommandContext& context) {
         ->check(above_zero(1.0))
         ->capture_default_str();
     command->add_option("--seed", arguments->seed, "Seed of the order in which arms run")->capture_default_str();
+    command
+        ->add_option("--makings", arguments->makings,
+            "Make every arm anew so many times; from five on, intervals speak of any making")
+        ->check(CLI::Range(1, 1000))
+        ->capture_default_str();
+    command->add_option("--processes", arguments->processes, "Share time and makings among so many processes")
+        ->check(CLI::Range(1, 1000))
+        ->capture_default_str();
+    command->add_option("--resume", arguments->resume, "Take over the readings of an earlier --json file")
+        ->type_name("FILE");
+    command
+        ->add_option("--method", arguments->method,
+            "paired (interleaved blocks), or thesis (Ferreira's protocol and tables; takes no --time)")
+        ->check(CLI::IsMember({"paired", "thesis"}))
+        ->capture_default_str();
+    command->add_option("--compare", arguments->compare, "Hold result B against result A; runs nothing")
+        ->type_name("A B")
+        ->expected(2);
+    command->add_flag("--self-test", arguments->self_test, "Put a known busy-wait, and nothing, into arms");
     command->add_flag("--list", arguments->list, "List families, arms and workloads, and run nothing");
     add_common_options(*command, context,
         "  tandem bench --list\n"
         "  tandem bench --family memory,recording --time 60 --json bench.json\n"
-        "  tandem bench --family submission --arm 1-a-submit --size 1920x1080");
-    command->callback([&context, arguments] {
-        context.action = [&context, arguments] { return bench(*arguments, context, context.command_line); };
-    });
+        "  tandem bench --family submission --arm 1-a-submit --size 1920x1080\n"
+        "  tandem bench --time 600 --processes 5 --json new.json --resume old.json\n"
+        "  tandem bench --method thesis --size 160x90 --json thesis.json\n"
+        "  tandem bench --compare old.json new.json\n"
+        "Exit status: 0; 1 where --compare finds an arm slower, or --self-test fails.");
+    command->callback(
+        [&context, arguments] { context.action = [&context, arguments] { return bench(*arguments, context); }; });
 }
 
 }  // namespace tandem

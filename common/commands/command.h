@@ -83,6 +83,9 @@ void check_outputs(const std::vector<std::string>& outputs, const std::vector<st
 // Throws InputError when an image of that size cannot fit into this machine's memory.
 void check_memory(const RenderSettings& settings);
 
+// The commit that this program was built from, "-dirty" where files had changed; "unknown" without git.
+[[nodiscard]] std::string git_version();
+
 // Writes `report` to the --json file, where there is one.
 void write_json(const CommandContext& context, const nlohmann::json& report);
 

@@ -171,20 +171,32 @@ std::vector<ArmResult> analyse(const std::vector<ExperimentSamples>& samples) {
 
 std::vector<Crossover> crossovers(
     const std::vector<ArmResult>& results, const std::string& along, const std::string& family) {
+    // By arm, and by the workload's other factors: a crossover is sought along one factor alone.
+    std::vector<std::pair<std::string, std::map<std::string, double>>> groups;
+    std::vector<std::vector<const ArmResult*>> members;
+    for (const ArmResult& result : results) {
+        if (result.family != family || result.arm == result.baseline || !result.timed() ||
+            !result.workload.factors.contains(along))
+            continue;
+        std::map<std::string, double> others = result.workload.factors;
+        others.erase(along);
+        if (along == "pixels") others.erase("width");
+        const auto group = std::ranges::find(groups, std::pair(result.arm, others));
+        const auto number = static_cast<std::size_t>(group - groups.begin());
+        if (group == groups.end()) {
+            groups.emplace_back(result.arm, others);
+            members.emplace_back();
+        }
+        members[number].push_back(&result);
+    }
     std::vector<Crossover> list;
-    std::vector<std::string> arms;
-    for (const ArmResult& result : results)
-        if (result.family == family && result.arm != result.baseline &&
-            std::ranges::find(arms, result.arm) == arms.end())
-            arms.push_back(result.arm);
-    for (const std::string& arm : arms) {
-        std::vector<const ArmResult*> sizes;
-        for (const ArmResult& result : results)
-            if (result.family == family && result.arm == arm && result.timed() &&
-                result.workload.factors.contains(along))
-                sizes.push_back(&result);
+    for (std::vector<const ArmResult*>& sizes : members) {
+        if (sizes.size() < 2) continue;
         std::ranges::sort(sizes, {}, [&](const ArmResult* r) { return r->workload.factors.at(along); });
-        if (sizes.size() > 1) list.push_back(crossover_of(sizes, along));
+        list.push_back(crossover_of(sizes, along));
+        const auto pixels = sizes.front()->workload.factors.find("pixels");
+        if (along != "pixels" && pixels != sizes.front()->workload.factors.end())
+            list.back().text += fmt::format(", at {:g} pixels", pixels->second);
     }
     return list;
 }

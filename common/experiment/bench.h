@@ -33,6 +33,8 @@ struct BenchTarget {
     nlohmann::json device;  // name, driver, UUIDs, limits, extensions, queues, memory, hash of the shaders
     std::vector<Family> families;
     std::vector<Claim> claims;
+    Family self_test;  // arms "twin", which is the baseline, and "busy", which waits besides for
+    double self_test_seconds = 0.0;
     // Seconds that so many submissions of nothing took, each with its wait: the floor beneath every reading.
     std::function<std::vector<double>(std::size_t count)> empty_submissions;
     std::function<std::unique_ptr<ThesisJob>(const ThesisSetup&)> thesis_job;

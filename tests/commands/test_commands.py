@@ -373,8 +373,45 @@ class Commands(unittest.TestCase):
     def test_unknown_effects_are_refused_with_the_known_ones(self):
         self.refused(tandem("render", self.scene, "-o", self.folder / "a.png", "--effects", "lens,magic"), "magic", "lens")
 
+    def test_bench_measures_resumes_and_compares(self):
+        first, second, out = (self.folder / name for name in ("first.json", "second.json", "out.json"))
+        arguments = ["bench", "--scene", self.scene, "--family", "waiting", "--size", "8x8", "--time", "0.3",
+                     "--makings", "2"]
+        self.assertEqual(tandem(*arguments, "--json", first).returncode, 0)
+        told = json.loads(first.read_text())
+        arms = {arm["arm"]: arm for arm in told["arms"]}
+        self.assertEqual(set(arms), {"fence", "timeline", "queue-idle"})
+        idle = arms["queue-idle"]
+        self.assertTrue(idle["identical"])
+        self.assertEqual(idle["baseline"], "fence")
+        self.assertLess(idle["ratio_low"], idle["ratio"])
+        self.assertLess(idle["ratio"], idle["ratio_high"])
+        self.assertEqual({claim["verdict"] for claim in told["claims"] if claim["id"] == "M1"}, {"not-applicable"})
+        self.assertEqual(len(told["floor"]["milliseconds"]), 200)
+        self.assertEqual(len(told["device"]["device_uuid"]), 32)
+        # Two processes more, and the first one's readings.
+        result = tandem(*arguments, "--processes", "2", "--resume", first, "--json", second)
+        self.assertEqual(result.returncode, 0, result.stderr)
+        told = json.loads(second.read_text())
+        self.assertEqual(len(told["raw"]), 4)
+        self.assertEqual({arm["processes"] for arm in told["arms"]}, {4})
+        result = tandem("bench", "--compare", first, second, "--json", out)
+        self.assertIn(result.returncode, (0, 1))
+        self.assertEqual({arm["arm"] for arm in json.loads(out.read_text())["arms"]}, set(arms))
+        self.refused(tandem("bench", "--compare", first, self.scene), "scene.json")
+
+    def test_bench_refuses_what_it_does_not_know(self):
+        self.refused(tandem("bench", "--scene", self.scene, "--family", "magic"), "magic", "memory")
+        self.refused(tandem("bench", "--scene", self.scene, "--arm", "magic"), "magic")
+        self.refused(tandem("bench", "--scene", self.scene, "--size", "12"), "--size")
+        self.refused(tandem("bench", "--scene", self.scene, "--method", "thesis", "--family", "memory"), "--method")
+        self.refused(tandem("bench", "--scene", self.folder / "none.json"), "none.json")
+        listed = tandem("bench", "--scene", self.scene, "--list")
+        self.assertEqual(listed.returncode, 0)
+        self.assertIn("pre-recorded", listed.stdout)
+
     def test_help_of_every_command_has_examples(self):
-        for command in ["render", "verify", "compare", "effects", "devices"]:
+        for command in ["render", "verify", "compare", "effects", "bench", "devices"]:
             result = tandem(command, "--help")
             self.assertEqual(result.returncode, 0)
             self.assertIn("Examples:", result.stdout)

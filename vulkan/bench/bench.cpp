@@ -50,6 +50,8 @@ BenchTarget vulkan_bench(const BenchRequest& request) {
     BenchTarget target;
     target.device = facts_of(device->device());
     target.families = all_families(device);
+    target.self_test = self_test_family(device);
+    target.self_test_seconds = self_test_busy_seconds;
     target.claims = pattern_claims();
     target.empty_submissions = [device](std::size_t count) { return time_empty_submissions(device->device(), count); };
     target.thesis_job = [device](const ThesisSetup& setup) -> std::unique_ptr<ThesisJob> {

@@ -13,6 +13,10 @@ namespace tandem {
 [[nodiscard]] Family recording_family(const SharedDevice& device);     // on the fly, pre-recorded, secondary; resets
 [[nodiscard]] Family threads_family(const SharedDevice& device);       // recorders with a pool each
 
+// Not one of all_families(): it tests the runner, not a pattern.
+inline constexpr double self_test_busy_seconds = 0.5e-3;
+[[nodiscard]] Family self_test_family(const SharedDevice& device);
+
 // All of them, in the order in which they run and are listed.
 [[nodiscard]] std::vector<Family> all_families(const SharedDevice& device);
 

@@ -53,10 +53,10 @@ Family threads_family(const SharedDevice& device) {
     family.source = "Ferreira 2019; Blackert 2016";
     family.held = "the dispatches of a frame, one submission, memory, one command buffer a recording";
     family.along = "samples";
-    const ImageSize size = device->sizes().back();
-    for (const std::uint32_t samples : {1u, 12u})
+    // The thesis's frames; and frames so small that recording is most of their time.
+    const ImageSize large = device->sizes().back(), small = device->sizes().front();
+    for (const auto& [size, samples] : {std::pair{large, 1u}, {small, 2u}, {large, 12u}, {small, 48u}})
         family.workloads.push_back(workload_of({size, samples, device->bounces()}));
-    family.workloads.push_back(workload_of({device->sizes().front(), 48, device->bounces()}));
     family.arms = [device](const Workload& workload) {
         std::vector<Arm> arms;
         const unsigned most = std::clamp(2 * std::thread::hardware_concurrency(), 8u, 32u);

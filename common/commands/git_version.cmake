@@ -1,0 +1,17 @@
+# Writes ${output}: git_version() as C++, with the commit of ${source} as it is built; only where it has changed.
+find_package(Git QUIET)
+set(version "unknown")
+if(Git_FOUND)
+    execute_process(COMMAND ${GIT_EXECUTABLE} -C ${source} describe --always --dirty --abbrev=12
+        OUTPUT_VARIABLE found OUTPUT_STRIP_TRAILING_WHITESPACE ERROR_QUIET RESULT_VARIABLE failed)
+    if(NOT failed)
+        set(version ${found})
+    endif()
+endif()
+set(text "#include \"common/commands/command.h\"\n\nstd::string tandem::git_version() { return \"${version}\"; }\n")
+if(EXISTS ${output})
+    file(READ ${output} old)
+endif()
+if(NOT "${old}" STREQUAL "${text}")
+    file(WRITE ${output} "${text}")
+endif()

@@ -1,0 +1,117 @@
+#include "common/experiment/compare_results.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "common/experiment/paired_effect.h"
+#include "common/statistics/multiple_tests.h"
+
+namespace tandem {
+
+namespace {
+
+// Logarithms of an arm's settled readings by the family's clock, over all processes.
+struct OwnTimes {
+    std::string family, arm, workload;
+    std::vector<double> logs;
+};
+
+std::vector<OwnTimes> own_times(const BenchResults& results) {
+    std::vector<OwnTimes> list;
+    for (const ExperimentSamples& samples : results.samples) {
+        const std::size_t warm_up = warm_up_blocks(samples);
+        for (const ArmSamples& arm : samples.arms) {
+            const auto readings = arm.seconds.find(samples.clock);
+            if (readings == arm.seconds.end() || arm.identity == Identity::differs) continue;
+            const auto same = [&](const OwnTimes& other) {
+                return other.family == samples.family && other.arm == arm.arm &&
+                       other.workload == samples.workload.name;
+            };
+            auto found = std::ranges::find_if(list, same);
+            if (found == list.end())
+                found = list.insert(list.end(), {samples.family, arm.arm, samples.workload.name, {}});
+            for (std::size_t i = std::min(warm_up, readings->second.size()); i < readings->second.size(); ++i)
+                found->logs.push_back(std::log(readings->second[i]));
+        }
+    }
+    std::erase_if(list, [](const OwnTimes& times) { return times.logs.size() < 3; });
+    return list;
+}
+
+const OwnTimes* find_same(const std::vector<OwnTimes>& list, const OwnTimes& wanted) {
+    for (const OwnTimes& times : list)
+        if (times.family == wanted.family && times.arm == wanted.arm && times.workload == wanted.workload)
+            return &times;
+    return nullptr;
+}
+
+std::string described(const OwnTimes& times, const char* where) {
+    return fmt::format("{}, {} at {}: only in {}", times.family, times.arm, times.workload, where);
+}
+
+Change change_of(const ChangeOfArm& arm) {
+    constexpr double alpha = 0.05;
+    if (arm.low > 1.0 - negligible_change && arm.high < 1.0 + negligible_change) return Change::same;
+    if (arm.p_family <= alpha && arm.high < 1.0) return Change::faster;
+    if (arm.p_family <= alpha && arm.low > 1.0) return Change::slower;
+    return Change::ambiguous;
+}
+
+}  // namespace
+
+const char* name_of(Change change) {
+    constexpr std::array<const char*, 4> names{"same", "faster", "slower", "ambiguous"};
+    return names[static_cast<std::size_t>(change)];
+}
+
+ResultsComparison compare_results(const BenchResults& a, const BenchResults& b) {
+    const std::vector<OwnTimes> first = own_times(a), second = own_times(b);
+    ResultsComparison comparison;
+    std::vector<double> p_values;
+    for (const OwnTimes& times : first) {
+        const OwnTimes* other = find_same(second, times);
+        if (other == nullptr) {
+            comparison.only_in_one.push_back(described(times, "A"));
+            continue;
+        }
+        const MeanDifference difference = welch(trimmed_mean_estimate(times.logs), trimmed_mean_estimate(other->logs));
+        const Interval interval = difference.interval(0.025);
+        comparison.arms.push_back({times.family, times.arm, times.workload, std::exp(difference.difference),
+            std::exp(interval.low), std::exp(interval.high), 1.0, Change::ambiguous});
+        p_values.push_back(difference.p_value());
+    }
+    for (const OwnTimes& times : second)
+        if (find_same(first, times) == nullptr) comparison.only_in_one.push_back(described(times, "B"));
+    const std::vector<double> adjusted = holm_adjusted(p_values);
+    for (std::size_t i = 0; i < adjusted.size(); ++i) {
+        comparison.arms[i].p_family = adjusted[i];
+        comparison.arms[i].change = change_of(comparison.arms[i]);
+    }
+    return comparison;
+}
+
+nlohmann::json to_json(const ResultsComparison& comparison) {
+    nlohmann::json arms = nlohmann::json::array();
+    for (const ChangeOfArm& arm : comparison.arms)
+        arms.push_back({{"family", arm.family}, {"arm", arm.arm}, {"workload", arm.workload}, {"ratio", arm.ratio},
+            {"ratio_low", arm.low}, {"ratio_high", arm.high}, {"p_family", arm.p_family},
+            {"change", name_of(arm.change)}});
+    return {{"arms", arms}, {"only_in_one", comparison.only_in_one}, {"negligible_relative", negligible_change}};
+}
+
+std::string to_text(const ResultsComparison& comparison) {
+    std::string text;
+    for (const ChangeOfArm& arm : comparison.arms)
+        text += fmt::format("{:10} {:6.3f} times ({:.3f} to {:.3f})  {}, {} at {}\n", name_of(arm.change), arm.ratio,
+            arm.low, arm.high, arm.family, arm.arm, arm.workload);
+    for (const std::string& line : comparison.only_in_one) text += line + "\n";
+    std::array<std::size_t, 4> counts{};
+    for (const ChangeOfArm& arm : comparison.arms) ++counts[static_cast<std::size_t>(arm.change)];
+    return text + fmt::format("B against A: {} same, {} faster, {} slower, {} ambiguous\n", counts[0], counts[1],
+                      counts[2], counts[3]);
+}
+
+}  // namespace tandem

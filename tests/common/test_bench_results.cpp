@@ -1,0 +1,140 @@
+// Results of tandem bench: what is written is read back, two of them are compared, and the thesis's protocol is kept.
+#include <doctest/doctest.h>
+
+#include <cmath>
+
+#include "common/error.h"
+#include "common/experiment/compare_results.h"
+#include "common/experiment/thesis.h"
+
+using namespace tandem;
+
+namespace {
+
+std::vector<double> around(double centre, double relative) {
+    std::vector<double> values;
+    for (int i = 0; i < 20; ++i) values.push_back(centre * (1.0 + relative * ((i * 7 % 11) / 5.0 - 1.0)));
+    return values;
+}
+
+BenchResults results_with(double plain, double other) {
+    BenchResults results;
+    results.device = {{"name", "synthetic"}};
+    results.command = "tandem bench";
+    results.git = "abc";
+    results.scene = "box.json";
+    results.empty_submissions = {1e-5, 2e-5};
+    Family family;
+    family.name = "f";
+    family.along = "size";
+    results.families = {texts_of(family)};
+    ExperimentSamples samples;
+    samples.family = "f";
+    samples.clock = "total";
+    samples.along = "size";
+    samples.workload = {"one", {{"size", 1.0}}};
+    samples.ended = "budget";
+    samples.arms = {{"plain", "", Identity::identical, "", {{"total", around(plain, 0.002)}}},
+        {"other", "text", Identity::identical, "", {{"total", around(other, 0.003)}}},
+        {"absent", "", Identity::not_applicable, "one queue only", {}}};
+    results.samples = {samples};
+    return results;
+}
+
+// Frames of 2 ms and 3 ms a sample; fresh ones take one more, and two bounces a third of it all.
+class InventedJob : public ThesisJob {
+public:
+    InventedJob(const ThesisSetup& setup, int& jobs) : setup_(setup) { ++jobs; }
+    double frame(std::uint32_t samples, bool fresh) override {
+        const double seconds = 1e-3 * (2.0 + 3.0 * samples + (fresh ? 1.0 : 0.0));
+        return setup_.bounces == 2 ? seconds / 3.0 : seconds;
+    }
+
+private:
+    ThesisSetup setup_;
+};
+
+}  // namespace
+
+TEST_CASE("results are read back as they were written") {
+    const BenchResults results = results_with(0.01, 0.02);
+    const nlohmann::json json = to_json(results, {});
+    const BenchResults again = results_from_json(json, "file.json");
+    CHECK(to_json(again, {}).at("raw") == json.at("raw"));
+    CHECK(to_json(again, {}).at("floor") == json.at("floor"));
+    REQUIRE(again.samples.size() == 1);
+    CHECK(again.samples[0].arms[1].seconds.at("total").size() == 20);
+    CHECK(again.samples[0].arms[2].reason == "one queue only");
+    const nlohmann::json& arm = json.at("arms").at(1);
+    CHECK(arm.at("identical") == true);
+    CHECK(arm.at("samples") == 20);
+    CHECK(arm.at("ratio").get<double>() == doctest::Approx(2.0).epsilon(0.01));
+    CHECK(arm.at("ratio_low") < arm.at("ratio"));
+    CHECK(json.at("arms").at(2).at("identity") == "not-applicable");
+    CHECK(!json.at("arms").at(2).contains("ratio"));
+}
+
+TEST_CASE("what is no result is refused by name") {
+    CHECK_THROWS_AS(static_cast<void>(results_from_json({{"version", 99}}, "old.json")), InputError);
+    CHECK_THROWS_AS(static_cast<void>(results_from_json({{"version", results_version}}, "other.json")), InputError);
+    CHECK_THROWS_AS(static_cast<void>(load_results("/nowhere/at/all.json")), InputError);
+}
+
+TEST_CASE("two results are the same, faster, slower or ambiguous") {
+    const BenchResults before = results_with(0.01, 0.02);
+    const auto changes = [&](double plain, double other) {
+        const ResultsComparison comparison = compare_results(before, results_with(plain, other));
+        REQUIRE(comparison.arms.size() == 2);
+        return std::pair(comparison.arms[0].change, comparison.arms[1].change);
+    };
+    CHECK(changes(0.01, 0.02) == std::pair(Change::same, Change::same));
+    CHECK(changes(0.011, 0.018) == std::pair(Change::slower, Change::faster));
+    BenchResults noisy = results_with(0.01, 0.02);
+    noisy.samples[0].arms[0].seconds["total"] = around(0.0102, 0.3);
+    CHECK(compare_results(before, noisy).arms[0].change == Change::ambiguous);
+    noisy.samples[0].workload.name = "two";
+    CHECK(compare_results(before, noisy).arms.empty());
+    CHECK(compare_results(before, noisy).only_in_one.size() == 4);
+}
+
+TEST_CASE("the thesis's method keeps its protocol") {
+    int jobs = 0;
+    BenchTarget target;
+    target.thesis_job = [&](const ThesisSetup& setup) { return std::make_unique<InventedJob>(setup, jobs); };
+    const ThesisReport report = run_thesis(target, {});
+    CHECK(report.protocol_size);
+    REQUIRE(report.cells.size() == 8);
+    for (const ThesisCell& cell : report.cells) {
+        CHECK(cell.first.size() == 5);
+        CHECK(cell.fresh.size() == 10);
+        CHECK(cell.steady.size() == 60);
+        CHECK(cell.fresh[0] == doctest::Approx(3.0 + 3.0 * cell.samples));
+        CHECK(cell.steady[0] == doctest::Approx(2.0 + 3.0 * cell.samples));
+        CHECK(cell.thesis_steady > 180.0);
+    }
+    CHECK(jobs == 8 * 5 + 2);  // each first frame in a job of its own; sweep; two bounces
+    REQUIRE(report.sweep.size() == 12);
+    REQUIRE(report.two_bounces.size() == 3);
+    CHECK(report.two_bounces[2].samples == 50);
+    CHECK(report.two_bounces[2].milliseconds[0] == doctest::Approx(152.0 / 3.0));
+    ThesisOptions small;
+    small.setup.width = 160;
+    CHECK(!run_thesis(target, small).protocol_size);
+}
+
+TEST_CASE("a logarithm is fitted with intervals that hold it") {
+    std::vector<ThesisSweepPoint> points;
+    for (std::uint32_t n = 1; n <= 12; ++n) {
+        ThesisSweepPoint point{n, {}, 0.0};
+        // Deviations that sum to zero at each point.
+        for (const double off : {-0.02, 0.02, 0.0}) point.milliseconds.push_back(n * (5.0 - 0.4 * std::log(n) + off));
+        points.push_back(point);
+    }
+    const LogarithmicFit fit = fit_logarithm(points);
+    CHECK(fit.a == doctest::Approx(5.0));
+    CHECK(fit.b == doctest::Approx(-0.4));
+    CHECK(fit.b_interval.low < -0.4);
+    CHECK(fit.b_interval.high > -0.4);
+    CHECK(fit.b_interval.high < -0.35);
+    CHECK(fit.residual == doctest::Approx(0.0168).epsilon(0.05));
+}
