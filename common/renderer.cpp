@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "common/error.h"
+#include "common/path_trace.h"
 
 namespace tandem {
 
@@ -35,6 +36,10 @@ std::string integrator_name(Integrator integrator) {
 
 std::unique_ptr<RayIntersector> Renderer::intersector(const Scene& /*scene*/, const RenderSettings& /*settings*/) {
     throw UnsupportedError("the " + info().backend + " backend takes no rays of its caller; it renders images alone");
+}
+
+std::vector<PathTrace> RenderJob::trace(std::uint32_t /*x*/, std::uint32_t /*y*/, SampleRange /*samples*/) {
+    throw UnsupportedError("this renderer cannot follow a single path");
 }
 
 const Backend& find_backend(const BackendList& backends, const std::string& name) {

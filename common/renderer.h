@@ -22,6 +22,8 @@
 
 namespace tandem {
 
+struct PathTrace;  // common/path_trace.h
+
 // single: every operation rounded by itself. double: all of it. contracted: single, products and sums fused as the
 // driver likes (Vulkan). mixed: single, but for intersections and the points that follow from them (Vulkan).
 enum class Precision : std::uint32_t { single_precision = 0, double_precision = 1, contracted = 2, mixed = 3 };
@@ -84,6 +86,9 @@ public:
     // Renders samples `range` of every pixel; range.begin must be a multiple of samples_per_block (else Error). The
     // estimate of a range does not depend on what was rendered before, on threads or on their order: same bits.
     [[nodiscard]] virtual RenderResult render(SampleRange range, const RenderControl& control = {}) = 0;
+    // The paths of samples of pixel (x, y), vertex by vertex: the very ones that render() follows. Throws
+    // UnsupportedError, with the reason, where this job cannot.
+    [[nodiscard]] virtual std::vector<PathTrace> trace(std::uint32_t x, std::uint32_t y, SampleRange samples);
 };
 
 struct RendererInfo {

@@ -15,6 +15,7 @@
 #include <thread>
 
 #include "common/error.h"
+#include "common/path_trace.h"
 #include "cpu_ref/bidirectional_paths.h"
 #include "cpu_ref/parallel.h"
 
@@ -53,6 +54,12 @@ public:
         }
         result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
         return result;
+    }
+
+    std::vector<PathTrace> trace(std::uint32_t, std::uint32_t, SampleRange) override {
+        throw UnsupportedError(
+            "a bidirectional sample is no single path, but all joins of one from the camera with one from a light; "
+            "trace another integrator");
     }
 
 private:

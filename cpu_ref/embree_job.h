@@ -17,6 +17,7 @@
 #include "cpu_ref/parallel.h"
 #include "cpu_ref/path_tracer.h"
 #include "cpu_ref/render_job.h"
+#include "cpu_ref/traced_path.h"
 #include "cpu_ref/variants.h"
 
 namespace tandem::cpu {
@@ -99,6 +100,10 @@ public:
         progress.finish();
         result.seconds = seconds_since(start);
         return result;
+    }
+
+    std::vector<PathTrace> trace(std::uint32_t x, std::uint32_t y, SampleRange samples) override {
+        return traced_paths(tables_, accelerator_, x, y, samples);
     }
 
 private:

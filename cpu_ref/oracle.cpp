@@ -63,6 +63,15 @@ public:
         return result;
     }
 
+    std::vector<PathTrace> trace(std::uint32_t x, std::uint32_t y, SampleRange samples) override {
+        if (x >= sampler_.settings().width || y >= sampler_.settings().height)
+            throw Error("the pixel to trace lies outside of the image");
+        std::vector<PathTrace> traces;
+        for (std::uint64_t sample = samples.begin; sample < samples.end; ++sample)
+            traces.push_back(sampler_.trace(x, y, sample));
+        return traces;
+    }
+
 private:
     // False, with nothing added, if it was stopped before the block was done.
     bool render_block(

@@ -116,26 +116,28 @@ dvec3 PathSampler::punctual_light(const Path& path, const Vertex& vertex, const 
     return path.throughput * sum;
 }
 
-bool PathSampler::scatter_in_medium(Path& path, const Medium& medium, double distance, const Numbers& u) const {
+PathEnd PathSampler::scatter_in_medium(
+    Path& path, const Medium& medium, double distance, const Numbers& u, TracedVertex& seen) const {
     const dvec3 old = path.ray.direction, position = path.ray.origin + distance * old;
     path.light += punctual_light(
         path, {position}, [&](const dvec3& w) { return phase_function(medium.anisotropy, glm::dot(old, w)); });
     const dvec3 direction = phase_direction(medium.anisotropy, old, u.first, u.second);
     path.ray = {position, direction, no_primitive, true, path.ray.time};
-    return true;
+    seen.pdf = phase_function(medium.anisotropy, glm::dot(old, direction));
+    return PathEnd::goes_on;
 }
 
-bool PathSampler::pass_through(Path& path, const Hit& hit, const dvec3& direction) const {
+PathEnd PathSampler::pass_through(Path& path, const Hit& hit, const dvec3& direction) const {
     const bool came_from_front = glm::dot(path.ray.direction, hit.front_normal) < 0.0;
     const bool goes_to_front = glm::dot(direction, hit.front_normal) > 0.0;
     path.ray = {hit.position, direction, hit.primitive, goes_to_front, path.ray.time};
-    if (came_from_front == goes_to_front || !is_tracked(scene_.materials[hit.material])) return true;
-    if (path.interiors.cross(hit.material, came_from_front)) return true;
+    if (came_from_front == goes_to_front || !is_tracked(scene_.materials[hit.material])) return PathEnd::goes_on;
+    if (path.interiors.cross(hit.material, came_from_front)) return PathEnd::goes_on;
     path.light = dvec3(std::numeric_limits<double>::quiet_NaN());  // invalid (section 12)
-    return false;
+    return PathEnd::invalid;
 }
 
-bool PathSampler::scatter_at_surface(Path& path, const Hit& hit, const Numbers& u) const {
+PathEnd PathSampler::scatter_at_surface(Path& path, const Hit& hit, const Numbers& u, TracedVertex& seen) const {
     const Material& material = scene_.materials[hit.material];
     const Incidence in = incidence_of(path.ray.direction, hit.front_normal);
     double outer_index = 1.0;
@@ -150,16 +152,30 @@ bool PathSampler::scatter_at_surface(Path& path, const Hit& hit, const Numbers& 
         path.light += punctual_light(path, {hit.position, hit.primitive, hit.front_normal},
             [&](const dvec3& w) { return scattered_share(surface, w); });
     const std::optional<Scattering> scattered = scatter(surface, u);
-    if (!scattered) return false;
+    if (!scattered) return PathEnd::absorbed;
+    seen.pdf = scattered->pdf;
     path.throughput *= scattered->weight;
     return pass_through(path, hit, scattered->direction);
 }
 
-bool PathSampler::advance(Path& path, std::uint32_t k) const {
+PathEnd PathSampler::play_roulette(Path& path, std::uint32_t k, double number) const {
+    const double greatest = std::max({path.throughput.x, path.throughput.y, path.throughput.z});
+    if (greatest == 0.0) return PathEnd::absorbed;
+    if (k + 1 >= settings_.roulette_start) {  // section 9.3
+        const double survival = std::min(1.0, greatest);
+        if (!(number < survival)) return PathEnd::roulette;
+        path.throughput /= survival;
+    }
+    return PathEnd::goes_on;
+}
+
+PathEnd PathSampler::advance(Path& path, std::uint32_t k, TracedVertex& seen) const {
     const auto numbers = [&](std::uint32_t use) {
         return numbers_of(random_block(
             settings_.seed, path.pixel, path.sample, dimension::first_vertex + dimension::blocks_per_vertex * k + use));
     };
+    seen.origin = path.ray.origin;
+    seen.direction = path.ray.direction;
     const std::optional<Hit> hit = world_.closest_hit(path.ray, settings_.ray_min, settings_.ray_max);
     const Medium* medium = medium_of(path);
     Flight flight;
@@ -168,36 +184,52 @@ bool PathSampler::advance(Path& path, std::uint32_t k) const {
         flight = fly(*medium, path.ray, hit ? hit->t : settings_.ray_max, m.first, m.second);
         path.throughput *= flight.weight;
     }
-    const bool in_medium = flight.scattered_at.has_value();
-    if (!in_medium && !hit) {
+    seen.throughput = path.throughput;
+    seen.in_medium = flight.scattered_at.has_value();
+    if (!seen.in_medium && !hit) {
         path.light += path.throughput * background_radiance(scene_.background, path.ray.direction);
-        return false;
+        return PathEnd::left_scene;
     }
-    if (!in_medium) {
+    seen.t = seen.in_medium ? *flight.scattered_at : hit->t;
+    seen.position = seen.in_medium ? path.ray.origin + seen.t * path.ray.direction : hit->position;
+    if (!seen.in_medium) {
+        seen.normal = hit->front_normal;
+        seen.primitive = hit->primitive;
+        seen.material = hit->material;
         const Material& material = scene_.materials[hit->material];
         const bool front = glm::dot(path.ray.direction, hit->front_normal) < 0.0;
         const bool hidden = is_tracked(material) && path.interiors.outside_of(hit->material, front).hides;
         if (!hidden) path.light += path.throughput * emitted(material, front);
-        if (ends_path(material)) return false;
+        if (ends_path(material)) return PathEnd::emitter;
     }
-    if (k == settings_.bounces) return false;
+    if (k == settings_.bounces) return PathEnd::bounces;
 
     const Numbers u = numbers(dimension::scatter);
-    if (!(in_medium ? scatter_in_medium(path, *medium, *flight.scattered_at, u) : scatter_at_surface(path, *hit, u)))
-        return false;
-    const double greatest = std::max({path.throughput.x, path.throughput.y, path.throughput.z});
-    if (greatest == 0.0) return false;
-    if (k + 1 >= settings_.roulette_start) {  // section 9.3
-        const double survival = std::min(1.0, greatest);
-        if (!(u.fourth < survival)) return false;
-        path.throughput /= survival;
+    const PathEnd end = seen.in_medium ? scatter_in_medium(path, *medium, *flight.scattered_at, u, seen)
+                                       : scatter_at_surface(path, *hit, u, seen);
+    return end == PathEnd::goes_on ? play_roulette(path, k, u.fourth) : end;
+}
+
+PathTrace PathSampler::trace(std::uint32_t x, std::uint32_t y, std::uint64_t sample) const {
+    Path path{y * settings_.width + x, sample, camera_ray(x, y, sample), Interiors(scene_)};
+    PathTrace trace;
+    PathEnd end = PathEnd::goes_on;
+    for (std::uint32_t k = 0; end == PathEnd::goes_on; ++k) {
+        TracedVertex& seen = trace.vertices.emplace_back();
+        seen.end = end = advance(path, k, seen);
+        seen.radiance = path.light;
+        if (end != PathEnd::goes_on) break;
+        seen.next_direction = path.ray.direction;
+        seen.next_throughput = path.throughput;
     }
-    return true;
+    trace.radiance = path.light;
+    return trace;
 }
 
 dvec3 PathSampler::radiance(std::uint32_t x, std::uint32_t y, std::uint64_t sample) const {
     Path path{y * settings_.width + x, sample, camera_ray(x, y, sample), Interiors(scene_)};
-    for (std::uint32_t k = 0; advance(path, k);) ++k;
+    TracedVertex seen;
+    for (std::uint32_t k = 0; advance(path, k, seen) == PathEnd::goes_on;) ++k;
     return path.light;
 }
 

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <glm/glm.hpp>
 
+#include "common/path_trace.h"
 #include "common/renderer.h"
 #include "common/scene.h"
 #include "cpu_ref/oracle_geometry.h"
@@ -22,6 +23,9 @@ public:
     // Radiance of sample `sample` of pixel (x, y): a function of (seed, pixel, sample) alone.
     [[nodiscard]] glm::dvec3 radiance(std::uint32_t x, std::uint32_t y, std::uint64_t sample) const;
 
+    // The same path, vertex by vertex.
+    [[nodiscard]] PathTrace trace(std::uint32_t x, std::uint32_t y, std::uint64_t sample) const;
+
     [[nodiscard]] const RenderSettings& settings() const { return settings_; }
 
 private:
@@ -29,11 +33,13 @@ private:
     struct Vertex;  // where a path is scattered
 
     [[nodiscard]] Ray camera_ray(std::uint32_t x, std::uint32_t y, std::uint64_t sample) const;
-    // False where the path ends.
-    [[nodiscard]] bool advance(Path& path, std::uint32_t k) const;
-    [[nodiscard]] bool scatter_in_medium(Path& path, const Medium& medium, double distance, const Numbers& u) const;
-    [[nodiscard]] bool scatter_at_surface(Path& path, const Hit& hit, const Numbers& u) const;
-    [[nodiscard]] bool pass_through(Path& path, const Hit& hit, const glm::dvec3& direction) const;
+    // From one vertex to the next; `seen` tells of what befell the path, but for where it goes on.
+    [[nodiscard]] PathEnd advance(Path& path, std::uint32_t k, TracedVertex& seen) const;
+    [[nodiscard]] PathEnd play_roulette(Path& path, std::uint32_t k, double number) const;
+    [[nodiscard]] PathEnd scatter_in_medium(
+        Path& path, const Medium& medium, double distance, const Numbers& u, TracedVertex& seen) const;
+    [[nodiscard]] PathEnd scatter_at_surface(Path& path, const Hit& hit, const Numbers& u, TracedVertex& seen) const;
+    [[nodiscard]] PathEnd pass_through(Path& path, const Hit& hit, const glm::dvec3& direction) const;
     [[nodiscard]] const Medium* medium_of(const Path& path) const;  // null: vacuum
     [[nodiscard]] glm::dvec3 colour_at(const Hit& hit) const;
     // What all punctual lights send to a vertex, times `share` of the direction to each.

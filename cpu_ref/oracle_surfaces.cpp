@@ -101,8 +101,14 @@ std::optional<Scattering> scatter_roughly(const Surface& surface, const Numbers&
     const dvec3 o = frame.to_local(direction);
     if (reflected ? !(o.z > 0.0) : !(o.z < 0.0)) return std::nullopt;
     const double seen = facets.masking_shadowing(i, o) / facets.masking(i);
-    return Scattering{
-        direction, seen * (conductor ? conductor_reflectance(surface.material, cosine) : absorption(surface))};
+    if (!conductor) return Scattering{direction, seen * absorption(surface)};
+    return Scattering{direction, seen * conductor_reflectance(surface.material, cosine),
+        facets.masking(i) * facets.density(h) / (4.0 * i.z)};
+}
+
+Scattering diffusely(const Surface& surface, const Numbers& u) {
+    const dvec3 direction = cosine_hemisphere(surface.in.near_normal, u.first, u.second);
+    return {direction, surface.colour, glm::dot(direction, surface.in.near_normal) / std::numbers::pi};
 }
 
 // Sections 7.3 and 7.4.
@@ -138,7 +144,7 @@ std::optional<Scattering> scatter(const Surface& surface, const Numbers& u) {
     const Incidence& in = surface.in;
     switch (material.kind) {
         case MaterialKind::diffuse:
-            return Scattering{cosine_hemisphere(in.near_normal, u.first, u.second), surface.colour};
+            return diffusely(surface, u);
         case MaterialKind::boundary:
             return Scattering{in.direction, dvec3(1.0)};
         case MaterialKind::conductor:

@@ -30,10 +30,12 @@ struct Surface {
 [[nodiscard]] glm::dvec3 emitted(const Material& material, bool front);
 [[nodiscard]] bool ends_path(const Material& material);
 
-// A new direction and the factor by which the throughput changes.
+// A new direction, the factor by which the throughput changes, and the direction's density per solid angle, where the
+// model has one (for `trace`; the estimator needs none).
 struct Scattering {
     glm::dvec3 direction;
     glm::dvec3 weight;
+    double pdf = 0.0;
 };
 // Nothing where the path ends.
 [[nodiscard]] std::optional<Scattering> scatter(const Surface& surface, const Numbers& u);

@@ -7,14 +7,14 @@
 namespace tandem::cpu {
 
 // What a vertex does with light from a direction: f cos is colour times transfer; density is that of scattering there.
-template <class Real, std::uint64_t effects>
-struct PathTracer<Real, effects>::Response {
+template <class Real, std::uint64_t effects, class Recorder>
+struct PathTracer<Real, effects, Recorder>::Response {
     Vec3<V> colour;
     V transfer, density;
 };
 
-template <class Real, std::uint64_t effects>
-struct PathTracer<Real, effects>::Outcome {
+template <class Real, std::uint64_t effects, class Recorder>
+struct PathTracer<Real, effects, Recorder>::Outcome {
     Vec3<V> direction, absorbed;
     V density;
     M alive;
@@ -41,8 +41,8 @@ void for_each_lane(Mask<Real> mask, Visit visit) {
 }
 
 // Section 10: weights the throughput by the medium on the way. Returns which paths scatter there, before their hits.
-template <class Real, std::uint64_t effects>
-Mask<Real> PathTracer<Real, effects>::cross_media(
+template <class Real, std::uint64_t effects, class Recorder>
+Mask<Real> PathTracer<Real, effects, Recorder>::cross_media(
     Vertex& at, std::uint32_t first, const Ray<V>& ray, const Hit<Real>& hit, M active) const {
     at.more.in_medium = M{};
     at.more.medium_distance = V(Real(0));
@@ -75,8 +75,8 @@ Mask<Real> PathTracer<Real, effects>::cross_media(
 }
 
 // Surface and motion.
-template <class Real, std::uint64_t effects>
-void PathTracer<Real, effects>::find_surface(
+template <class Real, std::uint64_t effects, class Recorder>
+void PathTracer<Real, effects, Recorder>::find_surface(
     Vertex& at, std::uint32_t first, const Ray<V>& ray, const Hit<Real>& hit) const {
     at.more.shift = Vec3<V>{V(Real(0)), V(Real(0)), V(Real(0))};
     if constexpr (moving) {
@@ -90,8 +90,8 @@ void PathTracer<Real, effects>::find_surface(
 }
 
 // Textures, bodies, and vertices in media, which look like points of a surface that faces the ray.
-template <class Real, std::uint64_t effects>
-void PathTracer<Real, effects>::find_vertex(
+template <class Real, std::uint64_t effects, class Recorder>
+void PathTracer<Real, effects, Recorder>::find_vertex(
     Vertex& at, std::uint32_t first, const Ray<V>& ray, const Hit<Real>& hit) const {
     if constexpr (textured) {
         const M lanes = hit.found & has_bit(at.bits, U{material_bits::textured});
@@ -115,8 +115,8 @@ void PathTracer<Real, effects>::find_vertex(
     at.colour = select(in_medium, Vec3<V>{one, one, one}, at.colour);
 }
 
-template <class Real, std::uint64_t effects>
-void PathTracer<Real, effects>::apply_textures(Vertex& at, const Hit<Real>& hit, M lanes) const {
+template <class Real, std::uint64_t effects, class Recorder>
+void PathTracer<Real, effects, Recorder>::apply_textures(Vertex& at, const Hit<Real>& hit, M lanes) const {
     const Vec3<V> at_rest = at.surface.point - at.more.shift;
     for_each_lane(lanes, [&](int lane) {
         const auto primitive = static_cast<std::uint32_t>(at.surface.primitive[lane]);
@@ -125,8 +125,8 @@ void PathTracer<Real, effects>::apply_textures(Vertex& at, const Hit<Real>& hit,
     });
 }
 
-template <class Real, std::uint64_t effects>
-InteriorList PathTracer<Real, effects>::interior_list(std::uint32_t slot) const {
+template <class Real, std::uint64_t effects, class Recorder>
+InteriorList PathTracer<Real, effects, Recorder>::interior_list(std::uint32_t slot) const {
     InteriorList list;
     list.count = static_cast<std::uint32_t>(paths_.interiors.count[slot]);
     for (std::uint32_t i = 0; i < list.count; ++i)
@@ -135,8 +135,8 @@ InteriorList PathTracer<Real, effects>::interior_list(std::uint32_t slot) const 
 }
 
 // Section 9.4: a surface that is not there is a boundary; else the index on its outside.
-template <class Real, std::uint64_t effects>
-void PathTracer<Real, effects>::meet_interfaces(Vertex& at, std::uint32_t first, M lanes) const {
+template <class Real, std::uint64_t effects, class Recorder>
+void PathTracer<Real, effects, Recorder>::meet_interfaces(Vertex& at, std::uint32_t first, M lanes) const {
     for_each_lane(lanes, [&](int lane) {
         const auto slot = first + static_cast<std::uint32_t>(lane);
         const Interface found = interface_at(interior_list(slot), tables_.bodies,
@@ -147,8 +147,8 @@ void PathTracer<Real, effects>::meet_interfaces(Vertex& at, std::uint32_t first,
 }
 
 // The list after paths went through surfaces, and the medium that they are in now.
-template <class Real, std::uint64_t effects>
-void PathTracer<Real, effects>::change_interiors(Vertex& at, std::uint32_t first, M crossing, M& alive) {
+template <class Real, std::uint64_t effects, class Recorder>
+void PathTracer<Real, effects, Recorder>::change_interiors(Vertex& at, std::uint32_t first, M crossing, M& alive) {
     for_each_lane(crossing, [&](int lane) {
         const auto slot = first + static_cast<std::uint32_t>(lane);
         const auto material = static_cast<std::uint32_t>(at.surface.material[lane]);
@@ -168,8 +168,8 @@ void PathTracer<Real, effects>::change_interiors(Vertex& at, std::uint32_t first
 }
 
 // f cos and the density of scattering, of diffuse, rough conductor and medium vertices.
-template <class Real, std::uint64_t effects>
-typename PathTracer<Real, effects>::Response PathTracer<Real, effects>::respond(
+template <class Real, std::uint64_t effects, class Recorder>
+typename PathTracer<Real, effects, Recorder>::Response PathTracer<Real, effects, Recorder>::respond(
     const Vertex& at, const Vec3<V>& direction, V cosine, M lanes) const {
     const V diffuse = cosine * V(static_cast<Real>(inverse_pi));
     Response response{at.colour, diffuse, diffuse};
@@ -193,16 +193,16 @@ typename PathTracer<Real, effects>::Response PathTracer<Real, effects>::respond(
     return response;
 }
 
-template <class Real, std::uint64_t effects>
-Vec3<Lanes<Real>> PathTracer<Real, effects>::reflectance(I material, V cosine) const {
+template <class Real, std::uint64_t effects, class Recorder>
+Vec3<Lanes<Real>> PathTracer<Real, effects, Recorder>::reflectance(I material, V cosine) const {
     const Vec3<V> eta = tables_.materials.eta[material], k = tables_.materials.k[material];
     return {conductor_reflectance(cosine, eta.x, k.x), conductor_reflectance(cosine, eta.y, k.y),
         conductor_reflectance(cosine, eta.z, k.z)};
 }
 
 // T over `distance` of the medium that the paths are in.
-template <class Real, std::uint64_t effects>
-Vec3<Lanes<Real>> PathTracer<Real, effects>::transmittance(
+template <class Real, std::uint64_t effects, class Recorder>
+Vec3<Lanes<Real>> PathTracer<Real, effects, Recorder>::transmittance(
     std::uint32_t first, const Vec3<V>& origin, const Vec3<V>& direction, V distance, M lanes) const {
     Vec3<V> result{V(Real(1)), V(Real(1)), V(Real(1))};
     if (!on(Effect::medium_absorption) || planted(PlantedBug::medium_shadow_ignored)) return result;
@@ -216,8 +216,8 @@ Vec3<Lanes<Real>> PathTracer<Real, effects>::transmittance(
 }
 
 // Conductors (7.6), rough glass (7.7), boundaries (7.8) and media (10).
-template <class Real, std::uint64_t effects>
-void PathTracer<Real, effects>::scatter_specially(
+template <class Real, std::uint64_t effects, class Recorder>
+void PathTracer<Real, effects, Recorder>::scatter_specially(
     Vertex& at, M lanes, const RandomLanes<Real>& u, Outcome& outcome) const {
     if (none(lanes)) return;
     const V one(Real(1));

@@ -13,6 +13,7 @@
 #include "cpu_ref/accelerator.h"
 #include "cpu_ref/camera.h"
 #include "cpu_ref/distant_lights.h"
+#include "cpu_ref/path_recorder.h"
 #include "cpu_ref/phase.h"
 #include "cpu_ref/scattering.h"
 
@@ -30,7 +31,7 @@ struct Batch {
 // Not used by a variant: no state.
 struct NoState {};
 
-template <class Real, std::uint64_t effects>
+template <class Real, std::uint64_t effects, class Recorder = NoRecorder>
 class PathTracer {
 public:
     PathTracer(const Tables<Real>& tables, const Accelerator<Real>& accelerator)
@@ -41,6 +42,8 @@ public:
 
     // Of the state of one path, between two vertices.
     static constexpr std::uint64_t bytes_per_path();
+
+    [[nodiscard]] const Recorder& recorder() const { return recorder_; }
 
     // Writes the radiance of path (pixel - first_pixel) * sample_count + (sample - first_sample) to radiance[that].
     // Returns early, with `radiance` unfinished, once a stop is requested.
@@ -121,7 +124,7 @@ private:
     [[nodiscard]] Vec3<V> background(const Vec3<V>& direction, std::uint32_t first, M lanes) const;
     void meet_vertex(Vertex& at, std::uint32_t first, const Ray<V>& ray, const Hit<Real>& hit) const;
     void add_emission(Vertex& at, std::uint32_t first, const Hit<Real>& hit, const Ray<V>& ray) const;
-    void add_direct_light(Vertex& at, M lanes, std::uint32_t first) const;
+    void add_direct_light(Vertex& at, M lanes, std::uint32_t first);
     void scatter(Vertex& at, M lanes, std::uint32_t first);
     void play_roulette(const Vertex& at, V number, Vec3<V>& throughput, M& alive) const;
     void retire(std::uint32_t first, M ended);
@@ -143,6 +146,12 @@ private:
     [[gnu::noinline]] void change_interiors(Vertex& at, std::uint32_t first, M crossing, M& alive);
     [[nodiscard]] InteriorList interior_list(std::uint32_t slot) const;
 
+    // traced_path.cpp.in: for recorders that record.
+    [[nodiscard]] static M any_light(const Vec3<V>& throughput);
+    void record_light(const Vec3<V>& direction, const Vec3<V>& brought, M lit);
+    void record(const Vertex& at, std::uint32_t first, const Ray<V>& ray, const Hit<Real>& hit, M missed, M active);
+    [[nodiscard]] PathEnd end_of(const Vertex& at, int lane) const;
+
     const Tables<Real>& tables_;
     const Accelerator<Real>& accelerator_;
     const EffectSet simulated_;
@@ -152,11 +161,12 @@ private:
     std::uint32_t next_path_ = 0;
     std::vector<std::uint32_t> free_;
     Pool paths_{};
+    [[no_unique_address]] Recorder recorder_;
 };
 
 // Everything about the vertices of one packet.
-template <class Real, std::uint64_t effects>
-struct PathTracer<Real, effects>::Vertex {
+template <class Real, std::uint64_t effects, class Recorder>
+struct PathTracer<Real, effects, Recorder>::Vertex {
     Surface<Real> surface;
     Vec3<V> direction, facing;  // incoming; normal of the side it comes from
     V cosine;
@@ -174,13 +184,13 @@ struct PathTracer<Real, effects>::Vertex {
     [[no_unique_address]] std::conditional_t<general, More, NoState> more;
 };
 
-template <class Real, std::uint64_t effects>
-constexpr std::uint64_t PathTracer<Real, effects>::bytes_per_path() {
+template <class Real, std::uint64_t effects, class Recorder>
+constexpr std::uint64_t PathTracer<Real, effects, Recorder>::bytes_per_path() {
     return sizeof(Pool) / slot_count;
 }
 
-template <class Real, std::uint64_t effects>
-void PathTracer<Real, effects>::refill() {
+template <class Real, std::uint64_t effects, class Recorder>
+void PathTracer<Real, effects, Recorder>::refill() {
     while (!free_.empty() && next_path_ < batch_.paths()) {
         const std::uint32_t count =
             std::min({width, static_cast<std::uint32_t>(free_.size()), batch_.paths() - next_path_});
@@ -231,8 +241,8 @@ void PathTracer<Real, effects>::refill() {
     }
 }
 
-template <class Real, std::uint64_t effects>
-void PathTracer<Real, effects>::retire(std::uint32_t first, M ended) {
+template <class Real, std::uint64_t effects, class Recorder>
+void PathTracer<Real, effects, Recorder>::retire(std::uint32_t first, M ended) {
     for (unsigned left = ended.to_bits(); left != 0; left &= left - 1) {
         const std::uint32_t slot = first + static_cast<std::uint32_t>(std::countr_zero(left));
         std::array<Real, 3>& sum = radiance_[paths_.path[slot]];
@@ -243,8 +253,8 @@ void PathTracer<Real, effects>::retire(std::uint32_t first, M ended) {
 }
 
 // Section 8: B, and W_k where it is a light (section 9.2).
-template <class Real, std::uint64_t effects>
-Vec3<Lanes<Real>> PathTracer<Real, effects>::background(
+template <class Real, std::uint64_t effects, class Recorder>
+Vec3<Lanes<Real>> PathTracer<Real, effects, Recorder>::background(
     const Vec3<V>& direction, [[maybe_unused]] std::uint32_t first, [[maybe_unused]] M lanes) const {
     if constexpr (!has(Effect::background_image) && !has(Effect::sampled_background))
         return mixed_background(tables_, direction);
@@ -259,8 +269,8 @@ Vec3<Lanes<Real>> PathTracer<Real, effects>::background(
 }
 
 // What the vertex is made of.
-template <class Real, std::uint64_t effects>
-TANDEM_INLINE void PathTracer<Real, effects>::meet_vertex(
+template <class Real, std::uint64_t effects, class Recorder>
+TANDEM_INLINE void PathTracer<Real, effects, Recorder>::meet_vertex(
     Vertex& at, std::uint32_t first, const Ray<V>& ray, const Hit<Real>& hit) const {
     if constexpr (general) {
         find_surface(at, first, ray, hit);
@@ -282,8 +292,8 @@ TANDEM_INLINE void PathTracer<Real, effects>::meet_vertex(
 }
 
 // One pass of the loop of section 9 for the paths in slots [first, first + width). False if all of them are idle.
-template <class Real, std::uint64_t effects>
-bool PathTracer<Real, effects>::advance(std::uint32_t first) {
+template <class Real, std::uint64_t effects, class Recorder>
+bool PathTracer<Real, effects, Recorder>::advance(std::uint32_t first) {
     Vertex at;
     at.number = load_ints<Real>(&paths_.vertex[first]);
     const M active = !(at.number == I(idle));
@@ -337,13 +347,14 @@ bool PathTracer<Real, effects>::advance(std::uint32_t first) {
         }
     }
     store3(paths_.radiance, first, at.radiance);
+    if constexpr (Recorder::records) record(at, first, ray, hit, missed, active);
     if (any(ended)) retire(first, ended);
     return true;
 }
 
 // Adds A L_e W_k.
-template <class Real, std::uint64_t effects>
-void PathTracer<Real, effects>::add_emission(
+template <class Real, std::uint64_t effects, class Recorder>
+void PathTracer<Real, effects, Recorder>::add_emission(
     Vertex& at, std::uint32_t first, const Hit<Real>& hit, const Ray<V>& ray) const {
     const M emits = hit.found & has_bit(at.bits, U{material_bits::emits}) &
                     (at.front | has_bit(at.bits, U{material_bits::both_sides}));
@@ -375,8 +386,8 @@ void PathTracer<Real, effects>::add_emission(
 }
 
 // Next event estimation of section 9.2.
-template <class Real, std::uint64_t effects>
-void PathTracer<Real, effects>::add_direct_light(Vertex& at, M lanes, [[maybe_unused]] std::uint32_t first) const {
+template <class Real, std::uint64_t effects, class Recorder>
+void PathTracer<Real, effects, Recorder>::add_direct_light(Vertex& at, M lanes, [[maybe_unused]] std::uint32_t first) {
     if (none(lanes)) return;
     const V zero(Real(0));
     const RandomLanes<Real> v = random_numbers(tables_.settings.seed, at.id,
@@ -431,7 +442,9 @@ void PathTracer<Real, effects>::add_direct_light(Vertex& at, M lanes, [[maybe_un
         const V whole(static_cast<Real>(planted_scale(PlantedBug::next_event_scaled)));
         weight = all_of_it ? whole : select(sample.delta, whole, weight);
         const Vec3<V> light = sample.radiance * V(transfer / sample.density * weight);
-        at.radiance = select(lit, at.radiance + at.throughput * colour * light, at.radiance);
+        const Vec3<V> brought = at.throughput * colour * light;
+        if constexpr (Recorder::records) record_light(sample.direction, brought, lit);
+        at.radiance = select(lit, at.radiance + brought, at.radiance);
     } else {
         const Vec3<V> light = tables_.materials.radiance[sample.material] * V(transfer / sample.density * weight);
         at.radiance = select(lit, at.radiance + at.throughput * colour * light, at.radiance);
@@ -439,8 +452,8 @@ void PathTracer<Real, effects>::add_direct_light(Vertex& at, M lanes, [[maybe_un
 }
 
 // Ends paths without throughput, and those that roulette chooses (section 9.3).
-template <class Real, std::uint64_t effects>
-TANDEM_INLINE void PathTracer<Real, effects>::play_roulette(
+template <class Real, std::uint64_t effects, class Recorder>
+TANDEM_INLINE void PathTracer<Real, effects, Recorder>::play_roulette(
     const Vertex& at, V number, Vec3<V>& throughput, M& alive) const {
     const V zero(Real(0)), one(Real(1));
     const V strongest = greatest(greatest(throughput.x, throughput.y), throughput.z);
@@ -457,8 +470,8 @@ TANDEM_INLINE void PathTracer<Real, effects>::play_roulette(
 }
 
 // Scattering, absorption and roulette; stores the state of paths that go on, with the next vertex number.
-template <class Real, std::uint64_t effects>
-void PathTracer<Real, effects>::scatter(Vertex& at, M lanes, std::uint32_t first) {
+template <class Real, std::uint64_t effects, class Recorder>
+void PathTracer<Real, effects, Recorder>::scatter(Vertex& at, M lanes, std::uint32_t first) {
     const V zero(Real(0)), one(Real(1));
     const RandomLanes<Real> u = random_numbers(tables_.settings.seed, at.id,
         at.number * I(U{dimension::blocks_per_vertex}) + I(U{dimension::first_vertex + dimension::scatter}));
@@ -493,6 +506,7 @@ void PathTracer<Real, effects>::scatter(Vertex& at, M lanes, std::uint32_t first
     }
     if (planted(PlantedBug::albedo_twice)) absorbed = select(diffuse, absorbed * at.colour, absorbed);
     Vec3<V> throughput = at.throughput * absorbed;
+    if constexpr (Recorder::records) recorder_.scattered = (alive & any_light(throughput)).to_bits();
     play_roulette(at, u[3], throughput, alive);
     if (none(alive)) return;
     const V side = dot(direction, at.surface.normal);

@@ -212,27 +212,43 @@ Departure meet_surface(inout Path path, Hit hit, Surface surface) {
     return leaving;
 }
 
-// The vertex at which the ray of `path` has arrived, at `time`. What does not go on and leaves no shadow ray has ended, its
-// sample being path.radiance.
-Departure arrive(inout Path path, Hit hit, float time) {
-    const bool missed = hit.slot == hit_none;
+// What the ray of a path has come to.
+struct Arrival {
+    bool missed;
+    bool in_medium;  // scattered there, before any surface
+    float distance;  // in_medium: along the ray
     Surface surface;
-    if (!missed) surface = surface_at(hit.slot, hit.face, hit.local, time);
-    if (has_medium_absorption) {
-        path.medium = medium_in(path.bodies);
-        if (path.medium != no_index) {
-            const Ray ray = Ray(path.origin, path.direction);
-            const float end = missed ? ray_max : max(0.0, dot(surface.point - ray.origin, ray.direction));
-            const vec2 m =
-                random_block(settings.seed, path.pixel, path.sample_index, block_medium(path.segment)).xy;
-            float distance;
-            if (is_scattered(media[path.medium], ray, end, m, path.throughput, distance))
-                return meet_medium(path, ray.origin + distance * ray.direction);
-        }
-    }
-    if (!missed) return meet_surface(path, hit, surface);
+};
+
+// The surface at `time`, and the medium on the way there, which weighs the path.
+Arrival arrival(inout Path path, Hit hit, float time) {
+    Arrival at;
+    at.missed = hit.slot == hit_none;
+    at.in_medium = false;
+    if (!at.missed) at.surface = surface_at(hit.slot, hit.face, hit.local, time);
+    if (!has_medium_absorption) return at;
+    path.medium = medium_in(path.bodies);
+    if (path.medium == no_index) return at;
+    const Ray ray = Ray(path.origin, path.direction);
+    const float end = at.missed ? ray_max : max(0.0, dot(at.surface.point - ray.origin, ray.direction));
+    const vec2 m = random_block(settings.seed, path.pixel, path.sample_index, block_medium(path.segment)).xy;
+    at.in_medium = is_scattered(media[path.medium], ray, end, m, path.throughput, at.distance);
+    return at;
+}
+
+vec3 medium_point(Path path, Arrival at) { return path.origin + at.distance * path.direction; }
+
+// The vertex there. What does not go on and leaves no shadow ray has ended, its sample being path.radiance.
+Departure leave(inout Path path, Hit hit, Arrival at) {
+    if (at.in_medium) return meet_medium(path, medium_point(path, at));
+    if (!at.missed) return meet_surface(path, hit, at.surface);
     leave_scene(path);
     return departure_from(vec3(0.0), 0);
+}
+
+Departure arrive(inout Path path, Hit hit, float time) {
+    const Arrival at = arrival(path, hit, time);
+    return leave(path, hit, at);
 }
 
 #endif

@@ -7,8 +7,8 @@
 
 namespace tandem {
 
-// The thesis's stages, in the order in which a frame runs them.
-enum class Stage : std::uint32_t { pre_process, vertex, ray_gen, intersect, scatter, post_process };
+// The thesis's stages, in the order in which a frame runs them; then what no frame runs: single paths, written down.
+enum class Stage : std::uint32_t { pre_process, vertex, ray_gen, intersect, scatter, post_process, trace };
 inline constexpr std::size_t stage_count = 6;
 inline constexpr std::array<const char*, stage_count> stage_names{
     "pre-process", "vertex", "ray-gen", "intersect", "scatter", "post-process"};

@@ -118,6 +118,7 @@ struct VulkanJob::Progress {
 VulkanJob::VulkanJob(const Instance& instance, const Device& device, Stages& stages, const Scene& scene,
     const RenderSettings& settings, Acceleration acceleration, PlantedFault planted_bug, const Patterns& patterns)
     : instance_(instance),
+      device_(device),
       patterns_(patterns),
       settings_(mutated(checked(settings), planted_bug)),
       scene_(flatten(scene, settings_, acceleration)),
@@ -345,6 +346,15 @@ std::uint64_t VulkanJob::render_tile_block(Tile tile, SampleRange block, Progres
     }
     download(tile);
     return done;
+}
+
+std::vector<PathTrace> VulkanJob::trace(std::uint32_t x, std::uint32_t y, SampleRange samples) {
+    if (x >= settings_.width || y >= settings_.height) throw Error("the pixel to trace lies outside of the image");
+    if (!tracing_)
+        tracing_ = std::make_unique<PathTracing>(device_, layout_, scene_, specialisation_, settings_.bounces);
+    std::vector<PathTrace> traces = tracing_->trace(y * settings_.width + x, samples, stage_settings({}, 0));
+    instance_.log().raise();
+    return traces;
 }
 
 void VulkanJob::collect(Tile tile, Estimate::Plane& plane) const {

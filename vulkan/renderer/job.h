@@ -5,6 +5,7 @@
 #include "vulkan/command/barrier.h"
 #include "vulkan/command/submission.h"
 #include "vulkan/renderer/frame_resources.h"
+#include "vulkan/renderer/path_tracing.h"
 
 namespace tandem {
 
@@ -16,6 +17,7 @@ public:
 
     [[nodiscard]] JobFacts facts() const override;
     [[nodiscard]] RenderResult render(SampleRange range, const RenderControl& control) override;
+    [[nodiscard]] std::vector<PathTrace> trace(std::uint32_t x, std::uint32_t y, SampleRange samples) override;
     // What a window would show next: `samples` samples of every pixel from sample 0 on, left on the device, where
     // render() would fetch sums block by block. `fresh`: scene and camera are sent anew. Throws UnsupportedError where
     // the image does not fit on the device at once.
@@ -52,6 +54,7 @@ private:
         Tile tile, SampleRange block, std::uint64_t most, std::uint64_t& done, std::uint32_t& segment);
 
     const Instance& instance_;
+    const Device& device_;
     Patterns patterns_;
     RenderSettings settings_;
     SceneData scene_;
@@ -62,9 +65,10 @@ private:
     FrameResources resources_;
     Submission submission_;
     bool scene_uploaded_ = false;
-    std::uint32_t sum_parity_ = 0;      // the half of the sums that holds the current ones
-    std::uint64_t batch_ = 1;           // path segments a submission, over one or several samples
-    std::uint32_t invalid_before_ = 0;  // of the device's running count
+    std::uint32_t sum_parity_ = 0;          // the half of the sums that holds the current ones
+    std::uint64_t batch_ = 1;               // path segments a submission, over one or several samples
+    std::uint32_t invalid_before_ = 0;      // of the device's running count
+    std::unique_ptr<PathTracing> tracing_;  // made when a path is to be traced
 };
 
 }  // namespace tandem

@@ -1,0 +1,272 @@
+// tandem trace: one path, vertex by vertex, on several backends, and where they part.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "common/commands/command.h"
+#include "common/error.h"
+#include "common/scene_loader.h"
+#include "common/validation/trace_comparison.h"
+
+namespace tandem {
+
+namespace {
+
+struct TraceArguments {
+    std::string scene, device, precision;
+    std::vector<std::string> backends;  // empty: all that can follow the path
+    std::vector<std::uint32_t> pixel;
+    std::uint64_t sample = 0;
+    RenderOptions options;
+};
+
+struct Traced {
+    std::string name;
+    RendererInfo info;
+    PathTrace trace;
+};
+
+// All traces and how each lies to the first.
+struct Result {
+    const Scene& scene;
+    RenderSettings settings;
+    std::vector<PlacedPrimitive> placed;
+    std::vector<Traced> traces;
+    std::vector<std::string> left_out;  // "oracle: reason"
+};
+
+// The oracle samples no lights (MODEL.md section 9.1): where others do, its path is theirs, its radiance not.
+CompareRadiance comparable(const Result& result, const Traced& a, const Traced& b) {
+    const bool one_oracle = (a.name == "oracle") != (b.name == "oracle");
+    return one_oracle && result.settings.integrator != Integrator::path ? CompareRadiance::no : CompareRadiance::yes;
+}
+
+TraceComparison compared(const Result& result, const Traced& a, const Traced& b) {
+    return compare_traces(a.trace, b.trace, comparable(result, a, b));
+}
+
+std::string text_of(const glm::dvec3& v) { return fmt::format("({:.6g}, {:.6g}, {:.6g})", v.x, v.y, v.z); }
+
+std::string quoted(const std::string& name) { return name.empty() ? "" : fmt::format(" \"{}\"", name); }
+
+// "primitive 3 of "floor", material "white"", "a medium", "nothing".
+std::string met(const Result& result, const TracedVertex& vertex) {
+    if (vertex.in_medium) return "a medium";
+    if (vertex.primitive >= result.placed.size()) return "nothing";
+    const std::string entity = result.scene.entities[result.placed[vertex.primitive].entity].name;
+    const std::string material =
+        vertex.material < result.scene.materials.size() ? result.scene.materials[vertex.material].name : "";
+    return fmt::format("primitive {}{}{}", vertex.primitive, entity.empty() ? "" : " of" + quoted(entity),
+        material.empty() ? "" : ", material" + quoted(material));
+}
+
+void print_whole(const Result& result, const std::string& name, const TracedVertex& vertex) {
+    fmt::print("  {:<8}{}: {}\n", name, met(result, vertex), event_name(result.scene, vertex));
+    constexpr const char* indent = "          ";
+    if (std::isfinite(vertex.t))
+        fmt::print("{}t {:.6g}, position {}{}\n", indent, vertex.t, text_of(vertex.position),
+            vertex.in_medium ? "" : ", normal " + text_of(vertex.normal));
+    if (vertex.end == PathEnd::goes_on)
+        fmt::print("{}goes on to {}, pdf {}, weight {}\n", indent, text_of(vertex.next_direction),
+            vertex.pdf > 0.0 ? fmt::format("{:.6g}", vertex.pdf) : "none", text_of(weight_of(vertex)));
+    if (vertex.light != glm::dvec3(0.0))
+        fmt::print("{}a light seen to {} brought {}\n", indent, text_of(vertex.light_direction), text_of(vertex.light));
+    fmt::print("{}throughput {}, radiance so far {}\n", indent, text_of(vertex.throughput), text_of(vertex.radiance));
+}
+
+void print_distance(const std::string& name, const std::string& base, const VertexDistance& d, bool radiance) {
+    fmt::print(
+        "  {:<8}as {}; ulp apart: position {:.0f}, normal {:.0f}, direction {:.0f}, pdf {:.0f}, throughput "
+        "{:.0f}{}\n",
+        name, base, d.position_ulp, d.normal_ulp, d.direction_ulp, d.pdf_ulp,
+        std::max(d.throughput_ulp, d.next_throughput_ulp),
+        radiance ? fmt::format(", radiance {:.0f}", d.radiance_ulp) : "");
+}
+
+// The first backend whole, the others by their distance from it until they part.
+void print_vertices(const Result& result, bool verbose) {
+    const Traced& base = result.traces.front();
+    std::size_t most = 0;
+    std::vector<TraceComparison> comparisons;
+    for (const Traced& traced : result.traces) {
+        most = std::max(most, traced.trace.vertices.size());
+        comparisons.push_back(compared(result, base, traced));
+    }
+    for (std::size_t k = 0; k < most; ++k) {
+        fmt::print("\nvertex {}\n", k);
+        for (std::size_t i = 0; i < result.traces.size(); ++i) {
+            const Traced& traced = result.traces[i];
+            const TraceComparison& comparison = comparisons[i];
+            const bool parted = comparison.first_divergence && *comparison.first_divergence <= k;
+            if (k >= traced.trace.vertices.size()) {
+                if (parted || i == 0) fmt::print("  {:<8}has ended\n", traced.name);
+                continue;
+            }
+            if (i > 0 && !parted && k < comparison.vertices.size())
+                print_distance(traced.name, base.name, comparison.vertices[k],
+                    comparable(result, base, traced) == CompareRadiance::yes);
+            if (i == 0 || parted || verbose) print_whole(result, traced.name, traced.trace.vertices[k]);
+        }
+    }
+}
+
+void print_header(const Result& result, const TraceArguments& arguments) {
+    const RenderSettings& settings = result.settings;
+    fmt::print("{}: pixel ({}, {}) of {} x {}, sample {}, seed {}, integrator {}, at most {} bounces\n",
+        result.scene.name, arguments.pixel[0], arguments.pixel[1], settings.width, settings.height, arguments.sample,
+        settings.seed, integrator_name(settings.integrator), settings.bounces);
+    for (const Traced& traced : result.traces)
+        fmt::print("  {:<8}{}, {}\n", traced.name, traced.info.device, traced.info.driver);
+    for (const std::string& reason : result.left_out) fmt::print("  left out: {}\n", reason);
+}
+
+void print_conclusion(const Result& result) {
+    fmt::print("\n");
+    bool radiance_left_out = false;
+    for (const Traced& traced : result.traces)
+        fmt::print("radiance, {:<8}{}\n", traced.name + ":", text_of(traced.trace.radiance));
+    for (std::size_t b = 1; b < result.traces.size(); ++b)
+        for (std::size_t a = 0; a < b; ++a) {
+            const Traced &x = result.traces[a], &y = result.traces[b];
+            const TraceComparison comparison = compared(result, x, y);
+            radiance_left_out = radiance_left_out || comparable(result, x, y) == CompareRadiance::no;
+            fmt::print("{} and {}: {}{}\n", x.name, y.name,
+                comparison.first_divergence ? fmt::format("part at vertex {}: ", *comparison.first_divergence) : "",
+                comparison.reason);
+        }
+    if (radiance_left_out)
+        fmt::print("The oracle samples no lights: its path is compared, its radiance is not (integrator {}).\n",
+            integrator_name(result.settings.integrator));
+}
+
+nlohmann::json json_of(const glm::dvec3& v) { return {v.x, v.y, v.z}; }
+
+nlohmann::json index_or_null(std::uint32_t index) {
+    return index == no_index ? nlohmann::json() : nlohmann::json(index);
+}
+
+nlohmann::json json_of(const Result& result, const Traced& traced) {
+    nlohmann::json vertices = nlohmann::json::array();
+    for (const TracedVertex& v : traced.trace.vertices) {
+        const bool goes_on = v.end == PathEnd::goes_on, hit = std::isfinite(v.t);
+        const auto if_any = [](bool any, const glm::dvec3& value) { return any ? json_of(value) : nlohmann::json(); };
+        vertices.push_back({{"event", event_name(result.scene, v)}, {"ray_origin", json_of(v.origin)},
+            {"ray_direction", json_of(v.direction)}, {"t", hit ? nlohmann::json(v.t) : nlohmann::json()},
+            {"position", if_any(hit, v.position)}, {"normal", if_any(hit && !v.in_medium, v.normal)},
+            {"primitive", index_or_null(v.primitive)}, {"material", index_or_null(v.material)},
+            {"in_medium", v.in_medium}, {"throughput", json_of(v.throughput)}, {"radiance", json_of(v.radiance)},
+            {"next_direction", if_any(goes_on, v.next_direction)},
+            {"next_throughput", if_any(goes_on, v.next_throughput)}, {"weight", if_any(goes_on, weight_of(v))},
+            {"light_direction", if_any(v.light != glm::dvec3(0.0), v.light_direction)}, {"light", json_of(v.light)},
+            {"pdf", goes_on && v.pdf > 0.0 ? nlohmann::json(v.pdf) : nlohmann::json()}});
+    }
+    return {{"backend", traced.name}, {"device", traced.info.device}, {"driver", traced.info.driver},
+        {"vertices", vertices}, {"radiance", json_of(traced.trace.radiance)}};
+}
+
+nlohmann::json json_of(const Result& result, const Traced& a, const Traced& b) {
+    const TraceComparison comparison = compared(result, a, b);
+    nlohmann::json vertices = nlohmann::json::array();
+    for (const VertexDistance& d : comparison.vertices)
+        vertices.push_back({{"position_ulp", d.position_ulp}, {"normal_ulp", d.normal_ulp},
+            {"throughput_ulp", d.throughput_ulp}, {"next_direction_ulp", d.direction_ulp}, {"pdf_ulp", d.pdf_ulp},
+            {"next_throughput_ulp", d.next_throughput_ulp}, {"radiance_ulp", d.radiance_ulp}});
+    return {{"backends", {a.name, b.name}}, {"vertices", vertices}, {"reason", comparison.reason},
+        {"radiance_compared", comparable(result, a, b) == CompareRadiance::yes},
+        {"first_divergence",
+            comparison.first_divergence ? nlohmann::json(*comparison.first_divergence) : nlohmann::json()}};
+}
+
+nlohmann::json json_of(const Result& result, const TraceArguments& arguments) {
+    nlohmann::json report{{"scene", result.scene.name}, {"pixel", arguments.pixel}, {"sample", arguments.sample},
+        {"seed", result.settings.seed}, {"width", result.settings.width}, {"height", result.settings.height},
+        {"integrator", integrator_name(result.settings.integrator)}, {"bounces", result.settings.bounces},
+        {"left_out", result.left_out}, {"traces", nlohmann::json::array()}, {"comparisons", nlohmann::json::array()}};
+    for (std::size_t b = 0; b < result.traces.size(); ++b) {
+        report["traces"].push_back(json_of(result, result.traces[b]));
+        for (std::size_t a = 0; a < b; ++a)
+            report["comparisons"].push_back(json_of(result, result.traces[a], result.traces[b]));
+    }
+    return report;
+}
+
+Traced trace_by(const Backend& backend, const TraceArguments& arguments, const Result& result) {
+    BackendOptions options;
+    if (backend.name == "vulkan") options.device = arguments.device;
+    if (backend.name == "cpu") options.precision = precision_from(arguments.precision);
+    const auto renderer = backend.create(options);
+    return {backend.name, renderer->info(),
+        renderer->prepare(result.scene, result.settings)
+            ->trace(arguments.pixel[0], arguments.pixel[1], {arguments.sample, arguments.sample + 1})
+            .front()};
+}
+
+// Unless they are named, backends are left out that cannot follow such paths, or have no device.
+void trace_by_all(const BackendList& backends, const TraceArguments& arguments, Result& result) {
+    const auto leave_out = [&](const Backend& backend, const std::exception& error) {
+        result.left_out.push_back(fmt::format("{}: {}", backend.name, error.what()));
+    };
+    for (const Backend& backend : backends) {
+        try {
+            result.traces.push_back(trace_by(backend, arguments, result));
+        } catch (const UnsupportedError& error) {
+            leave_out(backend, error);
+        } catch (const DeviceError& error) {
+            if (!arguments.device.empty()) throw;
+            leave_out(backend, error);
+        }
+    }
+}
+
+ExitStatus trace(const TraceArguments& arguments, const CommandContext& context) {
+    const Scene scene = load_scene(arguments.scene);
+    Result result{scene, settings_from(arguments.options, scene), placed_primitives(scene), {}, {}};
+    check_outputs({context.json_file}, {arguments.scene});
+    if (arguments.pixel[0] >= result.settings.width || arguments.pixel[1] >= result.settings.height)
+        throw InputError(
+            fmt::format("--pixel {},{} lies outside of the image of {} x {}; pixels count from 0,0 at the "
+                        "upper left, and --size says how many there are",
+                arguments.pixel[0], arguments.pixel[1], result.settings.width, result.settings.height));
+    for (const std::string& name : arguments.backends)
+        result.traces.push_back(trace_by(find_backend(context.program.backends, name), arguments, result));
+    if (arguments.backends.empty()) trace_by_all(context.program.backends, arguments, result);
+    if (result.traces.empty()) throw UnsupportedError("no backend can follow this path: " + result.left_out.front());
+    print_header(result, arguments);
+    print_vertices(result, context.verbose);
+    print_conclusion(result);
+    write_json(context, json_of(result, arguments));
+    return ExitStatus::fine;
+}
+
+}  // namespace
+
+void add_trace_command(CLI::App& app, CommandContext& context) {
+    CLI::App* command = app.add_subcommand("trace", "Follow one path, vertex by vertex, on several backends");
+    const auto arguments = std::make_shared<TraceArguments>();
+    command->add_option("scene", arguments->scene, "Scene file")->required()->type_name("SCENE");
+    command->add_option("--pixel", arguments->pixel, "Pixel; 0,0 is the upper left one")
+        ->required()
+        ->expected(2)
+        ->delimiter(',')
+        ->type_name("X,Y");
+    command->add_option("--sample", arguments->sample, "Sample of the pixel, counted from 0")->capture_default_str();
+    command
+        ->add_option("--backends", arguments->backends,
+            "Which, separated by commas; the others are compared with the first (default: all that can)")
+        ->delimiter(',')
+        ->type_name("NAMES");
+    command->add_option("--device", arguments->device, "Vulkan device: index or part of its name (see tandem devices)");
+    command->add_option("--precision", arguments->precision, "Of the cpu backend: single or double");
+    add_render_options(*command, arguments->options);
+    add_common_options(*command, context,
+        "  tandem trace scenes/cornell-thesis.json --size 128 --pixel 64,90 --sample 5\n"
+        "  tandem trace scenes/glass.json --pixel 10,20 --backends oracle,cpu --precision double --json path.json\n"
+        "All backends draw the same random numbers, so their paths are one until rounding parts them. Distances are "
+        "in\n"
+        "ulp of single precision. -v prints every backend's figures.");
+    command->callback(
+        [&context, arguments] { context.action = [&context, arguments] { return trace(*arguments, context); }; });
+}
+
+}  // namespace tandem

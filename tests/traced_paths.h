@@ -1,0 +1,82 @@
+// Holds a renderer's traces to its own renders: the path that `tandem trace` shows is the one that render() follows.
+#pragma once
+
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <functional>
+#include <glm/geometric.hpp>
+
+#include "common/error.h"
+#include "common/path_trace.h"
+#include "common/renderer.h"
+#include "common/scene_loader.h"
+
+namespace tandem::test {
+
+// Calls visit(scene) for every scene that stands for itself in scenes/.
+inline void for_shipped_scenes(const std::function<void(const Scene&)>& visit) {
+    std::size_t count = 0;
+    for (const auto& entry : std::filesystem::directory_iterator(TANDEM_SOURCE_DIR "/scenes")) {
+        if (entry.path().extension() != ".json") continue;
+        visit(load_scene(entry.path()));
+        ++count;
+    }
+    CHECK(count >= 18);
+}
+
+// A path is a chain: each ray goes where the vertex before sent it, and all but the last vertex go on.
+inline void check_chain(const PathTrace& trace, double roundoff) {
+    REQUIRE_FALSE(trace.vertices.empty());
+    for (std::size_t k = 0; k < trace.vertices.size(); ++k) {
+        const TracedVertex& vertex = trace.vertices[k];
+        const bool last = k + 1 == trace.vertices.size();
+        REQUIRE((vertex.end == PathEnd::goes_on) != last);
+        if (!last) {
+            REQUIRE(trace.vertices[k + 1].direction == vertex.next_direction);
+            REQUIRE(std::abs(glm::length(vertex.next_direction) - 1.0) < 16.0 * roundoff);
+        }
+        if (!std::isfinite(vertex.t)) continue;
+        // The hit is refined on its surface, by some roundings of numbers as large as the ray.
+        const double size = glm::length(vertex.origin) + vertex.t + glm::length(vertex.position);
+        REQUIRE(glm::length(vertex.origin + vertex.t * vertex.direction - vertex.position) < 1e3 * roundoff * size);
+    }
+}
+
+// Every pixel's first sample of a film of `side` pixels.
+inline void check_traces(
+    Renderer& renderer, const Scene& scene, RenderSettings settings, std::uint32_t side, double roundoff) {
+    settings = with_longer_side(settings, side);
+    const auto job = renderer.prepare(scene, settings);
+    const Estimate estimate = job->render({0, 1}).estimate;
+    CAPTURE(scene.name);
+    for (std::uint32_t y = 0; y < settings.height; ++y)
+        for (std::uint32_t x = 0; x < settings.width; ++x) {
+            const PathTrace trace = job->trace(x, y, {0, 1}).front();
+            CAPTURE(x);
+            CAPTURE(y);
+            check_chain(trace, roundoff);
+            const auto totals = estimate.totals();
+            const std::size_t pixel = (std::size_t{y} * settings.width + x) * channel_count;
+            for (std::size_t c = 0; c < channel_count; ++c)
+                REQUIRE(totals[pixel + c].sum == trace.radiance[static_cast<int>(c)]);
+        }
+}
+
+// The scene's own integrator, then, unless that would take long, light sampling and roulette.
+inline void check_traces_of_shipped_scenes(
+    Renderer& renderer, std::uint32_t side, double roundoff, bool with_roulette = true) {
+    for_shipped_scenes([&](const Scene& scene) {
+        RenderSettings settings = default_settings(scene);
+        settings.seed = 11;
+        check_traces(renderer, scene, settings, side, roundoff);
+        if (!with_roulette) return;
+        settings.integrator = Integrator::next_event;
+        settings.roulette_start = 2;
+        check_traces(renderer, scene, settings, side, roundoff);
+    });
+}
+
+}  // namespace tandem::test

@@ -1,0 +1,43 @@
+// The paths that `tandem trace` shows, as the device follows them.
+#include <doctest/doctest.h>
+
+#include "tests/traced_paths.h"
+#include "tests/vulkan/scene_builder.h"
+
+using namespace tandem;
+using namespace tandem::testing;
+
+TEST_CASE("traced paths bring the very radiance that the device's renders have, in every shipped scene") {
+    test::check_traces_of_shipped_scenes(default_renderer(), 4, 0x1p-24, false);
+}
+
+TEST_CASE("the device traces many samples of a pixel at once, each as if it were alone") {
+    const Scene scene = full_scene();
+    const auto job = default_renderer().prepare(scene, settings_of(4, 6, Integrator::next_event));
+    const std::vector<PathTrace> many = job->trace(1, 2, {5, 3005});
+    REQUIRE(many.size() == 3000);
+    for (const std::uint64_t i : {0u, 127u, 128u, 2999u}) {
+        const PathTrace alone = job->trace(1, 2, {5 + i, 6 + i}).front();
+        REQUIRE(alone.vertices.size() == many[i].vertices.size());
+        CHECK(alone.radiance == many[i].radiance);
+        CHECK(alone.vertices.back().position == many[i].vertices.back().position);
+    }
+}
+
+TEST_CASE("a path that the device ends by roulette is told from one that is absorbed") {
+    SceneBuilder builder;
+    builder.camera({0.0, 4.0, 0.0}, {0.0, 0.0, 0.01}, 1.0);
+    builder.quad(
+        builder.material(diffuse(glm::dvec3(1e-9))), {glm::dvec3{-9, 0, 9}, {9, 0, 9}, {9, 0, -9}, {-9, 0, -9}});
+    RenderSettings settings = settings_of(1, 3);
+    const auto end = [&] {
+        return default_renderer().prepare(builder.scene, settings)->trace(0, 0, {0, 1}).front().vertices.back().end;
+    };
+    CHECK(end() == PathEnd::left_scene);
+    settings.roulette_start = 1;
+    CHECK(end() == PathEnd::roulette);
+    builder.scene.materials[0].colour = glm::dvec3(0.0);
+    CHECK(end() == PathEnd::absorbed);
+    settings.bounces = 0;
+    CHECK(end() == PathEnd::bounces);
+}

@@ -1,0 +1,36 @@
+// Single paths on the device, vertex by vertex (shaders/trace.comp), for `tandem trace`.
+#pragma once
+
+#include "common/estimate.h"
+#include "common/path_trace.h"
+#include "vulkan/command/submission.h"
+#include "vulkan/renderer/frame_resources.h"
+
+namespace tandem {
+
+// Buffers and pipelines of its own: what a job renders is not touched.
+class PathTracing {
+public:
+    // What is referred to must outlive it. Throws UnsupportedError for paths that are too long to be kept whole.
+    PathTracing(const Device& device, const PipelineLayout& layout, const SceneData& scene,
+        const Specialisation& specialisation, std::uint32_t bounces);
+
+    // Samples of one pixel; `settings` as every stage is told them.
+    [[nodiscard]] std::vector<PathTrace> trace(std::uint32_t pixel, SampleRange samples, gpu::Settings settings);
+
+private:
+    [[nodiscard]] std::vector<PathTrace> follow(const gpu::Settings& settings);
+    void record(const vk::raii::CommandBuffer& commands, const vk::raii::Pipeline& pipeline,
+        const gpu::Settings& settings, std::uint32_t invocations) const;
+    [[nodiscard]] PathTrace read(const gpu::Vec4* words) const;
+
+    const PipelineLayout& layout_;
+    std::uint32_t primitives_, words_;  // a path's record
+    std::uint32_t most_samples_;        // at a time
+    vk::raii::Pipeline vertex_, trace_;
+    FrameResources resources_;
+    Submission submission_;
+    bool scene_uploaded_ = false;
+};
+
+}  // namespace tandem
