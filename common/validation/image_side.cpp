@@ -33,16 +33,46 @@ std::optional<ChannelTriple> find_triple(const Image& image, const std::string& 
     return triple;
 }
 
-ChannelTriple colour_channels(const NamedImage& named) {
-    if (const auto triple = find_triple(named.image, "")) return *triple;
-    std::string there;
-    for (const std::string& channel : named.image.channels) there += (there.empty() ? "" : ", ") + channel;
-    throw input_error(named.name, "", "has no channels R, G and B (it has " + there + ")", "give an RGB image");
+// Everything before the last letter of a channel R: "" or "ViewLayer.Combined.".
+std::vector<std::string> layers_of(const Image& image) {
+    std::vector<std::string> layers;
+    for (const std::string& channel : image.channels) {
+        if (!channel.ends_with('R') || (channel.size() > 1 && channel[channel.size() - 2] != '.')) continue;
+        const std::string layer = channel.substr(0, channel.size() - 1);
+        if (find_triple(image, layer)) layers.push_back(layer);
+    }
+    return layers;
 }
 
-std::optional<ChannelTriple> variance_channels(const Image& image) {
-    for (const char* prefix : {"variance.", "Variance."})
-        if (const auto triple = find_triple(image, prefix)) return triple;
+bool holds_variance(const std::string& layer) { return layer.ends_with("variance.") || layer.ends_with("Variance."); }
+
+// The image itself: plain R, G, B, else the one layer with a name of what renderers call it, else the only layer.
+std::string colour_layer(const NamedImage& named) {
+    std::vector<std::string> layers = layers_of(named.image), beauty;
+    std::erase_if(layers, holds_variance);
+    if (std::ranges::find(layers, "") != layers.end()) return "";
+    for (const std::string& layer : layers)
+        for (const char* name : {"Combined.", "Beauty.", "beauty.", "rgba.", "RGBA."})
+            if (layer.ends_with(name)) beauty.push_back(layer);
+    if (beauty.empty()) beauty = layers;
+    if (beauty.size() == 1) return beauty.front();
+    std::string there;
+    for (const std::string& channel : named.image.channels) there += (there.empty() ? "" : ", ") + channel;
+    if (beauty.empty())
+        throw input_error(named.name, "", "has no channels R, G and B (it has " + there + ")", "give an RGB image");
+    throw input_error(named.name, "",
+        fmt::format("has {} layers of R, G and B (its channels: {})", beauty.size(), there),
+        "write the one to compare to a file of its own");
+}
+
+ChannelTriple colour_channels(const NamedImage& named) { return *find_triple(named.image, colour_layer(named)); }
+
+// variance.R or Variance.R, in whatever layer.
+std::optional<ChannelTriple> variance_channels(const NamedImage& named) {
+    for (const std::string& layer : layers_of(named.image)) {
+        if (!holds_variance(layer)) continue;
+        return find_triple(named.image, layer);
+    }
     return std::nullopt;
 }
 
@@ -76,7 +106,7 @@ SampledImage empty_side(const Image& image) {
 SampledImage from_variance(const NamedImage& named, VarianceOf variance_of) {
     const Image& image = named.image;
     const ChannelTriple colour = colour_channels(named);
-    const std::optional<ChannelTriple> variance = variance_channels(image);
+    const std::optional<ChannelTriple> variance = variance_channels(named);
     if (!variance)
         throw input_error(named.name, "", "is alone on its side and has no channels variance.R, .G, .B",
             "add them, or give two or more images of independent seeds");

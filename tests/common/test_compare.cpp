@@ -68,6 +68,33 @@ TEST_CASE("images with variance channels of one truth agree") {
     CHECK(verdict.reference.samples == 256);
 }
 
+TEST_CASE("layers of other renderers are found by their names, and refused where there are several") {
+    const auto layered = [](NamedImage named, const std::string& layer, const std::string& other) {
+        std::vector<std::string>& channels = named.image.channels;
+        std::vector<float> pixels;
+        for (std::size_t i = 0; i < named.image.pixels.size(); i += channels.size()) {
+            for (std::size_t c = 0; c < 3; ++c) pixels.push_back(named.image.pixels[i + c]);
+            pixels.push_back(1.0f);
+            for (std::size_t c = 0; c < 3; ++c) pixels.push_back(9.0f);  // of the other layer
+        }
+        named.image.pixels = pixels;
+        channels = {layer + "R", layer + "G", layer + "B", layer + "A", other + "R", other + "G", other + "B"};
+        return named;
+    };
+    const auto side = [&](std::uint64_t first, const std::string& layer, const std::string& other) {
+        std::vector<NamedImage> images;
+        for (std::uint64_t k = 0; k < 6; ++k)
+            images.push_back(layered(plain(scene_of(1.0, 0.0), first + k), layer, other));
+        return images;
+    };
+    const auto named = side(1, "ViewLayer.Combined.", "ViewLayer.DiffCol."), bare = side(11, "", "albedo.");
+    const SceneVerdict verdict = compare_images(named, bare);
+    CHECK(verdict.verdict == Verdict::agree);
+    CHECK(verdict.reference.pixels[0].mean == doctest::Approx(1.0).epsilon(0.2));
+    CHECK(contains(refusal(side(21, "one.", "two."), bare), "2 layers"));
+    CHECK(contains(refusal({rendered(scene_of(1.0, 0.0), 1)}, side(21, "one.", "two.")), "one.R"));
+}
+
 TEST_CASE("pixels that have not drawn their rare bright samples yet are no disagreement") {
     // One estimator finds a small light once in 250 samples, the other always: a third of the pixels of the first are
     // black.
