@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cmath>
 #include <numeric>
+#include <span>
 
 #include "common/statistics/distributions.h"
 #include "common/statistics/sample_moments.h"
@@ -21,10 +22,35 @@ constexpr std::uint64_t reference_groups = 8;             // the long reference,
 
 struct Stopped {};
 
-Estimated estimated(const std::vector<double>& of_groups) {
-    const SampleMoments moments = moments_of(of_groups);
-    const double half = student_quantile(0.975, moments.count - 1.0) * std::sqrt(moments.variance_of_mean());
-    return {moments.mean, moments.mean - half, moments.mean + half};
+using Figures = std::vector<double>;  // of one group: squared errors by level, then the variance of one sample
+using Statistic = std::function<double(const Figures& mean_of_groups)>;
+
+// A statistic of the groups' mean figures, its bias taken out and its interval found by the jackknife [Efron,
+// Tibshirani, An introduction to the bootstrap, 1993, chapter 11]: ratios and logarithms of noisy means are neither
+// unbiased nor is their noise that of their parts. `common`: the standard error of what is added to the squared errors
+// of all groups alike, known by nine degrees of freedom.
+Estimated jackknifed(const std::vector<Figures>& groups, const Statistic& statistic, double common = 0.0) {
+    const auto count = static_cast<double>(groups.size());
+    Figures sum(groups.front().size(), 0.0);
+    for (const Figures& group : groups)
+        for (std::size_t i = 0; i < sum.size(); ++i) sum[i] += group[i];
+    const auto mean_without = [&](const Figures* left_out) {
+        Figures mean(sum);
+        for (std::size_t i = 0; i < mean.size(); ++i)
+            mean[i] =
+                (sum[i] - (left_out != nullptr ? (*left_out)[i] : 0.0)) / (left_out != nullptr ? count - 1.0 : count);
+        return mean;
+    };
+    std::vector<double> partial;
+    for (const Figures& group : groups) partial.push_back(statistic(mean_without(&group)));
+    const SampleMoments moments = moments_of(partial);
+    Figures shifted = mean_without(nullptr);
+    const double whole = statistic(shifted), value = count * whole - (count - 1.0) * moments.mean;
+    for (std::size_t i = 0; i + 1 < shifted.size(); ++i) shifted[i] += common;
+    const double of_groups =
+        student_quantile(0.975, count - 1.0) * std::sqrt((count - 1.0) * (count - 1.0) * moments.variance_of_mean());
+    const double half = std::hypot(of_groups, student_quantile(0.975, 9.0) * (statistic(shifted) - whole));
+    return {value, value - half, value + half};
 }
 
 double mean_square_product(const Pixels& x, const Pixels& r1, const Pixels& r2) {
@@ -63,6 +89,35 @@ Fit fit(const std::vector<std::uint64_t>& samples, const std::vector<double>& sq
     }
     const double variance = (w * wuy - wu * wy) / (w * wuu - wu * wu);
     return {(wy - variance * wu) / w, variance, 0.5 * (count * lm - l * m) / (count * ll - l * l)};
+}
+
+Pixels combined(std::span<const Pixels> images, std::span<const double> weights) {
+    Pixels result(images.front().size(), 0.0);
+    for (std::size_t k = 0; k < weights.size(); ++k)
+        for (std::size_t i = 0; i < result.size(); ++i) result[i] += weights[k] * images[k][i];
+    return result;
+}
+
+// A half of the reference from its parts, and combinations of them that have a part's noise and no mean (Helmert's).
+using Parts = std::array<Pixels, reference_groups / 2>;
+Pixels mean_of_parts(const Parts& parts) { return combined(parts, std::array{0.25, 0.25, 0.25, 0.25}); }
+std::array<Pixels, 3> contrasts(const Parts& parts) {
+    const double a = std::sqrt(0.5), b = std::sqrt(1.0 / 6.0), c = std::sqrt(1.0 / 12.0);
+    return {combined(parts, std::array{a, -a}), combined(parts, std::array{b, b, -2.0 * b}),
+        combined(parts, std::array{c, c, c, -3.0 * c})};
+}
+
+// The mean of (m - r1)(m - r2) is that of sixteen uncorrelated products of the noise of two parts, each of them like a
+// product of contrasts.
+double product_error(const std::array<Pixels, 3>& first, const std::array<Pixels, 3>& second) {
+    double squares = 0.0;
+    for (const Pixels& a : first)
+        for (const Pixels& b : second) {
+            double product = 0.0;
+            for (std::size_t i = 0; i < a.size(); ++i) product += a[i] * b[i] / static_cast<double>(a.size());
+            squares += product * product;
+        }
+    return std::sqrt(squares / 9.0 / 16.0);
 }
 
 // One side's image at n samples, for every n at once: level l is full whenever 2^l blocks are.
@@ -105,8 +160,7 @@ private:
     // Groups' figures of one side, and the variance of one sample.
     struct Side {
         std::unique_ptr<RenderJob> job;
-        std::vector<std::vector<double>> squared_errors;  // [group][level]
-        SampleMoments variance;                           // mean over the image, a block each
+        std::vector<Figures> groups;
     };
 
     [[nodiscard]] std::unique_ptr<RenderJob> job(std::size_t side, std::uint64_t seed_offset) const {
@@ -141,7 +195,8 @@ private:
     std::size_t size_, levels_ = 0;
     std::array<Side, 2> sides_;
     Pixels first_half_, second_half_;
-    std::vector<std::vector<double>> between_;  // [group][level]: mean of |A - B|^2
+    std::vector<Figures> between_;    // of each group: mean of |A - B|^2 by level, then both variances
+    double reference_product_ = 0.0;  // standard error of the mean of (m - r1)(m - r2), m being the truth
     double mean_ = 0.0, done_ = 0.0, planned_ = 1.0;
     ConvergenceReport report_;
 };
@@ -161,12 +216,16 @@ bool Convergence::choose_levels() {
 
 void Convergence::render_reference() {
     const auto long_job = job(0, 2);
-    const std::uint64_t half = report_.samples.back() * reference_groups / 2;
-    const Estimate first = render(*long_job, {0, half}), second = render(*long_job, {half, 2 * half});
-    first_half_ = mean_of(first);
-    second_half_ = mean_of(second);
+    const std::uint64_t each = report_.samples.back();
+    std::array<std::array<Pixels, reference_groups / 2>, 2> parts;  // of the two halves
+    for (std::uint64_t k = 0; k < reference_groups; ++k)
+        parts[k / (reference_groups / 2)][k % (reference_groups / 2)] =
+            mean_of(render(*long_job, {k * each, (k + 1) * each}));
+    first_half_ = mean_of_parts(parts[0]);
+    second_half_ = mean_of_parts(parts[1]);
     mean_ = 0.5 * (mean(first_half_) + mean(second_half_));
-    report_.reference_samples = 2 * half;
+    report_.reference_samples = reference_groups * each;
+    reference_product_ = product_error(contrasts(parts[0]), contrasts(parts[1]));
     // Half of the halves' difference is the error of their mean.
     report_.reference_relative_error = 0.5 * std::sqrt(mean_square_difference(first_half_, second_half_)) / mean_;
 }
@@ -175,13 +234,14 @@ void Convergence::measure_group() {
     const std::uint64_t blocks = std::uint64_t{1} << (levels_ - 1), first = between_.size() * blocks;
     std::array<Ladder, 2> ladders{Ladder(levels_, size_), Ladder(levels_, size_)};
     std::array<std::vector<double>, 2> errors{std::vector<double>(levels_, 0.0), std::vector<double>(levels_, 0.0)};
-    std::vector<double> between(levels_, 0.0);
+    Figures between(levels_ + 1, 0.0);
+    std::array<double, 2> variance{};
     for (std::uint64_t block = first; block < first + blocks; ++block) {
         for (std::size_t s = 0; s < 2; ++s) {
             const Estimate estimate =
                 render(*sides_[s].job, {block * samples_per_block, (block + 1) * samples_per_block});
             ladders[s].add(mean_of(estimate));
-            sides_[s].variance.add(mean(variance_of(estimate)));
+            variance[s] += mean(variance_of(estimate)) / static_cast<double>(blocks);
         }
         for (std::size_t level = 0; level < levels_; ++level) {
             if (!ladders[0].full(level)) continue;
@@ -192,47 +252,42 @@ void Convergence::measure_group() {
             between[level] += share * mean_square_difference(a, b);
         }
     }
-    for (std::size_t s = 0; s < 2; ++s) sides_[s].squared_errors.push_back(errors[s]);
+    for (std::size_t s = 0; s < 2; ++s) {
+        errors[s].push_back(variance[s]);
+        sides_[s].groups.push_back(errors[s]);
+        between.back() += variance[s];
+    }
     between_.push_back(between);
 }
 
 ConvergenceSide Convergence::conclude(const Side& side) const {
     ConvergenceSide result;
     const double scale = 1.0 / (mean_ * mean_);
-    for (std::size_t level = 0; level < levels_; ++level) {
-        std::vector<double> errors;
-        for (const std::vector<double>& group : side.squared_errors) errors.push_back(scale * group[level]);
-        result.squared_errors.push_back(estimated(errors));
-    }
-    if (!(side.variance.mean > 0.0)) {  // nothing converges
-        result.slope = result.variance_ratio = {NAN, NAN, NAN};
+    const auto figure = [&](const Statistic& statistic) {
+        return jackknifed(side.groups, statistic, reference_product_);
+    };
+    const auto fitted = [&](const Figures& figures) { return fit(report_.samples, figures); };
+    for (std::size_t level = 0; level < levels_; ++level)
+        result.squared_errors.push_back(figure([&](const Figures& mean) { return scale * mean[level]; }));
+    if (std::ranges::all_of(side.groups, [](const Figures& group) { return !(group.back() > 0.0); })) {
+        result.slope = result.variance_ratio = {NAN, NAN, NAN};  // nothing converges
         result.squared_bias = result.squared_errors.back();
         return result;
     }
-    std::vector<double> slopes, biases, ratios;
-    for (const std::vector<double>& group : side.squared_errors) {
-        const Fit fitted = fit(report_.samples, group);
-        slopes.push_back(fitted.slope);
-        biases.push_back(scale * fitted.squared_bias);
-        ratios.push_back(side.variance.mean > 0.0 ? fitted.variance / side.variance.mean : 1.0);
-    }
-    result.slope = estimated(slopes);
-    result.squared_bias = estimated(biases);
-    result.variance_ratio = estimated(ratios);
+    result.slope = figure([&](const Figures& mean) { return fitted(mean).slope; });
+    result.squared_bias = figure([&](const Figures& mean) { return scale * fitted(mean).squared_bias; });
+    result.variance_ratio = figure([&](const Figures& mean) { return fitted(mean).variance / mean.back(); });
     return result;
 }
 
 void Convergence::conclude() {
     report_.reference = conclude(sides_[0]);
     report_.candidate = conclude(sides_[1]);
-    const double variance = sides_[0].variance.mean + sides_[1].variance.mean;
-    for (std::size_t level = 0; level < levels_; ++level) {
-        std::vector<double> ratios;
-        const double expected = variance / static_cast<double>(report_.samples[level]);
-        for (const std::vector<double>& group : between_)
-            ratios.push_back(expected > 0.0 ? group[level] / expected : 1.0);
-        report_.between.push_back(estimated(ratios));
-    }
+    for (std::size_t level = 0; level < levels_; ++level)
+        report_.between.push_back(jackknifed(between_, [&](const Figures& mean) {
+            const double expected = mean.back() / static_cast<double>(report_.samples[level]);
+            return expected > 0.0 ? mean[level] / expected : 1.0;
+        }));
 }
 
 std::optional<ConvergenceReport> Convergence::run() {

@@ -13,7 +13,8 @@
 
 namespace tandem {
 
-// A figure and the interval that holds it with 95 %: Student's t over independent groups of samples.
+// A figure and the interval that holds it with 95 %: the jackknife over independent groups of samples, and the noise of
+// the long reference, which all groups share.
 struct Estimated {
     double value = 0.0, low = 0.0, high = 0.0;
 };

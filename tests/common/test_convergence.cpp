@@ -58,6 +58,22 @@ TEST_CASE("convergence: a local bias that leaves every mean as it is shows as a 
     CHECK(report.between.back().value == doctest::Approx(1.0 + n * bias * bias / 2.0).epsilon(0.1));
 }
 
+TEST_CASE("convergence: rare bright samples neither bend the slope nor escape the intervals") {
+    // One sample in 2000 is 500 times as bright: in a pixel, most blocks of 64 have none.
+    const Sampler rare = [](std::uint32_t, std::uint32_t, SampleRandom& random) {
+        const double value = random.uniform() < 5e-4 ? 500.0 : 1.0;
+        return Radiance{value, value, value};
+    };
+    const ConvergenceReport report = measure(rare, rare);
+    for (const ConvergenceSide* side : {&report.reference, &report.candidate}) {
+        CHECK(holds(side->slope, -0.5));
+        CHECK(side->slope.value == doctest::Approx(-0.5).epsilon(0.1));
+        CHECK(holds(side->variance_ratio, 1.0));
+        CHECK(holds(side->squared_bias, 0.0));
+    }
+    for (const Estimated& ratio : report.between) CHECK(holds(ratio, 1.0));
+}
+
 TEST_CASE("convergence: a black image and a stop give no report") {
     SyntheticRenderer black([](std::uint32_t, std::uint32_t, SampleRandom&) { return Radiance{}; });
     RenderSettings settings;
