@@ -18,7 +18,7 @@ struct PathRecorder {
     static constexpr bool records = true;
     std::vector<TracedVertex> vertices;
     glm::dvec3 light_direction{0.0}, light{0.0};  // of the vertex at hand
-    unsigned scattered = 0;                       // lanes whose last scattering gave a direction and left light to carry
+    unsigned scattered = 0;  // lanes whose last scattering gave a direction and left light to carry
 };
 
 }  // namespace tandem::cpu

@@ -84,6 +84,11 @@ void print_verdict(const SceneVerdict& verdict, bool verbose) {
     fmt::print("{}: {}\n", verdict.scene, verdict.sentence);
     if (verdict.verdict != Verdict::agree || verbose)
         for (const std::string& reason : verdict.judgement.reasons) fmt::print("    {}\n", reason);
+    if (verdict.worst && (verdict.verdict == Verdict::disagree || verbose)) {
+        const WorstPixel& worst = *verdict.worst;
+        fmt::print("    worst pixel: ({}, {}){}{}\n        {}\n", worst.x, worst.y, worst.reason.empty() ? "" : "; ",
+            worst.reason, worst.command);
+    }
     if (!verdict.closed_form.skipped.empty())
         fmt::print("    the scene's closed form is left out: {}\n", verdict.closed_form.skipped);
     std::fflush(stdout);
@@ -142,8 +147,13 @@ std::string text_of(const Estimated& figure, const char* format) {
 
 void print_convergence(const SceneVerdict& verdict) {
     const ConvergenceReport& report = *verdict.convergence;
-    for (const auto& [name, side] :
-        {std::pair{&verdict.reference_name, &report.reference}, std::pair{&verdict.candidate_name, &report.candidate}})
+    for (const auto& [name, side] : {std::pair{&verdict.reference_name, &report.reference},
+             std::pair{&verdict.candidate_name, &report.candidate}}) {
+        if (std::isnan(side->slope.value)) {
+            fmt::print("    {}: every sample is the same, so nothing converges; off by {} of the mean\n", *name,
+                percent(std::sqrt(std::max(0.0, side->squared_bias.value))));
+            continue;
+        }
         fmt::print(
             "    {}: error falls as samples^{}, bias floor {} ({} to {}) of the mean, variance {} of what the "
             "samples show\n",
@@ -152,6 +162,7 @@ void print_convergence(const SceneVerdict& verdict) {
             percent(std::sqrt(std::max(0.0, side->squared_bias.low))),
             percent(std::sqrt(std::max(0.0, side->squared_bias.high))),
             text_of(side->variance_ratio, "{:.3f} ({:.3f} to {:.3f})"));
+    }
     fmt::print("    between them: squared difference {} of what their noise explains, at {} samples\n",
         text_of(report.between.back(), "{:.3f} ({:.3f} to {:.3f})"), report.samples.back());
     std::fflush(stdout);
@@ -174,6 +185,34 @@ void add_convergence(const Scene& scene, Renderer& reference, Renderer& candidat
     else
         fmt::print(
             "    convergence: {} s are too few for it (or the image is black); give more --time\n", arguments.seconds);
+}
+
+// The command that follows a sample of the worst pixel on both backends, and on the oracle.
+std::string trace_command(const VerifyArguments& arguments, const std::string& scene, const RenderSettings& settings,
+    const WorstPixel& worst) {
+    const RenderOptions& render = arguments.render;
+    const std::string file = scene.find(' ') == std::string::npos ? scene : "'" + scene + "'";
+    std::string command = fmt::format("tandem trace {} --pixel {},{} --sample {} --seed {} --size {}x{}", file, worst.x,
+        worst.y, worst.sample, worst.seed, settings.width, settings.height);
+    const auto add = [&](const std::string& option, const std::string& value, bool given) {
+        if (given) command += fmt::format(" {} {}", option, value);
+    };
+    const auto chosen = [&](const char* backend, const std::string& of_candidate, const std::string& of_reference) {
+        return arguments.candidate == backend ? of_candidate : arguments.reference == backend ? of_reference : "";
+    };
+    const std::string device = chosen("vulkan", arguments.device, arguments.reference_device);
+    const std::string precision = chosen("cpu", arguments.precision, arguments.reference_precision);
+    add("--integrator", render.integrator, !render.integrator.empty());
+    add("--bounces", std::to_string(settings.bounces), render.bounces.has_value());
+    add("--roulette", std::to_string(render.roulette.value_or(0)), render.roulette.has_value());
+    add("--effects", render.effects, render.effects != "needed");
+    add("--triangle-kernel", render.triangle_kernel, render.triangle_kernel != triangle_kernel_names[0]);
+    add("--convex-kernel", render.convex_kernel, render.convex_kernel != convex_kernel_names[0]);
+    add("--guard", render.guard, render.guard != guard_names[0]);
+    add("--epsilon", fmt::format("{}", render.epsilon), render.epsilon != IntersectionSettings{}.epsilon);
+    add("--device", "'" + device + "'", !device.empty());
+    add("--precision", precision, !precision.empty());
+    return command;
 }
 
 ExitStatus verify(const VerifyArguments& arguments, const CommandContext& context) {
@@ -218,6 +257,9 @@ ExitStatus verify(const VerifyArguments& arguments, const CommandContext& contex
             };
             verdicts.push_back(verify_scene(scenes[i], *reference, *candidate, options));
         }
+        if (verdicts.back().worst)
+            verdicts.back().worst->command =
+                trace_command(arguments, arguments.scenes[i], settings[i], *verdicts.back().worst);
         print_verdict(verdicts.back(), context.verbose);
         if (arguments.convergence)
             add_convergence(scenes[i], *reference, *candidate, arguments, context, verdicts.back());

@@ -30,8 +30,8 @@ struct NamedImage {
     Image image;
 };
 
-// Channels read: R, G, B, or those of a layer ("ViewLayer.Combined.R": the one called Combined, beauty or rgba, else the
-// only one); variance.R, .G, .B (or Variance.*, as pbrt-v4's gbuffer film writes them) and `count`. Alpha and other
+// Channels read: R, G, B, or those of a layer ("ViewLayer.Combined.R": the one called Combined, beauty or rgba, else
+// the only one); variance.R, .G, .B (or Variance.*, as pbrt-v4's gbuffer film writes them) and `count`. Alpha and other
 // channels are left out. A side
 // of one image needs its variance and its number of samples: the channel `count`, or the metadata "samples" or
 // "samplesPerPixel"; variances of the mean go without one (`assumed_count` then). A side of k >= 2 images takes its

@@ -10,6 +10,7 @@
 #include "common/validation/referee.h"
 #include "common/validation/registration.h"
 #include "common/validation/verdict.h"
+#include "common/validation/worst_pixel.h"
 
 namespace tandem {
 
@@ -40,6 +41,7 @@ struct SceneVerdict {
     std::optional<RefereeReport> referee;          // asked where the sides disagree
     std::optional<ConvergenceReport> convergence;  // where it was asked for; it gates nothing
     Outvoted outvoted = Outvoted::nobody;          // by the closed form, else by the referee
+    std::optional<WorstPixel> worst;               // where there were looks at two renderers
     std::string reference_name, candidate_name;
     RendererInfo reference_info, candidate_info;
     RenderSettings settings;

@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "common/validation/error_metrics.h"
+
 namespace tandem {
 
 namespace {
@@ -131,7 +133,7 @@ json convergence_side_json(const ConvergenceSide& side) {
     const Estimated& bias = side.squared_bias;
     return {{"squared_errors_relative", errors}, {"slope", estimated_json(side.slope)},
         {"bias_floor_relative", estimated_json({root(bias.value), root(bias.low), root(bias.high)})},
-        {"variance_ratio", estimated_json(side.variance_ratio)}};
+        {"squared_bias_relative", estimated_json(bias)}, {"variance_ratio", estimated_json(side.variance_ratio)}};
 }
 
 json convergence_json(const std::optional<ConvergenceReport>& report) {
@@ -142,6 +144,21 @@ json convergence_json(const std::optional<ConvergenceReport>& report) {
         {"reference_relative_error", number(report->reference_relative_error)},
         {"reference", convergence_side_json(report->reference)},
         {"candidate", convergence_side_json(report->candidate)}, {"between", between}, {"seconds", report->seconds}};
+}
+
+json worst_pixel_json(const std::optional<WorstPixel>& worst) {
+    if (!worst) return nullptr;
+    const auto text = [](const std::string& s) { return s.empty() ? json(nullptr) : json(s); };
+    return {{"x", worst->x}, {"y", worst->y}, {"sample", worst->sample}, {"seed", worst->seed},
+        {"reason", text(worst->reason)}, {"trace", text(worst->command)}};
+}
+
+json metrics_json(const SceneVerdict& v) {
+    if (v.looks.empty()) return nullptr;
+    const ErrorMetrics m = error_metrics(v.reference, v.candidate);
+    return {{"mse", number(m.mse)}, {"rmse", number(m.rmse)}, {"noise_mse", number(m.noise_mse)},
+        {"relative_mse", number(m.relative_mse)}, {"trimmed_relative_mse", number(m.trimmed_relative_mse)},
+        {"epsilon", ErrorMetrics::epsilon}, {"trimmed_fraction", ErrorMetrics::trimmed}};
 }
 
 // The keys that the interface promises.
@@ -184,6 +201,8 @@ json to_json(const SceneVerdict& v) {
     result["closed_form"] = closed_form_json(v);
     result["referee"] = referee_json(v.referee);
     result["convergence"] = convergence_json(v.convergence);
+    result["error_metrics"] = metrics_json(v);
+    result["worst_pixel"] = worst_pixel_json(v.worst);
     result["permutation_p"] = v.permutation_p ? json(*v.permutation_p) : json(nullptr);
     result["pixel_discoveries"] = v.judgement.discoveries;
     result["fixed_pixels"] = {{"count", v.judgement.fixed.count}, {"mismatches", v.judgement.fixed.mismatches},

@@ -58,6 +58,7 @@ private:
     void run_looks();
     void judge_look(const LookShare& share);
     void ask_third_witness();
+    void find_worst_pixel();
     [[nodiscard]] std::uint64_t max_samples() const {
         return options_.max_samples > 0 ? options_.max_samples : default_max_samples(verdict_.settings);
     }
@@ -289,6 +290,15 @@ void Verification::ask_third_witness() {
         .progress = [&](const std::string& text) { report(elapsed() / options_.budget_seconds, text); }});
 }
 
+// The sample to trace is looked for where the sides differ: elsewhere any will do.
+void Verification::find_worst_pixel() {
+    if (verdict_.looks.empty()) return;
+    verdict_.worst = worst_pixel_of(verdict_.reference, verdict_.candidate, verdict_.judgement.pixel_p);
+    verdict_.worst->seed = verdict_.reference_seed;
+    if (verdict_.judgement.verdict == Verdict::disagree && !options_.stop.stop_requested())
+        choose_sample(*verdict_.worst, *reference_.job, *side(candidate_renderer_, verdict_.reference_seed).job);
+}
+
 double Verification::seconds_to(const Side& side, std::uint64_t samples) {
     const double done = static_cast<double>(side.estimate.count());
     return done > 0.0 ? side.seconds / done * (static_cast<double>(samples) - done) : 0.0;
@@ -302,6 +312,7 @@ SceneVerdict Verification::run() {
     if (!verdict_.stopped) run_paired();
     if (!verdict_.stopped) run_looks();
     if (!verdict_.stopped) ask_third_witness();
+    find_worst_pixel();
     verdict_.reference_seconds = reference_.seconds;
     verdict_.candidate_seconds = candidate_.seconds + paired_seconds_;
     verdict_.seconds = elapsed();

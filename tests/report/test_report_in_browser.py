@@ -1,0 +1,115 @@
+# The HTML report as a browser shows it: every picture decodes, every plot is there, nothing is fetched, nothing runs over the
+# side, and hovering flips the images. Run by ctest with TANDEM = the program, SCENES = the folder, SCRIPTS = scripts/.
+import json
+import os
+import pathlib
+import shutil
+import subprocess
+import sys
+import tempfile
+import unittest
+
+TANDEM, SCENES, SCRIPTS = (pathlib.Path(os.environ[name]) for name in ("TANDEM", "SCENES", "SCRIPTS"))
+BROWSER = next(filter(None, map(shutil.which, ("chromium", "google-chrome", "chromium-browser"))), None)
+SKIPPED = 77  # what ctest counts as skipped
+
+# Appended to a copy of the page: what it measures becomes the page's title.
+PROBE = """<script>
+addEventListener("load", () => {
+  const shown = sheet => [...sheet.cssRules].map(rule => rule.cssText).join(" ");
+  const figures = [...document.querySelectorAll("figure")];
+  document.title = JSON.stringify({
+    pictures: [...document.images].map(i => [i.alt, i.naturalWidth, i.naturalHeight, i.getBoundingClientRect().width]),
+    plots: [...document.querySelectorAll("svg")].map(s => s.getBoundingClientRect().width),
+    wide: document.documentElement.scrollWidth - innerWidth,
+    rows: document.querySelectorAll("#verdicts tbody tr").length,
+    hidden: [...document.querySelectorAll(".flip img + img")].map(i => getComputedStyle(i).opacity),
+    focused: (() => { const f = document.querySelector(".flip"); f.focus();
+                      return getComputedStyle(f.querySelector("img + img")).opacity; })(),
+    hover: [...document.styleSheets].map(shown).join(" ").includes(".flip:hover img + img"),
+    fetched: performance.getEntriesByType("resource").filter(r => !r.name.startsWith("data:")).map(r => r.name),
+    text: document.body.innerText,
+    captions: figures.map(f => f.innerText),
+  });
+});
+</script>"""
+
+
+FIGURE = {"value": 1e-4, "low": 5e-5, "high": 2e-4}
+SIDE = {"squared_errors_relative": [{"value": v, "low": 0.8 * v, "high": 1.2 * v} for v in (1.0, 0.5, 0.25)],
+        "slope": FIGURE, "bias_floor_relative": FIGURE, "squared_bias_relative": FIGURE, "variance_ratio": FIGURE}
+CONVERGENCE = {"samples": [64, 128, 256], "reference_samples": 2048, "reference_relative_error": 1e-3, "reference": SIDE,
+               "candidate": SIDE, "between": [FIGURE] * 3, "seconds": 1.0}
+
+
+def run(*arguments):
+    result = subprocess.run(list(map(str, arguments)), capture_output=True, text=True, timeout=300)
+    if result.returncode not in (0, 1, 3):
+        raise RuntimeError(f"{arguments}: {result.stderr}")
+    return result
+
+
+class Report(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.folder = pathlib.Path(tempfile.mkdtemp())
+        scenes = [SCENES / "furnace.json", SCENES / "mirror-corridor.json"]
+        run(TANDEM, "verify", *scenes, "--candidate", "oracle", "--referee", "none", "--size", "16", "--samples", "256",
+            "--time", "8", "--report", cls.folder)
+        # How much of it is measured depends on the machine: the page gets what a slow one would not have.
+        report = json.loads((cls.folder / "report.json").read_text())
+        report["scenes"][0]["convergence"] = CONVERGENCE
+        (cls.folder / "report.json").write_text(json.dumps(report))
+        run(sys.executable, SCRIPTS / "report", cls.folder)
+        page = (cls.folder / "report.html").read_text()
+        (cls.folder / "probed.html").write_text(page.replace("</body>", PROBE + "</body>"))
+        dom = run(BROWSER, "--headless", "--no-sandbox", "--disable-gpu", f"--user-data-dir={cls.folder / 'profile'}",
+                  "--window-size=1280,1600", "--virtual-time-budget=5000", "--dump-dom",
+                  (cls.folder / "probed.html").as_uri()).stdout
+        title = dom.split("<title>", 1)[1].split("</title>", 1)[0]
+        for entity, character in (("&lt;", "<"), ("&gt;", ">"), ("&nbsp;", "\u00a0"), ("&amp;", "&")):
+            title = title.replace(entity, character)
+        cls.seen = json.loads(title)
+        cls.report = json.loads((cls.folder / "report.json").read_text())
+
+    @classmethod
+    def tearDownClass(cls):
+        shutil.rmtree(cls.folder)
+
+    def test_every_scene_has_a_row_and_six_pictures_that_decode(self):
+        self.assertEqual(self.seen["rows"], 2)
+        self.assertEqual(len(self.seen["pictures"]), 2 * 6)
+        for alt, width, height, shown in self.seen["pictures"]:
+            self.assertEqual((width, height), (16, 16), alt)
+            self.assertGreater(shown, 100, alt)
+
+    def test_the_two_images_flip(self):
+        self.assertEqual(self.seen["hidden"], ["0", "0"])
+        self.assertEqual(self.seen["focused"], "1")
+        self.assertTrue(self.seen["hover"])
+
+    def test_convergence_is_plotted(self):
+        measured = [scene for scene in self.report["scenes"] if scene["convergence"]]
+        self.assertTrue(measured)
+        self.assertGreaterEqual(len(self.seen["plots"]), len(measured))
+        for width in self.seen["plots"]:
+            self.assertGreater(width, 200)
+
+    def test_it_stands_by_itself_and_fits_the_window(self):
+        self.assertEqual(self.seen["fetched"], [])
+        self.assertLessEqual(self.seen["wide"], 0)
+
+    def test_it_says_what_issue_and_reader_ask_for(self):
+        text = self.seen["text"]
+        for mention in ("Verdict:", "Levels", "Looks", "Convergence", "relMSE", "ε = 0.01", "tandem trace", "Paired seeds",
+                        "Devices, settings and criteria", "How to read this"):
+            self.assertIn(mention, text)
+        for mention in ("Tiles 16×16", "least p of the three channels", "candidate − reference"):
+            self.assertTrue(any(mention in caption for caption in self.seen["captions"]), mention)
+
+
+if __name__ == "__main__":
+    if BROWSER is None:
+        print("skipped: there is no Chromium here; apt-get install chromium")
+        sys.exit(SKIPPED)
+    unittest.main()
