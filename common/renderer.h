@@ -120,6 +120,7 @@ public:
 struct BackendOptions {
     std::string device;                  // Vulkan: index or part of the name; empty: the best one
     std::optional<Precision> precision;  // empty: single, the oracle double
+    std::string kernel;                  // Vulkan: its shape, "stages" or "megakernel"; empty: the fastest
     unsigned threads = 0;                // CPU: 0 is all
     bool validation = false;             // Vulkan: layers on, any message is an Error
     PlantedFault planted_bug{};          // test builds only

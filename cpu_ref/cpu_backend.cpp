@@ -43,6 +43,8 @@ public:
     explicit EmbreeRenderer(const BackendOptions& options) : options_(options), device_(rtcNewDevice(nullptr)) {
         if (!options.device.empty())
             throw UnsupportedError("the cpu backend has no choice of devices; leave out --device");
+        if (!options.kernel.empty())
+            throw UnsupportedError("the cpu backend has no choice of kernel shapes; leave out --kernel");
         if (options.validation)
             throw UnsupportedError("the cpu backend has no validation layers; leave out --validation");
 #ifndef TANDEM_PLANTED_BUGS

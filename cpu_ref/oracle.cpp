@@ -179,6 +179,7 @@ std::unique_ptr<Renderer> create_oracle(const BackendOptions& options) {
         throw UnsupportedError("the oracle has double precision only: a reference is not to round like what it judges");
     if (!options.device.empty())
         throw UnsupportedError("the oracle runs on the host alone: it has no device to choose");
+    if (!options.kernel.empty()) throw UnsupportedError("the oracle has no kernels to choose; leave out --kernel");
     if (options.validation) throw UnsupportedError("the oracle uses no Vulkan: it has no validation layers");
     if (options.planted_bug != PlantedFault())
         throw UnsupportedError("the oracle takes no planted bug: it is what bugs are found with");

@@ -39,6 +39,9 @@ layout(push_constant, std430) uniform Settings {
     float ray_min;
     float ray_max;
     uint direct_only;  // 9.5
+    uint sample_count;      // the megakernel's alone: samples from sample_index on,
+    uint first_invocation;  // its dispatch's share of the tile's invocations
+    uint invocations;
 } settings;
 
 // Kernels made for a scene have its counts built in, general ones are told.

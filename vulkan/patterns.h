@@ -1,10 +1,17 @@
-// Ways to use Vulkan for one and the same image: the factors that the pattern benchmarks vary (vulkan/bench). The
-// defaults are what `tandem render` does. Images do not depend on them.
+// Ways to use Vulkan for one and the same image: the factors that the pattern benchmarks vary (vulkan/bench). But
+// for the kernel's shape (renderer/kernel_shape.h) the defaults are what `tandem render` does. Images do not depend on
+// them.
 #pragma once
 
 #include <cstdint>
 
 namespace tandem {
+
+// How the work of a path is cut into kernels.
+enum class KernelShape : std::uint32_t {
+    stages,      // the thesis's six, as a wavefront: rays in queues from segment to segment, dispatched indirectly
+    megakernel,  // an invocation a pixel, its paths in registers
+};
 
 // Where buffers live.
 enum class MemoryLayout : std::uint32_t {
@@ -50,6 +57,7 @@ enum class BarrierPattern : std::uint32_t {
 };
 
 struct Patterns {
+    KernelShape kernel = KernelShape::stages;
     MemoryLayout memory = MemoryLayout::per_set;
     RecordingPattern recording = RecordingPattern::on_the_fly;
     ResetPattern reset = ResetPattern::pool;

@@ -49,6 +49,10 @@ void add_common_options(CLI::App& command, CommandContext& context, const std::s
 // Parses and runs; every error becomes one line on stderr and an exit status.
 [[nodiscard]] int run_program(int argc, char** argv, const Program& program);
 
+// What --kernel is to a command.
+inline constexpr const char* kernel_help =
+    "Vulkan kernels: stages (six, a wavefront) or megakernel (default: the fastest for the device and scene)";
+
 // Options that say what and how to render, shared by render and verify.
 struct RenderOptions {
     std::string size;        // "WxH" or "N" (longer side); empty: the scene's film

@@ -12,7 +12,7 @@ namespace tandem {
 namespace {
 
 struct EffectsArguments {
-    std::string scene, backend = "vulkan", device, precision;
+    std::string scene, backend = "vulkan", device, kernel, precision;
     RenderOptions options;
     double seconds = 10.0;
 };
@@ -95,9 +95,10 @@ ExitStatus effects(const EffectsArguments& arguments, const CommandContext& cont
     const RenderSettings settings = settings_from(arguments.options, scene);
     check_memory(settings);
     check_outputs({context.json_file}, {arguments.scene});
-    const std::unique_ptr<Renderer> renderer =
-        find_backend(context.program.backends, arguments.backend)
-            .create({.device = arguments.device, .precision = precision_from(arguments.precision)});
+    const std::unique_ptr<Renderer> renderer = find_backend(context.program.backends, arguments.backend)
+                                                   .create({.device = arguments.device,
+                                                       .precision = precision_from(arguments.precision),
+                                                       .kernel = arguments.kernel});
     SpecialisationOptions options;
     options.seconds = arguments.seconds;
     options.stop = context.stop;
@@ -124,6 +125,7 @@ void add_effects_command(CLI::App& app, CommandContext& context) {
         ->check(CLI::IsMember({"cpu", "vulkan"}))
         ->capture_default_str();
     command->add_option("--device", arguments->device, "Vulkan device: index or part of its name (see tandem devices)");
+    command->add_option("--kernel", arguments->kernel, kernel_help);
     command->add_option(
         "--precision", arguments->precision, "single, double, contracted or mixed (default: the backend's)");
     command->add_option("--time", arguments->seconds, "Seconds of timing")

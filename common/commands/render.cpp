@@ -17,7 +17,7 @@ namespace tandem {
 namespace {
 
 struct RenderArguments {
-    std::string scene, output, backend = "cpu", device, precision, target_error;
+    std::string scene, output, backend = "cpu", device, kernel, precision, target_error;
     std::optional<std::uint64_t> samples;
     std::optional<double> seconds;
     RenderOptions options;
@@ -82,6 +82,7 @@ ExitStatus render(const RenderArguments& arguments, const CommandContext& contex
     const Backend& backend = find_backend(context.program.backends, arguments.backend);
     const std::unique_ptr<Renderer> renderer = backend.create({.device = arguments.device,
         .precision = precision_from(arguments.precision),
+        .kernel = arguments.kernel,
         .threads = arguments.threads,
         .validation = arguments.validation});
     const std::unique_ptr<RenderJob> job = renderer->prepare(scene, settings);
@@ -132,6 +133,7 @@ void add_what(CLI::App& command, RenderArguments& arguments) {
 void add_how(CLI::App& command, RenderArguments& arguments) {
     command.add_option("--backend", arguments.backend, "cpu, vulkan or oracle")->capture_default_str();
     command.add_option("--device", arguments.device, "Vulkan device: index or part of its name (see tandem devices)");
+    command.add_option("--kernel", arguments.kernel, kernel_help);
     command.add_option(
         "--precision", arguments.precision, "single, double, contracted or mixed (default: the backend's)");
     command.add_option("--threads", arguments.threads, "CPU threads (default: all)")->check(whole_between(1, 1024));

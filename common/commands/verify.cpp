@@ -29,7 +29,8 @@ struct CriteriaArguments {
 
 struct VerifyArguments {
     std::vector<std::string> scenes;
-    std::string reference = "cpu", candidate = "vulkan", device, reference_device, precision, reference_precision;
+    std::string reference = "cpu", candidate = "vulkan", device, reference_device, kernel, reference_kernel, precision,
+                reference_precision;
     RenderOptions render;
     CriteriaArguments criteria;
     double seconds = 120.0;
@@ -223,12 +224,14 @@ ExitStatus verify(const VerifyArguments& arguments, const CommandContext& contex
     for (const Scene& scene : scenes) settings.push_back(verification_settings_from(arguments.render, scene));
     const Criteria criteria = criteria_from(arguments.criteria, {});
     const BackendList& backends = context.program.backends;
-    const auto reference =
-        find_backend(backends, arguments.reference)
-            .create({.device = arguments.reference_device, .precision = precision_from(arguments.reference_precision)});
+    const auto reference = find_backend(backends, arguments.reference)
+                               .create({.device = arguments.reference_device,
+                                   .precision = precision_from(arguments.reference_precision),
+                                   .kernel = arguments.reference_kernel});
     const auto candidate = find_backend(backends, arguments.candidate)
                                .create({.device = arguments.device,
                                    .precision = precision_from(arguments.precision),
+                                   .kernel = arguments.kernel,
                                    .validation = arguments.validation});
     const auto referee =
         arguments.referee == "none" ? nullptr : find_backend(backends, arguments.referee).create(BackendOptions{});
@@ -321,6 +324,8 @@ void add_verify_command(CLI::App& app, CommandContext& context) {
     command->add_option("--candidate", arguments->candidate, "Backend that is judged")->capture_default_str();
     command->add_option("--device", arguments->device, "Candidate's Vulkan device: index or part of its name");
     command->add_option("--reference-device", arguments->reference_device, "Reference's Vulkan device");
+    command->add_option("--kernel", arguments->kernel, fmt::format("Candidate's {}", kernel_help));
+    command->add_option("--reference-kernel", arguments->reference_kernel, "Reference's Vulkan kernels");
     command->add_option("--precision", arguments->precision, "Candidate's: single, double, contracted or mixed");
     command->add_option(
         "--reference-precision", arguments->reference_precision, "Reference's: single, double, contracted or mixed");

@@ -133,6 +133,8 @@ class Commands(unittest.TestCase):
             (["render", self.scene, "-o", out, "--json", self.folder / "none" / "a.json"], "none"),
             (["render", self.scene, "-o", out, "--backend", "vulkan", "--precision", "double"], "double"),
             (["render", self.scene, "-o", out, "--backend", "cpu", "--device", "0"], "device"),
+            (["render", self.scene, "-o", out, "--backend", "cpu", "--kernel", "stages"], "--kernel"),
+            (["render", self.scene, "-o", out, "--backend", "vulkan", "--kernel", "octopus"], "octopus"),
             (["render", self.scene, "-o", out, "--seed", "-1"], "--seed"),
             (["render", self.scene, "-o", out, "--seed", "18446744073709551616"], "--seed"),
             (["render", self.scene, "-o", out, "--time", "nan"], "--time"),

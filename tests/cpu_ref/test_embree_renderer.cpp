@@ -233,11 +233,12 @@ TEST_CASE("a range that does not begin at a block is refused") {
 static_assert(!cpu::planted(PlantedBug::cosine_dropped));
 
 TEST_CASE("what the backend cannot do it refuses") {
-    BackendOptions device, validation, bug;
+    BackendOptions device, kernel, validation, bug;
+    kernel.kernel = "megakernel";
     device.device = "0";
     validation.validation = true;
     bug.planted_bug = PlantedBug::cosine_dropped;
-    for (const BackendOptions& options : {device, validation, bug})
+    for (const BackendOptions& options : {device, kernel, validation, bug})
         CHECK_THROWS_AS(cpu_backend().create(options), UnsupportedError);
     CHECK_THROWS_AS(render(room(), settings(0, Integrator::path, 3), {0, 64}), UnsupportedError);
     CHECK_THROWS_AS(render(room(), settings(65536, Integrator::path, 3), {0, 64}), UnsupportedError);

@@ -82,6 +82,7 @@ TEST_CASE("the oracle refuses what it does not do, and says so") {
     };
     refuses([](BackendOptions& o) { o.precision = Precision::single_precision; });
     refuses([](BackendOptions& o) { o.device = "0"; });
+    refuses([](BackendOptions& o) { o.kernel = "megakernel"; });
     refuses([](BackendOptions& o) { o.validation = true; });
     refuses([](BackendOptions& o) { o.planted_bug = PlantedBug::alpha_ignored; });
 

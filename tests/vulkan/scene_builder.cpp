@@ -3,6 +3,7 @@
 #include <cmath>
 #include <cstring>
 #include <glm/ext/matrix_transform.hpp>
+#include <map>
 #include <memory>
 #include <span>
 
@@ -279,6 +280,17 @@ Renderer& default_renderer(Acceleration acceleration) {
             break;
     }
     return shared_renderer<Acceleration::automatic>();
+}
+
+Renderer& renderer_with_kernel(const std::string& kernel) {
+    static std::map<std::string, std::unique_ptr<Renderer>> renderers;
+    std::unique_ptr<Renderer>& renderer = renderers[kernel];
+    if (!renderer) {
+        BackendOptions options;
+        options.kernel = kernel;
+        renderer = vulkan_backend().create(options);
+    }
+    return *renderer;
 }
 
 RenderResult render(const Scene& scene, const RenderSettings& settings, std::uint64_t count) {

@@ -114,7 +114,7 @@ std::set<std::string> names_of(const std::vector<JobFacts::Part>& parts) {
 }
 
 JobFacts facts_of(const Scene& scene, const RenderSettings& settings) {
-    return default_renderer().prepare(scene, settings)->facts();
+    return renderer_with_kernel("stages").prepare(scene, settings)->facts();
 }
 
 std::uint64_t instructions(const JobFacts& facts) {

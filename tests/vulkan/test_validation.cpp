@@ -30,9 +30,12 @@ TEST_CASE("the layer has nothing to say about dispatches with a barrier") {
     CHECK(messages_about_copies(Ordering::barrier).empty());
 }
 
-TEST_CASE("the layer has nothing to say about renders with every effect") {
+namespace {
+
+void check_silence(const std::string& kernel) {
     BackendOptions options;
     options.validation = true;
+    options.kernel = kernel;
     const auto renderer = vulkan_backend().create(options);
     for (const Integrator integrator : {Integrator::path, Integrator::next_event})
         for (const Scene& scene : {full_scene(), outdoor_scene(integrator != Integrator::path), foggy_scene()}) {
@@ -44,6 +47,12 @@ TEST_CASE("the layer has nothing to say about renders with every effect") {
             CHECK_NOTHROW(static_cast<void>(job->render({128, 130})));
         }
 }
+
+}  // namespace
+
+TEST_CASE("the layer has nothing to say about six stages with every effect") { check_silence("stages"); }
+
+TEST_CASE("the layer has nothing to say about the megakernel with every effect") { check_silence("megakernel"); }
 
 TEST_CASE("the layer has nothing to say about general kernels") {
     BackendOptions options;

@@ -1,4 +1,4 @@
-// The SPIR-V of the six stages, embedded when Tandem is built (shaders/CMakeLists.txt writes the definitions).
+// The SPIR-V of the kernels, embedded when Tandem is built (shaders/CMakeLists.txt writes the definitions).
 #pragma once
 
 #include <array>
@@ -7,11 +7,12 @@
 
 namespace tandem {
 
-// The thesis's stages, in the order in which a frame runs them; then what no frame runs: single paths, written down.
-enum class Stage : std::uint32_t { pre_process, vertex, ray_gen, intersect, scatter, post_process, trace };
-inline constexpr std::size_t stage_count = 6;
+// The thesis's stages, in the order in which a frame runs them, and the kernels of other shapes; then what no frame
+// runs: single paths, written down.
+enum class Stage : std::uint32_t { pre_process, vertex, ray_gen, intersect, scatter, post_process, megakernel, trace };
+inline constexpr std::size_t stage_count = 7;  // of frames
 inline constexpr std::array<const char*, stage_count> stage_names{
-    "pre-process", "vertex", "ray-gen", "intersect", "scatter", "post-process"};
+    "pre-process", "vertex", "ray-gen", "intersect", "scatter", "post-process", "megakernel"};
 
 [[nodiscard]] std::span<const std::uint32_t> shader_code(Stage stage);
 

@@ -61,13 +61,15 @@ std::vector<BufferSpec> scene_specs(const SceneData& scene) {
 // A ray buffer: what it is called, its bytes a path, 0 if it holds nothing. The first five are ping-ponged, as are the
 // last two.
 struct RayBuffer {
-    const char* name;
-    std::uint64_t bytes;
+    const char* name = "";
+    std::uint64_t bytes = 0;
     bool carried = true;  // from one vertex to the next
 };
 
 constexpr std::size_t ray_buffer_count = 9;
-std::array<RayBuffer, ray_buffer_count> ray_list(PathState path) {
+std::array<RayBuffer, ray_buffer_count> ray_list(const std::optional<PathState>& kept) {
+    if (!kept) return {};
+    const PathState path = *kept;
     const auto if_used = [](bool used, std::uint64_t bytes) { return used ? bytes : 0; };
     return {{{"ray-origins", element}, {"ray-directions", element}, {"throughputs", element},
         {"gathered-radiances", if_used(path.radiance, element)},
@@ -80,13 +82,14 @@ constexpr bool is_ping_ponged(std::size_t i) { return i < ping_ponged || i + 1 =
 
 // Buffers 0 … 4 and 5 … 9 are the two halves, 10 … 12 hits, shadow rays and samples, 13 the queues, one a segment and
 // an empty one after the last, 14 and 15 the halves of the interiors.
-std::vector<BufferSpec> ray_specs(PathState path, std::uint64_t pixels, std::uint32_t bounces) {
+std::vector<BufferSpec> ray_specs(const std::optional<PathState>& path, std::uint64_t pixels, std::uint32_t bounces) {
     const auto list = ray_list(path);
     std::vector<BufferSpec> specs;
     const auto add = [&](std::size_t i) { specs.push_back({pixels * list[i].bytes, Usage::eStorageBuffer}); };
     for (std::size_t i = 0; i < 2 * ping_ponged; ++i) add(i % ping_ponged);
     for (std::size_t i = ping_ponged; i < ping_ponged + 3; ++i) add(i);
-    specs.push_back({(std::uint64_t{bounces} + 2) * ray_queue_bytes, Usage::eStorageBuffer | Usage::eIndirectBuffer});
+    specs.push_back(
+        {path ? (std::uint64_t{bounces} + 2) * ray_queue_bytes : 0, Usage::eStorageBuffer | Usage::eIndirectBuffer});
     for (int half = 0; half < 2; ++half) add(list.size() - 1);
     return specs;
 }
@@ -112,8 +115,8 @@ std::array<BufferSpec, 1> camera_specs() {
     return {BufferSpec{sizeof(gpu::Camera), Usage::eUniformBuffer | Usage::eTransferDst}};
 }
 
-SharedMemory shared_memory(
-    const SceneData& scene, PathState path, std::uint32_t bounces, std::uint32_t pixels, MemoryLayout memory) {
+SharedMemory shared_memory(const SceneData& scene, const std::optional<PathState>& path, std::uint32_t bounces,
+    std::uint32_t pixels, MemoryLayout memory) {
     SharedMemory shared;
     if (memory != MemoryLayout::one_block) return shared;
     shared.reserve(MemoryDomain::device, scene_specs(scene));
@@ -172,7 +175,7 @@ std::vector<DescriptorSets::Request> set_requests(const PipelineLayout& layout, 
 }  // namespace
 
 FrameResources::FrameResources(const Device& device, const PipelineLayout& layout, const SceneData& scene,
-    PathState path, std::uint32_t bounces, std::uint32_t tile_pixels, MemoryLayout memory)
+    const std::optional<PathState>& path, std::uint32_t bounces, std::uint32_t tile_pixels, MemoryLayout memory)
     : shared_(shared_memory(scene, path, bounces, tile_pixels, memory)),
       scene_(device, MemoryDomain::device, scene_specs(scene), memory, &shared_),
       camera_(device, MemoryDomain::device, camera_specs(), memory, &shared_),
@@ -227,14 +230,14 @@ const gpu::Vec4* FrameResources::downloaded_sums() const {
     return reinterpret_cast<const gpu::Vec4*>(readback_.mapped(0));
 }
 
-std::uint32_t FrameResources::downloaded_invalid() const {
-    std::uint32_t count = 0;
-    std::memcpy(&count, readback_.mapped(1), sizeof count);
-    return count;
+FrameResources::Counters FrameResources::downloaded_counters() const {
+    Counters counters;
+    std::memcpy(&counters, readback_.mapped(1), sizeof counters);
+    return counters;
 }
 
 std::vector<JobFacts::Part> buffer_parts(
-    const SceneData& scene, PathState path, std::uint32_t bounces, std::uint32_t tile_pixels) {
+    const SceneData& scene, const std::optional<PathState>& path, std::uint32_t bounces, std::uint32_t tile_pixels) {
     std::vector<JobFacts::Part> parts;
     const auto add = [&](const std::string& name, std::uint64_t bytes) {
         if (bytes > 0) parts.push_back({name, bytes});
@@ -246,26 +249,26 @@ std::vector<JobFacts::Part> buffer_parts(
     const auto list = ray_list(path);
     for (std::size_t i = 0; i < list.size(); ++i)
         add(list[i].name, tile_pixels * list[i].bytes * (is_ping_ponged(i) ? 2 : 1));
-    add("ray-queues", (std::uint64_t{bounces} + 2) * ray_queue_bytes);
+    if (path) add("ray-queues", (std::uint64_t{bounces} + 2) * ray_queue_bytes);
     add("sums", 2 * sums_per_pixel * element * tile_pixels);
     return parts;
 }
 
-std::uint64_t bytes_per_path(PathState path) {
+std::uint64_t bytes_per_path(const std::optional<PathState>& path) {
     std::uint64_t bytes = 0;
     for (const RayBuffer& buffer : ray_list(path))
         if (buffer.carried) bytes += buffer.bytes;
     return bytes;
 }
 
-std::uint64_t bytes_per_pixel(PathState path) {
+std::uint64_t bytes_per_pixel(const std::optional<PathState>& path) {
     std::uint64_t bytes = 2 * sums_per_pixel * element;
     const auto list = ray_list(path);
     for (std::size_t i = 0; i < list.size(); ++i) bytes += list[i].bytes * (is_ping_ponged(i) ? 2 : 1);
     return bytes;
 }
 
-std::uint32_t tile_size(const Device& device, std::uint64_t image_pixels, PathState path) {
+std::uint32_t tile_size(const Device& device, std::uint64_t image_pixels, const std::optional<PathState>& path) {
     const DeviceAbilities& has = device.description().abilities;
     const std::uint64_t by_range = has.storage_buffer_bytes / (sums_per_pixel * element);
     const std::uint64_t by_groups = std::uint64_t{device.limits().maxComputeWorkGroupCount[0]} * workgroup_size;

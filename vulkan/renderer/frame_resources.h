@@ -14,9 +14,9 @@ inline constexpr vk::DeviceSize ray_queue_bytes = 16;
 // Ray state and sums are ping-ponged. Rays: parity p reads half p and writes half 1 - p. Image: likewise for sums.
 class FrameResources {
 public:
-    // `tile_pixels`: pixels that are in flight at a time.
-    FrameResources(const Device& device, const PipelineLayout& layout, const SceneData& scene, PathState path,
-        std::uint32_t bounces, std::uint32_t tile_pixels, MemoryLayout memory);
+    // `tile_pixels`: pixels that are in flight at a time. `path`: what is kept of them in buffers; none: nothing.
+    FrameResources(const Device& device, const PipelineLayout& layout, const SceneData& scene,
+        const std::optional<PathState>& path, std::uint32_t bounces, std::uint32_t tile_pixels, MemoryLayout memory);
 
     [[nodiscard]] std::array<vk::DescriptorSet, 4> sets(std::uint32_t ray_parity, std::uint32_t sum_parity) const;
 
@@ -30,14 +30,18 @@ public:
 
     // Copies scene and camera to the device.
     void record_upload(const vk::raii::CommandBuffer& commands) const;
-    // Sets the count of invalid samples to 0.
+    // Sets the counters to 0.
     void record_clear_counters(const vk::raii::CommandBuffer& commands) const;
-    // Copies the sums that parity `sum_parity` reads, and the counter, to the host.
+    // Copies the sums that parity `sum_parity` reads, and the counters, to the host.
     void record_download(
         const vk::raii::CommandBuffer& commands, std::uint32_t sum_parity, std::uint32_t tile_pixels) const;
     // What was downloaded: [channel * tile_pixels + i], see shaders/moments.glsl.
     [[nodiscard]] const gpu::Vec4* downloaded_sums() const;
-    [[nodiscard]] std::uint32_t downloaded_invalid() const;
+    struct Counters {
+        std::uint32_t invalid = 0;     // samples
+        std::uint32_t unfinished = 0;  // pixels whose loops the driver left
+    };
+    [[nodiscard]] Counters downloaded_counters() const;
 
 private:
     static constexpr std::size_t ray_queues = 13;  // among the buffers of the Rays set
@@ -50,12 +54,13 @@ private:
 
 // What the buffers hold, by name, in bytes, the tables of a scene part by part; buffers that hold nothing are left out.
 [[nodiscard]] std::vector<JobFacts::Part> buffer_parts(
-    const SceneData& scene, PathState path, std::uint32_t bounces, std::uint32_t tile_pixels);
+    const SceneData& scene, const std::optional<PathState>& path, std::uint32_t bounces, std::uint32_t tile_pixels);
 // Bytes that a path keeps from one vertex to the next: ray, throughput and what else PathState says.
-[[nodiscard]] std::uint64_t bytes_per_path(PathState path);
+[[nodiscard]] std::uint64_t bytes_per_path(const std::optional<PathState>& path);
 // Bytes of device memory for each pixel in flight.
-[[nodiscard]] std::uint64_t bytes_per_pixel(PathState path);
+[[nodiscard]] std::uint64_t bytes_per_pixel(const std::optional<PathState>& path);
 // As many pixels of an image as the device's limits allow in flight at once.
-[[nodiscard]] std::uint32_t tile_size(const Device& device, std::uint64_t image_pixels, PathState path);
+[[nodiscard]] std::uint32_t tile_size(
+    const Device& device, std::uint64_t image_pixels, const std::optional<PathState>& path);
 
 }  // namespace tandem

@@ -20,10 +20,6 @@ using Clock = std::chrono::steady_clock;
 
 double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
 
-// What a submission should last: long enough that submitting costs nothing, short enough for Ctrl-C and for drivers
-// that kill what takes seconds.
-constexpr double shortest_submission = 0.1, longest_submission = 0.3;  // seconds
-
 // Infinity is given as the greatest float: Vulkan need not keep infinities.
 float to_distance(double distance) {
     return static_cast<float>(std::min(distance, double{std::numeric_limits<float>::max()}));
@@ -123,11 +119,13 @@ VulkanJob::VulkanJob(const Instance& instance, const Device& device, Stages& sta
       settings_(mutated(checked(settings), planted_bug)),
       scene_(flatten(scene, settings_, acceleration)),
       specialisation_(specialise(device, scene, scene_, settings_, planted_bug)),
+      kept_(patterns.kernel == KernelShape::stages ? std::optional(specialisation_.path) : std::nullopt),
       layout_(stages.layout()),
-      pipelines_(stages.pipelines(specialisation_)),
-      tile_pixels_(tile_size(device, std::uint64_t{settings_.width} * settings_.height, specialisation_.path)),
-      resources_(device, layout_, scene_, specialisation_.path, settings_.bounces, tile_pixels_, patterns.memory),
-      submission_(device, patterns) {
+      pipelines_(stages.pipelines(specialisation_, patterns.kernel)),
+      tile_pixels_(tile_size(device, std::uint64_t{settings_.width} * settings_.height, kept_)),
+      resources_(device, layout_, scene_, kept_, settings_.bounces, tile_pixels_, patterns.memory),
+      submission_(device, patterns),
+      plan_(device.description().type) {
     if (patterns_.segments_per_submission > 0) batch_ = patterns_.segments_per_submission;
     instance_.log().raise();
 }
@@ -197,26 +195,38 @@ void VulkanJob::order(const vk::raii::CommandBuffer& commands, StageAccess to) c
 
 namespace {
 
-enum RecordingKind : std::uint32_t { pre_processing, first_pre_processing, sampling, post_processing, downloading };
+enum RecordingKind : std::uint32_t {
+    pre_processing,
+    first_pre_processing,
+    sampling,
+    post_processing,
+    whole_paths,
+    first_whole_paths,
+    downloading
+};
 
 }  // namespace
 
-// Scene upload and vertex stage only once; the clearing stage, of the half of the sums that is not read, at each block.
+// Scene upload and vertex stage, which a job needs but once.
+void VulkanJob::record_scene(
+    const vk::raii::CommandBuffer& commands, const gpu::Settings& settings, std::uint32_t sum_parity) const {
+    resources_.record_upload(commands);
+    resources_.record_clear_counters(commands);
+    barrier(commands, transfer_write, compute_access);
+    record(commands, {Stage::vertex, settings, 0, sum_parity},
+        scene_.triangle_count + scene_.sphere_count + scene_.cuboid_count);
+    barrier(commands, compute_write, compute_access);
+}
+
+// The clearing stage, of the half of the sums that is not read, at each block.
 void VulkanJob::add_pre_processing(Tile tile) {
-    const gpu::Settings settings = stage_settings(tile, 0);
+    const Dispatch clearing{Stage::pre_process, stage_settings(tile, 0), 0, sum_parity_};
     const bool first = !std::exchange(scene_uploaded_, true);
-    const std::uint32_t parity = sum_parity_;
     sum_parity_ = 1 - sum_parity_;
-    submission_.add({first ? first_pre_processing : pre_processing, parity, tile.first_pixel},
+    submission_.add({first ? first_pre_processing : pre_processing, clearing.sum_parity, tile.first_pixel},
         [=, this](const vk::raii::CommandBuffer& commands) {
-            if (first) {
-                resources_.record_upload(commands);
-                resources_.record_clear_counters(commands);
-                barrier(commands, transfer_write, compute_access);
-                record(commands, {Stage::vertex, settings, 0, parity},
-                    scene_.triangle_count + scene_.sphere_count + scene_.cuboid_count);
-            }
-            record(commands, {Stage::pre_process, settings, 0, parity}, tile.pixel_count);
+            if (first) record_scene(commands, clearing.settings, clearing.sum_parity);
+            record(commands, clearing, tile.pixel_count);
             barrier(commands, compute_write, compute_access);
         });
 }
@@ -254,15 +264,33 @@ void VulkanJob::add_post_processing(Tile tile, std::uint64_t sample) {
         });
 }
 
+// A block's first share finds no sums and begins them.
+void VulkanJob::add_megakernel(Tile tile, std::uint64_t first_sample, const MegakernelShare& share) {
+    const bool first = !std::exchange(scene_uploaded_, true);
+    Dispatch dispatch{Stage::megakernel, stage_settings(tile, first_sample + share.first_sample), 0, sum_parity_};
+    dispatch.settings.sample_count = static_cast<std::uint32_t>(share.samples);
+    dispatch.settings.first_invocation = share.first_invocation;
+    dispatch.settings.invocations = share.invocations;
+    if (share.completes) sum_parity_ = 1 - sum_parity_;
+    const Submission::Key key{first ? first_whole_paths : whole_paths,
+        dispatch.sum_parity + 2 * std::uint64_t{tile.first_pixel}, first_sample + share.first_sample,
+        share.first_invocation + (std::uint64_t{share.samples} << 32)};
+    submission_.add(key, [=, this](const vk::raii::CommandBuffer& commands) {
+        if (first) record_scene(commands, dispatch.settings, dispatch.sum_parity);
+        record(commands, dispatch, share.invocations);
+        order(commands, compute_access);
+    });
+}
+
 JobFacts VulkanJob::facts() const {
     JobFacts facts;
     facts.effects = specialisation_.effects;
     const std::vector<SpecialisationConstant> constants = specialisation_.constants();
-    for (std::size_t stage = 0; stage < stage_count; ++stage)
-        facts.kernels.push_back({stage_names[stage],
-            count_instructions(optimised_spirv(shader_code(static_cast<Stage>(stage)), constants))});
-    facts.buffers = buffer_parts(scene_, specialisation_.path, settings_.bounces, tile_pixels_);
-    facts.bytes_per_path = bytes_per_path(specialisation_.path);
+    for (const Stage stage : kernels_of(patterns_.kernel))
+        facts.kernels.push_back({stage_names[static_cast<std::size_t>(stage)],
+            count_instructions(optimised_spirv(shader_code(stage), constants))});
+    facts.buffers = buffer_parts(scene_, kept_, settings_.bounces, tile_pixels_);
+    facts.bytes_per_path = bytes_per_path(kept_);
     facts.kernel_seconds = pipelines_->seconds;
     return facts;
 }
@@ -303,6 +331,9 @@ void VulkanJob::download(Tile tile) {
     });
     (void)submission_.run();
     instance_.log().raise();
+    if (resources_.downloaded_counters().unfinished > 0)
+        throw UnsupportedError(
+            "the driver left the megakernel's loops before its paths had ended; use --kernel stages or fewer bounces");
 }
 
 SubmissionTimes VulkanJob::frame(std::uint64_t samples, bool fresh) {
@@ -316,6 +347,15 @@ SubmissionTimes VulkanJob::frame(std::uint64_t samples, bool fresh) {
     const std::uint64_t most = patterns_.segments_per_submission > 0 ? patterns_.segments_per_submission
                                                                      : std::numeric_limits<std::uint64_t>::max();
     SubmissionTimes times;
+    if (patterns_.kernel == KernelShape::megakernel) {
+        for (SampleRange block{0, 0}; block.begin < samples; block.begin = block.end) {
+            block.end = std::min(block.begin + samples_per_block, samples);
+            add_megakernel(image, block.begin, {0, block.count(), 0, image.pixel_count, true});
+        }
+        times.add(submission_.run());
+        instance_.log().raise();
+        return times;
+    }
     std::uint64_t done = 0;
     std::uint32_t segment = 0;
     add_pre_processing(image);
@@ -327,23 +367,43 @@ SubmissionTimes VulkanJob::frame(std::uint64_t samples, bool fresh) {
     return times;
 }
 
-// Renders samples of one block for one tile and leaves the sums downloaded; returns how many it did before a stop.
-std::uint64_t VulkanJob::render_tile_block(Tile tile, SampleRange block, Progress& progress) {
+double VulkanJob::run(Progress& progress) {
+    const auto start = Clock::now();
+    const std::optional<double> device_seconds = submission_.run().device;
+    progress.device_seconds += device_seconds.value_or(0.0);
+    progress.has_device_clock = progress.has_device_clock && device_seconds.has_value();
+    instance_.log().raise();
+    return seconds_since(start);
+}
+
+std::uint64_t VulkanJob::render_by_stages(Tile tile, SampleRange block, Progress& progress) {
     std::uint64_t done = 0;
     std::uint32_t segment = 0;  // of sample `done`, which a slow device begins in one submission and ends in another
-    bool first = true;
+    add_pre_processing(tile);
     while (done < block.count()) {
         if (done > 0 && segment == 0 && progress.control.stop.stop_requested()) break;
-        const auto start = Clock::now();
-        if (std::exchange(first, false)) add_pre_processing(tile);
         const std::uint64_t recorded = add_batch(tile, block, batch_, done, segment);
-        const std::optional<double> device_seconds = submission_.run().device;
-        progress.device_seconds += device_seconds.value_or(0.0);
-        progress.has_device_clock = progress.has_device_clock && device_seconds.has_value();
-        adapt_batch(seconds_since(start), recorded);
-        instance_.log().raise();
+        adapt_batch(run(progress), recorded);
         progress.report(static_cast<double>(done) + static_cast<double>(segment) / (settings_.bounces + 1.0));
     }
+    return done;
+}
+
+std::uint64_t VulkanJob::render_by_megakernel(Tile tile, SampleRange block, Progress& progress) {
+    plan_.begin(tile.pixel_count, block.count());
+    while (plan_.done() < block.count()) {
+        if (plan_.done() > 0 && plan_.done_of_next() == 0.0 && progress.control.stop.stop_requested()) break;
+        add_megakernel(tile, block.begin, plan_.next());
+        plan_.took(run(progress));
+        progress.report(static_cast<double>(plan_.done()) + plan_.done_of_next());
+    }
+    return plan_.done();
+}
+
+// Renders samples of one block for one tile and leaves the sums downloaded; returns how many it did before a stop.
+std::uint64_t VulkanJob::render_tile_block(Tile tile, SampleRange block, Progress& progress) {
+    const std::uint64_t done = patterns_.kernel == KernelShape::megakernel ? render_by_megakernel(tile, block, progress)
+                                                                           : render_by_stages(tile, block, progress);
     download(tile);
     return done;
 }
@@ -388,8 +448,8 @@ RenderResult VulkanJob::render(SampleRange range, const RenderControl& control) 
             progress.tile_share = static_cast<double>(tile.pixel_count) / pixels;
             const std::uint64_t done_here = render_tile_block(tile, block, progress);
             progress.samples_before += progress.tile_share * static_cast<double>(done_here);
-            invalid += resources_.downloaded_invalid() - invalid_before_;
-            invalid_before_ = resources_.downloaded_invalid();
+            const std::uint32_t invalid_now = resources_.downloaded_counters().invalid;
+            invalid += invalid_now - std::exchange(invalid_before_, invalid_now);
             collect(tile, plane);
             // With several tiles, only whole blocks exist for every pixel: a stop drops the current one.
             const bool whole_image = tile.pixel_count == pixels;

@@ -1,10 +1,11 @@
-// One scene on one device: records, submits and collects the six stages.
+// One scene on one device: records, submits and collects the kernels of its shape.
 #pragma once
 
 #include "common/renderer.h"
 #include "vulkan/command/barrier.h"
 #include "vulkan/command/submission.h"
 #include "vulkan/renderer/frame_resources.h"
+#include "vulkan/renderer/megakernel_plan.h"
 #include "vulkan/renderer/path_tracing.h"
 
 namespace tandem {
@@ -38,6 +39,13 @@ private:
     };
 
     [[nodiscard]] std::uint64_t render_tile_block(Tile tile, SampleRange block, Progress& progress);
+    [[nodiscard]] std::uint64_t render_by_stages(Tile tile, SampleRange block, Progress& progress);
+    [[nodiscard]] std::uint64_t render_by_megakernel(Tile tile, SampleRange block, Progress& progress);
+    // Submits what was added and waits; returns the seconds that it took.
+    double run(Progress& progress);
+    void record_scene(
+        const vk::raii::CommandBuffer& commands, const gpu::Settings& settings, std::uint32_t sum_parity) const;
+    void add_megakernel(Tile tile, std::uint64_t first_sample, const MegakernelShare& share);
     void add_pre_processing(Tile tile);
     void add_sampling(Tile tile, std::uint64_t sample, std::uint32_t first_segment, std::uint32_t end_segment);
     void add_post_processing(Tile tile, std::uint64_t sample);
@@ -59,14 +67,16 @@ private:
     RenderSettings settings_;
     SceneData scene_;
     Specialisation specialisation_;
+    std::optional<PathState> kept_;  // from vertex to vertex in buffers
     const PipelineLayout& layout_;
     std::shared_ptr<const Stages::Pipelines> pipelines_;
     std::uint32_t tile_pixels_;
     FrameResources resources_;
     Submission submission_;
     bool scene_uploaded_ = false;
-    std::uint32_t sum_parity_ = 0;          // the half of the sums that holds the current ones
-    std::uint64_t batch_ = 1;               // path segments a submission, over one or several samples
+    std::uint32_t sum_parity_ = 0;  // the half of the sums that holds the current ones
+    std::uint64_t batch_ = 1;       // path segments a submission, over one or several samples
+    MegakernelPlan plan_;
     std::uint32_t invalid_before_ = 0;      // of the device's running count
     std::unique_ptr<PathTracing> tracing_;  // made when a path is to be traced
 };

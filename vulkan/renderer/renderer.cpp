@@ -5,6 +5,7 @@
 #include "vulkan/backend.h"
 #include "vulkan/framework/device_arithmetic.h"
 #include "vulkan/renderer/job.h"
+#include "vulkan/renderer/kernel_shape.h"
 
 namespace tandem {
 
@@ -33,6 +34,7 @@ public:
     VulkanRenderer(const BackendOptions& options, Acceleration acceleration)
         : acceleration_(acceleration),
           planted_bug_(checked(options).planted_bug),
+          shape_(kernel_shape(options.kernel)),
           instance_(validation_wanted(options.validation)),
           device_(std::make_unique<Device>(instance_, options.device)),
           stages_(std::make_unique<Stages>(*device_)) {
@@ -52,7 +54,10 @@ public:
     }
 
     [[nodiscard]] std::unique_ptr<RenderJob> prepare(const Scene& scene, const RenderSettings& settings) override {
-        return std::make_unique<VulkanJob>(instance_, *device_, *stages_, scene, settings, acceleration_, planted_bug_);
+        Patterns patterns;
+        patterns.kernel = shape_.value_or(fastest_shape(device_->description().type, needed_effects(scene, settings)));
+        return std::make_unique<VulkanJob>(
+            instance_, *device_, *stages_, scene, settings, acceleration_, planted_bug_, patterns);
     }
 
     [[nodiscard]] std::unique_ptr<ArithmeticProbe> arithmetic() override {
@@ -62,6 +67,7 @@ public:
 private:
     Acceleration acceleration_;
     PlantedFault planted_bug_;
+    std::optional<KernelShape> shape_;
     Instance instance_;
     std::unique_ptr<Device> device_;
     std::unique_ptr<Stages> stages_;
@@ -70,7 +76,7 @@ private:
 }  // namespace
 
 Backend vulkan_backend(Acceleration acceleration) {
-    return {"vulkan", "six Vulkan compute stages, in float, on any Vulkan 1.2 device",
+    return {"vulkan", "Vulkan compute kernels, in float, on any Vulkan 1.2 device",
         [acceleration](const BackendOptions& options) -> std::unique_ptr<Renderer> {
             return std::make_unique<VulkanRenderer>(options, acceleration);
         }};

@@ -40,20 +40,25 @@ const std::array<SetBindings, 4>& set_bindings() {
 
 Stages::Stages(const Device& device) : device_(device), layout_(device, set_bindings(), sizeof(gpu::Settings)) {}
 
-std::shared_ptr<const Stages::Pipelines> Stages::pipelines(const Specialisation& specialisation) {
+std::vector<Stage> kernels_of(KernelShape shape) {
+    if (shape == KernelShape::megakernel) return {Stage::vertex, Stage::megakernel};
+    return {Stage::pre_process, Stage::vertex, Stage::ray_gen, Stage::intersect, Stage::scatter, Stage::post_process};
+}
+
+std::shared_ptr<const Stages::Pipelines> Stages::pipelines(const Specialisation& specialisation, KernelShape shape) {
     const std::vector<SpecialisationConstant> constants = specialisation.constants();
-    std::vector<std::uint32_t> key;
+    std::vector<std::uint32_t> key{static_cast<std::uint32_t>(shape)};
     for (const SpecialisationConstant& constant : constants) key.push_back(constant.value);
     std::shared_ptr<const Pipelines>& kept = pipelines_[key];
     if (!kept) {
-        const auto make = [&](Stage stage) {
-            return make_compute_pipeline(device_, nullptr, layout_.handle(), shader_code(stage), constants);
-        };
         const auto start = std::chrono::steady_clock::now();
-        std::array<vk::raii::Pipeline, stage_count> stages{make(Stage::pre_process), make(Stage::vertex),
-            make(Stage::ray_gen), make(Stage::intersect), make(Stage::scatter), make(Stage::post_process)};
+        std::vector<vk::raii::Pipeline> made;
+        for (std::size_t stage = 0; stage < stage_count; ++stage) made.emplace_back(nullptr);
+        for (const Stage stage : kernels_of(shape))
+            made[static_cast<std::size_t>(stage)] =
+                make_compute_pipeline(device_, nullptr, layout_.handle(), shader_code(stage), constants);
         const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - start;
-        kept = std::make_shared<const Pipelines>(Pipelines{std::move(stages), taken.count()});
+        kept = std::make_shared<const Pipelines>(Pipelines{std::move(made), taken.count()});
     }
     return kept;
 }

@@ -1,4 +1,4 @@
-// The six pipelines of the tracer, specialised to the effects that are simulated.
+// The pipelines of the tracer, specialised to the effects that are simulated.
 #pragma once
 
 #include <array>
@@ -9,6 +9,7 @@
 #include "common/renderer.h"
 #include "vulkan/framework/pipeline.h"
 #include "vulkan/framework/shader_library.h"
+#include "vulkan/patterns.h"
 #include "vulkan/renderer/scene_data.h"
 
 namespace tandem {
@@ -44,23 +45,26 @@ inline constexpr std::uint32_t uniform_block_bytes = 16384;
 enum class SetIndex : std::uint32_t { scene, camera, rays, image };
 [[nodiscard]] const std::array<SetBindings, 4>& set_bindings();
 
-// Pipelines are kept per specialisation, so that many jobs of one kind build them once.
+// The kernels that a shape dispatches, in the order in which a frame runs them.
+[[nodiscard]] std::vector<Stage> kernels_of(KernelShape shape);
+
+// Pipelines are kept per specialisation and shape, so that many jobs of one kind build them once.
 class Stages {
 public:
     struct Pipelines {
-        std::array<vk::raii::Pipeline, stage_count> stages;
-        double seconds = 0.0;  // that making them took
+        std::vector<vk::raii::Pipeline> stages;  // by Stage; null: not one of the shape's
+        double seconds = 0.0;                    // that making them took
     };
 
     explicit Stages(const Device& device);
 
     [[nodiscard]] const PipelineLayout& layout() const { return layout_; }
-    [[nodiscard]] std::shared_ptr<const Pipelines> pipelines(const Specialisation& specialisation);
+    [[nodiscard]] std::shared_ptr<const Pipelines> pipelines(const Specialisation& specialisation, KernelShape shape);
 
 private:
     const Device& device_;
     PipelineLayout layout_;
-    std::map<std::vector<std::uint32_t>, std::shared_ptr<const Pipelines>> pipelines_;  // by constant values
+    std::map<std::vector<std::uint32_t>, std::shared_ptr<const Pipelines>> pipelines_;  // by shape and constant values
 };
 
 }  // namespace tandem

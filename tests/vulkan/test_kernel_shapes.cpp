@@ -1,0 +1,113 @@
+// The shapes of the kernels: every one gives the bits of the six stages, in one go or cut into pieces.
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <set>
+
+#include "common/error.h"
+#include "common/scene_loader.h"
+#include "tests/vulkan/scene_builder.h"
+
+using namespace tandem;
+using namespace tandem::testing;
+
+namespace {
+
+Estimate image(const std::string& kernel, const Scene& scene, const RenderSettings& settings, SampleRange range) {
+    return renderer_with_kernel(kernel).prepare(scene, settings)->render(range).estimate;
+}
+
+bool shapes_agree(const Scene& scene, const RenderSettings& settings, SampleRange range) {
+    return same_bits(image("stages", scene, settings, range), image("megakernel", scene, settings, range));
+}
+
+JobFacts facts(const std::string& kernel) {
+    return renderer_with_kernel(kernel).prepare(foggy_scene(), settings_of(8, 2, Integrator::next_event))->facts();
+}
+
+}  // namespace
+
+TEST_CASE("the megakernel renders the shipped scenes to the bits of the six stages") {
+    for (const auto& entry : std::filesystem::directory_iterator(std::filesystem::path(TANDEM_SOURCE_DIR) / "scenes")) {
+        if (entry.path().extension() != ".json") continue;
+        const Scene scene = load_scene(entry.path());
+        RenderSettings settings = with_longer_side(default_settings(scene), 21);  // no multiple of the pixel blocks
+        settings.bounces = std::min(settings.bounces, 6u);
+        CAPTURE(scene.name);
+        CHECK(shapes_agree(scene, settings, {0, 7}));
+    }
+}
+
+TEST_CASE("the megakernel renders every effect by every integrator to the bits of the six stages") {
+    for (const Integrator integrator : {Integrator::path, Integrator::next_event, Integrator::whitted})
+        for (const Scene& scene : {full_scene(), outdoor_scene(integrator != Integrator::path), foggy_scene()}) {
+            RenderSettings settings = settings_of(13, 5, integrator);
+            settings.roulette_start = integrator == Integrator::next_event ? 2u : no_roulette;
+            // Beyond 2^32 samples, over the end of a block and into a ragged one.
+            constexpr std::uint64_t far = std::uint64_t{5} << 32;
+            CHECK(shapes_agree(scene, settings, {far + 64, far + 133}));
+        }
+    RenderSettings settings = settings_of(13, 5, Integrator::next_event);
+    settings.effects = EffectSet::all();
+    CHECK(shapes_agree(full_scene(), settings, {0, 3}));
+}
+
+TEST_CASE("a stop leaves the megakernel's whole samples") {
+    const auto job = renderer_with_kernel("megakernel").prepare(full_scene(), settings_of(200, 4));
+    std::stop_source source;
+    RenderControl control;
+    control.stop = source.get_token();
+    double last = 0.0;
+    bool grows = true;
+    control.progress = [&](double done) {
+        grows = grows && done > last;
+        last = done;
+        if (done >= 3.0) source.request_stop();
+    };
+    const Estimate partial = job->render({0, 1000}, control).estimate;
+    CHECK(grows);
+    CHECK(partial.count() >= 3);
+    CHECK(partial.count() < 1000);
+    CHECK(static_cast<double>(partial.count()) == last);
+    CHECK(same_bits(partial, image("stages", full_scene(), settings_of(200, 4), {0, partial.count()})));
+}
+
+TEST_CASE("the megakernel keeps no path in buffers") {
+    const JobFacts stages = facts("stages"), megakernel = facts("megakernel");
+    CHECK(stages.kernels.size() == 6);
+    CHECK(megakernel.kernels.size() == 2);
+    CHECK(stages.bytes_per_path == 6 * 16 + 8);
+    CHECK(megakernel.bytes_per_path == 0);
+    const std::set<std::string> of_paths{"ray-origins", "ray-directions", "throughputs", "gathered-radiances",
+        "next-event-contributions", "hits", "shadow-rays", "samples", "interiors", "ray-queues"};
+    const auto kept = [&](const JobFacts& facts) {
+        return std::ranges::count_if(
+            facts.buffers, [&](const JobFacts::Part& part) { return of_paths.contains(part.name); });
+    };
+    CHECK(kept(stages) == static_cast<std::ptrdiff_t>(of_paths.size()));
+    CHECK(kept(megakernel) == 0);
+}
+
+// Lavapipe leaves loops after 65535 turns: such paths are refused, and never come out short.
+TEST_CASE("a path of a hundred thousand segments is whole or refused") {
+    SceneBuilder builder;
+    builder.camera({0.1, 0.2, 0.3}, {1.0, 0.4, -0.3}, 70.0);
+    Material white = diffuse(glm::dvec3(1.0));
+    white.radiance = glm::dvec3(0.5);
+    builder.cuboid(builder.material(white), glm::dvec3(-1.0), glm::dvec3(1.0));
+    const auto job = renderer_with_kernel("megakernel").prepare(builder.scene, settings_of(2, 99'999));
+    try {
+        for (const double mean : mean_of(job->render({0, 1}).estimate))
+            CHECK(mean == 50'000.0);  // sums of 0.5 are exact
+    } catch (const UnsupportedError& refusal) {
+        CHECK(std::string(refusal.what()).find("--kernel stages") != std::string::npos);
+    }
+}
+
+TEST_CASE("an unknown kernel shape is refused, naming those there are") {
+    BackendOptions options;
+    options.kernel = "octopus";
+    CHECK_THROWS_WITH_AS(static_cast<void>(vulkan_backend().create(options)),
+        "--kernel: no kernel shape 'octopus'; choose one of stages, megakernel", InputError);
+}

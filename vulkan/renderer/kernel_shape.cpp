@@ -1,0 +1,33 @@
+#include "vulkan/renderer/kernel_shape.h"
+
+#include <algorithm>
+#include <array>
+#include <string_view>
+
+#include "common/error.h"
+
+namespace tandem {
+
+namespace {
+
+constexpr std::array<std::string_view, 2> names{"stages", "megakernel"};
+
+}  // namespace
+
+std::optional<KernelShape> kernel_shape(const std::string& name) {
+    if (name.empty()) return std::nullopt;
+    const auto found = std::ranges::find(names, name);
+    if (found != names.end()) return static_cast<KernelShape>(found - names.begin());
+    std::string known;
+    for (const std::string_view one : names) known += (known.empty() ? "" : ", ") + std::string(one);
+    throw InputError("--kernel: no kernel shape '" + name + "'; choose one of " + known);
+}
+
+// Walks through media differ too much in length from path to path to share a subgroup; queues keep those apart that
+// walk. A CPU has no registers to spare, and its caches serve the queues.
+KernelShape fastest_shape(DeviceType device, EffectSet needed) {
+    if (device == DeviceType::cpu || needed.has(Effect::medium_absorption)) return KernelShape::stages;
+    return KernelShape::megakernel;
+}
+
+}  // namespace tandem

@@ -1,0 +1,19 @@
+// Names of kernel shapes, and which is the fastest where.
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "common/effects.h"
+#include "vulkan/devices.h"
+#include "vulkan/patterns.h"
+
+namespace tandem {
+
+// The shape of that name; none for an empty one. Throws InputError naming those there are.
+[[nodiscard]] std::optional<KernelShape> kernel_shape(const std::string& name);
+
+// The one that was measured to be the fastest on devices of this type for scenes of these effects (README.md).
+[[nodiscard]] KernelShape fastest_shape(DeviceType device, EffectSet needed);
+
+}  // namespace tandem

@@ -1,0 +1,47 @@
+// How the samples of a run of pixels are shared out over submissions of the megakernel: each holds one dispatch, of
+// several samples of every pixel, or, on a slow device, of one sample of some of them.
+#pragma once
+
+#include <cstdint>
+
+#include "vulkan/devices.h"
+
+namespace tandem {
+
+// What a submission should last: long enough that submitting costs nothing, short enough for Ctrl-C and for drivers
+// that kill what takes seconds.
+inline constexpr double shortest_submission = 0.1, longest_submission = 0.3;  // seconds
+
+// One dispatch.
+struct MegakernelShare {
+    std::uint64_t first_sample = 0, samples = 0;
+    std::uint32_t first_invocation = 0, invocations = 0;
+    bool completes = false;  // its samples, for every pixel
+};
+
+class MegakernelPlan {
+public:
+    explicit MegakernelPlan(DeviceType device);
+
+    // Samples [0, samples) of `pixels` pixels are next.
+    void begin(std::uint32_t pixels, std::uint64_t samples);
+    // The next share of them.
+    [[nodiscard]] MegakernelShare next();
+    // Its dispatch took so long: later shares grow or shrink.
+    void took(double seconds);
+
+    // Samples that are done for every pixel, the last share counting as done; and of the next few the part done.
+    [[nodiscard]] std::uint64_t done() const { return done_; }
+    [[nodiscard]] double done_of_next() const;
+
+private:
+    std::uint64_t most_samples_;  // a dispatch
+    std::uint64_t batch_;         // samples of single pixels a dispatch
+    std::uint32_t pixels_ = 0;
+    std::uint64_t wanted_ = 0, done_ = 0;
+    std::uint64_t samples_ = 0;  // of the current shares
+    std::uint32_t first_ = 0;    // invocation of the next share
+    std::uint64_t last_ = 0;     // samples of single pixels in the last share
+};
+
+}  // namespace tandem
