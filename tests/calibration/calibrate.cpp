@@ -54,7 +54,12 @@ MakeRenderer synthetic(Sampler sampler, std::string name) {
 }
 
 MakeRenderer cpu(Precision precision) {
-    return [=] { return cpu_backend().create({.device = {}, .precision = precision, .threads = 1}); };
+    return [=] {
+        BackendOptions options;
+        options.precision = precision;
+        options.threads = 1;
+        return cpu_backend().create(options);
+    };
 }
 
 std::vector<Experiment> experiments() {
