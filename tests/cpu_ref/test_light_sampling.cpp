@@ -21,9 +21,7 @@ struct Stage {
     using V = Lanes<Real>;
     using U = UnsignedOf<Real>;
     explicit Stage(const Scene& scene)
-        : device(rtcNewDevice(nullptr)),
-          tables(make_tables<Real>(scene, {})),
-          accelerator(device.get(), tables) {}
+        : device(rtcNewDevice(nullptr)), tables(make_tables<Real>(scene, {})), accelerator(device.get(), tables) {}
 
     static Receiver<Real> receiver(const glm::dvec3& p) {
         const auto splat = [](double x) { return V(static_cast<Real>(x)); };
