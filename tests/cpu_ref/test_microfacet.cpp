@@ -6,26 +6,16 @@
 #include <numbers>
 
 #include "cpu_ref/scattering.h"
+#include "tests/cpu_ref/number_grid.h"
 #include "tests/cpu_ref/statistics.h"
 
 using namespace tandem;
 using namespace tandem::cpu;
+using test::for_grid;
 
 namespace {
 
 constexpr double pi = std::numbers::pi;
-
-// Calls visit(a, b) in lanes for the centres of an n x n grid over the unit square; n is a multiple of the lane count.
-template <class Real, class Visit>
-void for_grid(int n, Visit visit) {
-    for (int row = 0; row < n; ++row)
-        for (int first = 0; first < n; first += lane_count<Real>) {
-            Lanes<Real> a;
-            for (int i = 0; i < lane_count<Real>; ++i)
-                a.v[i] = (static_cast<Real>(first + i) + Real(0.5)) / static_cast<Real>(n);
-            visit(a, Lanes<Real>((static_cast<Real>(row) + Real(0.5)) / static_cast<Real>(n)));
-        }
-}
 
 template <class Real>
 Vec3<Lanes<Real>> splat_of(double x, double y, double z) {

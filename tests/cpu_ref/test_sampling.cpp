@@ -6,26 +6,16 @@
 #include <vector>
 
 #include "cpu_ref/sampling.h"
+#include "tests/cpu_ref/number_grid.h"
 
 using namespace tandem;
 using namespace tandem::cpu;
+using test::for_grid;
 
 namespace {
 
 template <class Real>
 constexpr double roundoff = sizeof(Real) == 4 ? 0x1p-24 : 0x1p-53;
-
-// Calls visit(a, b) in lanes for the centres of an n x n grid over the unit square; n is a multiple of the lane count.
-template <class Real, class Visit>
-void for_grid(int n, Visit visit) {
-    for (int row = 0; row < n; ++row)
-        for (int first = 0; first < n; first += lane_count<Real>) {
-            Lanes<Real> a;
-            for (int i = 0; i < lane_count<Real>; ++i)
-                a.v[i] = (static_cast<Real>(first + i) + Real(0.5)) / static_cast<Real>(n);
-            visit(a, Lanes<Real>((static_cast<Real>(row) + Real(0.5)) / static_cast<Real>(n)));
-        }
-}
 
 template <class Real>
 Vec3<double> lane(const Vec3<Lanes<Real>>& a, int i) {
