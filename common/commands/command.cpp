@@ -293,6 +293,18 @@ void write_json(const CommandContext& context, const nlohmann::json& report) {
     if (!context.json_file.empty()) write_text_file(context.json_file, report.dump(2) + "\n");
 }
 
+namespace {
+
+// An argument for the record, which is stored and passed on: of an absolute path only the last part.
+std::string without_folder(const std::string& argument) {
+    const std::size_t path = argument.starts_with('/') ? 0 : argument.find("=/");
+    if (path == std::string::npos) return argument;
+    const std::string before = path == 0 ? "" : argument.substr(0, path + 1);
+    return before + argument.substr(argument.rfind('/') + 1);
+}
+
+}  // namespace
+
 int run_program(int argc, char** argv, const Program& program) {
     const InterruptWatch interrupts;
     CLI::App app{
@@ -305,7 +317,7 @@ int run_program(int argc, char** argv, const Program& program) {
         "Exit status: 0 fine or agree, 1 disagree, 2 unusable input or arguments, 3 undecided within the budget, 4 no "
         "usable device.\nTry: tandem COMMAND --help");
     std::string command_line = "tandem";
-    for (int i = 1; i < argc; ++i) command_line += std::string(" ") + argv[i];
+    for (int i = 1; i < argc; ++i) command_line += " " + without_folder(argv[i]);
     CommandContext context{
         .program = program, .command_line = command_line, .stop = interrupts.token(), .json_file = {}, .action = {}};
     add_render_command(app, context);

@@ -28,7 +28,7 @@ struct Program {
 // Options and duties of every command.
 struct CommandContext {
     const Program& program;
-    std::string command_line;            // as it was typed, for the record
+    std::string command_line;            // as it was typed, absolute paths by their last part
     std::stop_token stop;                // Ctrl-C, once: finish what is in hand
     std::string json_file;               // --json
     bool verbose = false;                // -v

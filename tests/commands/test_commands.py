@@ -418,6 +418,8 @@ class Commands(unittest.TestCase):
         self.assertEqual({claim["verdict"] for claim in told["claims"] if claim["id"] == "M1"}, {"not-applicable"})
         self.assertEqual(len(told["floor"]["milliseconds"]), 200)
         self.assertEqual(len(told["device"]["device_uuid"]), 32)
+        self.assertTrue(told["command"].endswith("--json first.json"))  # no folder of this machine in what is passed on
+        self.assertNotIn(str(self.folder), told["command"])
         # Two processes more, and the first one's readings.
         result = tandem(*arguments, "--processes", "2", "--resume", first, "--json", second)
         self.assertEqual(result.returncode, 0, result.stderr)
