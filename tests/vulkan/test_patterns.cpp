@@ -4,8 +4,7 @@
 #include <algorithm>
 #include <functional>
 
-#include "tests/vulkan/scene_builder.h"
-#include "vulkan/renderer/job.h"
+#include "tests/vulkan/machine.h"
 
 using namespace tandem;
 using namespace tandem::testing;
@@ -22,18 +21,9 @@ Scene lit_room() {
     return builder.scene;
 }
 
-struct Machine {
-    explicit Machine(bool validation) : instance(validation) {}
-
-    Instance instance;
-    Device device{instance, ""};
-    Stages stages{device};
-
-    [[nodiscard]] VulkanJob job(const Patterns& patterns) {
-        return VulkanJob(instance, device, stages, lit_room(), settings_of(24, 4), Acceleration::automatic,
-            PlantedBug::none, patterns);
-    }
-};
+VulkanJob job_of(Machine& machine, const Patterns& patterns) {
+    return machine.job(patterns, lit_room(), settings_of(24, 4));
+}
 
 Patterns with(const std::function<void(Patterns&)>& change) {
     Patterns patterns;
@@ -66,7 +56,7 @@ std::vector<Patterns> variants() {
 
 // Frames in between, new and old, must leave later images as they are.
 void check_pattern(Machine& machine, const Patterns& patterns, const Estimate& expected) {
-    VulkanJob job = machine.job(patterns);
+    VulkanJob job = job_of(machine, patterns);
     CHECK(same_bits(job.render({0, 70}, {}).estimate, expected));
     CHECK(job.frame(3, true).submissions >= 1);
     (void)job.frame(2);
@@ -77,7 +67,7 @@ void check_pattern(Machine& machine, const Patterns& patterns, const Estimate& e
 
 TEST_CASE("no pattern changes the image, and the validation layer finds nothing in any") {
     Machine machine(true);
-    const Estimate expected = machine.job({}).render({0, 70}, {}).estimate;
+    const Estimate expected = job_of(machine, {}).render({0, 70}, {}).estimate;
     const std::vector<Patterns> all = variants();
     for (std::size_t number = 0; number < all.size(); ++number) {
         CAPTURE(number);
@@ -89,13 +79,15 @@ TEST_CASE("no pattern changes the image, and the validation layer finds nothing 
 // copies in two submissions for a hazard.
 TEST_CASE("waiting for timeline semaphores leaves the image as it is") {
     Machine machine(false);
-    const Estimate expected = machine.job({}).render({0, 70}, {}).estimate;
+    const Estimate expected = job_of(machine, {}).render({0, 70}, {}).estimate;
     check_pattern(machine, with([](Patterns& p) { p.wait = WaitPattern::timeline; }), expected);
 }
 
 TEST_CASE("a frame counts its submissions and command buffers") {
     Machine machine(false);
-    const auto times = [&](const std::function<void(Patterns&)>& change) { return machine.job(with(change)).frame(4); };
+    const auto times = [&](const std::function<void(Patterns&)>& change) {
+        return job_of(machine, with(change)).frame(4);
+    };
     // Pre-processing, and sampling and post-processing of each sample.
     const SubmissionTimes plain = times([](Patterns&) {});
     CHECK(plain.submissions == 1);
@@ -111,7 +103,7 @@ TEST_CASE("a frame counts its submissions and command buffers") {
 
 TEST_CASE("pre-recorded frames record once") {
     Machine machine(false);
-    VulkanJob job = machine.job(with([](Patterns& p) { p.recording = RecordingPattern::pre_recorded; }));
+    VulkanJob job = job_of(machine, with([](Patterns& p) { p.recording = RecordingPattern::pre_recorded; }));
     // One sample: pre- and post-processing turn the sums over twice, so that the second frame is the first again.
     const double first = job.frame(200).record;
     (void)job.frame(200);

@@ -207,7 +207,8 @@ enum RecordingKind : std::uint32_t {
 
 }  // namespace
 
-// Scene upload and vertex stage, which a job needs but once.
+// Scene upload and vertex stage, which a job needs but once. What reads the world primitives is for the caller to
+// order.
 void VulkanJob::record_scene(
     const vk::raii::CommandBuffer& commands, const gpu::Settings& settings, std::uint32_t sum_parity) const {
     resources_.record_upload(commands);
@@ -215,10 +216,12 @@ void VulkanJob::record_scene(
     barrier(commands, transfer_write, compute_access);
     record(commands, {Stage::vertex, settings, 0, sum_parity},
         scene_.triangle_count + scene_.sphere_count + scene_.cuboid_count);
-    barrier(commands, compute_write, compute_access);
+    // Later barriers order all that was written before; those of single buffers leave out what is written but once.
+    if (patterns_.barriers == BarrierPattern::buffer) barrier(commands, compute_write, compute_access);
 }
 
-// The clearing stage, of the half of the sums that is not read, at each block.
+// The clearing stage, of the half of the sums that is not read, at each block. No barrier: nothing reads what was
+// written here before the one that ray_gen needs.
 void VulkanJob::add_pre_processing(Tile tile) {
     const Dispatch clearing{Stage::pre_process, stage_settings(tile, 0), 0, sum_parity_};
     const bool first = !std::exchange(scene_uploaded_, true);
@@ -227,7 +230,6 @@ void VulkanJob::add_pre_processing(Tile tile) {
         [=, this](const vk::raii::CommandBuffer& commands) {
             if (first) record_scene(commands, clearing.settings, clearing.sum_parity);
             record(commands, clearing, tile.pixel_count);
-            barrier(commands, compute_write, compute_access);
         });
 }
 
@@ -243,11 +245,12 @@ void VulkanJob::add_sampling(Tile tile, std::uint64_t sample, std::uint32_t firs
         for (std::uint32_t segment = first_segment; segment < end_segment; ++segment) {
             dispatch.settings.segment = segment;
             dispatch.ray_parity = segment % 2;
-            for (const Stage stage : {Stage::intersect, Stage::scatter}) {
-                order(commands, dispatch_access);
-                dispatch.stage = stage;
-                record_queue(commands, dispatch);
-            }
+            order(commands, dispatch_access);  // the queue's arguments, for scatter too
+            dispatch.stage = Stage::intersect;
+            record_queue(commands, dispatch);
+            order(commands, compute_access);
+            dispatch.stage = Stage::scatter;
+            record_queue(commands, dispatch);
         }
     });
 }
@@ -260,7 +263,6 @@ void VulkanJob::add_post_processing(Tile tile, std::uint64_t sample) {
         [=, this](const vk::raii::CommandBuffer& commands) {
             order(commands, compute_access);
             record(commands, dispatch, tile.pixel_count);
-            order(commands, compute_access);
         });
 }
 
@@ -277,8 +279,8 @@ void VulkanJob::add_megakernel(Tile tile, std::uint64_t first_sample, const Mega
         share.first_invocation + (std::uint64_t{share.samples} << 32)};
     submission_.add(key, [=, this](const vk::raii::CommandBuffer& commands) {
         if (first) record_scene(commands, dispatch.settings, dispatch.sum_parity);
+        order(commands, compute_access);  // after the vertex stage, or the share before, whose sums this one may read
         record(commands, dispatch, share.invocations);
-        order(commands, compute_access);
     });
 }
 

@@ -1,0 +1,22 @@
+// A device with its pipelines, for tests that make jobs by Patterns.
+#pragma once
+
+#include "tests/vulkan/scene_builder.h"
+#include "vulkan/renderer/job.h"
+
+namespace tandem::testing {
+
+struct Machine {
+    explicit Machine(bool validation) : instance(validation) {}
+
+    Instance instance;
+    Device device{instance, ""};
+    Stages stages{device};
+
+    [[nodiscard]] VulkanJob job(const Patterns& patterns, const Scene& scene, const RenderSettings& settings) {
+        return VulkanJob(
+            instance, device, stages, scene, settings, Acceleration::automatic, PlantedBug::none, patterns);
+    }
+};
+
+}  // namespace tandem::testing
