@@ -325,6 +325,7 @@ int run_program(int argc, char** argv, const Program& program) {
     add_compare_command(app, context);
     add_effects_command(app, context);
     add_bench_command(app, context);
+    add_cost_command(app, context);
     add_trace_command(app, context);
     add_devices_command(app, context);
     try {

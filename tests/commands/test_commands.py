@@ -441,8 +441,39 @@ class Commands(unittest.TestCase):
         self.assertEqual(listed.returncode, 0)
         self.assertIn("pre-recorded", listed.stdout)
 
+    def test_cost_measures_continues_and_refuses(self):
+        out, samples = self.folder / "cost.json", self.folder / "cost.samples"
+        arguments = ["cost", self.scene, "--size", "8", "--time", "1", "--knob", "bounces", "--references",
+                     self.folder / "references", "--resume", samples, "--json", out]
+        result = tandem(*arguments)
+        self.assertEqual(result.returncode, 0, result.stderr)
+        self.assertIn("To 1 %: `tandem render", result.stdout)
+        first = json.loads(out.read_text())
+        self.assertEqual(first["backend"], "cpu")
+        self.assertGreater(first["reference"]["samples"], 0)
+        arms = {(arm["knob"], arm["setting"]): arm for arm in first["arms"]}
+        baseline, one = arms["baseline", ""], arms["bounces", "1"]
+        self.assertEqual([point["samples"] for point in baseline["points"]],
+                         sorted(point["samples"] for point in baseline["points"]))
+        self.assertEqual(one["options"], "--bounces 1")
+        # A convex body under a constant sky: no path is longer than one event.
+        self.assertFalse(one["bias_floor_significant"])
+        self.assertEqual(len(list((self.folder / "references").iterdir())), 1)
+        self.assertEqual(tandem(*arguments).returncode, 0)
+        second = json.loads(out.read_text())
+        self.assertGreater(second["arms"][0]["replicates"], baseline["replicates"])
+        self.assertEqual(second["reference"], first["reference"])
+        self.refused(tandem(*arguments, "--bounces", "3"), "--resume")
+        self.refused(tandem("cost", self.scene, "--knob", "magic"), "magic", "integrator")
+        self.refused(tandem("cost", self.scene, "--resume", self.scene), "scene.json")
+        self.refused(tandem("cost", self.folder / "none.json"), "none.json")
+        listed = tandem("cost", self.scene, "--list")
+        self.assertEqual(listed.returncode, 0)
+        self.assertIn("--integrator next-event", listed.stdout)
+        self.assertIn("no triangles", listed.stdout)
+
     def test_help_of_every_command_has_examples(self):
-        for command in ["render", "verify", "compare", "effects", "bench", "devices"]:
+        for command in ["render", "verify", "compare", "effects", "bench", "cost", "devices"]:
             result = tandem(command, "--help")
             self.assertEqual(result.returncode, 0)
             self.assertIn("Examples:", result.stdout)

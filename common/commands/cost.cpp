@@ -1,0 +1,170 @@
+// tandem cost: what accuracy costs in time, knob by knob.
+#include <fmt/format.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+
+#include "common/commands/command.h"
+#include "common/commands/console.h"
+#include "common/cost/run_cost.h"
+#include "common/error.h"
+#include "common/image_io.h"
+#include "common/scene_loader.h"
+
+namespace tandem {
+
+namespace {
+
+struct CostArguments {
+    std::string scene, backend = "cpu", device, kernel, precision, reference_backend = "cpu", references, resume;
+    std::vector<std::string> knobs;
+    RenderOptions options;
+    double seconds = 120.0;
+    unsigned threads = 0;
+    bool list = false, no_cache = false;
+};
+
+constexpr const char* default_size = "64";
+
+std::string contents(const std::string& file) {
+    std::ifstream stream(file, std::ios::binary);
+    std::ostringstream bytes;
+    bytes << stream.rdbuf();
+    return bytes.str();
+}
+
+// Where the user's other programs keep what can be made again. [XDG Base Directory Specification]
+std::filesystem::path cache_folder() {
+    if (const char* cache = std::getenv("XDG_CACHE_HOME"); cache != nullptr && cache[0] == '/')
+        return std::filesystem::path(cache) / "tandem" / "references";
+    if (const char* home = std::getenv("HOME"); home != nullptr && home[0] == '/')
+        return std::filesystem::path(home) / ".cache" / "tandem" / "references";
+    return {};
+}
+
+MakeRenderer maker(const CommandContext& context, const std::string& name, const CostArguments& arguments) {
+    const Backend& backend = find_backend(context.program.backends, name);
+    return [&backend, &arguments, name](BackendOptions options) {
+        if (name == "vulkan") {
+            options.device = arguments.device;
+            if (options.kernel.empty()) options.kernel = arguments.kernel;
+        } else {
+            options.threads = arguments.threads;
+        }
+        return backend.create(options);
+    };
+}
+
+CostRequest request_of(const CostArguments& arguments, const CommandContext& context, const Scene& scene) {
+    CostRequest request;
+    request.scene_file = arguments.scene;
+    request.scene_bytes = contents(arguments.scene);
+    request.program = git_version();
+    RenderOptions options = arguments.options;
+    if (options.size.empty()) options.size = default_size;
+    request.baseline.render = settings_from(options, scene);
+    request.baseline.backend.precision = precision_from(arguments.precision);
+    request.baseline.backend.kernel = arguments.kernel;
+    request.backend = arguments.backend;
+    request.reference_backend = arguments.reference_backend;
+    request.make = maker(context, arguments.backend, arguments);
+    request.make_reference = maker(context, arguments.reference_backend, arguments);
+    request.knobs = arguments.knobs;
+    if (!arguments.no_cache)
+        request.references =
+            arguments.references.empty() ? cache_folder() : std::filesystem::path(arguments.references);
+    request.seconds = arguments.seconds;
+    request.seed = arguments.options.seed;
+    if (!arguments.resume.empty() && std::filesystem::exists(arguments.resume))
+        request.earlier = samples_from_bytes(contents(arguments.resume), arguments.resume);
+    return request;
+}
+
+void print_list(const Scene& scene, const CostRequest& request) {
+    std::vector<SkippedArm> skipped;
+    for (const CostArm& arm : single_arms(scene, request, skipped)) fmt::print("{:32} {}\n", arm.name(), arm.options);
+    for (const SkippedArm& arm : skipped) fmt::print("{} {}: not measured: {}\n", arm.knob, arm.setting, arm.reason);
+}
+
+ExitStatus cost(const CostArguments& arguments, const CommandContext& context) {
+    const Scene scene = load_scene(arguments.scene);
+    check_outputs({context.json_file, arguments.resume}, {arguments.scene});
+    if (!arguments.resume.empty()) check_writable_text(arguments.resume);
+    CostRequest request = request_of(arguments, context, scene);
+    check_memory(request.baseline.render);
+    if (arguments.list) {
+        print_list(scene, request);
+        return ExitStatus::fine;
+    }
+    CostReport report;
+    {
+        ProgressLine line;
+        CostControl control;
+        control.stop = context.stop;
+        control.progress = [&](double fraction, const std::string& text) { line.update(fraction, text); };
+        if (!arguments.resume.empty())
+            control.save = [&](const CostSamples& samples) { write_text_file(arguments.resume, to_bytes(samples)); };
+        report = run_cost(scene, std::move(request), control);
+    }
+    nlohmann::json json = to_json(report);
+    json["command"] = context.command_line;
+    json["git"] = git_version();
+    write_json(context, json);
+    fmt::print("{}", to_text(report));
+    return ExitStatus::fine;
+}
+
+void add_measuring(CLI::App& command, CostArguments& arguments) {
+    command
+        .add_option("--time", arguments.seconds,
+            "Seconds for the whole, the reference included (four replicates of each arm are run even where that takes "
+            "longer)")
+        ->check(above_zero(most_seconds))
+        ->capture_default_str();
+    command.add_option("--knob", arguments.knobs, "Only these knobs (see --list)")->type_name("NAME")->delimiter(',');
+    command
+        .add_option("--resume", arguments.resume,
+            "Save all samples to FILE after every round, and continue from it where it is there")
+        ->type_name("FILE");
+    command
+        .add_option("--references", arguments.references,
+            "Folder of long references, each named by a hash of all that it depends on and continued by later runs "
+            "(default: tandem/references in the user's cache folder)")
+        ->type_name("FOLDER");
+    command.add_flag("--no-cache", arguments.no_cache, "Neither read nor keep the reference");
+    command.add_option("--reference-backend", arguments.reference_backend, "Renders the long reference: cpu or vulkan")
+        ->capture_default_str();
+    command.add_flag("--list", arguments.list, "List the settings that would be measured, and run nothing");
+}
+
+}  // namespace
+
+void add_cost_command(CLI::App& app, CommandContext& context) {
+    CLI::App* command = app.add_subcommand("cost", "Measure error against time for every setting that buys accuracy");
+    const auto arguments = std::make_shared<CostArguments>();
+    command->add_option("scene", arguments->scene, "Scene file")->required()->type_name("SCENE");
+    add_render_options(*command, arguments->options);
+    command->get_option("--size")->description(fmt::format(
+        "Image size: WxH, or the longer side, in pixels (default: {}); times are for this size", default_size));
+    command->get_option("--seed")->description("Seed of the replicates and of their order");
+    command->add_option("--backend", arguments->backend, "cpu or vulkan")->capture_default_str();
+    command->add_option("--device", arguments->device, "Vulkan device: index or part of its name (see tandem devices)");
+    command->add_option("--kernel", arguments->kernel, kernel_help);
+    command->add_option("--precision", arguments->precision, "Of the baseline (default: the backend's)");
+    command->add_option("--threads", arguments->threads, "CPU threads (default: all)")->check(whole_between(1, 1024));
+    add_measuring(*command, *arguments);
+    add_common_options(*command, context,
+        "  tandem cost scenes/cornell-classic.json --time 60\n"
+        "  tandem cost scenes/cornell-classic.json --knob integrator,roulette --json cost.json\n"
+        "  tandem cost scenes/glass.json --backend vulkan --time 300 --resume glass.samples --json glass.json\n"
+        "  tandem cost scenes/glass.json --list\n"
+        "The baseline is the scene's own settings, changed by the options given; every other arm changes one knob, and "
+        "the last\nones the best of several together. Errors are against a long reference without a bounce limit "
+        "(Russian roulette),\nin double precision on the CPU. Ctrl-C concludes from what is there.");
+    command->callback(
+        [&context, arguments] { context.action = [&context, arguments] { return cost(*arguments, context); }; });
+}
+
+}  // namespace tandem

@@ -1,0 +1,372 @@
+#include "common/cost/analysis.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+#include <random>
+
+#include "common/experiment/paired_effect.h"
+#include "common/statistics/distributions.h"
+#include "common/statistics/multiple_tests.h"
+#include "common/statistics/sample_moments.h"
+
+namespace tandem {
+
+namespace {
+
+constexpr double family_level = 0.05;
+constexpr double two_sided = 1.959964;  // normal quantile of 97.5 %
+constexpr std::size_t resamples = 1000;
+
+double median(std::vector<double> values) {
+    const std::size_t middle = values.size() / 2;
+    std::ranges::nth_element(values, values.begin() + static_cast<std::ptrdiff_t>(middle));
+    const double upper = values[middle];
+    if (values.size() % 2 == 1) return upper;
+    return 0.5 * (upper + *std::max_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(middle)));
+}
+
+// Median and its percentile bootstrap interval. [Efron, Tibshirani 1993]
+Estimated bootstrapped_median(const std::vector<double>& values) {
+    std::mt19937_64 random(1);
+    std::vector<double> medians, drawn(values.size());
+    for (std::size_t i = 0; i < resamples; ++i) {
+        for (double& value : drawn) value = values[random() % values.size()];
+        medians.push_back(median(drawn));
+    }
+    std::ranges::sort(medians);
+    return {median(values), medians[resamples / 40], medians[resamples - 1 - resamples / 40]};
+}
+
+// Of one figure of all replicates, at one sample count.
+using Member = std::vector<double> Replicate::*;
+std::vector<double> at_level(const ArmTrials& arm, Member member, std::size_t level) {
+    std::vector<double> values;
+    for (const Replicate& replicate : arm.replicates) values.push_back((replicate.*member)[level]);
+    return values;
+}
+
+// Standard error of the reference's part in every squared error: of the mean of (m - half 1)(m - half 2), m being the
+// truth. Products of independent noise; the channels of a pixel share their paths, so they count as one.
+double product_error(const CostReference& reference) {
+    double squares = 0.0;
+    for (std::size_t pixel = 0; pixel + channel_count <= reference.half_variance.size(); pixel += channel_count) {
+        double sum = 0.0;
+        for (std::size_t c = 0; c < channel_count; ++c) sum += reference.half_variance[pixel + c];
+        squares += sum * sum;
+    }
+    return std::sqrt(squares) / static_cast<double>(reference.half_variance.size());
+}
+
+// b^2: the mean over pixels of (mean - half 1)(mean - half 2) - s^2/R, R replicates, each pixel being free of bias by
+// itself. Pixels are independent given the scene, so their scatter is at least the noise of all that enters: replicates
+// and reference. A few noisy pixels (the edge of a lamp) can hide the bias of all others, so the quiet ones, by the
+// reference's variance, are also looked at alone: what they sum up to is a part of b^2.
+struct Bias {
+    Estimated square;
+    double p = 1.0;  // of b = 0
+};
+constexpr double quiet_share = 0.8;
+
+struct PixelSum {
+    double sum = 0.0, squares = 0.0;
+    void add(double term) {
+        sum += term;
+        squares += term * term;
+    }
+    [[nodiscard]] double error() const { return std::sqrt(squares); }
+    [[nodiscard]] double p() const { return squares > 0.0 ? normal_upper_tail(sum / error()) : 1.0; }
+};
+
+Bias bias_of(const ArmTrials& arm, const CostReference& reference) {
+    const std::size_t pixels = arm.sum.size() / channel_count;
+    const auto r = static_cast<double>(arm.replicates.size());
+    std::vector<double> terms(pixels, 0.0), noise(pixels, 0.0);
+    for (std::size_t i = 0; i < arm.sum.size(); ++i) {
+        const double mean = arm.sum[i] / r, half = reference.half_difference[i];
+        const double variance = std::max(0.0, arm.sum_of_squares[i] - r * mean * mean) / (r - 1.0);
+        terms[i / channel_count] += mean * mean - half * half - variance / r;
+        noise[i / channel_count] += reference.half_variance[i];
+    }
+    std::vector<double> sorted(noise);
+    const auto quiet = sorted.begin() + static_cast<std::ptrdiff_t>(quiet_share * static_cast<double>(pixels - 1));
+    std::ranges::nth_element(sorted, quiet);
+    PixelSum all, calm;
+    for (std::size_t i = 0; i < pixels; ++i) {
+        all.add(terms[i]);
+        if (noise[i] <= *quiet) calm.add(terms[i]);
+    }
+    const auto count = static_cast<double>(arm.sum.size());
+    const double value = std::max(all.sum, calm.sum);
+    return {{value / count, std::max(all.sum - two_sided * all.error(), calm.sum - two_sided * calm.error()) / count,
+                (value + two_sided * all.error()) / count},
+        std::min(1.0, 2.0 * std::min(all.p(), calm.p()))};
+}
+
+// V at the greatest sample count, and half of its log interval: by the samples of each pixel where they are
+// independent, which uses all of them; else by the scatter between replicates alone.
+struct Noise {
+    double variance = 0.0, log_half = 0.0;
+};
+double between_replicates(const ArmTrials& arm) {
+    const auto r = static_cast<double>(arm.replicates.size());
+    double sum = 0.0;
+    for (std::size_t i = 0; i < arm.sum.size(); ++i)
+        sum += std::max(0.0, arm.sum_of_squares[i] - arm.sum[i] * arm.sum[i] / r) / (r - 1.0);
+    return sum / static_cast<double>(arm.sum.size());
+}
+Noise noise_of(const ArmTrials& arm, bool independent) {
+    const bool by_samples = independent && arm.samples.back() > 1;
+    std::vector<double> values = at_level(arm, &Replicate::squared_errors, arm.samples.size() - 1);
+    Noise noise;
+    if (by_samples) {
+        for (std::size_t r = 0; r < values.size(); ++r)
+            values[r] = arm.replicates[r].sample_variance / static_cast<double>(arm.samples.back());
+        noise.variance = moments_of(values).mean;
+    } else {
+        noise.variance = between_replicates(arm);
+    }
+    const SampleMoments moments = moments_of(values);
+    if (noise.variance > 0.0)
+        noise.log_half =
+            student_quantile(0.975, moments.count - 1.0) * std::sqrt(moments.variance_of_mean()) / noise.variance;
+    return noise;
+}
+
+// d log(root of the squared error) / d log n by least squares; NaN with fewer than three errors above 0.
+double slope_of(const std::vector<std::uint64_t>& samples, const std::vector<double>& squared_errors) {
+    double count = 0.0, x = 0.0, y = 0.0, xx = 0.0, xy = 0.0;
+    for (std::size_t i = 0; i < samples.size(); ++i) {
+        if (!(squared_errors[i] > 0.0)) continue;
+        const double log_n = std::log(static_cast<double>(samples[i])), log_e = 0.5 * std::log(squared_errors[i]);
+        count += 1.0;
+        x += log_n;
+        y += log_e;
+        xx += log_n * log_n;
+        xy += log_n * log_e;
+    }
+    if (count < 3.0) return std::numeric_limits<double>::quiet_NaN();
+    return (count * xy - x * y) / (count * xx - x * x);
+}
+
+// By the jackknife over replicates [Efron, Tibshirani 1993, chapter 11], and the reference's noise, which all share.
+std::optional<Estimated> slope_with_interval(const ArmTrials& arm, double common) {
+    const auto mean_without = [&](std::size_t left_out) {
+        std::vector<double> mean(arm.samples.size(), 0.0);
+        double count = 0.0;
+        for (std::size_t r = 0; r < arm.replicates.size(); ++r) {
+            if (r == left_out) continue;
+            count += 1.0;
+            for (std::size_t i = 0; i < mean.size(); ++i) mean[i] += arm.replicates[r].squared_errors[i];
+        }
+        for (double& value : mean) value /= count;
+        return mean;
+    };
+    const std::size_t none = arm.replicates.size();
+    std::vector<double> shifted = mean_without(none);
+    const double whole = slope_of(arm.samples, shifted), r = static_cast<double>(none);
+    SampleMoments partial;
+    for (std::size_t left_out = 0; left_out < none; ++left_out)
+        partial.add(slope_of(arm.samples, mean_without(left_out)));
+    for (double& value : shifted) value += common;
+    const double half =
+        std::hypot(student_quantile(0.975, r - 1.0) * std::sqrt((r - 1.0) * (r - 1.0) * partial.variance_of_mean()),
+            two_sided * (slope_of(arm.samples, shifted) - whole));
+    if (!std::isfinite(whole) || !std::isfinite(half)) return std::nullopt;
+    return Estimated{whole, whole - half, whole + half};
+}
+
+// exp of a normal estimate: value times or over exp(half).
+Estimated times_or_over(double value, double log_half) {
+    return {value, value * std::exp(-log_half), value * std::exp(log_half)};
+}
+
+double log_half_of(const Estimated& positive) {
+    if (!(positive.low > 0.0)) return std::numeric_limits<double>::infinity();
+    return 0.5 * std::log(positive.high / positive.low);
+}
+
+ArmFigures figures_of(const CostArm& arm, const ArmTrials& samples, const CostReference& reference) {
+    const double mean = reference.image_mean(), scale = 1.0 / (mean * mean);
+    const double common = product_error(reference);
+    ArmFigures figures;
+    figures.arm = arm;
+    figures.replicates = samples.replicates.size();
+    figures.invalid = samples.invalid;
+    for (std::size_t level = 0; level < samples.samples.size(); ++level) {
+        const SampleMoments square = moments_of(at_level(samples, &Replicate::squared_errors, level));
+        const double half = std::hypot(
+            student_quantile(0.975, square.count - 1.0) * std::sqrt(square.variance_of_mean()), two_sided * common);
+        const auto root = [&](double value) { return std::sqrt(std::max(0.0, scale * value)); };
+        figures.points.push_back(
+            {samples.samples[level], bootstrapped_median(at_level(samples, &Replicate::seconds, level)),
+                {root(square.mean), root(square.mean - half), root(square.mean + half)},
+                moments_of(at_level(samples, &Replicate::relative_squared_errors, level)).mean});
+    }
+    const Bias bias = bias_of(samples, reference);
+    figures.squared_bias = {scale * bias.square.value, scale * bias.square.low, scale * bias.square.high};
+    figures.floor_p = bias.p;
+    const Noise noise = noise_of(samples, figures.independent);
+    figures.variance = scale * noise.variance;
+    figures.log_half_of_variance = noise.log_half;
+    // Rounding alone parts equal images by this much: it is no noise.
+    constexpr double nothing = 1e-24;
+    if (figures.variance < nothing) {
+        figures.variance = 0.0;
+        return figures;
+    }
+    figures.slope = slope_with_interval(samples, common);
+    const Estimated& seconds = figures.points.back().seconds;
+    figures.efficiency =
+        times_or_over(1.0 / (figures.variance * seconds.value), std::hypot(noise.log_half, log_half_of(seconds)));
+    return figures;
+}
+
+// Ratio of an arm's seconds a sample to the baseline's, over the rounds of both.
+PairedEffect paired_seconds(const ArmTrials& arm, const ArmTrials& baseline) {
+    std::vector<double> differences;
+    const auto seconds_a_sample = [](const ArmTrials& one, const Replicate& replicate) {
+        return std::max(replicate.seconds.back(), 1e-9) / static_cast<double>(one.samples.back());
+    };
+    for (const Replicate& replicate : arm.replicates) {
+        const auto same = std::ranges::find(baseline.replicates, replicate.round, &Replicate::round);
+        if (same != baseline.replicates.end())
+            differences.push_back(std::log(seconds_a_sample(arm, replicate) / seconds_a_sample(baseline, *same)));
+    }
+    return differences.empty() ? PairedEffect{} : paired_effect({differences});
+}
+
+// p of "this arm's cost is the baseline's".
+double compare(const ArmTrials& samples, const ArmTrials& baseline, const ArmFigures& base, ArmFigures& figures) {
+    const PairedEffect time = paired_seconds(samples, baseline);
+    figures.time_ratio = {std::exp(time.value), std::exp(time.low), std::exp(time.high)};
+    if (!(base.variance > 0.0) || !(figures.variance > 0.0)) return 1.0;
+    const auto per_sample = [](const ArmFigures& one) {
+        return one.variance * static_cast<double>(one.points.back().samples);
+    };
+    const double log_ratio = time.value + std::log(per_sample(figures) / per_sample(base));
+    const double half =
+        std::hypot(0.5 * (time.high - time.low), figures.log_half_of_variance, base.log_half_of_variance);
+    figures.cost_ratio = times_or_over(std::exp(log_ratio), half);
+    return half > 0.0 ? 2.0 * normal_upper_tail(std::abs(log_ratio) / half * two_sided) : 1.0;
+}
+
+// Marks what is significant over all arms together.
+void judge(std::vector<ArmFigures>& figures, const std::vector<double>& cost_p) {
+    std::vector<double> floor_p;
+    for (const ArmFigures& arm : figures) floor_p.push_back(arm.floor_p);
+    const std::vector<double> floors = holm_adjusted(floor_p), costs = holm_adjusted(cost_p);
+    for (std::size_t i = 0; i < figures.size(); ++i) {
+        // Below float's own rounding of an image there is no floor to speak of.
+        constexpr double rounding = 1e-7;
+        figures[i].has_floor = floors[i] <= family_level && figures[i].squared_bias.value > rounding * rounding;
+        figures[i].cost_differs = costs[i] <= family_level;
+    }
+}
+
+void mark_pareto(std::vector<ArmFigures>& figures) {
+    constexpr int steps = 40;
+    for (int step = 0; step <= steps; ++step) {
+        const double error = std::pow(10.0, -1.0 - 2.0 * step / steps);
+        ArmFigures* soonest = nullptr;
+        double least = std::numeric_limits<double>::infinity();
+        for (ArmFigures& arm : figures) {
+            const TimeToError time = arm.time_to(error);
+            if (time.seconds && time.seconds->value < least) {
+                least = time.seconds->value;
+                soonest = &arm;
+            }
+        }
+        if (soonest != nullptr) soonest->pareto = true;
+    }
+}
+
+// Seconds of n samples: log-linear between the measured counts, proportional beyond them.
+double seconds_at(const std::vector<CostPoint>& points, double samples) {
+    const CostPoint &first = points.front(), &last = points.back();
+    const auto n = [](const CostPoint& point) { return static_cast<double>(point.samples); };
+    if (samples >= n(last)) return last.seconds.value * samples / n(last);
+    if (samples <= n(first)) return first.seconds.value * samples / n(first);
+    std::size_t i = 1;
+    while (n(points[i]) < samples) ++i;
+    const CostPoint &a = points[i - 1], &b = points[i];
+    const double share = std::log(samples / n(a)) / std::log(n(b) / n(a));
+    return std::exp(
+        std::lerp(std::log(std::max(a.seconds.value, 1e-9)), std::log(std::max(b.seconds.value, 1e-9)), share));
+}
+
+}  // namespace
+
+Estimated ArmFigures::bias_floor() const {
+    const auto root = [](double square) { return std::sqrt(std::max(0.0, square)); };
+    return {root(squared_bias.value), root(squared_bias.low), root(squared_bias.high)};
+}
+
+TimeToError ArmFigures::time_to(double relative_error) const {
+    TimeToError result;
+    result.relative_error = relative_error;
+    const double aim = relative_error * relative_error;
+    const auto most = static_cast<double>(points.back().samples);
+    // V(n) = V (N/n)^k, k = 1 of independent samples.
+    const double decay = independent || !slope ? 1.0 : std::max(0.5, -2.0 * slope->value);
+    const auto samples_for = [&](double squared_floor) {
+        const double left = aim - squared_floor;
+        if (left <= 0.0) return std::numeric_limits<double>::infinity();
+        return std::max(1.0, most * std::pow(variance / left, 1.0 / decay));
+    };
+    const double samples_needed = samples_for(has_floor ? squared_bias.value : 0.0);
+    if (!std::isfinite(samples_needed)) return result;
+    result.samples = samples_needed;
+    result.extrapolated = samples_needed > most;
+    result.floor_unknown = !has_floor && squared_bias.high >= aim;
+    const double seconds = seconds_at(points, samples_needed);
+    double log_half = log_half_of(points.back().seconds);
+    if (efficiency) log_half = std::max(log_half, log_half_of(*efficiency) / decay);
+    Estimated time = times_or_over(seconds, log_half);
+    if (has_floor) {
+        time.low *= samples_for(std::max(0.0, squared_bias.low)) / samples_needed;
+        time.high *= samples_for(squared_bias.high) / samples_needed;
+    }
+    result.seconds = time;
+    return result;
+}
+
+std::vector<ArmFigures> analyse_cost(const std::vector<CostArm>& arms, const CostSamples& samples) {
+    std::vector<ArmFigures> figures;
+    std::vector<double> cost_p;
+    const ArmTrials* baseline = nullptr;
+    for (const CostArm& arm : arms) {
+        const auto own = std::ranges::find(samples.arms, arm.name(), &ArmTrials::name);
+        if (own == samples.arms.end() || own->replicates.size() < fewest_replicates) {
+            if (baseline == nullptr) return {};  // nothing to hold the others against
+            continue;
+        }
+        figures.push_back(figures_of(arm, *own, samples.reference));
+        if (baseline == nullptr) baseline = &*own;
+        cost_p.push_back(baseline == &*own ? 1.0 : compare(*own, *baseline, figures.front(), figures.back()));
+    }
+    judge(figures, cost_p);
+    for (ArmFigures& arm : figures)
+        for (const double error : cost_errors) arm.times.push_back(arm.time_to(error));
+    mark_pareto(figures);
+    return figures;
+}
+
+std::vector<std::size_t> best_settings(const std::vector<ArmFigures>& figures) {
+    std::vector<std::size_t> best;
+    for (std::size_t i = 1; i < figures.size(); ++i) {
+        const ArmFigures& arm = figures[i];
+        if (arm.arm.knob == "mix" || arm.has_floor || !arm.cost_differs || arm.cost_ratio.value >= 1.0) continue;
+        const auto same =
+            std::ranges::find_if(best, [&](std::size_t j) { return figures[j].arm.knob == arm.arm.knob; });
+        if (same == best.end())
+            best.push_back(i);
+        else if (arm.cost_ratio.value < figures[*same].cost_ratio.value)
+            *same = i;
+    }
+    if (best.size() < 2) best.clear();
+    return best;
+}
+
+}  // namespace tandem

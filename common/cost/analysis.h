@@ -1,0 +1,62 @@
+// What the samples of `tandem cost` say: MSE(n) = b^2 + V(n), with intervals, and the time that each arm takes to a
+// given error. Errors are root mean squares over pixels and channels, relative to the mean of the reference image.
+#pragma once
+
+#include <array>
+#include <optional>
+
+#include "common/cost/measure.h"
+#include "common/validation/convergence.h"
+
+namespace tandem {
+
+inline constexpr std::array<double, 4> cost_errors{0.05, 0.01, 0.005, 0.001};
+
+struct CostPoint {
+    std::uint64_t samples = 0;
+    Estimated seconds;  // median and its bootstrap interval
+    Estimated rmse;
+    double relmse = 0.0;
+};
+
+// When an arm is at an error. Nothing: never, as its floor is above it.
+struct TimeToError {
+    double relative_error = 0.0;
+    std::optional<Estimated> seconds;
+    std::optional<double> samples;
+    bool extrapolated = false;   // beyond the samples that were measured
+    bool floor_unknown = false;  // a floor as high as this error is not excluded; none is assumed
+};
+
+struct ArmFigures {
+    CostArm arm;
+    bool independent = true;  // samples are: V(n) = s^2 / n
+    std::size_t replicates = 0;
+    std::vector<CostPoint> points;
+    Estimated squared_bias;               // b^2; may come out below 0 by chance. See bias_of
+    double floor_p = 1.0;                 // of no floor
+    bool has_floor = false;               // b^2 is significantly above 0, over all arms together (Holm)
+    double variance = 0.0;                // V at the greatest sample count
+    double log_half_of_variance = 0.0;    // its interval is times or over exp of this
+    std::optional<Estimated> slope;       // of log rmse against log n; nothing without noise
+    std::optional<Estimated> efficiency;  // 1 / (variance of one sample x its seconds)
+    std::vector<TimeToError> times;       // at cost_errors
+    bool pareto = false;                  // the soonest to some error from 10 to 0.1 %
+    // Against the baseline, of rounds that both took part in: seconds a sample, and the efficiency's inverse.
+    Estimated time_ratio{1.0, 1.0, 1.0}, cost_ratio{1.0, 1.0, 1.0};
+    bool cost_differs = false;  // significantly, over all arms together (Holm)
+    std::uint64_t invalid = 0;
+
+    [[nodiscard]] Estimated bias_floor() const;  // b, 0 where b^2 is below it
+    // Seconds to any error, as in `times`.
+    [[nodiscard]] TimeToError time_to(double relative_error) const;
+};
+
+// Arms with fewer than fewest_replicates replicates are left out. arms[0] is the baseline.
+[[nodiscard]] std::vector<ArmFigures> analyse_cost(const std::vector<CostArm>& arms, const CostSamples& samples);
+
+// The best of each knob together: of knobs of which some setting beats the baseline significantly and has no floor.
+// Empty where fewer than two knobs are better.
+[[nodiscard]] std::vector<std::size_t> best_settings(const std::vector<ArmFigures>& figures);
+
+}  // namespace tandem

@@ -1,0 +1,202 @@
+#include "common/cost/cost.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+namespace tandem {
+
+namespace {
+
+using nlohmann::json;
+
+// 0.00213 -> "0.21 %"
+std::string percent(double value) {
+    const double hundredths = 100.0 * value;
+    if (hundredths >= 10.0) return fmt::format("{:.0f} %", hundredths);
+    return fmt::format("{:.2g} %", hundredths);
+}
+
+std::string factor(double ratio) { return ratio >= 10.0 ? fmt::format("{:.0f}", ratio) : fmt::format("{:.2f}", ratio); }
+
+// Of a ratio with its interval: "1.80 (1.75 to 1.86)".
+std::string factor(const Estimated& ratio) {
+    return fmt::format("{} ({} to {})", factor(ratio.value), factor(ratio.low), factor(ratio.high));
+}
+Estimated inverse(const Estimated& ratio) { return {1.0 / ratio.value, 1.0 / ratio.high, 1.0 / ratio.low}; }
+
+std::string duration(double seconds) {
+    if (seconds < 1.0) return fmt::format("{:.2g} ms", 1e3 * seconds);
+    if (seconds < 600.0) return fmt::format("{:.3g} s", seconds);
+    if (seconds < 7200.0) return fmt::format("{:.0f} min", seconds / 60.0);
+    return fmt::format("{:.0f} h", seconds / 3600.0);
+}
+
+std::string time_cell(const TimeToError& time) {
+    if (!time.seconds) return "never";
+    return fmt::format(
+        "{}{}{}", time.extrapolated ? "~" : "", duration(time.seconds->value), time.floor_unknown ? "?" : "");
+}
+
+std::string floor_cell(const ArmFigures& arm) {
+    const Estimated floor = arm.bias_floor();
+    if (!arm.has_floor) return fmt::format("< {}", percent(floor.high));
+    return fmt::format("{} ({} to {})", percent(floor.value), percent(floor.low), percent(floor.high));
+}
+
+std::string sentence_on_floor(const ArmFigures& arm, const ArmFigures& baseline) {
+    const Estimated floor = arm.bias_floor(), base = baseline.bias_floor();
+    if (arm.has_floor && (!baseline.has_floor || floor.low > base.high))
+        return fmt::format("leaves a floor of {} ({} to {}): no smaller error can be met", percent(floor.value),
+            percent(floor.low), percent(floor.high));
+    if (baseline.has_floor && floor.high < base.low)
+        return fmt::format(
+            "removes the baseline's floor of {} (what is left is below {})", percent(base.value), percent(floor.high));
+    return "";
+}
+
+std::string sentence_on_cost(const ArmFigures& arm) {
+    if (arm.variance == 0.0) return "not there at all";
+    if (!arm.cost_differs) {
+        // An interval a side, not corrected for the many: it bounds what was not found.
+        const double seen = std::max(arm.cost_ratio.high, 1.0 / std::max(arm.cost_ratio.low, 1e-9)) - 1.0;
+        return fmt::format("as soon as the baseline's, to {}", percent(seen));
+    }
+    if (arm.cost_ratio.value < 1.0)
+        return fmt::format("{} times sooner than the baseline's", factor(inverse(arm.cost_ratio)));
+    return fmt::format("{} times later than the baseline's", factor(arm.cost_ratio));
+}
+
+json to_json(const Estimated& figure) { return {{"value", figure.value}, {"low", figure.low}, {"high", figure.high}}; }
+
+json to_json(const ArmFigures& arm) {
+    json points = json::array();
+    for (const CostPoint& point : arm.points)
+        points.push_back({{"samples", point.samples}, {"seconds", point.seconds.value},
+            {"seconds_low", point.seconds.low}, {"seconds_high", point.seconds.high}, {"rmse", point.rmse.value},
+            {"rmse_low", point.rmse.low}, {"rmse_high", point.rmse.high}, {"relmse", point.relmse}});
+    json times = json::array();
+    for (const TimeToError& time : arm.times) {
+        json one{{"relative_error", time.relative_error}, {"extrapolated", time.extrapolated},
+            {"floor_unknown", time.floor_unknown}, {"seconds", nullptr}, {"seconds_low", nullptr},
+            {"seconds_high", nullptr}, {"samples", nullptr}};
+        if (time.seconds) {
+            one["seconds"] = time.seconds->value;
+            one["seconds_low"] = time.seconds->low;
+            one["seconds_high"] = time.seconds->high;
+            one["samples"] = std::ceil(*time.samples);
+        }
+        times.push_back(std::move(one));
+    }
+    const Estimated floor = arm.bias_floor();
+    json result{{"knob", arm.arm.knob}, {"setting", arm.arm.setting}, {"options", arm.arm.options},
+        {"replicates", arm.replicates}, {"points", points}, {"bias_floor", floor.value}, {"bias_floor_low", floor.low},
+        {"bias_floor_high", floor.high}, {"bias_floor_significant", arm.has_floor}, {"efficiency", nullptr},
+        {"slope", nullptr}, {"slope_low", nullptr}, {"slope_high", nullptr}, {"seconds_to", times},
+        {"seconds_to_one_percent", nullptr}, {"seconds_to_one_percent_extrapolated", arm.times[1].extrapolated},
+        {"pareto", arm.pareto}, {"time_ratio", to_json(arm.time_ratio)}, {"cost_ratio", to_json(arm.cost_ratio)},
+        {"cost_differs", arm.cost_differs}, {"invalid_samples", arm.invalid}};
+    if (arm.efficiency) {
+        result["efficiency"] = arm.efficiency->value;
+        result["efficiency_low"] = arm.efficiency->low;
+        result["efficiency_high"] = arm.efficiency->high;
+    }
+    if (arm.slope) {
+        result["slope"] = arm.slope->value;
+        result["slope_low"] = arm.slope->low;
+        result["slope_high"] = arm.slope->high;
+    }
+    if (arm.times[1].seconds) result["seconds_to_one_percent"] = arm.times[1].seconds->value;
+    return result;
+}
+
+}  // namespace
+
+const ArmFigures* soonest(const std::vector<ArmFigures>& figures, double relative_error) {
+    const ArmFigures* best = nullptr;
+    double least = 0.0;
+    for (const ArmFigures& arm : figures) {
+        const bool baseline = &arm == figures.data();
+        const TimeToError time = arm.time_to(relative_error);
+        if (!time.seconds || (!baseline && !arm.cost_differs && best == figures.data())) continue;
+        if (best != nullptr && time.seconds->value >= least) continue;
+        best = &arm;
+        least = time.seconds->value;
+    }
+    return best;
+}
+
+std::vector<std::string> recommendations(const CostReport& report) {
+    std::vector<std::string> sentences;
+    if (report.figures.empty()) return sentences;
+    const ArmFigures& baseline = report.figures.front();
+    for (const double error : cost_errors) {
+        const ArmFigures* best = soonest(report.figures, error);
+        if (best == nullptr) {
+            sentences.push_back(fmt::format("No setting here reaches {}.", percent(error)));
+            continue;
+        }
+        const TimeToError time = best->time_to(error);
+        sentences.push_back(fmt::format("To {}: `tandem render {} {}{}--samples {:.0f}`, {}{}{}.", percent(error),
+            report.scene_file, best->arm.options, best->arm.options.empty() ? "" : " ", std::ceil(*time.samples),
+            duration(time.seconds->value), time.extrapolated ? " (extrapolated)" : "",
+            time.floor_unknown ? "; a floor as high is not excluded, and none assumed" : ""));
+    }
+    for (const ArmFigures& arm : report.figures) {
+        if (&arm == &baseline) {
+            if (arm.has_floor)
+                sentences.push_back(fmt::format("The baseline leaves a floor of {}.", percent(arm.bias_floor().value)));
+            continue;
+        }
+        const std::string floor = sentence_on_floor(arm, baseline);
+        sentences.push_back(fmt::format("{}: a sample takes {} times the baseline's time; the noise is down {}{}{}.",
+            arm.arm.name(), factor(arm.time_ratio), sentence_on_cost(arm), floor.empty() ? "" : "; it ", floor));
+    }
+    return sentences;
+}
+
+json to_json(const CostReport& report) {
+    json arms = json::array(), skipped = json::array();
+    for (const ArmFigures& arm : report.figures) arms.push_back(to_json(arm));
+    for (const SkippedArm& arm : report.skipped)
+        skipped.push_back({{"knob", arm.knob}, {"setting", arm.setting}, {"reason", arm.reason}});
+    return {{"scene", report.scene}, {"backend", report.backend}, {"device", report.device}, {"driver", report.driver},
+        {"width", report.width}, {"height", report.height},
+        {"errors",
+            "rmse and bias_floor: relative to the mean of the reference image; relmse: mean over pixels and "
+            "channels of (x - r)^2 / (r^2 + 0.01)"},
+        {"reference",
+            {{"samples", report.reference.samples}, {"relative_uncertainty", report.reference.relative_uncertainty()},
+                {"image_mean", report.reference.image_mean()}, {"backend", report.reference_backend},
+                {"options", report.reference.options}, {"seconds", report.reference.seconds}}},
+        {"arms", arms}, {"not_measured", skipped}, {"recommendations", recommendations(report)},
+        {"seconds", report.seconds}};
+}
+
+std::string to_text(const CostReport& report) {
+    std::string text = fmt::format(
+        "{} on {} ({}), {}x{}; reference {} samples by {}, known to {}\nTimes in brackets: ~ extrapolated beyond what "
+        "was measured, ? a floor as high is not excluded. * is on the Pareto front.\n\n",
+        report.scene, report.device, report.backend, report.width, report.height, report.reference.samples,
+        report.reference_backend, percent(report.reference.relative_uncertainty()));
+    text += fmt::format("  {:32} {:>9} {:>22} {:>22} {:>9} {:>9} {:>9} {:>9}\n", "arm", "time", "floor", "slope", "5 %",
+        "1 %", "0.5 %", "0.1 %");
+    for (const ArmFigures& arm : report.figures) {
+        const std::string slope =
+            arm.slope ? fmt::format("{:.2f} ({:.2f} to {:.2f})", arm.slope->value, arm.slope->low, arm.slope->high)
+                      : std::string(arm.variance > 0.0 ? "-" : "no noise");
+        text += fmt::format("{} {:32} {:>9} {:>22} {:>22}", arm.pareto ? "*" : " ", arm.arm.name(),
+            fmt::format("{}x", factor(arm.time_ratio.value)), floor_cell(arm), slope);
+        for (const TimeToError& time : arm.times) text += fmt::format(" {:>9}", time_cell(time));
+        text += "\n";
+    }
+    for (const SkippedArm& arm : report.skipped)
+        text += fmt::format("  {} {}: not measured: {}\n", arm.knob, arm.setting, arm.reason);
+    text += "\n";
+    for (const std::string& sentence : recommendations(report)) text += sentence + "\n";
+    return text;
+}
+
+}  // namespace tandem

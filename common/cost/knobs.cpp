@@ -1,0 +1,122 @@
+#include "common/cost/knobs.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+namespace tandem {
+
+namespace {
+
+constexpr std::uint32_t reference_roulette = 4;  // scattering events before it may end a path
+
+bool has_kind(const Scene& scene, bool triangles) {
+    return std::ranges::any_of(placed_primitives(scene), [&](const PlacedPrimitive& placed) {
+        return (scene.primitives[placed.primitive].kind == PrimitiveKind::triangle) == triangles;
+    });
+}
+
+void add_integrators(std::vector<KnobSetting>& all, const ArmSettings& baseline) {
+    for (std::size_t i = 0; i < integrator_names.size(); ++i) {
+        const auto integrator = static_cast<Integrator>(i);
+        if (integrator == baseline.render.integrator) continue;
+        const std::string name(integrator_names[i]);
+        all.push_back({"integrator", name, "--integrator " + name,
+            [integrator](ArmSettings& arm) { arm.render.integrator = integrator; }, ""});
+    }
+    // The thesis's table of renderers beside path tracing: what the eye meets, and the light that it receives
+    // unblocked.
+    all.push_back({"integrator", "ray-casting", "--integrator path --bounces 0",
+        [](ArmSettings& arm) {
+            arm.render.integrator = Integrator::path;
+            arm.render.bounces = 0;
+        },
+        ""});
+    all.push_back({"integrator", "ray-casting-with-shadows", "--integrator whitted --bounces 1",
+        [](ArmSettings& arm) {
+            arm.render.integrator = Integrator::whitted;
+            arm.render.bounces = 1;
+        },
+        ""});
+}
+
+void add_path_lengths(std::vector<KnobSetting>& all, const ArmSettings& baseline) {
+    for (const std::uint32_t bounces : {1u, 2u, 4u, 8u, 16u, 32u})
+        if (bounces != baseline.render.bounces)
+            all.push_back({"bounces", std::to_string(bounces), fmt::format("--bounces {}", bounces),
+                [bounces](ArmSettings& arm) { arm.render.bounces = bounces; }, ""});
+    for (const std::uint32_t start : {1u, 4u, 8u})
+        all.push_back(
+            {"roulette", std::to_string(start), fmt::format("--roulette {} --bounces {}", start, unlimited_bounces),
+                [start](ArmSettings& arm) {
+                    arm.render.roulette_start = start;
+                    arm.render.bounces = unlimited_bounces;
+                },
+                ""});
+}
+
+void add_intersections(
+    std::vector<KnobSetting>& all, const Scene& scene, const ArmSettings& baseline, const std::string& backend) {
+    const IntersectionSettings& base = baseline.render.intersection;
+    const std::string no_triangles = has_kind(scene, true) ? "" : "the scene has no triangles";
+    const std::string no_convex = has_kind(scene, false) ? "" : "the scene has no spheres or cuboids";
+    for (std::size_t i = 0; i < triangle_kernel_names.size(); ++i) {
+        const auto kernel = static_cast<TriangleKernel>(i);
+        const bool of_embree = kernel == TriangleKernel::embree || kernel == TriangleKernel::embree_robust;
+        if (kernel == base.triangles || (of_embree && backend != "cpu")) continue;
+        const std::string name(triangle_kernel_names[i]);
+        all.push_back({"triangle-kernel", name, "--triangle-kernel " + name,
+            [kernel](ArmSettings& arm) { arm.render.intersection.triangles = kernel; }, no_triangles});
+    }
+    for (std::size_t i = 0; i < convex_kernel_names.size(); ++i) {
+        const auto kernel = static_cast<ConvexKernel>(i);
+        if (kernel == base.convex) continue;
+        const std::string name(convex_kernel_names[i]);
+        all.push_back({"convex-kernel", name, "--convex-kernel " + name,
+            [kernel](ArmSettings& arm) { arm.render.intersection.convex = kernel; }, no_convex});
+    }
+    for (std::size_t i = 0; i < guard_names.size(); ++i) {
+        const auto guard = static_cast<SelfIntersectionGuard>(i);
+        if (guard == base.guard) continue;
+        const std::string name(guard_names[i]);
+        all.push_back({"guard", name, "--guard " + name,
+            [guard](ArmSettings& arm) { arm.render.intersection.guard = guard; }, ""});
+    }
+}
+
+void add_precisions(std::vector<KnobSetting>& all, const ArmSettings& baseline) {
+    for (std::size_t i = 0; i < precision_names.size(); ++i) {
+        const auto precision = static_cast<Precision>(i);
+        if (precision == baseline.backend.precision.value_or(Precision::single_precision)) continue;
+        const std::string name(precision_names[i]);
+        all.push_back({"precision", name, "--precision " + name,
+            [precision](ArmSettings& arm) { arm.backend.precision = precision; }, ""});
+    }
+}
+
+}  // namespace
+
+std::vector<KnobSetting> knob_settings(const Scene& scene, const ArmSettings& baseline, const std::string& backend) {
+    std::vector<KnobSetting> all;
+    add_integrators(all, baseline);
+    add_path_lengths(all, baseline);
+    add_precisions(all, baseline);
+    add_intersections(all, scene, baseline, backend);
+    return all;
+}
+
+ArmSettings reference_settings(const Scene& scene, const ArmSettings& baseline, const std::string& reference_backend) {
+    ArmSettings reference = baseline;
+    // Next events never make an estimate wrong, and without them punctual lights are not found at all.
+    const bool punctual = !scene.lights.empty();
+    const bool unbiased = baseline.render.integrator == Integrator::path && !punctual;
+    reference.render.integrator = unbiased ? Integrator::path : Integrator::next_event;
+    reference.render.bounces = unlimited_bounces;
+    reference.render.roulette_start = reference_roulette;
+    reference.render.intersection = IntersectionSettings{};
+    reference.backend = BackendOptions{};
+    if (reference_backend == "cpu") reference.backend.precision = Precision::double_precision;
+    return reference;
+}
+
+}  // namespace tandem

@@ -1,0 +1,39 @@
+// The knobs that trade time for accuracy (issue of DESIGN.md section 6): each setting as it is given to `tandem render`
+// and as it changes the settings of a render. An arm of `tandem cost` is a set of such settings on top of a baseline.
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "common/renderer.h"
+
+namespace tandem {
+
+// What an arm renders with.
+struct ArmSettings {
+    RenderSettings render;
+    BackendOptions backend;
+};
+
+// One value of one knob.
+struct KnobSetting {
+    std::string knob, setting;  // "integrator", "next-event"
+    std::string options;        // of `tandem render`: "--integrator next-event"
+    std::function<void(ArmSettings&)> apply;
+    std::string reason;  // why it cannot matter in this scene; empty: it may
+};
+
+// Every setting of every knob but those that the baseline has already. What a backend lacks it refuses when the arm is
+// prepared, with its reason.
+[[nodiscard]] std::vector<KnobSetting> knob_settings(
+    const Scene& scene, const ArmSettings& baseline, const std::string& backend);
+
+// Scattering events that a path may have where roulette is to end it: enough that what is cut off is nothing, as long
+// as some light is absorbed at every event (0.95^256 = 2e-6).
+inline constexpr std::uint32_t unlimited_bounces = 256;
+// The unlimited estimate of the transport equation (MODEL.md section 2) that the long reference renders.
+[[nodiscard]] ArmSettings reference_settings(
+    const Scene& scene, const ArmSettings& baseline, const std::string& reference_backend);
+
+}  // namespace tandem

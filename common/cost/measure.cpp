@@ -1,0 +1,291 @@
+#include "common/cost/measure.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <numeric>
+#include <random>
+
+#include "common/error.h"
+#include "common/validation/error_metrics.h"
+
+namespace tandem {
+
+namespace {
+
+constexpr std::size_t wanted_replicates = 12;
+constexpr std::size_t most_levels = 8;
+constexpr double chunk_seconds = 0.3;  // of the reference: so long at most (about) does a stop wait
+constexpr double probe_seconds = 0.05;
+constexpr std::uint64_t second_half = std::uint64_t{1} << 62;  // first sample of the reference's second half
+
+double now_by(const CostControl& control) {
+    if (control.now) return control.now();
+    return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
+void tell(const CostControl& control, double fraction, const std::string& text) {
+    if (control.progress) control.progress(std::clamp(fraction, 0.0, 1.0), text);
+}
+
+// Renders all of the range, or throws nothing and says no.
+std::optional<RenderResult> render_all(RenderJob& job, SampleRange range, const CostControl& control) {
+    RenderResult result = job.render(range, {.stop = control.stop, .progress = {}});
+    if (result.estimate.count() != range.count()) return std::nullopt;
+    return result;
+}
+
+// Sums of one half of the reference.
+struct Half {
+    PixelValues sum, squares;
+    std::uint64_t samples = 0, first = 0;
+
+    void add(const Estimate& estimate) {
+        const Estimate::Plane totals = estimate.totals();
+        sum.resize(totals.size(), 0.0);
+        squares.resize(totals.size(), 0.0);
+        for (std::size_t i = 0; i < totals.size(); ++i) {
+            sum[i] += totals[i].sum;
+            squares[i] += totals[i].sum_of_squares;
+        }
+        samples += estimate.count();
+    }
+};
+
+void restore(const CostReference& earlier, std::array<Half, 2>& halves) {
+    for (std::size_t h = 0; h < 2; ++h) {
+        Half& half = halves[h];
+        half.samples = earlier.samples / 2;
+        const auto n = static_cast<double>(half.samples);
+        half.sum.resize(earlier.mean.size());
+        half.squares.resize(earlier.mean.size());
+        for (std::size_t i = 0; i < half.sum.size(); ++i) {
+            const double mean = earlier.mean[i] + (h == 0 ? 1.0 : -1.0) * earlier.half_difference[i];
+            half.sum[i] = n * mean;
+            half.squares[i] = earlier.half_variance[i] * n * (n - 1.0) + n * mean * mean;
+        }
+    }
+}
+
+void conclude(const std::array<Half, 2>& halves, CostReference& reference) {
+    const auto n = static_cast<double>(halves[0].samples);
+    const std::size_t size = halves[0].sum.size();
+    reference.samples = 2 * halves[0].samples;
+    reference.mean.resize(size);
+    reference.half_difference.resize(size);
+    reference.half_variance.resize(size);
+    for (std::size_t i = 0; i < size; ++i) {
+        const double first = halves[0].sum[i] / n, second = halves[1].sum[i] / n;
+        reference.mean[i] = 0.5 * (first + second);
+        reference.half_difference[i] = 0.5 * (first - second);
+        const double deviations = halves[0].squares[i] + halves[1].squares[i] - n * (first * first + second * second);
+        reference.half_variance[i] = std::max(0.0, deviations / (2.0 * (n - 1.0)) / n);
+    }
+}
+
+// What the figures of a replicate are made of.
+struct Errors {
+    double square = 0.0, relative = 0.0;
+};
+Errors errors_of(const PixelValues& image, const CostReference& reference) {
+    Errors errors;
+    for (std::size_t i = 0; i < image.size(); ++i) {
+        const double deviation = image[i] - reference.mean[i], half = reference.half_difference[i];
+        const double product = deviation * deviation - half * half;  // (x - half 1)(x - half 2)
+        errors.square += product;
+        errors.relative += product / (reference.mean[i] * reference.mean[i] + ErrorMetrics::epsilon);
+    }
+    const auto count = static_cast<double>(image.size());
+    return {errors.square / count, errors.relative / count};
+}
+
+// Seconds a sample, of the fastest of growing trials; the first also warms up.
+std::optional<double> seconds_per_sample(RenderJob& job, const CostControl& control) {
+    double seconds = 0.0;
+    for (const std::uint64_t samples : {1u, 4u, 16u, 64u}) {
+        const auto result = render_all(job, {0, samples}, control);
+        if (!result) return std::nullopt;
+        seconds = result->seconds / static_cast<double>(samples);
+        if (result->seconds > probe_seconds) break;
+    }
+    return seconds;
+}
+
+// Sample counts up to the greatest power of two that `share` seconds allow; none if they do not allow one sample.
+std::vector<std::uint64_t> levels_for(double seconds_a_sample, double share) {
+    const double allowed = share / std::max(seconds_a_sample, 1e-12);
+    if (allowed < 1.0) return {};
+    // Counts below a block's are rendered anew, in all as many samples again but one, or a block's.
+    const auto cost = [](std::uint64_t most) {
+        return static_cast<double>(most + std::min(most, samples_per_block) - 1);
+    };
+    std::uint64_t most = 1;
+    while (cost(2 * most) <= allowed && most < (std::uint64_t{1} << 24)) most *= 2;
+    std::vector<std::uint64_t> levels;
+    for (std::uint64_t n = most; n >= 1 && levels.size() < most_levels; n /= 2) levels.push_back(n);
+    std::ranges::reverse(levels);
+    return levels;
+}
+
+double mean_variance(const Estimate& estimate) {
+    const PixelValues variances = variance_of(estimate);
+    return std::accumulate(variances.begin(), variances.end(), 0.0) / static_cast<double>(variances.size());
+}
+
+// One replicate; nothing after a stop. Counts of whole blocks continue each other, smaller ones are renders of their
+// own.
+bool render_replicate(
+    RenderJob& job, std::uint64_t round, const CostReference& reference, const CostControl& control, ArmTrials& arm) {
+    const std::uint64_t begin = arm.replicates.size() << replicate_shift;
+    Replicate replicate;
+    replicate.round = round;
+    Estimate whole;
+    double seconds = 0.0;
+    PixelValues image;
+    for (const std::uint64_t samples : arm.samples) {
+        const bool ragged = samples % samples_per_block != 0;
+        const std::uint64_t from = begin + (ragged || whole.pixel_count() == 0 ? 0 : whole.count());
+        auto result = render_all(job, {from, begin + samples}, control);
+        if (!result) return false;
+        seconds = from == begin ? result->seconds : seconds + result->seconds;
+        arm.invalid += result->estimate.invalid();
+        if (ragged || from == begin)
+            whole = std::move(result->estimate);
+        else
+            whole.merge(std::move(result->estimate));
+        image = mean_of(whole);
+        if (samples == arm.samples.back() && samples > 1) replicate.sample_variance = mean_variance(whole);
+        if (ragged) whole = Estimate();
+        const Errors errors = errors_of(image, reference);
+        replicate.seconds.push_back(seconds);
+        replicate.squared_errors.push_back(errors.square);
+        replicate.relative_squared_errors.push_back(errors.relative);
+    }
+    for (std::size_t i = 0; i < image.size(); ++i) {
+        const double deviation = image[i] - reference.mean[i];
+        arm.sum[i] += deviation;
+        arm.sum_of_squares[i] += deviation * deviation;
+    }
+    arm.replicates.push_back(std::move(replicate));
+    return true;
+}
+
+ArmTrials& samples_named(CostSamples& samples, const std::string& name) {
+    const auto found = std::ranges::find(samples.arms, name, &ArmTrials::name);
+    if (found != samples.arms.end()) return *found;
+    ArmTrials arm;
+    arm.name = name;
+    arm.sum.assign(samples.reference.mean.size(), 0.0);
+    arm.sum_of_squares = arm.sum;
+    samples.arms.push_back(std::move(arm));
+    return samples.arms.back();
+}
+
+}  // namespace
+
+CostReference render_reference(
+    RenderJob& job, std::optional<CostReference> earlier, double seconds, const CostControl& control) {
+    CostReference reference;
+    std::array<Half, 2> halves{};
+    halves[1].first = second_half;
+    if (earlier) {
+        reference = std::move(*earlier);
+        restore(reference, halves);
+    }
+    const double start = now_by(control), before = reference.seconds;
+    std::uint64_t chunk = samples_per_block;
+    for (double spent = 0.0; (before + spent < seconds || reference.samples == 0) && !control.stop.stop_requested();) {
+        for (Half& half : halves) {
+            const std::uint64_t from = half.first + half.samples;
+            const auto part = render_all(job, {from, from + chunk}, control);
+            if (!part) return reference;
+            if (part->estimate.invalid() > 0)
+                throw Error("the long reference has samples that are not finite or negative (MODEL.md section 12)");
+            half.add(part->estimate);
+            if (part->seconds < 0.5 * chunk_seconds && chunk < (std::uint64_t{1} << 20) && &half == &halves[1])
+                chunk *= 2;
+        }
+        conclude(halves, reference);
+        spent = now_by(control) - start;
+        reference.seconds = before + spent;
+        tell(control, reference.seconds / seconds, "the long reference");
+    }
+    return reference;
+}
+
+struct CostExperiment::Renderers {
+    struct One {
+        BackendOptions options;
+        std::unique_ptr<Renderer> renderer;
+    };
+    MakeRenderer make;
+    std::vector<One> all;
+
+    Renderer& of(const BackendOptions& options) {
+        for (One& one : all)
+            if (one.options.precision == options.precision && one.options.kernel == options.kernel)
+                return *one.renderer;
+        all.push_back({options, make(options)});
+        return *all.back().renderer;
+    }
+};
+
+CostExperiment::CostExperiment(const Scene& scene, MakeRenderer make, std::uint64_t seed)
+    : scene_(scene), renderers_(std::make_unique<Renderers>()), seed_(seed) {
+    renderers_->make = std::move(make);
+}
+
+CostExperiment::~CostExperiment() { jobs_.clear(); }
+
+RendererInfo CostExperiment::info() const { return renderers_->all.front().renderer->info(); }
+
+bool CostExperiment::add(const CostArm& arm) {
+    try {
+        RenderSettings settings = arm.settings.render;
+        settings.seed = seed_;
+        jobs_.push_back(renderers_->of(arm.settings.backend).prepare(scene_, settings));
+        arms_.push_back(arm);
+        return true;
+    } catch (const UnsupportedError& refusal) {
+        skipped_.push_back({arm.knob, arm.setting, refusal.what()});
+        return false;
+    }
+}
+
+void CostExperiment::measure(
+    const std::vector<std::string>& names, double seconds, CostSamples& samples, const CostControl& control) {
+    const double start = now_by(control);
+    std::vector<std::size_t> taking_part;
+    std::uint64_t round = 0;
+    for (const ArmTrials& arm : samples.arms)
+        for (const Replicate& replicate : arm.replicates) round = std::max(round, replicate.round + 1);
+    for (std::size_t i = 0; i < arms_.size(); ++i) {
+        if (std::ranges::find(names, arms_[i].name()) == names.end()) continue;
+        const auto speed = seconds_per_sample(*jobs_[i], control);
+        if (!speed) return;
+        ArmTrials& arm = samples_named(samples, arms_[i].name());
+        if (arm.samples.empty())
+            arm.samples = levels_for(*speed, seconds / static_cast<double>(names.size() * wanted_replicates));
+        if (arm.samples.empty()) {
+            skipped_.push_back({arms_[i].knob, arms_[i].setting, "too slow for a sample in its share of the time"});
+            continue;
+        }
+        taking_part.push_back(i);
+    }
+    std::mt19937_64 order(seed_ + round);
+    for (std::size_t done = 0; !control.stop.stop_requested(); ++done, ++round) {
+        const double spent = now_by(control) - start;
+        const double next = done == 0 ? 0.0 : spent / static_cast<double>(done);
+        if (done >= fewest_replicates && spent + next > seconds) break;
+        std::shuffle(taking_part.begin(), taking_part.end(), order);
+        for (const std::size_t i : taking_part) {
+            tell(control, (now_by(control) - start) / seconds, arms_[i].name());
+            if (!render_replicate(
+                    *jobs_[i], round, samples.reference, control, samples_named(samples, arms_[i].name())))
+                return;
+        }
+        if (control.save) control.save(samples);
+    }
+}
+
+}  // namespace tandem

@@ -1,0 +1,73 @@
+// Runs the arms of `tandem cost`: the long reference, then rounds in each of which every arm renders one replicate, in
+// random order, so that what the machine's mood does to the times it does to all of them.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <optional>
+#include <stop_token>
+#include <string>
+#include <vector>
+
+#include "common/cost/knobs.h"
+#include "common/cost/samples.h"
+
+namespace tandem {
+
+struct CostArm {
+    std::string knob, setting;  // "baseline", "" for the baseline
+    std::string options;        // of `tandem render`
+    ArmSettings settings;
+    [[nodiscard]] std::string name() const { return setting.empty() ? knob : knob + " " + setting; }
+};
+
+struct SkippedArm {
+    std::string knob, setting, reason;
+};
+
+using MakeRenderer = std::function<std::unique_ptr<Renderer>(const BackendOptions&)>;
+
+struct CostControl {
+    std::stop_token stop;
+    std::function<void(double fraction, const std::string& text)> progress;
+    std::function<void(const CostSamples&)> save;  // after every round
+    std::function<double()> now;                   // seconds; empty: the steady clock
+};
+
+// Replicate r of an arm renders the samples from r * 2^32 on: random numbers of its own, whatever the generator.
+inline constexpr unsigned replicate_shift = 32;
+inline constexpr std::size_t fewest_replicates = 4;
+
+// Continues `earlier`, or begins, until about `seconds` are spent on it in all (by its own account), or a stop.
+[[nodiscard]] CostReference render_reference(
+    RenderJob& job, std::optional<CostReference> earlier, double seconds, const CostControl& control);
+
+// The arms made ready, each on a renderer that it shares with those of equal options.
+class CostExperiment {
+public:
+    CostExperiment(const Scene& scene, MakeRenderer make, std::uint64_t seed);
+    ~CostExperiment();
+
+    // Makes an arm ready. False, with a SkippedArm, where the backend refuses it.
+    bool add(const CostArm& arm);
+    [[nodiscard]] const std::vector<CostArm>& arms() const { return arms_; }
+    [[nodiscard]] RendererInfo info() const;  // of the first arm's renderer
+    [[nodiscard]] const std::vector<SkippedArm>& skipped() const { return skipped_; }
+
+    // Rounds over the arms of these names (all must have been added) for about `seconds`, but fewest_replicates at
+    // least. Arms without samples yet get the counts that their share of the time allows; those too slow for one sample
+    // a replicate are skipped. Results go to `samples`, whose reference is there.
+    void measure(
+        const std::vector<std::string>& names, double seconds, CostSamples& samples, const CostControl& control);
+
+private:
+    struct Renderers;
+    const Scene& scene_;
+    std::unique_ptr<Renderers> renderers_;
+    std::uint64_t seed_;
+    std::vector<CostArm> arms_;
+    std::vector<std::unique_ptr<RenderJob>> jobs_;
+    std::vector<SkippedArm> skipped_;
+};
+
+}  // namespace tandem

@@ -1,0 +1,216 @@
+#include "common/cost/run_cost.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "common/error.h"
+#include "common/experiment/experiment.h"
+#include "common/image_io.h"
+
+namespace tandem {
+
+namespace {
+
+// Shares of the time: the reference, and of the rest what the arms of mixed knobs get.
+constexpr double reference_share = 0.35, mix_share = 0.2;
+constexpr std::uint64_t reference_seed = 0x7265666572656e63u;  // "referenc": unlike any that a user gives
+
+std::string hash_of(const std::string& text) {
+    std::uint64_t hash = 0xcbf29ce484222325u;  // FNV-1a
+    for (const char c : text) hash = (hash ^ static_cast<unsigned char>(c)) * 0x100000001b3u;
+    return fmt::format("{:016x}", hash);
+}
+
+std::string text_of(const ArmSettings& settings, const RendererInfo& info) {
+    const RenderSettings& render = settings.render;
+    const IntersectionSettings& meeting = render.intersection;
+    return fmt::format(
+        "{}x{} seed {} {} bounces {} roulette {} rays {} {} kernels {} {} {} {} on {} {} {} precision {} {}",
+        render.width, render.height, render.seed, integrator_name(render.integrator), render.bounces,
+        render.roulette_start, render.ray_min, render.ray_max, static_cast<int>(meeting.triangles),
+        static_cast<int>(meeting.convex), static_cast<int>(meeting.guard), meeting.epsilon, info.backend, info.device,
+        info.driver, settings.backend.precision ? static_cast<int>(*settings.backend.precision) : -1,
+        settings.backend.kernel);
+}
+
+// What the reference's bits depend on: the file, the settings, the machine, the program, and, for models and textures
+// that the file names, the bits of a first block of samples.
+std::string key_of(const CostRequest& request, const ArmSettings& settings, const RendererInfo& info, RenderJob& job) {
+    const RenderResult probe = job.render({0, samples_per_block});
+    return hash_of(fmt::format(
+        "{}\n{}\n{}\n{:x}", request.scene_bytes, text_of(settings, info), request.program, digest_of(probe.estimate)));
+}
+
+std::optional<CostReference> cached(const std::filesystem::path& file, const std::string& key, std::size_t size) {
+    std::ifstream stream(file, std::ios::binary);
+    if (!stream) return std::nullopt;
+    std::ostringstream bytes;
+    bytes << stream.rdbuf();
+    CostReference reference = reference_from_bytes(bytes.str(), file.string());
+    if (reference.key != key || reference.mean.size() != size)
+        throw input_error(file.string(), "", "is not the reference that its name says", "delete it");
+    return reference;
+}
+
+// What is said on the way, as a share of the whole.
+CostControl within(const CostControl& control, double from, double to) {
+    CostControl inner = control;
+    if (control.progress)
+        inner.progress = [from, to, tell = control.progress](
+                             double fraction, const std::string& text) { tell(from + fraction * (to - from), text); };
+    return inner;
+}
+
+InputError other_measurement() {
+    return InputError(
+        "--resume: that measurement is of another scene, size, device, program or of other settings; name another file "
+        "to begin anew");
+}
+
+CostReference make_reference(const Scene& scene, const CostRequest& request, const CostControl& control) {
+    ArmSettings settings = reference_settings(scene, request.baseline, request.reference_backend);
+    settings.render.seed = reference_seed;
+    const std::unique_ptr<Renderer> renderer = request.make_reference(settings.backend);
+    const std::unique_ptr<RenderJob> job = renderer->prepare(scene, settings.render);
+    const RendererInfo info = renderer->info();
+    const std::string key = key_of(request, settings, info, *job);
+    if (request.earlier && request.earlier->reference.key != key) throw other_measurement();
+    if (request.earlier) return request.earlier->reference;
+    const std::filesystem::path file =
+        request.references.empty() ? std::filesystem::path() : request.references / (key + ".cbor");
+    const std::size_t size = std::size_t{settings.render.width} * settings.render.height * channel_count;
+    std::optional<CostReference> earlier = file.empty() ? std::nullopt : cached(file, key, size);
+    const double before = earlier ? earlier->seconds : 0.0;
+    CostReference reference = render_reference(*job, std::move(earlier), reference_share * request.seconds, control);
+    if (reference.samples == 0) throw Error("stopped before there was a reference; nothing is known yet");
+    reference.key = key;
+    reference.options = fmt::format("--integrator {} --bounces {} --roulette {}{}",
+        integrator_name(settings.render.integrator), settings.render.bounces, settings.render.roulette_start,
+        settings.backend.precision
+            ? " --precision " + std::string(precision_names[static_cast<std::size_t>(*settings.backend.precision)])
+            : "");
+    if (!file.empty() && reference.seconds > before) {
+        std::filesystem::create_directories(request.references);
+        write_text_file(file, to_bytes(reference));
+    }
+    if (!(reference.image_mean() > 0.0))
+        throw InputError("the image is black, so that no error is relative to anything");
+    return reference;
+}
+
+CostArm mixed(
+    const std::vector<ArmFigures>& figures, const std::vector<KnobSetting>& knobs, const CostRequest& request) {
+    CostArm mix{"mix", "", "", request.baseline};
+    for (const std::size_t best : best_settings(figures)) {
+        const CostArm& arm = figures[best].arm;
+        const auto knob = std::ranges::find_if(
+            knobs, [&](const KnobSetting& one) { return one.knob == arm.knob && one.setting == arm.setting; });
+        if (knob == knobs.end()) continue;
+        knob->apply(mix.settings);
+        mix.setting += (mix.setting.empty() ? "" : " + ") + arm.name();
+        mix.options += (mix.options.empty() ? "" : " ") + arm.options;
+    }
+    return mix;
+}
+
+std::vector<std::string> names_of(const std::vector<CostArm>& arms) {
+    std::vector<std::string> names;
+    for (const CostArm& arm : arms) names.push_back(arm.name());
+    return names;
+}
+
+void check_knobs(const std::vector<KnobSetting>& all, const std::vector<std::string>& wanted) {
+    std::string known;
+    for (const KnobSetting& one : all)
+        if (known.find(one.knob) == std::string::npos) known += (known.empty() ? "" : ", ") + one.knob;
+    for (const std::string& name : wanted)
+        if (std::ranges::find(all, name, &KnobSetting::knob) == all.end())
+            throw InputError("--knob: there is no '" + name + "'; there are " + known);
+}
+
+}  // namespace
+
+std::vector<CostArm> single_arms(const Scene& scene, const CostRequest& request, std::vector<SkippedArm>& skipped) {
+    const std::vector<KnobSetting> all = knob_settings(scene, request.baseline, request.backend);
+    check_knobs(all, request.knobs);
+    std::vector<CostArm> arms{{"baseline", "", "", request.baseline}};
+    for (const KnobSetting& one : all) {
+        if (!request.knobs.empty() && std::ranges::find(request.knobs, one.knob) == request.knobs.end()) continue;
+        if (!one.reason.empty()) {
+            skipped.push_back({one.knob, one.setting, one.reason});
+            continue;
+        }
+        CostArm arm{one.knob, one.setting, one.options, request.baseline};
+        one.apply(arm.settings);
+        arms.push_back(std::move(arm));
+    }
+    return arms;
+}
+
+CostReport run_cost(const Scene& scene, CostRequest request, const CostControl& control) {
+    const auto now = [&] {
+        return control.now ? control.now()
+                           : std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+    };
+    const double start = now();
+    CostReport report;
+    report.scene_file = request.scene_file;
+    report.scene = scene.name;
+    report.backend = request.backend;
+    report.reference_backend = request.reference_backend;
+    report.width = request.baseline.render.width;
+    report.height = request.baseline.render.height;
+
+    CostExperiment experiment(scene, request.make, request.seed);
+    for (const CostArm& arm : single_arms(scene, request, report.skipped))
+        if (!experiment.add(arm) && arm.knob == "baseline")
+            throw UnsupportedError(experiment.skipped().back().reason);  // nothing to hold the others against
+    CostSamples samples;
+    samples.reference = make_reference(scene, request, within(control, 0.0, reference_share));
+    const RendererInfo info = experiment.info();
+    samples.key = hash_of(samples.reference.key + text_of(request.baseline, info));
+    if (request.earlier) {
+        if (request.earlier->key != samples.key) throw other_measurement();
+        samples = std::move(*request.earlier);
+    }
+    report.device = info.device;
+    report.driver = info.driver;
+    const double before = samples.seconds;
+    const auto whole = [&] {
+        samples.seconds = before + now() - start;
+        return samples;
+    };
+    CostControl saving = control;
+    if (control.save)
+        saving.save = [&](const CostSamples&) {
+            (void)whole();
+            control.save(samples);
+        };
+
+    const double left = request.seconds - (now() - start);
+    experiment.measure(names_of(experiment.arms()), std::max(0.0, left * (1.0 - mix_share)), samples,
+        within(saving, reference_share, 1.0 - mix_share));
+    std::vector<ArmFigures> figures = analyse_cost(experiment.arms(), samples);
+    const CostArm mix = mixed(figures, knob_settings(scene, request.baseline, request.backend), request);
+    if (!mix.setting.empty() && !control.stop.stop_requested() && experiment.add(mix)) {
+        std::vector<std::string> names{"baseline", mix.name()};
+        for (const std::size_t best : best_settings(figures)) names.push_back(figures[best].arm.name());
+        const double rest = std::max(0.5 * mix_share * request.seconds, request.seconds - (now() - start));
+        experiment.measure(names, rest, samples, within(saving, 1.0 - mix_share, 1.0));
+        figures = analyse_cost(experiment.arms(), samples);
+    }
+    if (figures.empty()) throw Error("stopped before the baseline was known; nothing to report");
+    report.figures = std::move(figures);
+    report.skipped.insert(report.skipped.end(), experiment.skipped().begin(), experiment.skipped().end());
+    report.reference = samples.reference;
+    report.seconds = whole().seconds;
+    if (control.save) control.save(samples);
+    return report;
+}
+
+}  // namespace tandem

@@ -1,0 +1,32 @@
+// The whole of `tandem cost` on one scene and backend: reference, single knobs, the best of them together.
+#pragma once
+
+#include <filesystem>
+
+#include "common/cost/cost.h"
+
+namespace tandem {
+
+struct CostRequest {
+    std::string scene_file;   // as a command names it
+    std::string scene_bytes;  // the file's content, for the reference's key
+    std::string program;      // version, likewise
+    ArmSettings baseline;
+    std::string backend, reference_backend;
+    MakeRenderer make, make_reference;
+    std::vector<std::string> knobs;    // only these; empty: all
+    std::filesystem::path references;  // folder of cached references, made if it is not there; empty: none
+    double seconds = 120.0;            // for everything
+    std::uint64_t seed = 1;
+    std::optional<CostSamples> earlier;  // a measurement to continue
+};
+
+// The single arms of a request, [0] the baseline, and those that cannot matter.
+[[nodiscard]] std::vector<CostArm> single_arms(
+    const Scene& scene, const CostRequest& request, std::vector<SkippedArm>& skipped);
+
+// Throws InputError for knobs that there are not, an earlier measurement of something else, a black image; Error where
+// a stop came before anything was known.
+[[nodiscard]] CostReport run_cost(const Scene& scene, CostRequest request, const CostControl& control);
+
+}  // namespace tandem

@@ -1,0 +1,62 @@
+// What `tandem cost` measures, before anything is concluded from it: the long reference and, per arm, the errors and
+// times of independent replicates. Plain data, saved whole so that a measurement can be continued.
+#pragma once
+
+#include <cstdint>
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+#include <vector>
+
+#include "common/estimate.h"
+
+namespace tandem {
+
+using PixelValues = std::vector<double>;  // [(y * width + x) * 3 + channel]
+
+// Two independent halves: (x - half 1)(x - half 2) has the mean (x - truth)^2, free of the reference's own noise.
+struct CostReference {
+    std::string key;              // hash of all that it depends on
+    std::string options;          // how it was rendered, for people
+    std::uint64_t samples = 0;    // both halves together
+    double seconds = 0.0;         // spent on it, ever
+    PixelValues mean;             // of both halves
+    PixelValues half_difference;  // (half 1 - half 2) / 2, whose mean square is the variance of `mean`
+    PixelValues half_variance;    // of the mean of one half, as its samples show it
+
+    [[nodiscard]] double image_mean() const;
+    [[nodiscard]] double relative_uncertainty() const;  // root mean square standard error of `mean`, over image_mean()
+};
+
+// One rendering of an arm at all its sample counts, from random numbers of its own.
+struct Replicate {
+    std::uint64_t round = 0;                      // arms of one round ran side by side
+    std::vector<double> seconds;                  // wall clock, by sample count
+    std::vector<double> squared_errors;           // mean over pixels and channels, by sample count
+    std::vector<double> relative_squared_errors;  // each over reference^2 + ErrorMetrics::epsilon
+    double sample_variance = 0.0;  // of one sample, mean over pixels and channels, as the samples of a pixel show it
+};
+
+struct ArmTrials {
+    std::string name;                    // "integrator next-event": unique
+    std::vector<std::uint64_t> samples;  // ascending powers of two
+    std::vector<Replicate> replicates;
+    // Of the images at the greatest sample count, less the reference's mean: sums over replicates.
+    PixelValues sum, sum_of_squares;
+    std::uint64_t invalid = 0;
+};
+
+struct CostSamples {
+    std::string key;  // of what was asked: a continued measurement must match
+    CostReference reference;
+    std::vector<ArmTrials> arms;
+    double seconds = 0.0;  // of measuring, the reference's included
+};
+
+// CBOR [RFC 8949], images as binary strings of doubles in this machine's order. `from_bytes` throws InputError, `whose`
+// naming the file.
+[[nodiscard]] std::string to_bytes(const CostReference& reference);
+[[nodiscard]] std::string to_bytes(const CostSamples& samples);
+[[nodiscard]] CostReference reference_from_bytes(const std::string& bytes, const std::string& whose);
+[[nodiscard]] CostSamples samples_from_bytes(const std::string& bytes, const std::string& whose);
+
+}  // namespace tandem

@@ -1,0 +1,307 @@
+// `tandem cost` on a renderer whose errors and times are known by construction.
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "common/cost/run_cost.h"
+#include "common/error.h"
+#include "tests/common/synthetic_renderer.h"
+#include "tests/temporary_folder.h"
+
+namespace tandem {
+namespace {
+
+constexpr double level = 4.0, seconds_a_sample = 1e-3;
+
+// Noise of variance 1 about `level`; the whitted integrator is off by `bias` in every other column, next-event has a
+// quarter of the variance at half the speed, and double precision takes thrice the time.
+class KnownRenderer : public Renderer {
+public:
+    KnownRenderer(BackendOptions options, double bias) : options_(std::move(options)), bias_(bias) {
+        if (options_.precision == Precision::mixed || options_.precision == Precision::contracted)
+            throw UnsupportedError("not here");
+    }
+    RendererInfo info() const override { return {"known", "no device", "no driver", "C++"}; }
+    std::unique_ptr<RenderJob> prepare(const Scene&, const RenderSettings& settings) override {
+        if (settings.integrator == Integrator::bidirectional) throw UnsupportedError("no bidirectional paths here");
+        const double bias = settings.integrator == Integrator::whitted ? bias_ : 0.0;
+        const double scale = settings.integrator == Integrator::next_event ? 0.5 : 1.0;
+        double seconds = seconds_a_sample / (scale == 0.5 ? 0.5 : 1.0);
+        if (options_.precision == Precision::double_precision) seconds *= 3.0;
+        return std::make_unique<Job>(
+            settings,
+            [=](std::uint32_t x, std::uint32_t, SampleRandom& random) {
+                const double value = level + scale * random.triangular() + (x % 2 == 0 ? bias : -bias);
+                return Radiance{value, value, value};
+            },
+            seconds);
+    }
+
+private:
+    struct Job : SyntheticJob {
+        Job(RenderSettings settings, Sampler sampler, double seconds)
+            : SyntheticJob(settings, std::move(sampler)), seconds_(seconds) {}
+        RenderResult render(SampleRange range, const RenderControl& control) override {
+            RenderResult result = SyntheticJob::render(range, control);
+            result.seconds = seconds_ * static_cast<double>(range.count());
+            return result;
+        }
+        double seconds_;
+    };
+    BackendOptions options_;
+    double bias_;
+};
+
+// A clock that moves on by a tenth of a second at every look, so that what is done does not depend on the machine.
+CostControl control_of(int& looks) {
+    CostControl control;
+    control.now = [&looks] { return 0.1 * looks++; };
+    return control;
+}
+
+CostRequest request_for(double bias, std::uint64_t seed = 1) {
+    CostRequest request;
+    request.scene_file = "scene.json";
+    request.backend = request.reference_backend = "known";
+    request.baseline.render.width = request.baseline.render.height = 16;
+    request.make = request.make_reference = [bias](const BackendOptions& options) {
+        return std::make_unique<KnownRenderer>(options, bias);
+    };
+    request.knobs = {"integrator", "precision"};
+    request.seconds = 6.0;
+    request.seed = seed;
+    return request;
+}
+
+CostReport measured(double bias, std::uint64_t seed = 1) {
+    int looks = 0;
+    return run_cost(Scene{}, request_for(bias, seed), control_of(looks));
+}
+
+const ArmFigures& arm(const CostReport& report, const std::string& name) {
+    for (const ArmFigures& figures : report.figures)
+        if (figures.arm.name() == name) return figures;
+    FAIL("no arm " << name);
+    return report.figures.front();
+}
+
+// Three times the 95 % interval: a false alarm once in 10^8 for normal errors.
+bool holds(const Estimated& figure, double truth) {
+    return std::abs(truth - figure.value) <= 3.0 * std::max(figure.high - figure.value, figure.value - figure.low);
+}
+
+TEST_CASE("cost: noise alone falls as the root of the samples, and its size, price and time to an error are right") {
+    const CostReport report = measured(0.1);
+    const ArmFigures& baseline = report.figures.front();
+    REQUIRE(baseline.slope.has_value());
+    CHECK(holds(*baseline.slope, -0.5));
+    CHECK(baseline.slope->high - baseline.slope->low < 0.1);
+    CHECK_FALSE(baseline.has_floor);
+    CHECK(holds(baseline.squared_bias, 0.0));
+    REQUIRE(baseline.efficiency.has_value());
+    const double variance = 1.0 / (level * level);
+    CHECK(holds(*baseline.efficiency, 1.0 / (variance * seconds_a_sample)));
+    for (const CostPoint& point : baseline.points) {
+        const double n = static_cast<double>(point.samples);
+        CHECK(point.rmse.value == doctest::Approx(std::sqrt(variance / n)).epsilon(0.1));
+        CHECK(point.seconds.value == doctest::Approx(seconds_a_sample * n));
+        CHECK(point.relmse == doctest::Approx(1.0 / (level * level + 0.01) / n).epsilon(0.2));
+    }
+    const TimeToError one_percent = baseline.time_to(0.01);
+    REQUIRE(one_percent.seconds.has_value());
+    CHECK(*one_percent.samples == doctest::Approx(variance / 1e-4).epsilon(0.05));
+    CHECK(one_percent.seconds->value == doctest::Approx(seconds_a_sample * variance / 1e-4).epsilon(0.05));
+    CHECK(one_percent.extrapolated == (*one_percent.samples > static_cast<double>(baseline.points.back().samples)));
+    CHECK(baseline.time_to(0.001).extrapolated);
+}
+
+TEST_CASE("cost: a bias is a floor of its size, which no time gets below") {
+    const double bias = 0.2;
+    const CostReport report = measured(bias);
+    const ArmFigures& biased = arm(report, "integrator whitted");
+    CHECK(biased.has_floor);
+    CHECK(holds(biased.squared_bias, bias * bias / (level * level)));
+    CHECK(biased.bias_floor().value == doctest::Approx(bias / level).epsilon(0.1));
+    CHECK_FALSE(biased.time_to(0.01).seconds.has_value());
+    CHECK(biased.time_to(0.1).seconds.has_value());
+    CHECK(biased.slope->low > -0.5);  // it bends where the floor is near
+}
+
+TEST_CASE("cost: what is faster, slower and refused is said, and the fastest is recommended") {
+    const CostReport report = measured(0.2);
+    const ArmFigures &sooner = arm(report, "integrator next-event"), &slower = arm(report, "precision double");
+    // A quarter of the variance at twice the time; thrice the time for nothing.
+    CHECK(sooner.cost_differs);
+    CHECK(sooner.cost_ratio.value == doctest::Approx(0.5).epsilon(0.1));
+    CHECK(sooner.time_ratio.value == doctest::Approx(2.0));
+    CHECK(slower.cost_differs);
+    CHECK(slower.cost_ratio.value == doctest::Approx(3.0).epsilon(0.1));
+    CHECK(sooner.pareto);
+    CHECK_FALSE(slower.pareto);
+    CHECK(soonest(report.figures, 0.01) == &sooner);
+    CHECK(recommendations(report).at(1).find("--integrator next-event --samples") != std::string::npos);
+    bool refused = false;
+    for (const SkippedArm& skipped : report.skipped)
+        refused = refused || (skipped.setting == "bidirectional" && skipped.reason == "no bidirectional paths here");
+    CHECK(refused);
+    const nlohmann::json json = to_json(report);
+    for (const char* key : {"scene", "backend", "device", "reference", "arms", "recommendations"})
+        CHECK(json.contains(key));
+    for (const char* key : {"knob", "setting", "points", "bias_floor", "bias_floor_low", "bias_floor_high",
+             "efficiency", "slope", "slope_low", "slope_high", "seconds_to_one_percent", "pareto"})
+        for (const nlohmann::json& one : json.at("arms")) CHECK(one.contains(key));
+    CHECK(json.at("reference").at("samples").get<std::uint64_t>() == report.reference.samples);
+}
+
+TEST_CASE("cost: floors are found where there are none no more often than 5 % of the runs") {
+    unsigned false_floors = 0, intervals = 0, held = 0;
+    for (std::uint64_t seed = 1; seed <= 12; ++seed) {
+        CostRequest request = request_for(0.0, seed);
+        request.seconds = 3.0;
+        int looks = 0;
+        const CostReport report = run_cost(Scene{}, std::move(request), control_of(looks));
+        bool any = false;
+        for (const ArmFigures& figures : report.figures) {
+            any = any || figures.has_floor;
+            ++intervals;
+            held += figures.squared_bias.high >= 0.0 && figures.squared_bias.low <= 0.0 ? 1 : 0;
+        }
+        false_floors += any ? 1 : 0;
+    }
+    // More than 3 of 12 at 5 %: once in 450.
+    CHECK(false_floors <= 3);
+    CHECK(held >= intervals * 8 / 10);
+}
+
+TEST_CASE("cost: the reference's noise is known and does not enter the floors") {
+    const CostReport report = measured(0.0);
+    const CostReference& reference = report.reference;
+    const double expected = std::sqrt(1.0 / static_cast<double>(reference.samples)) / level;
+    CHECK(reference.relative_uncertainty() == doctest::Approx(expected).epsilon(0.2));
+    for (const double variance : reference.half_variance)
+        CHECK(variance == doctest::Approx(2.0 / static_cast<double>(reference.samples)).epsilon(0.25));
+    CHECK(reference.image_mean() == doctest::Approx(level).epsilon(0.01));
+}
+
+TEST_CASE("cost: a reference is continued to the same bits but for rounding, by its own account of time") {
+    RenderSettings settings;
+    settings.width = settings.height = 4;
+    KnownRenderer renderer({}, 0.0);
+    const auto job = renderer.prepare(Scene{}, settings);
+    int looks = 0;
+    const CostReference part = render_reference(*job, std::nullopt, 0.3, control_of(looks));
+    const CostReference whole = render_reference(*job, part, 0.9, control_of(looks));
+    CHECK(whole.samples > part.samples);
+    CHECK(whole.seconds >= 0.9);
+    // In one go.
+    const RenderResult first = job->render({0, whole.samples / 2});
+    const PixelValues mean = mean_of(first.estimate), variance = variance_of(first.estimate);
+    for (std::size_t i = 0; i < mean.size(); ++i)
+        CHECK(whole.mean[i] + whole.half_difference[i] == doctest::Approx(mean[i]).epsilon(1e-12));
+    CHECK(whole.half_variance[0] == doctest::Approx(variance[0] / static_cast<double>(whole.samples / 2)).epsilon(0.1));
+}
+
+TEST_CASE("cost: a measurement is saved after every round, continued, and refused where it is of something else") {
+    CostRequest request = request_for(0.1);
+    int looks = 0;
+    CostControl control = control_of(looks);
+    std::string saved;
+    control.save = [&](const CostSamples& samples) { saved = to_bytes(samples); };
+    const CostReport first = run_cost(Scene{}, request, control);
+    request.earlier = samples_from_bytes(saved, "saved");
+    const std::size_t replicates = request.earlier->arms.front().replicates.size();
+    const CostReport second = run_cost(Scene{}, request, control);
+    CHECK(second.figures.front().replicates >= replicates + fewest_replicates);
+    CHECK(second.figures.front().efficiency->high - second.figures.front().efficiency->low <
+          first.figures.front().efficiency->high - first.figures.front().efficiency->low);
+    CHECK(second.seconds > first.seconds);
+
+    request.earlier = samples_from_bytes(saved, "saved");
+    request.baseline.render.bounces = 3;
+    CHECK_THROWS_AS((void)run_cost(Scene{}, request, control), InputError);
+    request.earlier = samples_from_bytes(saved, "saved");
+    request.baseline.render.bounces = RenderSettings{}.bounces;
+    request.program = "another";
+    CHECK_THROWS_AS((void)run_cost(Scene{}, request, control), InputError);
+    CHECK_THROWS_AS((void)samples_from_bytes(saved.substr(0, saved.size() / 2), "half"), InputError);
+    CHECK_THROWS_AS((void)samples_from_bytes("", "empty"), InputError);
+    CHECK_THROWS_AS((void)reference_from_bytes(saved, "other"), InputError);
+}
+
+TEST_CASE("cost: references are cached by what they depend on") {
+    const TemporaryFolder folder;
+    CostRequest request = request_for(0.0);
+    request.references = folder / "references";
+    const auto files = [&] {
+        std::size_t count = 0;
+        for (const auto& entry : std::filesystem::directory_iterator(request.references))
+            count += entry.exists() ? 1 : 0;
+        return count;
+    };
+    int looks = 0;
+    const CostReport first = run_cost(Scene{}, request, control_of(looks));
+    CHECK(files() == 1);
+    const CostReport second = run_cost(Scene{}, request, control_of(looks));
+    CHECK(second.reference.samples == first.reference.samples);  // it has had its share of the time
+    CHECK(files() == 1);
+    request.scene_bytes = "another scene";
+    (void)run_cost(Scene{}, request, control_of(looks));
+    CHECK(files() == 2);
+    for (const auto& entry : std::filesystem::directory_iterator(request.references))
+        std::ofstream(entry.path()) << "rubbish";
+    CHECK_THROWS_AS((void)run_cost(Scene{}, request, control_of(looks)), InputError);
+}
+
+TEST_CASE("cost: an unknown knob and a black image are refused") {
+    CostRequest request = request_for(0.0);
+    int looks = 0;
+    request.knobs = {"colour"};
+    CHECK_THROWS_AS((void)run_cost(Scene{}, request, control_of(looks)), InputError);
+    request = request_for(0.0);
+    request.make = request.make_reference = [](const BackendOptions&) {
+        return std::make_unique<SyntheticRenderer>(
+            [](std::uint32_t, std::uint32_t, SampleRandom&) { return Radiance{}; });
+    };
+    request.baseline.render.width = request.baseline.render.height = 1;
+    request.seconds = 1.0;
+    CHECK_THROWS_AS((void)run_cost(Scene{}, request, control_of(looks)), InputError);
+}
+
+TEST_CASE("cost: the best settings of several knobs are measured together") {
+    CostRequest request = request_for(0.0);
+    request.knobs = {"integrator", "bounces"};
+    request.seconds = 30.0;
+    // Fewer bounces take half the time and cost nothing here: a renderer whose paths end by themselves.
+    request.make = [](const BackendOptions& options) -> std::unique_ptr<Renderer> {
+        struct Sooner : KnownRenderer {
+            using KnownRenderer::KnownRenderer;
+            std::unique_ptr<RenderJob> prepare(const Scene& scene, const RenderSettings& settings) override {
+                struct FasterJob : RenderJob {
+                    std::unique_ptr<RenderJob> job;
+                    double factor = 1.0;
+                    RenderResult render(SampleRange range, const RenderControl& control) override {
+                        RenderResult result = job->render(range, control);
+                        result.seconds *= factor;
+                        return result;
+                    }
+                };
+                auto faster = std::make_unique<FasterJob>();
+                faster->job = KnownRenderer::prepare(scene, settings);
+                faster->factor = settings.bounces == 8 ? 0.5 : 1.0;
+                return faster;
+            }
+        };
+        return std::make_unique<Sooner>(options, 0.3);
+    };
+    int looks = 0;
+    const CostReport report = run_cost(Scene{}, request, control_of(looks));
+    const ArmFigures& mix = arm(report, "mix integrator next-event + bounces 8");
+    CHECK(mix.arm.options == "--integrator next-event --bounces 8");
+    CHECK(mix.cost_ratio.value == doctest::Approx(0.25).epsilon(0.1));
+    CHECK(soonest(report.figures, 0.01) == &mix);
+}
+
+}  // namespace
+}  // namespace tandem
