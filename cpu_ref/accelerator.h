@@ -1,9 +1,10 @@
 // Closest hits and occlusion through Embree (MODEL.md section 5). Embree finds the primitives that a ray may meet;
 // whether and where it meets them is decided by the kernels of kernels.h, so that the hit is the same however it was
 // found. A scene of few primitives is one leaf of user geometry, tested by a whole packet of rays at once. Otherwise
-// rays go one by one through Embree's hierarchy, which holds plain triangles natively (single precision; its own
-// triangle test then picks the triangle) and everything else as user geometry. Primitives in motion are user geometry
-// with bounds over the whole shutter; a ray meets them as the ray shifted back by their displacement (section 6).
+// rays go one by one through Embree's hierarchy, which holds plain triangles natively (single precision; slightly
+// widened, so that its own test loses none) and everything else as user geometry. Primitives in motion are user
+// geometry with bounds over the whole shutter; a ray meets them as the ray shifted back by their displacement (section
+// 6).
 #pragma once
 
 #include <memory>
@@ -50,10 +51,15 @@ private:
     void add_native_triangles(RTCDevice device);
     void add_user_geometry(RTCDevice device, unsigned count);
 
+    [[nodiscard]] bool can_widen(std::uint32_t id) const;
+    [[nodiscard]] std::array<glm::dvec3, 3> corners_of(std::uint32_t id) const;
+    [[nodiscard]] std::array<glm::dvec3, 3> native_corners(std::uint32_t id) const;
+
     struct Callbacks;
     const Tables<Real>& tables_;
     bool leaf_;
     std::vector<std::uint32_t> native_, user_;  // primitive ids by Embree's primID
+    bool own_test_ = true;                      // decides on native triangles
     double inflation_ = 0.0;                    // of bounds, world units
     embree::Scene scene_;
 };

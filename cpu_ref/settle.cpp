@@ -22,12 +22,13 @@ Settled settle_one(
         if (std::abs(d[i]) > std::abs(d[z])) z = i;
     const std::size_t x = (z + 1) % 3, y = (z + 2) % 3;
     const double shear_x = d[x] / d[z], shear_y = d[y] / d[z];
+    const double length_squared = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];  // 1 but for rounding to float
     std::array<double, 3> px{}, py{}, along{};
     for (std::size_t i = 0; i < 3; ++i) {
         const std::array<double, 3> p{corners[i].x - origin.x, corners[i].y - origin.y, corners[i].z - origin.z};
         px[i] = std::fma(-shear_x, p[z], p[x]);
         py[i] = std::fma(-shear_y, p[z], p[y]);
-        along[i] = p[0] * d[0] + p[1] * d[1] + p[2] * d[2];
+        along[i] = (p[0] * d[0] + p[1] * d[1] + p[2] * d[2]) / length_squared;
     }
     const auto edge = [&](std::size_t a, std::size_t b) { return sign_of_difference(px[a], py[b], py[a], px[b]); };
     const double u = edge(1, 2), v = edge(2, 0), w = edge(0, 1);

@@ -327,6 +327,7 @@ int run_program(int argc, char** argv, const Program& program) {
     add_bench_command(app, context);
     add_cost_command(app, context);
     add_trace_command(app, context);
+    add_stability_command(app, context);
     add_devices_command(app, context);
     try {
         app.parse(argc, argv);

@@ -1,0 +1,186 @@
+// tandem stability: the hard cases of scenes/hard on every backend, precision, kernel and guard.
+#include "common/stability/stability.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "common/commands/command.h"
+#include "common/commands/console.h"
+#include "common/error.h"
+#include "common/stability/catalogue.h"
+
+namespace tandem {
+
+namespace {
+
+using stability::CaseResult;
+using stability::Outcome;
+using stability::StabilityReport;
+
+struct StabilityArguments {
+    std::string catalogue = "scenes/hard/catalogue.json", device;
+    std::vector<std::string> cases, backends, precisions;
+    stability::StabilityOptions options;
+};
+
+double per_billion(std::uint64_t count, std::uint64_t rays) {
+    return rays == 0 ? 0.0 : 1e9 * static_cast<double>(count) / static_cast<double>(rays);
+}
+
+nlohmann::json to_json(const CaseResult& result) {
+    nlohmann::json json{{"id", result.id}, {"name", result.name}, {"backend", result.backend},
+        {"precision", result.precision}, {"kernel", result.kernel}, {"rays", result.rays}, {"misses", result.misses},
+        {"false_hits", result.false_hits}, {"self_hits", result.self_hits},
+        {"misses_per_billion", per_billion(result.misses, result.rays)},
+        {"false_hits_per_billion", per_billion(result.false_hits, result.rays)},
+        {"self_hits_per_billion", per_billion(result.self_hits, result.rays)}, {"worst_ulp", result.worst_ulp},
+        {"bound", result.bound}, {"bound_derivation", result.bound_text},
+        {"nanoseconds_per_ray", result.nanoseconds_per_ray}, {"aimed_at_seams", result.aimed},
+        {"outcome", stability::outcome_names[static_cast<std::size_t>(result.outcome)]}};
+    if (!result.remark.empty()) json["remark"] = result.remark;
+    return json;
+}
+
+nlohmann::json to_json(const StabilityReport& report, const std::vector<stability::Bench>& benches) {
+    nlohmann::json cases = nlohmann::json::array(), skipped = nlohmann::json::array(),
+                   devices = nlohmann::json::array();
+    std::uint64_t aimed = 0;
+    for (const CaseResult& result : report.results) {
+        cases.push_back(to_json(result));
+        if (result.aimed) aimed += result.rays;
+    }
+    for (const stability::Skipped& s : report.skipped)
+        skipped.push_back(
+            {{"backend", s.backend}, {"precision", s.precision}, {"kernel", s.kernel}, {"reason", s.reason}});
+    for (const stability::Bench& bench : benches) {
+        const RendererInfo info = bench.renderer->info();
+        devices.push_back({{"backend", bench.backend}, {"precision", name_of(bench.precision, precision_names)},
+            {"device", info.device}, {"driver", info.driver}});
+    }
+    return {{"cases", cases}, {"unsupported", skipped}, {"devices", devices}, {"rays_aimed_at_seams", aimed},
+        {"complete", report.complete}, {"verdict", report.passed() ? "pass" : "fail"}};
+}
+
+void print_report(const StabilityReport& report, bool verbose) {
+    fmt::print(
+        "Misses, false hits and self-hits per 10^9 rays; worst error and bound in units of the last place of the "
+        "largest coordinate\n");
+    fmt::print("{:8} {:7} {:10} {:15} {:>9} {:>9} {:>9} {:>9} {:>9} {:>7} {:>7}  {}\n", "case", "backend", "precision",
+        "kernel", "rays", "misses", "false", "self", "worst", "bound", "ns/ray", "outcome");
+    std::string last;
+    for (const CaseResult& r : report.results) {
+        if (r.id != last) fmt::print("{}: {}\n", r.id, r.name);
+        last = r.id;
+        fmt::print("{:8} {:7} {:10} {:15} {:>9} {:>9.4g} {:>9.4g} {:>9.4g} {:>9.3g} {:>7.3g} {:>7.4g}  {}{}\n", r.id,
+            r.backend, r.precision, r.kernel, r.rays, per_billion(r.misses, r.rays), per_billion(r.false_hits, r.rays),
+            per_billion(r.self_hits, r.rays), r.worst_ulp, r.bound, r.nanoseconds_per_ray,
+            stability::outcome_names[static_cast<std::size_t>(r.outcome)],
+            r.remark.empty() ? "" : " (" + r.remark + ")");
+    }
+    if (verbose)
+        for (const stability::Skipped& s : report.skipped)
+            fmt::print("not there: {} {} {}: {}\n", s.backend, s.precision, s.kernel, s.reason);
+    std::array<std::size_t, 3> counts{};
+    for (const CaseResult& r : report.results) ++counts[static_cast<std::size_t>(r.outcome)];
+    fmt::print("{} passed, {} failed as expected, {} failed{}\n", counts[0], counts[1], counts[2],
+        report.complete ? "" : "; stopped early");
+}
+
+// Every backend in every precision that it has, as far as the options let it.
+std::vector<stability::Bench> make_benches(const StabilityArguments& arguments, const CommandContext& context) {
+    std::vector<stability::Bench> benches;
+    std::string reason = "no backend is left";
+    const auto wanted = [](const std::vector<std::string>& list, std::string_view name) {
+        return list.empty() || std::ranges::find(list, name) != list.end();
+    };
+    for (const std::string& name : arguments.backends) static_cast<void>(find_backend(context.program.backends, name));
+    for (const Backend& backend : context.program.backends)
+        for (std::size_t i = 0; i < precision_names.size(); ++i) {
+            if (!wanted(arguments.backends, backend.name) || !wanted(arguments.precisions, precision_names[i]))
+                continue;
+            BackendOptions options;
+            options.precision = static_cast<Precision>(i);
+            if (backend.name == "vulkan") options.device = arguments.device;
+            try {
+                benches.push_back({backend.name, *options.precision, backend.create(options)});
+            } catch (const UnsupportedError& error) {
+                reason = error.what();
+            } catch (const DeviceError& error) {
+                if (!arguments.backends.empty()) throw;
+                reason = error.what();
+                fmt::print(stderr, "tandem: {} is left out: {}\n", backend.name, reason);
+                break;
+            }
+        }
+    if (benches.empty()) throw InputError("nothing to run: " + reason);
+    return benches;
+}
+
+ExitStatus stability_command(const StabilityArguments& arguments, const CommandContext& context) {
+    std::vector<stability::HardCase> cases = stability::load_catalogue(arguments.catalogue);
+    check_outputs({context.json_file}, {arguments.catalogue});
+    const auto known = [&](const std::string& id) {
+        return std::ranges::any_of(cases, [&](const auto& c) { return c.id == id; });
+    };
+    for (const std::string& id : arguments.cases)
+        if (!known(id)) throw InputError("--case: there is no case '" + id + "' in " + arguments.catalogue);
+    if (!arguments.cases.empty())
+        std::erase_if(
+            cases, [&](const auto& c) { return std::ranges::find(arguments.cases, c.id) == arguments.cases.end(); });
+    const std::vector<stability::Bench> benches = make_benches(arguments, context);
+    stability::StabilityOptions options = arguments.options;
+    options.stop = context.stop;
+    StabilityReport report;
+    {
+        ProgressLine line;
+        options.progress = [&](double fraction, const std::string& now) { line.update(fraction, now); };
+        report = run_cases(cases, benches, options);
+    }
+    if (report.results.empty())
+        throw InputError("no case has such an arm" +
+                         (report.skipped.empty() ? std::string() : ": " + report.skipped.front().reason));
+    write_json(context, to_json(report, benches));
+    print_report(report, context.verbose);
+    return report.passed() ? ExitStatus::fine : report.complete ? ExitStatus::disagree : ExitStatus::undecided;
+}
+
+std::vector<std::string> kernel_names() {
+    std::vector<std::string> names{"default"};
+    names.insert(names.end(), triangle_kernel_names.begin(), triangle_kernel_names.end());
+    names.insert(names.end(), convex_kernel_names.begin(), convex_kernel_names.end());
+    names.insert(names.end(), guard_names.begin(), guard_names.end());
+    return names;
+}
+
+}  // namespace
+
+void add_stability_command(CLI::App& app, CommandContext& context) {
+    CLI::App* command =
+        app.add_subcommand("stability", "Hold every backend, precision, kernel and guard to the hard cases");
+    const auto arguments = std::make_shared<StabilityArguments>();
+    command->add_option("--case", arguments->cases, "Cases by id (default: all)")->delimiter(',')->type_name("ID");
+    command->add_option("--backend", arguments->backends, "cpu, vulkan or oracle (default: all)")->delimiter(',');
+    command->add_option("--precision", arguments->precisions, "single, double, contracted or mixed (default: all)")
+        ->delimiter(',')
+        ->check(CLI::IsMember(std::vector<std::string>(precision_names.begin(), precision_names.end())));
+    command
+        ->add_option("--kernel", arguments->options.kernel,
+            "One choice alone: a triangle kernel, a convex kernel, a guard, or default, the arm of image cases")
+        ->check(CLI::IsMember(kernel_names()));
+    command->add_option("--device", arguments->device, "Vulkan device: index or part of its name (see tandem devices)");
+    command->add_option("--time", arguments->options.seconds, "Seconds, about: slow arms shoot fewer rays")
+        ->check(above_zero(most_seconds))
+        ->capture_default_str();
+    command->add_option("--catalogue", arguments->catalogue, "The cases")->capture_default_str()->type_name("FILE");
+    add_common_options(*command, context,
+        "  tandem stability\n"
+        "  tandem stability --case 2,8-1e6 --backend cpu --json hard.json\n"
+        "  tandem stability --kernel moller-trumbore --time 20\n"
+        "Exit status: 0, 1 where a case fails or one that is expected to fail does not, 3 stopped early.");
+    command->callback([&context, arguments] {
+        context.action = [&context, arguments] { return stability_command(*arguments, context); };
+    });
+}
+
+}  // namespace tandem

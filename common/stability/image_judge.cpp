@@ -1,0 +1,67 @@
+#include "common/stability/image_judge.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "common/error.h"
+#include "common/scene_loader.h"
+#include "common/stopping.h"
+
+namespace tandem::stability {
+
+namespace {
+
+// Six standard errors: 2e-9 false alarms a channel where the mean is near normal.
+constexpr double sigmas = 6.0;
+
+struct Deviation {
+    double relative = 0.0, allowed = 0.0;  // of the closed form; the worst of channels (and pixels) by their quotient
+    void take(double error, double allowance) {
+        if (error * allowed >= relative * allowance || (allowed == 0.0 && relative == 0.0)) {
+            relative = error;
+            allowed = allowance;
+        }
+    }
+};
+
+}  // namespace
+
+void judge_image(const HardCase& hard_case, Renderer& renderer, Precision precision, double seconds,
+    const std::stop_token& stop, CaseResult& result) {
+    const Scene scene = load_scene(hard_case.scene_file);
+    if (!scene.expect)
+        throw input_error(
+            hard_case.scene_file, "/expect", "is missing", "give the scene of a hard case its closed form");
+    const std::unique_ptr<RenderJob> job = renderer.prepare(scene, default_settings(scene));
+    StoppingRule rule;
+    rule.samples = hard_case.samples;
+    rule.seconds = std::max(seconds, 0.1);
+    const StoppedRender render = render_until(*job, rule, stop, {});
+    const Estimate& estimate = render.estimate;
+    const auto pixels = static_cast<double>(estimate.pixel_count()), samples = static_cast<double>(estimate.count());
+    if (!(samples >= 1.0)) throw UnsupportedError("not a sample of every pixel was done in the time");
+    const std::vector<double> mean = mean_of(estimate), variance = variance_of(estimate);
+    const double ulp = precision == Precision::double_precision ? 0x1p-52 : 0x1p-23;
+    const double rounding = hard_case.bound * ulp;
+    Deviation deviation;
+    for (std::size_t channel = 0; channel < channel_count; ++channel) {
+        const double expected = scene.expect->radiance[static_cast<int>(channel)];
+        const double unit = expected > 0.0 ? expected : 1.0;
+        double sum = 0.0, squares = 0.0;
+        for (std::size_t i = channel; i < mean.size(); i += channel_count) {
+            sum += mean[i];
+            squares += variance[i] / samples;
+            if (hard_case.every_pixel) deviation.take(std::abs(mean[i] - expected) / unit, rounding);
+        }
+        if (!hard_case.every_pixel)
+            deviation.take(
+                std::abs(sum / pixels - expected) / unit, rounding + sigmas * std::sqrt(squares) / pixels / unit);
+    }
+    result.rays = static_cast<std::uint64_t>(pixels * samples);
+    result.false_hits = estimate.invalid();
+    result.worst_ulp = deviation.relative / ulp;
+    result.bound = deviation.allowed / ulp;
+    result.nanoseconds_per_ray = 1e9 * render.seconds / (pixels * samples);
+}
+
+}  // namespace tandem::stability

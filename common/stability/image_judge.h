@@ -1,0 +1,16 @@
+// One image case on one renderer: a scene file with a closed form, and the image mean (or every pixel) held to it.
+#pragma once
+
+#include <stop_token>
+
+#include "common/renderer.h"
+#include "common/stability/stability.h"
+
+namespace tandem::stability {
+
+// Fills rays, false_hits (invalid samples), worst_ulp (of the deviation from the closed form, in ulp of that), bound
+// and time of `result`. Throws InputError for a scene without a closed form, UnsupportedError from the renderer.
+void judge_image(const HardCase& hard_case, Renderer& renderer, Precision precision, double seconds,
+    const std::stop_token& stop, CaseResult& result);
+
+}  // namespace tandem::stability

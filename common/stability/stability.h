@@ -1,0 +1,58 @@
+// Runs hard cases on arms: backend x precision x kernel (or guard), and holds what they find to the surfaces
+// themselves, in double, and to what each case promises. What fails, and fails by expectation, is told apart.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <stop_token>
+#include <string>
+#include <vector>
+
+#include "common/renderer.h"
+#include "common/stability/hard_case.h"
+
+namespace tandem::stability {
+
+// A renderer of one precision, and what it is called.
+struct Bench {
+    std::string backend;
+    Precision precision = Precision::single_precision;
+    std::unique_ptr<Renderer> renderer;
+};
+
+enum class Outcome { pass, expected_failure, fail };
+inline constexpr std::array<std::string_view, 3> outcome_names{"pass", "expected failure", "fail"};
+
+struct CaseResult {
+    std::string id, name, backend, precision, kernel, bound_text;
+    std::uint64_t rays = 0, misses = 0, false_hits = 0, self_hits = 0;
+    double worst_ulp = 0.0, bound = 0.0;
+    double nanoseconds_per_ray = 0.0;
+    bool aimed = false;  // at edges and vertices
+    Outcome outcome = Outcome::pass;
+    std::string remark;  // why, where it fails
+};
+
+struct Skipped {
+    std::string backend, precision, kernel, reason;
+};
+
+struct StabilityReport {
+    std::vector<CaseResult> results;
+    std::vector<Skipped> skipped;  // combinations that a backend lacks
+    bool complete = true;          // no stop request cut it short
+    [[nodiscard]] bool passed() const;
+};
+
+struct StabilityOptions {
+    std::string kernel;      // of triangles, of convex bodies or a guard: that one alone; empty: all
+    double seconds = 120.0;  // about so long; what is slow shoots fewer rays, but some of every scene
+    std::stop_token stop;
+    std::function<void(double fraction, const std::string& now)> progress;
+};
+
+// Throws InputError where an image case's scene cannot be used.
+[[nodiscard]] StabilityReport run_cases(
+    const std::vector<HardCase>& cases, const std::vector<Bench>& benches, const StabilityOptions& options);
+
+}  // namespace tandem::stability
