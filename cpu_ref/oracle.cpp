@@ -139,7 +139,8 @@ private:
         const oracle::Ray ray{given.origin, direction, given.left_primitive, !given.inside, 0.0};
         const auto hit = world_.closest_hit(ray, given.t_min, given.t_max);
         if (!hit) return {};
-        return {hit->t, hit->primitive, hit->position, hit->front_normal, hit->position, hit->position};
+        return {hit->t, hit->primitive, hit->position, hit->front_normal, leaving_origin(*hit, true),
+            leaving_origin(*hit, false)};
     }
 
     oracle::World world_;

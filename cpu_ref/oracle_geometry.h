@@ -31,7 +31,13 @@ struct Hit {
     glm::dvec3 front_normal{0.0, 0.0, 1.0};  // unit
     glm::dvec3 object_point{0.0};            // the position in the object space of its entity
     glm::dvec2 coordinates{0.0};             // of textures (MODEL.md section 5.1)
+    double rounding = 0.0;                   // by which the position may be off along the normal, as neighbours see it
 };
+
+// Where a ray that leaves the hit starts: the position, moved to that side by its rounding (section 5.2).
+[[nodiscard]] inline glm::dvec3 leaving_origin(const Hit& hit, bool to_front) {
+    return hit.position + (to_front ? hit.rounding : -hit.rounding) * hit.front_normal;
+}
 
 // The placed primitives of a scene.
 class World {
@@ -59,11 +65,13 @@ private:
         double t;
         glm::dvec3 position, normal, object_point;
         glm::dvec2 coordinates;
+        double rounding = 0.0;
     };
 
     // The hit of a primitive that stands where it stands at shutter opening.
     static std::optional<Candidate> hit_at_rest(
         const Placed& primitive, const Ray& ray, bool leaving, double t_min, double t_max);
+    static double rounding_of_plane(const Placed& triangle);
     static std::optional<Candidate> triangle_hit(const Placed& triangle, const Ray& ray, double t_min, double t_max);
     static std::optional<Candidate> sphere_hit(
         const Placed& sphere, const Ray& ray, bool leaving, double t_min, double t_max);

@@ -50,6 +50,7 @@ struct PathSampler::Vertex {
     dvec3 position;
     std::uint32_t primitive = no_primitive;  // none in a medium
     dvec3 front_normal{0.0};
+    double rounding = 0.0;
 };
 
 PathSampler::PathSampler(const Scene& scene, const RenderSettings& settings)
@@ -108,7 +109,8 @@ dvec3 PathSampler::punctual_light(const Path& path, const Vertex& vertex, const 
         if (std::isfinite(view.distance) && (view.distance < settings_.ray_min || view.distance > settings_.ray_max))
             continue;
         const bool to_front = glm::dot(view.direction, vertex.front_normal) > 0.0;
-        const Ray shadow_ray{vertex.position, view.direction, vertex.primitive, to_front, path.ray.time};
+        const dvec3 origin = vertex.position + (to_front ? vertex.rounding : -vertex.rounding) * vertex.front_normal;
+        const Ray shadow_ray{origin, view.direction, vertex.primitive, to_front, path.ray.time};
         const double end = std::min(settings_.ray_max, view.distance);
         if (world_.closest_hit(shadow_ray, settings_.ray_min, end)) continue;
         sum += part * (medium != nullptr ? transmittance(*medium, shadow_ray, end) : dvec3(1.0));
@@ -130,7 +132,7 @@ PathEnd PathSampler::scatter_in_medium(
 PathEnd PathSampler::pass_through(Path& path, const Hit& hit, const dvec3& direction) const {
     const bool came_from_front = glm::dot(path.ray.direction, hit.front_normal) < 0.0;
     const bool goes_to_front = glm::dot(direction, hit.front_normal) > 0.0;
-    path.ray = {hit.position, direction, hit.primitive, goes_to_front, path.ray.time};
+    path.ray = {leaving_origin(hit, goes_to_front), direction, hit.primitive, goes_to_front, path.ray.time};
     if (came_from_front == goes_to_front || !is_tracked(scene_.materials[hit.material])) return PathEnd::goes_on;
     if (path.interiors.cross(hit.material, came_from_front)) return PathEnd::goes_on;
     path.light = dvec3(std::numeric_limits<double>::quiet_NaN());  // invalid (section 12)
@@ -149,7 +151,7 @@ PathEnd PathSampler::scatter_at_surface(Path& path, const Hit& hit, const Number
     const double index = material.refractive_index / outer_index;
     const Surface surface{material, colour_at(hit), in.front ? 1.0 / index : index, in};
     if (has_known_scattering(material))
-        path.light += punctual_light(path, {hit.position, hit.primitive, hit.front_normal},
+        path.light += punctual_light(path, {hit.position, hit.primitive, hit.front_normal, hit.rounding},
             [&](const dvec3& w) { return scattered_share(surface, w); });
     const std::optional<Scattering> scattered = scatter(surface, u);
     if (!scattered) return PathEnd::absorbed;

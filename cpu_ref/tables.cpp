@@ -120,6 +120,23 @@ private:
         face_sphere_.push_back(sphere);
         face_curved_.push_back(curved ? curved_bits::curved : 0u);
         face_density_.push_back(Real(0));
+        for (std::size_t i = 0; i < 3; ++i) {
+            edge_normal_[i].push_back(dvec3(0.0));
+            edge_offset_[i].push_back(Real(1e30));
+        }
+    }
+
+    // Of the last face, a triangle.
+    void set_edges(const std::array<dvec3, 3>& corners, const dvec3& normal) {
+        for (std::size_t i = 0; i < 3; ++i) {
+            const dvec3 inwards = glm::normalize(glm::cross(normal, corners[(i + 1) % 3] - corners[i]));
+            // The front of a mirrored triangle sees its corners clockwise.
+            const dvec3 n = glm::dot(inwards, corners[(i + 2) % 3] - corners[i]) < 0.0 ? -inwards : inwards;
+            edge_normal_[i].x.back() = static_cast<Real>(n.x);
+            edge_normal_[i].y.back() = static_cast<Real>(n.y);
+            edge_normal_[i].z.back() = static_cast<Real>(n.z);
+            edge_offset_[i].back() = static_cast<Real>(-glm::dot(n, corners[i]));
+        }
     }
 
     std::uint32_t add_triangle(const Primitive& primitive) {
@@ -154,6 +171,7 @@ private:
         add_terms(world[1] - world[0], world[2] - world[0], box.high - box.low);
         // A degenerate triangle keeps a zero plane, which gives t = NaN and so no hit.
         if (!degenerate) {
+            set_edges(world, normal_to_world(n));
             form.normal = {face_normal_.x.back(), face_normal_.y.back(), face_normal_.z.back()};
             form.offset = face_offset_.back();
         }
@@ -306,6 +324,8 @@ private:
 
     using Unsigned = UnsignedOf<Real>;
     VectorRows<Real> face_normal_, face_wrong_normal_, face_terms_;
+    std::array<VectorRows<Real>, 3> edge_normal_;
+    std::array<std::vector<Real>, 3> edge_offset_;
     std::vector<Real> face_offset_, face_extent_, face_terms_of_extent_, face_density_;
     std::vector<Unsigned> face_primitive_, face_material_, face_sphere_, face_curved_, face_entity_;
     std::array<VectorRows<Real>, 3> sphere_to_local_, sphere_to_world_, sphere_normal_;
@@ -429,6 +449,10 @@ void TableBuilder<Real>::finish_faces() {
     table.offset.assign(face_offset_);
     table.extent.assign(face_extent_);
     face_terms_.assign_to(table.terms);
+    for (std::size_t i = 0; i < 3; ++i) {
+        edge_normal_[i].assign_to(table.edge_normal[i]);
+        table.edge_offset[i].assign(edge_offset_[i]);
+    }
     table.terms_of_extent.assign(face_terms_of_extent_);
     table.light_density.assign(face_density_);
     table.primitive.assign(face_primitive_);

@@ -110,6 +110,10 @@ struct FaceTable {
     // |normal|, and their product with the extent along each axis.
     VectorColumn<Real> terms;
     RealColumn<Real> terms_of_extent;
+    // Of triangles: unit normals of the edges within the plane, inwards, and edge_normal.p + edge_offset the distance
+    // from the edge. Faces without edges have 0 and a great number.
+    std::array<VectorColumn<Real>, 3> edge_normal;
+    std::array<RealColumn<Real>, 3> edge_offset;
     RealColumn<Real> light_density;  // chance of the light over its world area; 0: not a sampled light
     IndexColumn<Real> primitive, material, sphere, curved;  // curved: curved_bits
     IndexColumn<Real> entity;                               // in scenes with motion only

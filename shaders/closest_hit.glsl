@@ -154,6 +154,7 @@ Hit closer(Hit a, Hit b) {
 Hit closest_hit(Ray ray, uint own, bool inside) {
     Hit best = Hit(ray_max, hit_none, 0, vec3(0.0));
     if (!is_sound(ray)) return best;
+    if (!excludes_left) own = no_slot;
     if (has_triangles) best = closer(best, closest_triangle(ray, own, best.t));
     if (has_spheres) best = closer(best, closest_sphere(ray, own, inside, best.t));
     if (has_cuboids) best = closer(best, closest_cuboid(ray, own, inside, best.t));

@@ -105,25 +105,27 @@ struct LightSample {
     vec3 offset;     // from the receiver to the point on the light
     vec3 normal;     // of the light there, to its front
     bool sees_back;  // a back side seen counts (the receiver may see it)
+    float rounding;  // by which the point may be off along the normal, where coplanar neighbours could block it
 };
 
 LightSample sample_triangle_light(Light light, Receiver receiver, vec2 v) {
     const Triangle triangle = triangles[light.slot];
     const float s = PLANT(triangle_light_uneven, v.x, sqrt(v.x));
-    const vec3 point = (1.0 - s) * triangle.corner0.xyz + s * (1.0 - v.y) * triangle.corner1.xyz +
-        s * v.y * triangle.corner2.xyz;
-    return LightSample(point - receiver.point,
-        normalize(vec3(triangle.corner0.w, triangle.corner1.w, triangle.corner2.w)), true);
+    const vec3 p1 = s * (1.0 - v.y) * triangle.corner1.xyz, p2 = s * v.y * triangle.corner2.xyz;
+    const vec3 point = (1.0 - s) * triangle.corner0.xyz + p1 + p2;
+    const vec3 normal = normalize(vec3(triangle.corner0.w, triangle.corner1.w, triangle.corner2.w));
+    return LightSample(point - receiver.point, normal, true,
+        dot(abs(normal), plane_error(triangle, p1, p2, reach_of(triangle))));
 }
 
 LightSample sample_sphere_light(Light light, Receiver receiver, vec2 v) {
     if (is_inside_sphere(light, receiver)) {
         const vec3 n = sample_sphere(v.x, v.y);
-        return LightSample(light.centre + light.radius * n - receiver.point, n, true);
+        return LightSample(light.centre + light.radius * n - receiver.point, n, true, 0.0);
     }
     const vec3 to_centre = light.centre - receiver.point;
     const vec3 offset = to_near_side(light.radius, to_centre, v);
-    return LightSample(offset, (offset - to_centre) / light.radius, false);
+    return LightSample(offset, (offset - to_centre) / light.radius, false, 0.0);
 }
 
 LightSample sample_ellipsoid_light(Light light, Receiver receiver, vec2 v) {
@@ -131,7 +133,7 @@ LightSample sample_ellipsoid_light(Light light, Receiver receiver, vec2 v) {
     const UnitReceiver from = unit_receiver(shape, light, receiver);
     const vec3 e = from.inside ? sample_sphere(v.x, v.y) - from.point : to_near_side(1.0, -from.point, v);
     const vec3 offset = vec3(dot(shape.to_world0.xyz, e), dot(shape.to_world1.xyz, e), dot(shape.to_world2.xyz, e));
-    return LightSample(offset, convex_normal(shape, from.point + e), from.inside);
+    return LightSample(offset, convex_normal(shape, from.point + e), from.inside, 0.0);
 }
 
 LightSample sample_cuboid_light(Light light, Receiver receiver, vec2 v) {
@@ -145,7 +147,7 @@ LightSample sample_cuboid_light(Light light, Receiver receiver, vec2 v) {
     const vec3 in_face = face < 2 ? vec3(0.0, place) : face < 4 ? vec3(place.x, 0.0, place.y) : vec3(place, 0.0);
     const Convex shape = convex_at(light.slot);
     const vec3 point = convex_point(shape, (axis + in_face) * convex_extent(shape));
-    return LightSample(point - receiver.point, convex_normal(shape, axis), is_inside_cuboid(light, receiver));
+    return LightSample(point - receiver.point, convex_normal(shape, axis), is_inside_cuboid(light, receiver), 0.0);
 }
 
 LightSample sample_primitive_light(Light light, Receiver receiver, vec2 v) {
@@ -153,7 +155,7 @@ LightSample sample_primitive_light(Light light, Receiver receiver, vec2 v) {
     if (has_sphere_lights && light.kind == kind_sphere) return sample_sphere_light(light, receiver, v);
     if (has_ellipsoid_lights && light.kind == kind_ellipsoid) return sample_ellipsoid_light(light, receiver, v);
     if (has_cuboid_lights) return sample_cuboid_light(light, receiver, v);
-    return LightSample(vec3(0.0), vec3(0.0), false);
+    return LightSample(vec3(0.0), vec3(0.0), false, 0.0);
 }
 
 // (P p)^2 / ((P p)^2 + q^2) for beta = 2 [Veach 1995], as a ratio so that no square overflows to inf/inf.
@@ -164,7 +166,7 @@ float power_heuristic(float density, float other) {
 
 // What one light sample can bring to a receiver, if nothing is in the way.
 struct Incident {
-    vec3 offset;     // to the point on the light; to a far light the direction
+    vec3 offset;     // to the end of the shadow ray; to a far light the direction
     vec3 direction;  // unit
     float distance;  // ray_max to a far light
     vec3 radiance;   // zero: nothing comes
@@ -187,7 +189,9 @@ Incident from_primitive(Light light, Receiver receiver, vec2 v) {
     const float density = light.probability * light_density(light, receiver, chosen.offset, abs(light_cosine));
     vec3 radiance = material.radiance;
     if (has_translucent_emission && has_flag(material, flag_translucent)) radiance *= material.alpha;
-    return Incident(chosen.offset, direction, distance, radiance, density, false, light.slot);
+    // A shadow ray ends where one that leaves the light would start (5.2): short of its coplanar neighbours.
+    const vec3 end = chosen.offset + (front ? chosen.rounding : -chosen.rounding) * chosen.normal;
+    return Incident(end, direction, distance, radiance, density, false, light.slot);
 }
 
 // 8.3

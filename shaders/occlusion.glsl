@@ -83,6 +83,7 @@ bool any_cuboid_blocks(Ray ray, float t_max, uint own, bool inside, uint light) 
 
 // Does anything but `light` stand between the origin and the light's point?
 bool is_occluded(Ray ray, float t_max, uint own, bool inside, uint light) {
+    if (!excludes_left) own = no_slot;
     if (has_triangles && any_triangle_blocks(ray, t_max, own, light)) return true;
     if (has_spheres && any_sphere_blocks(ray, t_max, own, inside, light)) return true;
     return has_cuboids && any_cuboid_blocks(ray, t_max, own, inside, light);

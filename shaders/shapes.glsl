@@ -3,17 +3,17 @@
 #ifndef SHAPES_GLSL
 #define SHAPES_GLSL
 #include "planted.glsl"
+#include "intersection_choices.glsl"
 
 struct Ray {
     vec3 origin;
     vec3 direction;
 };
 
-// A direction that is no unit vector (zero, NaN, infinite) or an origin that is not finite: the ray misses. An origin
-// whose square overflows lies beyond 1.8e19 units and counts as infinite.
+// A direction that is no unit vector (zero, NaN, infinite) or an origin that is not finite, or beyond 10^18: the ray misses.
 bool is_sound(Ray ray) {
-    const float length2 = dot(ray.direction, ray.direction), origin2 = dot(ray.origin, ray.origin);
-    return length2 > 0.5 && length2 < 2.0 && origin2 <= 3.0e38;
+    const float length2 = dot(ray.direction, ray.direction);
+    return length2 > 0.5 && length2 < 2.0 && all(lessThanEqual(abs(ray.origin), vec3(1.0e18)));
 }
 
 // Watertight test in the manner of [Woop 2013], with an orthonormal frame of the ray in place of the shear: the corners
@@ -27,7 +27,7 @@ vec2 project(vec3 corner, Ray ray, mat3 frame) {
     return projected;
 }
 
-bool intersect_triangle(Triangle triangle, Ray ray, mat3 frame, out float t, out vec3 weights) {
+bool watertight_triangle(Triangle triangle, Ray ray, mat3 frame, out float t, out vec3 weights) {
     t = 0.0;
     weights = vec3(0.0);
     const vec2 a = project(triangle.corner0.xyz, ray, frame);
@@ -48,6 +48,61 @@ bool intersect_triangle(Triangle triangle, Ray ray, mat3 frame, out float t, out
     return true;
 }
 
+// [Möller 1997], without culling.
+bool moller_trumbore_triangle(Triangle triangle, Ray ray, out float t, out vec3 weights) {
+    t = 0.0;
+    weights = vec3(0.0);
+    precise vec3 e1 = triangle.corner1.xyz - triangle.corner0.xyz;
+    precise vec3 e2 = triangle.corner2.xyz - triangle.corner0.xyz;
+    precise vec3 p = cross(ray.direction, e2);
+    precise float determinant = dot(e1, p);
+    if (determinant == 0.0) return false;
+    precise float inverse = 1.0 / determinant;
+    precise vec3 s = ray.origin - triangle.corner0.xyz;
+    precise float u = dot(s, p) * inverse;
+    if (!(u >= 0.0 && u <= 1.0)) return false;
+    precise vec3 q = cross(s, e1);
+    precise float v = dot(ray.direction, q) * inverse;
+    if (!(v >= 0.0 && u + v <= 1.0)) return false;
+    t = dot(e2, q) * inverse;
+    weights = vec3(u, v, 1.0);
+    return true;
+}
+
+// [Baldwin 2016]: rows of the map to the unit triangle, divided by the largest component of the normal.
+bool baldwin_weber_triangle(Triangle triangle, Ray ray, out float t, out vec3 weights) {
+    t = 0.0;
+    weights = vec3(0.0);
+    const vec3 a = triangle.corner0.xyz, b = triangle.corner1.xyz, c = triangle.corner2.xyz;
+    precise vec3 e1 = b - a;
+    precise vec3 e2 = c - a;
+    precise vec3 n = cross(e1, e2);
+    const vec3 size = abs(n);
+    const uint k = size.x >= size.y && size.x >= size.z ? 0 : size.y >= size.z ? 1 : 2;
+    if (n[k] == 0.0) return false;
+    const uint i = (k + 1) % 3, j = (k + 2) % 3;
+    precise float scale = 1.0 / n[k];
+    precise vec3 plane = n * scale;
+    precise float slope = dot(plane, ray.direction);
+    if (slope == 0.0) return false;
+    precise float distance = (dot(plane, a) - dot(plane, ray.origin)) / slope;
+    precise vec3 hit = ray.origin + distance * ray.direction;
+    precise float beta =
+        e2[j] * scale * hit[i] - e2[i] * scale * hit[j] + (c[i] * a[j] - c[j] * a[i]) * scale;
+    precise float gamma =
+        e1[i] * scale * hit[j] - e1[j] * scale * hit[i] - (b[i] * a[j] - b[j] * a[i]) * scale;
+    if (!(beta >= 0.0 && gamma >= 0.0 && beta + gamma <= 1.0)) return false;
+    t = distance;
+    weights = vec3(beta, gamma, 1.0);
+    return true;
+}
+
+bool intersect_triangle(Triangle triangle, Ray ray, mat3 frame, out float t, out vec3 weights) {
+    if (triangle_kernel == kernel_moller_trumbore) return moller_trumbore_triangle(triangle, ray, t, weights);
+    if (triangle_kernel == kernel_baldwin_weber) return baldwin_weber_triangle(triangle, ray, t, weights);
+    return watertight_triangle(triangle, ray, frame, t, weights);
+}
+
 Ray to_unit_space(Convex shape, Ray ray) {
     precise vec3 p = ray.origin - vec3(shape.to_unit0.w, shape.to_unit1.w, shape.to_unit2.w);
     precise vec3 o = vec3(dot(shape.to_unit0.xyz, p), dot(shape.to_unit1.xyz, p), dot(shape.to_unit2.xyz, p));
@@ -63,6 +118,16 @@ bool sphere_span(Ray unit_ray, out float entry, out float exit) {
     entry = exit = 0.0;
     const vec3 o = unit_ray.origin, d = unit_ray.direction;
     precise float a = dot(d, d);
+    if (naive_convex) {  // the quadratic formula as it stands
+        precise float linear = 2.0 * dot(o, d);
+        precise float square = linear * linear - 4.0 * a * (dot(o, o) - 1.0);
+        if (!(square >= 0.0)) return false;
+        precise float near = (-linear - sqrt(square)) * (0.5 / a);
+        precise float far = (-linear + sqrt(square)) * (0.5 / a);
+        entry = near;
+        exit = far;
+        return true;
+    }
     precise float b = -dot(o, d);
     precise vec3 nearest = o + (b / a) * d;
     precise float discriminant = 1.0 - dot(nearest, nearest);
@@ -107,6 +172,20 @@ bool cuboid_span(Ray unit_ray, vec3 extent, out float entry, out float exit, out
     entry = -3.4e38;
     exit = 3.4e38;
     faces = uvec2(0);
+    if (naive_convex) {  // slabs by minimum and maximum, 0 times infinity included [Kay 1986]
+        precise vec3 inverse = 1.0 / unit_ray.direction;
+        precise vec3 low = (-extent - unit_ray.origin) * inverse;
+        precise vec3 high = (extent - unit_ray.origin) * inverse;
+        for (uint axis = 0; axis < 3; ++axis) {
+            const bool ascending = low[axis] < high[axis];
+            const float near = min(low[axis], high[axis]), far = max(low[axis], high[axis]);
+            if (near > entry) faces.x = 2 * axis + (ascending ? 0 : 1);
+            if (far < exit) faces.y = 2 * axis + (ascending ? 1 : 0);
+            entry = max(entry, near);
+            exit = min(exit, far);
+        }
+        return entry <= exit;
+    }
     bool beside = false;
     clip_to_slab(unit_ray.origin.x, unit_ray.direction.x, extent.x, 0, entry, exit, faces, beside);
     clip_to_slab(unit_ray.origin.y, unit_ray.direction.y, extent.y, 1, entry, exit, faces, beside);

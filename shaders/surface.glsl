@@ -2,6 +2,7 @@
 // grow with the length of the ray; and the origin of the next ray (MODEL.md section 5, "Leaving a surface").
 #ifndef SURFACE_GLSL
 #define SURFACE_GLSL
+#include "intersection_choices.glsl"
 
 struct Surface {
     vec3 point;
@@ -21,11 +22,46 @@ Convex convex_at(uint slot) {
     return cuboids[slot - settings.sphere_count];
 }
 
+// A plane is met again by its neighbours as dot(corner - origin, normal): two points subtracted (1), products (1), sums (2),
+// and both normals, of rounded edges (3 each, and 1 for the unit one): 11 roundings besides those of the point. Where all
+// terms vanish, as on planes through 0, one unit of the largest corner still keeps the origin off them.
+const float gamma_plane = 1.3709084e-6;  // gamma(23)
+const float least_offset = 5.9604645e-8;
+
+// A hit next to an edge may lie beyond the neighbour there, by rounding, and a ray that leaves towards that neighbour would
+// miss it and get out of a closed mesh. So points within a margin of an edge move inwards by it, in the plane. The margin:
+// weights are off by 10 u, and points by gamma(11), of the largest corner; together below gamma(32) of it.
+const float gamma_margin = 1.9073523e-6;
+
+vec3 drawn_in(Triangle triangle, vec3 weights, vec3 point, vec3 raw_normal, float reach) {
+    const vec3 corners[3] = vec3[3](triangle.corner0.xyz, triangle.corner1.xyz, triangle.corner2.xyz);
+    const float margin = gamma_margin * reach, doubled_area = length(raw_normal);
+    for (uint i = 0; i < 3; ++i) {
+        const vec3 edge = corners[(i + 2) % 3] - corners[(i + 1) % 3];  // across from corner i
+        if (weights[i] * doubled_area >= margin * length(edge)) continue;
+        const vec3 across = cross(raw_normal, edge);
+        const vec3 inwards = dot(across, corners[i] - corners[(i + 1) % 3]) < 0.0 ? -across : across;
+        point += margin * normalize(inwards);
+    }
+    return point;
+}
+
 // u = 2^-24 is the unit roundoff. A point is a sum of products in which no term passes through more than ten roundings:
 // triangle, weight 0 (2), product (1), sums (2), and the division that gave the weights (2, shared); sphere and cuboid,
 // the unit point (5, by its normalisation), product (1), sums (3). One more is due to the move itself. So each coordinate
 // is off by at most gamma(11) = 11 u / (1 - 11 u) times the sum of the absolute terms [Higham 2002, section 3.1].
 const float gamma_point = 6.5565150e-7;
+
+// Bound on a point of a triangle, p1 and p2 being its corners 1 and 2 times their weights: weight 0 is the one with an
+// absolute error, of 2 u.
+vec3 plane_error(Triangle triangle, vec3 p1, vec3 p2, float reach) {
+    return gamma_plane * (abs(triangle.corner0.xyz) + abs(p1) + abs(p2)) + least_offset * reach;
+}
+
+float reach_of(Triangle triangle) {
+    const vec3 largest = max(abs(triangle.corner0.xyz), max(abs(triangle.corner1.xyz), abs(triangle.corner2.xyz)));
+    return max(largest.x, max(largest.y, largest.z));
+}
 
 Surface triangle_surface(Triangle triangle, vec2 weights) {
     precise float weight0 = 1.0 - weights.x - weights.y;
@@ -33,9 +69,10 @@ Surface triangle_surface(Triangle triangle, vec2 weights) {
     precise vec3 p1 = weights.x * triangle.corner1.xyz;
     precise vec3 p2 = weights.y * triangle.corner2.xyz;
     precise vec3 point = p0 + p1 + p2;
-    const vec3 normal = normalize(vec3(triangle.corner0.w, triangle.corner1.w, triangle.corner2.w));
-    // Weight 0 is the one with an absolute error, of 2 u.
-    return Surface(point, normal, gamma_point * (abs(triangle.corner0.xyz) + abs(p1) + abs(p2)), point);
+    const vec3 raw_normal = vec3(triangle.corner0.w, triangle.corner1.w, triangle.corner2.w);
+    const float reach = reach_of(triangle);
+    point = drawn_in(triangle, vec3(weight0, weights), point, raw_normal, reach);
+    return Surface(point, normalize(raw_normal), plane_error(triangle, p1, p2, reach), point);
 }
 
 vec3 convex_extent(Convex shape) { return vec3(shape.to_world0.w, shape.to_world1.w, shape.to_world2.w); }
@@ -94,9 +131,20 @@ Surface surface_at(uint slot, uint face, vec3 local, float time) {
     return surface;
 }
 
+// Each coordinate moved by up to 256 representable numbers, near 0 by a fixed way [Wächter 2019].
+vec3 moved_by_ulps(vec3 point, vec3 side) {
+    const ivec3 steps = ivec3(256.0 * side);
+    const vec3 far = intBitsToFloat(floatBitsToInt(point) + mix(steps, -steps, lessThan(point, vec3(0.0))));
+    precise vec3 near = point + side / 65536.0;
+    return mix(far, near, lessThan(abs(point), vec3(1.0 / 32.0)));
+}
+
 // Moves the origin along `side`, the normal on the side that the ray goes to, by the bound on the point's error along it.
 vec3 offset_ray_origin(Surface surface, vec3 side) {
+    if (guard == guard_ulp) return moved_by_ulps(surface.point, side);
     precise float distance = dot(abs(side), surface.error);
+    if (guard == guard_fixed_epsilon) distance = guard_epsilon;
+    if (guard == guard_exclusion) return surface.point;
     if (PLANTED(self_hit_not_excluded)) distance = 0.0;
     distance = PLANT(epsilon_too_large, planted_amount * scene.extent, distance);
     precise vec3 origin = surface.point + distance * side;

@@ -27,6 +27,48 @@ Convex placed_convex(EntityTransform m, vec3 centre, vec3 half_size) {
     return shape;
 }
 
+// What rounding took from the product a b [Dekker 1971].
+float product_rest(float a, float b, float product) {
+    precise float split_a = 4097.0 * a;
+    precise float high_a = split_a - (split_a - a);
+    precise float low_a = a - high_a;
+    precise float split_b = 4097.0 * b;
+    precise float high_b = split_b - (split_b - b);
+    precise float low_b = b - high_b;
+    precise float rest = low_a * low_b - (((product - high_a * high_b) - low_a * high_b) - high_a * low_b);
+    return rest;
+}
+
+// a b - c d, whatever cancels.
+float difference_of_products(float a, float b, float c, float d) {
+    precise float ab = a * b;
+    precise float cd = c * d;
+    precise float difference = (ab - cd) + (product_rest(a, b, ab) - product_rest(c, d, cd));
+    return difference;
+}
+
+// What rounding took from the difference a - b [Knuth].
+vec3 difference_rest(vec3 a, vec3 b, vec3 difference) {
+    precise vec3 b_part = a - difference;
+    precise vec3 a_part = difference + b_part;
+    precise vec3 rest = (a - a_part) + (b_part - b);
+    return rest;
+}
+
+// (b - a) x (c - a). Rounded edges turn the plane of a sliver by its aspect times their rounding, so there the rests count.
+vec3 edge_product(vec3 a, vec3 b, vec3 c) {
+    precise vec3 e = b - a;
+    precise vec3 f = c - a;
+    precise vec3 plain = cross(e, f);
+    const float sliver = 256.0;
+    if (!(dot(e, e) * dot(f, f) > sliver * sliver * dot(plain, plain))) return plain;
+    const vec3 e_rest = difference_rest(b, a, e), f_rest = difference_rest(c, a, f);
+    precise vec3 whole = vec3(difference_of_products(e.y, f.z, e.z, f.y), difference_of_products(e.z, f.x, e.x, f.z),
+        difference_of_products(e.x, f.y, e.y, f.x));
+    precise vec3 normal = whole + (cross(e, f_rest) + cross(e_rest, f));
+    return normal;
+}
+
 void main() {
     uint slot = gl_GlobalInvocationID.x;
     if (slot >= settings.triangle_count + settings.sphere_count + settings.cuboid_count) return;
@@ -38,7 +80,8 @@ void main() {
         const vec3 p1 = transformed(m, vertices[source.index1].xyz);
         const vec3 p2 = transformed(m, vertices[source.index2].xyz);
         // The world's cross product is that of the object through det(M) M^-T: a mirrored triangle keeps its front.
-        precise vec3 normal = PLANT(determinant_ignored, 1.0, m.determinant_sign) * cross(p1 - p0, p2 - p0);
+        precise vec3 normal =
+            PLANT(determinant_ignored, 1.0, m.determinant_sign) * edge_product(p0, p1, p2);
         triangles[slot] = Triangle(vec4(p0, normal.x), vec4(p1, normal.y), vec4(p2, normal.z));
         return;
     }

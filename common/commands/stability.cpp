@@ -8,6 +8,7 @@
 #include "common/commands/command.h"
 #include "common/commands/console.h"
 #include "common/error.h"
+#include "common/self_test/self_test.h"
 #include "common/stability/catalogue.h"
 
 namespace tandem {
@@ -40,6 +41,17 @@ nlohmann::json to_json(const CaseResult& result) {
         {"outcome", stability::outcome_names[static_cast<std::size_t>(result.outcome)]}};
     if (!result.remark.empty()) json["remark"] = result.remark;
     return json;
+}
+
+// Of the device that the benches share; nothing where all compute as this program does.
+std::optional<DeviceSelfTest> test_device(const std::vector<stability::Bench>& benches) {
+    for (const stability::Bench& bench : benches)
+        if (const std::optional<DeviceSelfTest> test = self_test_of(*bench.renderer)) return test;
+    return std::nullopt;
+}
+
+nlohmann::json to_json(const std::optional<DeviceSelfTest>& test) {
+    return test ? tandem::to_json(std::vector{*test}).front() : nlohmann::json();
 }
 
 nlohmann::json to_json(const StabilityReport& report, const std::vector<stability::Bench>& benches) {
@@ -140,8 +152,12 @@ ExitStatus stability_command(const StabilityArguments& arguments, const CommandC
     if (report.results.empty())
         throw InputError("no case has such an arm" +
                          (report.skipped.empty() ? std::string() : ": " + report.skipped.front().reason));
-    write_json(context, to_json(report, benches));
+    const std::optional<DeviceSelfTest> test = test_device(benches);
+    nlohmann::json json = to_json(report, benches);
+    json["device_self_test"] = to_json(test);
+    write_json(context, json);
     print_report(report, context.verbose);
+    if (test) fmt::print("Self-test of {}: {}\n", test->device, in_short(test->result));
     return report.passed() ? ExitStatus::fine : report.complete ? ExitStatus::disagree : ExitStatus::undecided;
 }
 

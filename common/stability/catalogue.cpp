@@ -7,6 +7,7 @@
 
 #include "common/error.h"
 #include "common/stability/generators.h"
+#include "common/stability/metamorphic.h"
 
 namespace tandem::stability {
 
@@ -14,7 +15,7 @@ namespace {
 
 using nlohmann::json;
 
-constexpr std::array<std::string_view, 4> subject_names{"triangles", "convex", "guards", "images"};
+constexpr std::array<std::string_view, 5> subject_names{"triangles", "convex", "guards", "images", "changes"};
 
 class Reader {
 public:
@@ -29,16 +30,20 @@ public:
         result.source = text(entry, at, "source");
         result.bound_text = text(entry, at, "bound");
         result.bound = number(entry, at, "bound_ulp");
+        result.bound_vulkan = entry.contains("bound_ulp_vulkan") ? number(entry, at, "bound_ulp_vulkan") : result.bound;
         result.bound_double = entry.contains("bound_ulp_double") ? number(entry, at, "bound_ulp_double") : result.bound;
         const std::string subject = text(entry, at, "subject");
         const auto found = std::ranges::find(subject_names, subject);
         if (found == subject_names.end())
-            throw input_error(
-                file_, at + "/subject", "'" + subject + "' is no subject", "use triangles, convex, guards or images");
+            throw input_error(file_, at + "/subject", "'" + subject + "' is no subject",
+                "use triangles, convex, guards, images or changes");
         result.subject = static_cast<Subject>(found - subject_names.begin());
         if (result.subject == Subject::images) {
             result.scene_file = (std::filesystem::path(file_).parent_path() / text(entry, at, "scene")).string();
             result.samples = static_cast<std::uint64_t>(number(entry, at, "samples"));
+            if (entry.contains("bounces")) result.bounces = static_cast<std::uint32_t>(number(entry, at, "bounces"));
+        } else if (result.subject == Subject::changes) {
+            read_change(entry, at, result);
         } else {
             result.generator = text(entry, at, "generator");
             result.rays = static_cast<std::uint64_t>(number(entry, at, "rays"));
@@ -59,6 +64,16 @@ public:
     }
 
 private:
+    void read_change(const json& entry, const std::string& at, HardCase& result) const {
+        result.change = text(entry, at, "change");
+        if (std::ranges::find(change_names, result.change) == change_names.end())
+            throw input_error(file_, at + "/change", "'" + result.change + "' is no change",
+                "use scaled, turned, mirrored, permuted, split or baked");
+        result.samples = static_cast<std::uint64_t>(number(entry, at, "samples"));
+        for (const json& scene : entry.value("scenes", json::array()))
+            result.scene_files.push_back(
+                (std::filesystem::path(file_).parent_path() / scene.get<std::string>()).string());
+    }
     [[nodiscard]] std::string text(const json& entry, const std::string& at, const char* name) const {
         if (!entry.contains(name) || !entry.at(name).is_string())
             throw input_error(file_, at + "/" + name, "is missing or no text", "give the case a " + std::string(name));

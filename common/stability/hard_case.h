@@ -54,7 +54,7 @@ struct RayWork {
 };
 
 // What kernels a case is about.
-enum class Subject { triangles, convex, guards, images };
+enum class Subject { triangles, convex, guards, images, changes };
 
 struct ArmPattern {  // empty fields: any
     std::string backend, precision, kernel;
@@ -70,12 +70,16 @@ struct HardCase {
     Parameters parameters;
     std::uint64_t rays = 0, seed = 0;
     double bound = 0.0;            // ulp of the largest coordinate
+    double bound_vulkan = 0.0;     // that of the Vulkan renderer in single precision, where it differs; else equal
     double bound_double = 0.0;     // that of double precision, where it differs; else equal
     bool counts_as_aimed = false;  // at edges and vertices
     std::vector<ArmPattern> expected_failures;
+    std::string change;  // metamorphic cases: a name of change_names, of these scenes
+    std::vector<std::string> scene_files;
     std::string scene_file;  // image cases
     std::uint64_t samples = 0;
-    bool every_pixel = false;  // is held to the closed form by itself: all paths carry the same
+    std::optional<std::uint32_t> bounces;  // in place of the file's
+    bool every_pixel = false;              // is held to the closed form by itself: all paths carry the same
 };
 
 // The rays of a case. Throws InputError for an unknown generator or a parameter that it lacks.

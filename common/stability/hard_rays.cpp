@@ -372,18 +372,18 @@ RayWork empty_world(Dice&) {
     return work;
 }
 
-// Sheets at 2^-k of size 2^-k, k < 64: whatever halves a hierarchy by place or size grows it deep.
+// Sheets at 2^(-k/2) of that size, k < 64: whatever halves a hierarchy by place or size grows it deep.
 RayWork deep_hierarchy(int levels, Dice&) {
     RayWork work;
     work.scene = empty_scene();
     for (int k = 0; k < levels; ++k) {
-        const double s = std::exp2(-k);
+        const double s = static_cast<float>(std::exp2(-0.5 * k));
         add_mesh(work.scene, {{{-s, -s, s}, {s, -s, s}, {0, s, s}}, {{0, 1, 2}}});
     }
     work.aim = [levels](Dice& d) {
         const auto k = static_cast<std::uint32_t>(d.below(static_cast<std::size_t>(levels)));
-        const double s = std::exp2(-static_cast<double>(k));
-        GivenRay ray = ray_along({s * d.between(-0.25, 0.25), -0.5 * s, s * 1.25}, {0, 0, -1});
+        const double s = static_cast<float>(std::exp2(-0.5 * static_cast<double>(k)));
+        GivenRay ray = ray_along({s * d.between(-0.25, 0.25), -0.5 * s, s * 1.125}, {0, 0, -1});
         return JudgedRay{.ray = ray, .must = Must::hit, .primitive = k};
     };
     return work;

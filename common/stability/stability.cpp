@@ -6,6 +6,7 @@
 
 #include "common/error.h"
 #include "common/stability/image_judge.h"
+#include "common/stability/metamorphic.h"
 #include "common/stability/ray_judge.h"
 
 namespace tandem::stability {
@@ -43,7 +44,7 @@ std::vector<Arm> arms_of(Subject subject, const std::vector<Bench>& benches, con
             add_arms(arms, bench, &IntersectionSettings::triangles, triangle_kernel_names);
         if (subject == Subject::convex) add_arms(arms, bench, &IntersectionSettings::convex, convex_kernel_names);
         if (subject == Subject::guards) add_arms(arms, bench, &IntersectionSettings::guard, guard_names);
-        if (subject == Subject::images) arms.push_back({&bench, {}, "default", true});
+        if (subject == Subject::images || subject == Subject::changes) arms.push_back({&bench, {}, "default", true});
     }
     if (!kernel.empty()) std::erase_if(arms, [&](const Arm& arm) { return arm.kernel != kernel; });
     return arms;
@@ -80,7 +81,8 @@ public:
             const std::vector<Arm> arms = arms_of(hard_case.subject, benches_, options_.kernel);
             if (arms.empty()) continue;
             std::vector<RayWork> work;
-            if (hard_case.subject != Subject::images) work = make_ray_work(hard_case);
+            if (hard_case.subject != Subject::images && hard_case.subject != Subject::changes)
+                work = make_ray_work(hard_case);
             for (const Arm& arm : arms) {
                 if (options_.stop.stop_requested()) {
                     report_.complete = false;
@@ -108,7 +110,9 @@ private:
         result.precision = name_of(arm.bench->precision, precision_names);
         result.kernel = arm.kernel;
         result.bound_text = hard_case.bound_text;
-        result.bound = arm.bench->precision == Precision::double_precision ? hard_case.bound_double : hard_case.bound;
+        result.bound = arm.bench->precision == Precision::double_precision ? hard_case.bound_double
+                       : arm.bench->backend == "vulkan"                    ? hard_case.bound_vulkan
+                                                                           : hard_case.bound;
         result.aimed = hard_case.counts_as_aimed;
         if (options_.progress)
             options_.progress(static_cast<double>(done_) / static_cast<double>(pairs_),
@@ -116,6 +120,9 @@ private:
         try {
             if (hard_case.subject == Subject::images) {
                 judge_image(
+                    hard_case, *arm.bench->renderer, arm.bench->precision, share_of_time(), options_.stop, result);
+            } else if (hard_case.subject == Subject::changes) {
+                judge_change(
                     hard_case, *arm.bench->renderer, arm.bench->precision, share_of_time(), options_.stop, result);
             } else {
                 const bool in_full = arm.is_default && arm.bench->backend == "cpu" &&

@@ -440,6 +440,44 @@ class Commands(unittest.TestCase):
         listed = tandem("bench", "--scene", self.scene, "--list")
         self.assertEqual(listed.returncode, 0)
         self.assertIn("pre-recorded", listed.stdout)
+    def test_stability_tells_each_arm_and_expects_weak_kernels_to_fail(self):
+        out = self.folder / "hard.json"
+        result = tandem("stability", "--catalogue", SCENES / "hard" / "catalogue.json", "--backend", "cpu",
+                        "--precision", "single", "--case", "1,12", "--time", "2", "--json", out)
+        self.assertEqual(result.returncode, 0, result.stdout + result.stderr)
+        report = json.loads(out.read_text())
+        self.assertEqual(report["verdict"], "pass")
+        self.assertIsNone(report["device_self_test"])  # the CPU is no device
+        arms = {(case["id"], case["kernel"]): case for case in report["cases"]}
+        self.assertEqual(arms["1", "watertight"]["outcome"], "pass")
+        self.assertEqual(arms["1", "watertight"]["misses"], 0)
+        self.assertEqual(arms["1", "moller-trumbore"]["outcome"], "expected failure")
+        for key in ("name", "backend", "precision", "rays", "false_hits", "self_hits", "worst_ulp", "bound",
+                    "nanoseconds_per_ray"):
+            self.assertIn(key, arms["12", "watertight"])
+
+    def test_stability_on_a_device_tells_how_exactly_that_computes(self):
+        out = self.folder / "hard.json"
+        result = tandem("stability", "--catalogue", SCENES / "hard" / "catalogue.json", "--backend", "vulkan",
+                        "--precision", "single", "--case", "1", "--kernel", "watertight", "--json", out)
+        self.assertEqual(result.returncode, 0, result.stdout + result.stderr)
+        self.assertIn("Self-test of", result.stdout)
+        told = json.loads(out.read_text())["device_self_test"]
+        self.assertTrue(told["device"])
+        self.assertIn("functions", told)
+
+    def test_stability_refuses_what_is_not_there(self):
+        catalogue = SCENES / "hard" / "catalogue.json"
+        self.refused(tandem("stability", "--catalogue", catalogue, "--case", "nonsense"), "nonsense")
+        self.refused(tandem("stability", "--catalogue", self.folder / "no.json"), "no.json", "--catalogue")
+        self.refused(tandem("stability", "--catalogue", catalogue, "--backend", "cpu", "--precision", "mixed"), "mixed")
+
+    def test_kernels_and_guards_that_a_backend_lacks_are_refused_with_the_reason(self):
+        out = self.folder / "out.pfm"
+        self.refused(tandem("render", self.scene, "-o", out, "--precision", "double", "--triangle-kernel", "embree"),
+                     "single precision")
+        self.refused(tandem("render", self.scene, "-o", out, "--backend", "oracle", "--guard", "ulp"), "oracle")
+        self.refused(tandem("render", self.scene, "-o", out, "--epsilon", "0.1"), "--epsilon", "fixed-epsilon")
 
     def test_cost_measures_continues_and_refuses(self):
         out, samples = self.folder / "cost.json", self.folder / "cost.samples"

@@ -62,7 +62,9 @@ bool share_a_plane(std::array<glm::dvec3, 2> a, std::array<glm::dvec3, 2> b) {
 TEST_CASE("every shipped scene loads") {
     std::size_t loaded = 0;
     for (const auto& entry : std::filesystem::recursive_directory_iterator(scenes_folder)) {
-        if (entry.path().extension() != ".json" || entry.path().stem().extension() == ".schema") continue;
+        if (entry.path().extension() != ".json" || entry.path().stem().extension() == ".schema" ||
+            entry.path().filename() == "catalogue.json")
+            continue;
         CAPTURE(entry.path().string());
         CHECK_NOTHROW((void)load_scene(entry.path()));
         ++loaded;

@@ -131,7 +131,7 @@ TEST_CASE("distances from surfaces: triangles, ellipsoids and sheared boxes") {
 }
 
 TEST_CASE("a catalogue with a fault is refused by one line that names the place") {
-    const test::TemporaryFolder folder;
+    const TemporaryFolder folder;
     const std::string file = (folder / "c.json").string();
     for (const auto& [text, part] :
         {std::pair{"{", "is no JSON"}, {"{}", "/cases: is missing"}, {R"({"cases": [{"name": "x"}]})", "/cases/0/id"},

@@ -8,8 +8,18 @@
 namespace tandem {
 
 // The thesis's stages, in the order in which a frame runs them, and the kernels of other shapes; then what no frame
-// runs: single paths, written down.
-enum class Stage : std::uint32_t { pre_process, vertex, ray_gen, intersect, scatter, post_process, megakernel, trace };
+// runs: single paths, written down, and rays of the caller.
+enum class Stage : std::uint32_t {
+    pre_process,
+    vertex,
+    ray_gen,
+    intersect,
+    scatter,
+    post_process,
+    megakernel,
+    trace,
+    ray_batch
+};
 inline constexpr std::size_t stage_count = 7;  // of frames
 inline constexpr std::array<const char*, stage_count> stage_names{
     "pre-process", "vertex", "ray-gen", "intersect", "scatter", "post-process", "megakernel"};

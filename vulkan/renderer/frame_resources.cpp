@@ -85,7 +85,10 @@ constexpr bool is_ping_ponged(std::size_t i) { return i < ping_ponged || i + 1 =
 std::vector<BufferSpec> ray_specs(const std::optional<PathState>& path, std::uint64_t pixels, std::uint32_t bounces) {
     const auto list = ray_list(path);
     std::vector<BufferSpec> specs;
-    const auto add = [&](std::size_t i) { specs.push_back({pixels * list[i].bytes, Usage::eStorageBuffer}); };
+    // Copied from and to by VulkanIntersector alone.
+    const auto add = [&](std::size_t i) {
+        specs.push_back({pixels * list[i].bytes, Usage::eStorageBuffer | Usage::eTransferSrc | Usage::eTransferDst});
+    };
     for (std::size_t i = 0; i < 2 * ping_ponged; ++i) add(i % ping_ponged);
     for (std::size_t i = ping_ponged; i < ping_ponged + 3; ++i) add(i);
     specs.push_back(

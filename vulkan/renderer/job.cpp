@@ -11,6 +11,7 @@
 #include "common/error.h"
 #include "vulkan/core/device_selection.h"
 #include "vulkan/framework/spirv_optimizer.h"
+#include "vulkan/renderer/ray_batch.h"
 
 namespace tandem {
 
@@ -71,7 +72,7 @@ Specialisation specialise(const Device& device, const Scene& described, const Sc
     return {fault.bug == PlantedBug::stale_constant ? without_one(effects) : effects,
         path_state(effects, general, scene), fit && !on_cpu && !general, unrolled, count(scene.triangle_count),
         count(scene.sphere_count), count(scene.cuboid_count), trees.triangles, trees.spheres, trees.cuboids,
-        to_distance(settings.ray_min), to_distance(settings.ray_max), fault};
+        to_distance(settings.ray_min), to_distance(settings.ray_max), fault, settings.intersection};
 }
 
 RenderSettings checked(RenderSettings settings) {
@@ -83,10 +84,7 @@ RenderSettings checked(RenderSettings settings) {
                 settings.width, settings.height));
     if (!(settings.ray_min >= 0.0) || !(settings.ray_max >= settings.ray_min))
         throw InputError("the interval of ray distances is empty or begins below 0; use 0 <= ray_min <= ray_max");
-    if (settings.intersection != IntersectionSettings{})
-        throw UnsupportedError(
-            "the Vulkan renderer has the kernels watertight and stable and the guard error-bound alone; use those, or "
-            "the cpu backend");
+    check_kernels(settings.intersection);
     if (settings.bounces >= 1u << 28) throw InputError("more than 2^28 bounces have no random numbers; ask for fewer");
     return settings;
 }
@@ -120,6 +118,7 @@ VulkanJob::VulkanJob(const Instance& instance, const Device& device, Stages& sta
       scene_(flatten(scene, settings_, acceleration)),
       specialisation_(specialise(device, scene, scene_, settings_, planted_bug)),
       kept_(patterns.kernel == KernelShape::stages ? std::optional(specialisation_.path) : std::nullopt),
+      stages_(stages),
       layout_(stages.layout()),
       pipelines_(stages.pipelines(specialisation_, patterns.kernel)),
       tile_pixels_(tile_size(device, std::uint64_t{settings_.width} * settings_.height, kept_)),
@@ -413,7 +412,7 @@ std::uint64_t VulkanJob::render_tile_block(Tile tile, SampleRange block, Progres
 std::vector<PathTrace> VulkanJob::trace(std::uint32_t x, std::uint32_t y, SampleRange samples) {
     if (x >= settings_.width || y >= settings_.height) throw Error("the pixel to trace lies outside of the image");
     if (!tracing_)
-        tracing_ = std::make_unique<PathTracing>(device_, layout_, scene_, specialisation_, settings_.bounces);
+        tracing_ = std::make_unique<PathTracing>(device_, stages_, scene_, specialisation_, settings_.bounces);
     std::vector<PathTrace> traces = tracing_->trace(y * settings_.width + x, samples, stage_settings({}, 0));
     instance_.log().raise();
     return traces;

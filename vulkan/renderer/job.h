@@ -68,6 +68,7 @@ private:
     SceneData scene_;
     Specialisation specialisation_;
     std::optional<PathState> kept_;  // from vertex to vertex in buffers
+    const Stages& stages_;
     const PipelineLayout& layout_;
     std::shared_ptr<const Stages::Pipelines> pipelines_;
     std::uint32_t tile_pixels_;

@@ -59,17 +59,15 @@ TracedVertex vertex_of(const gpu::Vec4* words) {
 
 }  // namespace
 
-PathTracing::PathTracing(const Device& device, const PipelineLayout& layout, const SceneData& scene,
+PathTracing::PathTracing(const Device& device, const Stages& stages, const SceneData& scene,
     const Specialisation& specialisation, std::uint32_t bounces)
-    : layout_(layout),
+    : layout_(stages.layout()),
       primitives_(scene.triangle_count + scene.sphere_count + scene.cuboid_count),
       words_(words_of_path(bounces)),
       most_samples_(std::max(1u, most_words / words_)),
-      vertex_(make_compute_pipeline(
-          device, nullptr, layout.handle(), shader_code(Stage::vertex), specialisation.constants())),
-      trace_(make_compute_pipeline(
-          device, nullptr, layout.handle(), shader_code(Stage::trace), specialisation.constants())),
-      resources_(device, layout, scene, {}, 0, most_samples_ * words_ / words_per_pixel + 1, MemoryLayout::per_set),
+      vertex_(stages.make(Stage::vertex, specialisation.constants())),
+      trace_(stages.make(Stage::trace, specialisation.constants())),
+      resources_(device, layout_, scene, {}, 0, most_samples_ * words_ / words_per_pixel + 1, MemoryLayout::per_set),
       submission_(device, {}) {}
 
 void PathTracing::record(const vk::raii::CommandBuffer& commands, const vk::raii::Pipeline& pipeline,

@@ -12,7 +12,7 @@ namespace tandem {
 class PathTracing {
 public:
     // What is referred to must outlive it. Throws UnsupportedError for paths that are too long to be kept whole.
-    PathTracing(const Device& device, const PipelineLayout& layout, const SceneData& scene,
+    PathTracing(const Device& device, const Stages& stages, const SceneData& scene,
         const Specialisation& specialisation, std::uint32_t bounces);
 
     // Samples of one pixel; `settings` as every stage is told them.

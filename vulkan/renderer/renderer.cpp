@@ -6,6 +6,7 @@
 #include "vulkan/framework/device_arithmetic.h"
 #include "vulkan/renderer/job.h"
 #include "vulkan/renderer/kernel_shape.h"
+#include "vulkan/renderer/ray_batch.h"
 
 namespace tandem {
 
@@ -16,8 +17,10 @@ const BackendOptions& checked(const BackendOptions& options) {
         throw UnsupportedError(
             "the Vulkan renderer computes in float: few devices have fast doubles; use --precision "
             "single, or the cpu or oracle backend");
-    if (options.precision == Precision::contracted || options.precision == Precision::mixed)
-        throw UnsupportedError("the Vulkan renderer rounds every operation in float; use --precision single");
+    if (options.precision == Precision::mixed)
+        throw UnsupportedError(
+            "the Vulkan renderer keeps rays and surfaces in float, so that double geometry would find the same points; "
+            "use --precision single, or the cpu backend in double");
     if (options.threads != 0)
         throw UnsupportedError("the Vulkan renderer has no CPU threads to set; leave --threads out");
     if (options.planted_bug != PlantedFault() && !shaders_hold_planted_bugs())
@@ -37,7 +40,7 @@ public:
           shape_(kernel_shape(options.kernel)),
           instance_(validation_wanted(options.validation)),
           device_(std::make_unique<Device>(instance_, options.device)),
-          stages_(std::make_unique<Stages>(*device_)) {
+          stages_(std::make_unique<Stages>(*device_, options.precision == Precision::contracted)) {
         instance_.log().raise();
     }
 
@@ -62,6 +65,11 @@ public:
 
     [[nodiscard]] std::unique_ptr<ArithmeticProbe> arithmetic() override {
         return std::make_unique<DeviceArithmetic>(*device_);
+    }
+
+    [[nodiscard]] std::unique_ptr<RayIntersector> intersector(
+        const Scene& scene, const RenderSettings& settings) override {
+        return std::make_unique<VulkanIntersector>(instance_, *device_, *stages_, scene, settings, acceleration_);
     }
 
 private:

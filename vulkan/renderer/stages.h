@@ -32,6 +32,7 @@ struct Specialisation {
     std::optional<std::uint32_t> triangle_root, sphere_root, cuboid_root;  // of trees in place of loops
     float ray_min = 0, ray_max = 0;
     PlantedFault planted_bug;
+    IntersectionSettings intersection;
 
     [[nodiscard]] std::vector<SpecialisationConstant> constants() const;
 };
@@ -56,15 +57,24 @@ public:
         double seconds = 0.0;                    // that making them took
     };
 
-    explicit Stages(const Device& device);
+    // `contracted`: drivers may fuse products and sums.
+    explicit Stages(const Device& device, bool contracted = false);
 
     [[nodiscard]] const PipelineLayout& layout() const { return layout_; }
     [[nodiscard]] std::shared_ptr<const Pipelines> pipelines(const Specialisation& specialisation, KernelShape shape);
+    [[nodiscard]] vk::raii::Pipeline make(Stage stage, const std::vector<SpecialisationConstant>& constants) const;
+
+    struct RayPipelines {
+        vk::raii::Pipeline vertex, ray_batch;
+    };
+    [[nodiscard]] std::shared_ptr<const RayPipelines> ray_pipelines(const Specialisation& specialisation);
 
 private:
     const Device& device_;
     PipelineLayout layout_;
-    std::map<std::vector<std::uint32_t>, std::shared_ptr<const Pipelines>> pipelines_;  // by shape and constant values
+    bool contracted_;
+    std::map<std::vector<std::uint32_t>, std::shared_ptr<const Pipelines>> pipelines_;  // by constant values and shape
+    std::map<std::vector<std::uint32_t>, std::shared_ptr<const RayPipelines>> ray_pipelines_;
 };
 
 }  // namespace tandem

@@ -1,0 +1,67 @@
+// Rays of the caller on the device, and what its shaders promise of rounding.
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <limits>
+
+#include "common/error.h"
+#include "tests/scene_builder.h"
+#include "vulkan/backend.h"
+#include "vulkan/framework/shader_library.h"
+#include "vulkan/framework/spirv_decorations.h"
+
+using namespace tandem;
+
+TEST_CASE("every operation of floating-point arithmetic in the shipped SPIR-V bears NoContraction") {
+    for (std::uint32_t stage = 0; stage <= static_cast<std::uint32_t>(Stage::ray_batch); ++stage) {
+        CAPTURE(stage);
+        const auto code = shader_code(static_cast<Stage>(stage));
+        const ContractionCount count = count_no_contraction(code);
+        CHECK(count.decorated == count.arithmetic);
+        const std::vector<std::uint32_t> bare = without_no_contraction(code);
+        CHECK(count_no_contraction(bare).arithmetic == count.arithmetic);
+        CHECK(count_no_contraction(bare).decorated == 0);
+    }
+    CHECK(count_no_contraction(shader_code(Stage::intersect)).arithmetic > 100);
+    CHECK(count_no_contraction(shader_code(Stage::ray_batch)).arithmetic > 100);
+}
+
+TEST_CASE("given rays find distance, primitive, normal and where the next ray starts") {
+    test::SceneBuilder builder;
+    builder.sphere(test::diffuse(glm::dvec3(1.0)), {0, 0, 0}, 1.0)
+        .quad(test::diffuse(glm::dvec3(1.0)), {-4, -4, -3}, {4, -4, -3}, {4, 4, -3}, {-4, 4, -3})
+        .cuboid(test::diffuse(glm::dvec3(1.0)), {2, -1, -1}, {3, 1, 1});
+    const auto renderer = vulkan_backend().create({});
+    const auto intersector = renderer->intersector(builder.scene(), {});
+    std::vector<GivenRay> rays(6);
+    rays[0].origin = {0, 0, 5};   // the sphere
+    rays[1].origin = {-2, 1, 5};  // the quad's second triangle
+    rays[2].origin = {2.5, 0, 5};
+    rays[3].origin = {0, 0, 5};
+    rays[3].t_max = 3.9;  // short of it
+    rays[4].origin = {0, 0, 5};
+    rays[4].direction = {0, 0, std::numeric_limits<double>::quiet_NaN()};
+    rays[5] = rays[0];
+    rays[5].direction = {0, 0, -1e20};
+    const RayHits found = intersector->intersect(rays);
+    CHECK(found.hits[0].t == doctest::Approx(4.0).epsilon(1e-6));
+    CHECK(found.hits[0].primitive == 0);
+    CHECK(found.hits[0].normal.z == doctest::Approx(1.0).epsilon(1e-6));
+    CHECK(found.hits[0].leaving_front.z > found.hits[0].leaving_back.z);
+    CHECK(found.hits[1].t == 8.0);
+    CHECK(found.hits[1].primitive == 2);
+    CHECK(found.hits[2].primitive == 3);
+    CHECK(found.hits[2].t == doctest::Approx(4.0).epsilon(1e-6));
+    CHECK(found.hits[3].primitive == no_index);
+    CHECK(found.hits[4].primitive == no_index);
+    CHECK(found.hits[5].t == found.hits[0].t);
+
+    RenderSettings fixed;
+    fixed.intersection.guard = SelfIntersectionGuard::fixed_epsilon;
+    fixed.intersection.epsilon = 0.25;
+    const RayHits moved = renderer->intersector(builder.scene(), fixed)->intersect(rays);
+    CHECK(moved.hits[1].leaving_front.z == -2.75);
+    CHECK(moved.hits[1].leaving_back.z == -3.25);
+    fixed.intersection.triangles = TriangleKernel::embree;
+    CHECK_THROWS_AS(static_cast<void>(renderer->intersector(builder.scene(), fixed)), UnsupportedError);
+}
