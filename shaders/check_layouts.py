@@ -8,7 +8,7 @@ usage: check_layouts.py OUT.h REFLECTION.json...
 import json
 import sys
 
-SHARED = {"PrimitiveSource", "EntityTransform", "Placed", "Triangle", "Convex", "BvhNode", "Material", "Texture", "Medium", "Light",
+SHARED = {"PrimitiveSource", "EntityTransform", "Placed", "Triangle", "Convex", "DoubleTriangle", "DoubleConvex", "BvhNode", "Material", "Texture", "Medium", "Light",
           "Environment", "SceneHeader", "Camera", "Settings"}
 
 

@@ -90,7 +90,7 @@ void try_cuboid(uint i, Ray ray, uint own, bool inside, inout Hit best, inout ve
 // The closest hits of each kind of primitive, up to and including the distance `limit`.
 Hit closest_triangle(Ray ray, uint own, float limit) {
     Hit best = Hit(limit, hit_none, 0, vec3(0.0));
-    const mat3 frame = frame_of(ray.direction);
+    const mat3 frame = frame_of_ray(ray);
     if (triangle_tree) {
         const BoxRay boxes = box_ray(ray);
         uint current = bvh_start(triangle_root);

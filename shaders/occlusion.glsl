@@ -28,7 +28,7 @@ bool cuboid_blocks(uint i, Ray ray, float t_max, uint own, bool inside, uint lig
 
 bool any_triangle_blocks(Ray ray, float t_max, uint own, uint light) {
     bool blocked = false;
-    const mat3 frame = frame_of(ray.direction);
+    const mat3 frame = frame_of_ray(ray);
     if (triangle_tree) {
         const BoxRay boxes = box_ray(ray);
         uint current = bvh_start(triangle_root);

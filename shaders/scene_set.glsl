@@ -39,6 +39,7 @@ layout(std430, set = 0, binding = 13) readonly restrict buffer BvhNodes { BvhNod
 
 // The same three buffers as uniform blocks, of at most the 16 KiB that every device allows: where all threads read the same
 // primitive, that is the faster way.
+#ifndef DOUBLE_GEOMETRY
 layout(std140, set = 0, binding = 10) uniform FewTriangles { Triangle few_triangles[16384 / 48]; };
 layout(std140, set = 0, binding = 11) uniform FewSpheres { Convex few_spheres[16384 / 96]; };
 layout(std140, set = 0, binding = 12) uniform FewCuboids { Convex few_cuboids[16384 / 96]; };
@@ -70,6 +71,11 @@ Convex cuboid_at(uint i) {
     if (few_primitives) return few_cuboids[i];
     return cuboids[i];
 }
+#else
+Triangle triangle_at(uint i) { return triangles[i]; }
+Convex sphere_at(uint i) { return spheres[i]; }
+Convex cuboid_at(uint i) { return cuboids[i]; }
+#endif
 #endif
 
 #endif

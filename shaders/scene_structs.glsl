@@ -33,22 +33,31 @@ struct Placed {
     uint light;  // index into lights, or no_light
 };
 
+// World primitives are the only ones that may be held in double (ray_batch_double.comp).
+#ifdef DOUBLE_GEOMETRY
+#define GEOMETRY_VEC4 dvec4
+#define Triangle DoubleTriangle
+#define Convex DoubleConvex
+#else
+#define GEOMETRY_VEC4 vec4
+#endif
+
 // A triangle's world corners; the w parts are its normal (v1 - v0) x (v2 - v0), towards the front.
 struct Triangle {
-    vec4 corner0;
-    vec4 corner1;
-    vec4 corner2;
+    GEOMETRY_VEC4 corner0;
+    GEOMETRY_VEC4 corner1;
+    GEOMETRY_VEC4 corner2;
 };
 
 // A sphere or cuboid as the image of the unit sphere or of the cube [-extent, extent], extent 1 on each axis or 0 where
 // the cuboid is flat: x = to_unit (p - centre), p = centre + to_world x.
 struct Convex {
-    vec4 to_unit0;  // row, centre x
-    vec4 to_unit1;  // row, centre y
-    vec4 to_unit2;  // row, centre z
-    vec4 to_world0;  // row, extent x
-    vec4 to_world1;
-    vec4 to_world2;
+    GEOMETRY_VEC4 to_unit0;  // row, centre x
+    GEOMETRY_VEC4 to_unit1;  // row, centre y
+    GEOMETRY_VEC4 to_unit2;  // row, centre z
+    GEOMETRY_VEC4 to_world0;  // row, extent x
+    GEOMETRY_VEC4 to_world1;
+    GEOMETRY_VEC4 to_world2;
 };
 
 // Two boxes and what they hold (shaders/bvh.glsl).

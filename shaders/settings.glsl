@@ -21,7 +21,7 @@ layout(constant_id = 13) const uint sphere_root = 0;
 layout(constant_id = 14) const uint cuboid_root = 0;
 #ifdef GIVEN_INTERVALS
 float ray_min, ray_max;  // of the ray in hand (ray_batch.comp)
-#else
+#elif !defined(DOUBLE_GEOMETRY)
 layout(constant_id = 15) const float ray_min = 0.0;  // those of Settings
 layout(constant_id = 16) const float ray_max = 0.0;
 #endif

@@ -16,6 +16,16 @@ bool is_sound(Ray ray) {
     return length2 > 0.5 && length2 < 2.0 && all(lessThanEqual(abs(ray.origin), vec3(1.0e18)));
 }
 
+// The frame along which corners are projected. Directions are of unit length to within float's rounding, which counts in
+// double.
+mat3 frame_of_ray(Ray ray) {
+#ifdef DOUBLE_GEOMETRY
+    return frame_of(normalize(ray.direction));
+#else
+    return frame_of(ray.direction);
+#endif
+}
+
 // Watertight test in the manner of [Woop 2013], with an orthonormal frame of the ray in place of the shear: the corners
 // are projected along the ray, and the three edge functions have exactly opposite signs in triangles that share an edge,
 // because a corner's projection depends on that corner and the ray alone and x y' - y x' is antisymmetric in rounding.
@@ -193,8 +203,15 @@ bool cuboid_span(Ray unit_ray, vec3 extent, out float entry, out float exit, out
     return !beside && entry <= exit;
 }
 
-// Where a ray that starts on the unit sphere and goes inside leaves it: the other root, the first being 0.
+// Where a ray that starts on the unit sphere and goes inside leaves it: the other root, the first being 0. In double the
+// origin may be a float, and so off the sphere by more than rounds here: then the root itself, or the middle of the chord
+// that a ray beside the sphere would have.
 float sphere_far_side(Ray unit_ray) {
+#ifdef DOUBLE_GEOMETRY
+    float entry, exit;
+    if (sphere_span(unit_ray, entry, exit)) return max(exit, 0.0);
+    return max(-dot(unit_ray.origin, unit_ray.direction) / dot(unit_ray.direction, unit_ray.direction), 0.0);
+#endif
     precise float t = -2.0 * dot(unit_ray.origin, unit_ray.direction) / dot(unit_ray.direction, unit_ray.direction);
     return max(t, 0.0);
 }

@@ -22,20 +22,33 @@ Convex convex_at(uint slot) {
     return cuboids[slot - settings.sphere_count];
 }
 
+// u of what follows.
+#ifdef DOUBLE_GEOMETRY
+const float unit_roundoff = 1.1102230246251565e-16lf;
+// Of points that are handed on: in mixed precision as floats.
+layout(constant_id = 21) const bool hands_on_floats = false;
+const float handed_roundoff = hands_on_floats ? 5.9604644775390625e-8 : 0.0;
+#else
+const float unit_roundoff = 5.9604644775390625e-8;
+const float handed_roundoff = 0.0;
+#endif
+
 // A plane is met again by its neighbours as dot(corner - origin, normal): two points subtracted (1), products (1), sums (2),
 // and both normals, of rounded edges (3 each, and 1 for the unit one): 11 roundings besides those of the point. Where all
 // terms vanish, as on planes through 0, one unit of the largest corner still keeps the origin off them.
-const float gamma_plane = 1.3709084e-6;  // gamma(23)
-const float least_offset = 5.9604645e-8;
+const float gamma_plane = 23.0001 * unit_roundoff;  // gamma(23), rounded up
+const float least_offset = unit_roundoff;
 
 // A hit next to an edge may lie beyond the neighbour there, by rounding, and a ray that leaves towards that neighbour would
 // miss it and get out of a closed mesh. So points within a margin of an edge move inwards by it, in the plane. The margin:
 // weights are off by 10 u, and points by gamma(11), of the largest corner; together below gamma(32) of it.
-const float gamma_margin = 1.9073523e-6;
+const float gamma_margin = 32.0001 * unit_roundoff;
 
 vec3 drawn_in(Triangle triangle, vec3 weights, vec3 point, vec3 raw_normal, float reach) {
     const vec3 corners[3] = vec3[3](triangle.corner0.xyz, triangle.corner1.xyz, triangle.corner2.xyz);
-    const float margin = gamma_margin * reach, doubled_area = length(raw_normal);
+    // Handed on as a float, the point lies up to sqrt(3) roundings of itself elsewhere.
+    const float handed = 4.0 * handed_roundoff * max(abs(point.x), max(abs(point.y), abs(point.z)));
+    const float margin = gamma_margin * reach + handed, doubled_area = length(raw_normal);
     for (uint i = 0; i < 3; ++i) {
         const vec3 edge = corners[(i + 2) % 3] - corners[(i + 1) % 3];  // across from corner i
         if (weights[i] * doubled_area >= margin * length(edge)) continue;
@@ -50,7 +63,7 @@ vec3 drawn_in(Triangle triangle, vec3 weights, vec3 point, vec3 raw_normal, floa
 // triangle, weight 0 (2), product (1), sums (2), and the division that gave the weights (2, shared); sphere and cuboid,
 // the unit point (5, by its normalisation), product (1), sums (3). One more is due to the move itself. So each coordinate
 // is off by at most gamma(11) = 11 u / (1 - 11 u) times the sum of the absolute terms [Higham 2002, section 3.1].
-const float gamma_point = 6.5565150e-7;
+const float gamma_point = 11.0001 * unit_roundoff;
 
 // Bound on a point of a triangle, p1 and p2 being its corners 1 and 2 times their weights: weight 0 is the one with an
 // absolute error, of 2 u.
@@ -107,7 +120,7 @@ void move_surface(inout Surface surface, uint slot, float time) {
     const vec3 motion = transforms[placed[slot].entity].motion;
     if (motion == vec3(0.0)) return;
     const vec3 shift = time * motion;
-    surface.error += 4.0 * 5.9604645e-8 * (abs(surface.rest) + abs(motion));
+    surface.error += 4.0 * unit_roundoff * (abs(surface.rest) + abs(motion));
     surface.point = surface.rest + shift;
 }
 
@@ -132,9 +145,22 @@ Surface surface_at(uint slot, uint face, vec3 local, float time) {
 }
 
 // Each coordinate moved by up to 256 representable numbers, near 0 by a fixed way [Wächter 2019].
+#ifdef DOUBLE_GEOMETRY
+double moved_by(double x, int steps) {
+    uvec2 bits = unpackDouble2x32(x);
+    uint carry;
+    bits.x = uaddCarry(bits.x, uint(steps), carry);
+    bits.y += carry - (steps < 0 ? 1u : 0u);
+    return packDouble2x32(bits);
+}
+dvec3 moved_by(dvec3 p, ivec3 steps) { return dvec3(moved_by(p.x, steps.x), moved_by(p.y, steps.y), moved_by(p.z, steps.z)); }
+#else
+vec3 moved_by(vec3 p, ivec3 steps) { return intBitsToFloat(floatBitsToInt(p) + steps); }
+#endif
+
 vec3 moved_by_ulps(vec3 point, vec3 side) {
     const ivec3 steps = ivec3(256.0 * side);
-    const vec3 far = intBitsToFloat(floatBitsToInt(point) + mix(steps, -steps, lessThan(point, vec3(0.0))));
+    const vec3 far = moved_by(point, mix(steps, -steps, lessThan(point, vec3(0.0))));
     precise vec3 near = point + side / 65536.0;
     return mix(far, near, lessThan(abs(point), vec3(1.0 / 32.0)));
 }
@@ -142,7 +168,7 @@ vec3 moved_by_ulps(vec3 point, vec3 side) {
 // Moves the origin along `side`, the normal on the side that the ray goes to, by the bound on the point's error along it.
 vec3 offset_ray_origin(Surface surface, vec3 side) {
     if (guard == guard_ulp) return moved_by_ulps(surface.point, side);
-    precise float distance = dot(abs(side), surface.error);
+    precise float distance = dot(abs(side), surface.error + handed_roundoff * abs(surface.point));
     if (guard == guard_fixed_epsilon) distance = guard_epsilon;
     if (guard == guard_exclusion) return surface.point;
     if (PLANTED(self_hit_not_excluded)) distance = 0.0;

@@ -13,7 +13,7 @@
 using namespace tandem;
 
 TEST_CASE("every operation of floating-point arithmetic in the shipped SPIR-V bears NoContraction") {
-    for (std::uint32_t stage = 0; stage <= static_cast<std::uint32_t>(Stage::ray_batch); ++stage) {
+    for (std::uint32_t stage = 0; stage <= static_cast<std::uint32_t>(Stage::ray_batch_double); ++stage) {
         CAPTURE(stage);
         const auto code = shader_code(static_cast<Stage>(stage));
         const ContractionCount count = count_no_contraction(code);
@@ -24,6 +24,40 @@ TEST_CASE("every operation of floating-point arithmetic in the shipped SPIR-V be
     }
     CHECK(count_no_contraction(shader_code(Stage::intersect)).arithmetic > 100);
     CHECK(count_no_contraction(shader_code(Stage::ray_batch)).arithmetic > 100);
+}
+
+TEST_CASE("given rays in double are answered in double, in mixed precision in float from double geometry") {
+    test::SceneBuilder builder;
+    builder.sphere(test::diffuse(glm::dvec3(1.0)), {0, 0, 0}, 1.0)
+        .quad(test::diffuse(glm::dvec3(1.0)), {-4, -4, -3.1}, {4, -4, -3.1}, {4, 4, -3.1}, {-4, 4, -3.1})
+        .cuboid(test::diffuse(glm::dvec3(1.0)), {2, -1, -1}, {3, 1, 1});
+    const Scene scene = builder.scene();
+    std::vector<GivenRay> rays(4);
+    rays[0].origin = {0.1, 0.2, 5.3};  // the sphere
+    rays[1].origin = {-2, 1, 5.3};     // the quad
+    rays[2].origin = {2.5, 0, 5.3};    // the cuboid
+    rays[3].origin = {5, 0, 5.3};      // nothing
+    const double sphere = 5.3 - std::sqrt(1.0 - 0.01 - 0.04);
+    for (const Precision precision : {Precision::double_precision, Precision::mixed}) {
+        BackendOptions options;
+        options.precision = precision;
+        const auto renderer = vulkan_backend().create(options);
+        const RayHits found = renderer->intersector(scene, {})->intersect(rays);
+        // Rounding to float takes 2^-24 of coordinates up to 8.4; one of t's own remains.
+        const double tolerance = precision == Precision::mixed ? 1e-6 : 4e-15;
+        CHECK(std::abs(found.hits[0].t - sphere) < tolerance);
+        CHECK(std::abs(found.hits[1].t - 8.4) < tolerance);
+        CHECK(std::abs(found.hits[2].t - 4.3) < tolerance);
+        CHECK(found.hits[3].primitive == no_index);
+        const bool is_float = found.hits[0].t == double{static_cast<float>(found.hits[0].t)};
+        CHECK(is_float == (precision == Precision::mixed));
+        CHECK(found.hits[1].leaving_front.z > found.hits[1].leaving_back.z);
+        RenderSettings ulp;
+        ulp.intersection.guard = SelfIntersectionGuard::ulp;
+        const RayHits moved = renderer->intersector(scene, ulp)->intersect(rays);
+        if (precision == Precision::double_precision)
+            CHECK(moved.hits[1].leaving_front.z - moved.hits[1].point.z == 256 * 0x1p-51);  // of -3.1
+    }
 }
 
 TEST_CASE("given rays find distance, primitive, normal and where the next ray starts") {

@@ -155,8 +155,13 @@ TEST_CASE("roulette leaves the mean as it is") {
 
 TEST_CASE("what the backend does not offer is refused with its reason") {
     BackendOptions options;
-    options.precision = Precision::double_precision;
-    CHECK_THROWS_AS(vulkan_backend().create(options), UnsupportedError);
+    for (const Precision precision : {Precision::double_precision, Precision::mixed}) {
+        options.precision = precision;  // of given rays alone
+        const Scene scene = full_scene();
+        const RenderSettings settings = settings_of(24, 5, Integrator::next_event, 13);
+        CHECK_THROWS_AS(
+            static_cast<void>(vulkan_backend().create(options)->prepare(scene, settings)), UnsupportedError);
+    }
     options = {};
     options.planted_bug = PlantedBug::cosine_dropped;
     CHECK_THROWS_AS(vulkan_backend().create(options), UnsupportedError);

@@ -37,8 +37,10 @@ bool offers_timeline_semaphores(const vk::raii::PhysicalDevice& physical) {
 vk::raii::Device make_device(const vk::raii::PhysicalDevice& physical, std::uint32_t family, bool timeline_semaphores) {
     const float priority = 1.0f;
     const vk::DeviceQueueCreateInfo queue({}, family, 1, &priority);
-    const vk::StructureChain info(
-        vk::DeviceCreateInfo({}, queue), vk::PhysicalDeviceTimelineSemaphoreFeatures(timeline_semaphores));
+    vk::PhysicalDeviceFeatures features;
+    features.shaderFloat64 = physical.getFeatures().shaderFloat64;
+    const vk::StructureChain info(vk::DeviceCreateInfo({}, queue, {}, {}, &features),
+        vk::PhysicalDeviceTimelineSemaphoreFeatures(timeline_semaphores));
     return vk::raii::Device(physical, info.get<vk::DeviceCreateInfo>());
 }
 
@@ -53,6 +55,7 @@ Device::Device(Choice choice)
       memory_(physical_.getMemoryProperties()),
       family_(compute_queue_family(physical_).value()),
       timeline_semaphores_(offers_timeline_semaphores(physical_)),
+      doubles_(physical_.getFeatures().shaderFloat64 == VK_TRUE),
       device_(make_device(physical_, family_, timeline_semaphores_)),
       queue_(device_, family_, 0) {}
 

@@ -20,6 +20,7 @@ public:
     [[nodiscard]] const vk::PhysicalDeviceLimits& limits() const { return limits_; }
     // Enabled wherever the device has them.
     [[nodiscard]] bool has_timeline_semaphores() const { return timeline_semaphores_; }
+    [[nodiscard]] bool has_doubles() const { return doubles_; }  // in shaders
     // The first memory type among the bits of `allowed` with all `properties`; preferring those with `preferred` too.
     [[nodiscard]] std::uint32_t memory_type(
         std::uint32_t allowed, vk::MemoryPropertyFlags properties, vk::MemoryPropertyFlags preferred) const;
@@ -33,7 +34,7 @@ private:
     vk::PhysicalDeviceLimits limits_;
     vk::PhysicalDeviceMemoryProperties memory_;
     std::uint32_t family_;
-    bool timeline_semaphores_;
+    bool timeline_semaphores_, doubles_;
     vk::raii::Device device_;
     vk::raii::Queue queue_;
 };

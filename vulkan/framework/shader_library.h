@@ -18,7 +18,8 @@ enum class Stage : std::uint32_t {
     post_process,
     megakernel,
     trace,
-    ray_batch
+    ray_batch,
+    ray_batch_double
 };
 inline constexpr std::size_t stage_count = 7;  // of frames
 inline constexpr std::array<const char*, stage_count> stage_names{

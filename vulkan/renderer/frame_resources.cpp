@@ -32,16 +32,24 @@ SceneBuffer filled(const char* name, const std::vector<T>& data) {
 
 constexpr std::size_t bvh_nodes = 10;  // among the scene's buffers, the first after the world primitives
 
+// World primitives that the vertex stage fills, or the host in double.
+template <class Single, class Doubled>
+SceneBuffer world(
+    const char* name, std::uint32_t count, const SceneData& scene, std::vector<Doubled> DoubleGeometry::*doubled) {
+    if (scene.in_double) return filled(name, (*scene.in_double).*doubled);
+    return {name, nullptr, count * sizeof(Single)};
+}
+
 // Bindings 0 … 9 and, after the uniform views of 7, 8 and 9, bindings 13 … 16.
 std::array<SceneBuffer, 14> scene_list(const SceneData& scene) {
     return {{{"scene-header", &scene.header, sizeof scene.header}, filled("vertices", scene.vertices),
         filled("primitive-sources", scene.sources), filled("transforms", scene.transforms),
         filled("placed-primitives", scene.placed), filled("materials", scene.materials), filled("lights", scene.lights),
-        {"world-triangles", nullptr, scene.triangle_count * sizeof(gpu::Triangle)},
-        {"world-spheres", nullptr, scene.sphere_count * sizeof(gpu::Convex)},
-        {"world-cuboids", nullptr, scene.cuboid_count * sizeof(gpu::Convex)}, filled("tree-nodes", scene.trees.nodes),
-        filled("textures", scene.tables.textures), filled("tables", scene.tables.numbers),
-        filled("media", scene.tables.media)}};
+        world<gpu::Triangle>("world-triangles", scene.triangle_count, scene, &DoubleGeometry::triangles),
+        world<gpu::Convex>("world-spheres", scene.sphere_count, scene, &DoubleGeometry::spheres),
+        world<gpu::Convex>("world-cuboids", scene.cuboid_count, scene, &DoubleGeometry::cuboids),
+        filled("tree-nodes", scene.trees.nodes), filled("textures", scene.tables.textures),
+        filled("tables", scene.tables.numbers), filled("media", scene.tables.media)}};
 }
 
 std::vector<BufferSpec> scene_specs(const SceneData& scene) {
@@ -51,7 +59,7 @@ std::vector<BufferSpec> scene_specs(const SceneData& scene) {
             specs.push_back({buffer.bytes, Usage::eUniformBuffer | Usage::eTransferDst});
         else if (specs.size() + uniform_views >= bvh_nodes && specs.size() < bvh_nodes)
             specs.push_back({std::max<vk::DeviceSize>(buffer.bytes, uniform_block_bytes),
-                Usage::eStorageBuffer | Usage::eUniformBuffer});
+                Usage::eStorageBuffer | Usage::eUniformBuffer | Usage::eTransferDst});
         else
             specs.push_back({buffer.bytes, Usage::eStorageBuffer | Usage::eTransferDst});
     }

@@ -41,6 +41,17 @@ struct Convex {
     Vec4 to_unit0, to_unit1, to_unit2, to_world0, to_world1, to_world2;
 };
 
+// The world primitives in double (shaders/ray_batch_double.comp).
+struct alignas(32) DoubleVec4 {
+    double x = 0, y = 0, z = 0, w = 0;
+};
+struct DoubleTriangle {
+    DoubleVec4 corner0, corner1, corner2;
+};
+struct DoubleConvex {
+    DoubleVec4 to_unit0, to_unit1, to_unit2, to_world0, to_world1, to_world2;
+};
+
 struct BvhNode {
     alignas(16) Vec3 low0;
     std::uint32_t child0 = 0;

@@ -7,20 +7,27 @@
 
 namespace tandem {
 
+// mixed: given in float and answered in float, by geometry in double.
+enum class GeometryPrecision { single_precision, mixed, double_precision };
+
 class VulkanIntersector : public RayIntersector {
 public:
     VulkanIntersector(const Instance& instance, const Device& device, Stages& stages, const Scene& scene,
-        const RenderSettings& settings, Acceleration acceleration);
+        const RenderSettings& settings, Acceleration acceleration, GeometryPrecision precision);
 
     [[nodiscard]] RayHits intersect(std::span<const GivenRay> rays) override;
 
 private:
+    template <class Vec4>
     void stage(std::span<const GivenRay> rays);
+    template <class Vec4>
     void fetch(std::span<RayHit> hits) const;
     [[nodiscard]] double trace(std::uint32_t count);
     void place_scene();
 
     const Instance& instance_;
+    GeometryPrecision precision_;
+    std::size_t element_;  // bytes of four numbers
     SceneData scene_;
     const PipelineLayout& layout_;
     std::shared_ptr<const Stages::RayPipelines> pipelines_;

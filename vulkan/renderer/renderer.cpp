@@ -13,19 +13,16 @@ namespace tandem {
 namespace {
 
 const BackendOptions& checked(const BackendOptions& options) {
-    if (options.precision == Precision::double_precision)
-        throw UnsupportedError(
-            "the Vulkan renderer computes in float: few devices have fast doubles; use --precision "
-            "single, or the cpu or oracle backend");
-    if (options.precision == Precision::mixed)
-        throw UnsupportedError(
-            "the Vulkan renderer keeps rays and surfaces in float, so that double geometry would find the same points; "
-            "use --precision single, or the cpu backend in double");
     if (options.threads != 0)
         throw UnsupportedError("the Vulkan renderer has no CPU threads to set; leave --threads out");
     if (options.planted_bug != PlantedFault() && !shaders_hold_planted_bugs())
         throw UnsupportedError("planted bugs exist in test builds only");
     return options;
+}
+
+GeometryPrecision geometry_of(const BackendOptions& options) {
+    if (options.precision == Precision::double_precision) return GeometryPrecision::double_precision;
+    return options.precision == Precision::mixed ? GeometryPrecision::mixed : GeometryPrecision::single_precision;
 }
 
 // Destroys the device while the messenger still listens, then lets the log speak: called from a destructor, an error
@@ -40,7 +37,12 @@ public:
           shape_(kernel_shape(options.kernel)),
           instance_(validation_wanted(options.validation)),
           device_(std::make_unique<Device>(instance_, options.device)),
-          stages_(std::make_unique<Stages>(*device_, options.precision == Precision::contracted)) {
+          stages_(std::make_unique<Stages>(*device_, options.precision == Precision::contracted)),
+          geometry_(geometry_of(options)) {
+        if (geometry_ != GeometryPrecision::single_precision && !device_->has_doubles())
+            throw UnsupportedError(device_->description().name +
+                                   " has no doubles in shaders (shaderFloat64); use --precision single, or the cpu or "
+                                   "oracle backend in double");
         instance_.log().raise();
     }
 
@@ -57,6 +59,10 @@ public:
     }
 
     [[nodiscard]] std::unique_ptr<RenderJob> prepare(const Scene& scene, const RenderSettings& settings) override {
+        if (geometry_ != GeometryPrecision::single_precision)
+            throw UnsupportedError(
+                "the Vulkan renderer traces given rays in double (tandem stability), but paths in float: few devices "
+                "have fast doubles; use --precision single, or the cpu or oracle backend in double");
         Patterns patterns;
         patterns.kernel = shape_.value_or(fastest_shape(device_->description().type, needed_effects(scene, settings)));
         return std::make_unique<VulkanJob>(
@@ -69,7 +75,8 @@ public:
 
     [[nodiscard]] std::unique_ptr<RayIntersector> intersector(
         const Scene& scene, const RenderSettings& settings) override {
-        return std::make_unique<VulkanIntersector>(instance_, *device_, *stages_, scene, settings, acceleration_);
+        return std::make_unique<VulkanIntersector>(
+            instance_, *device_, *stages_, scene, settings, acceleration_, geometry_);
     }
 
 private:
@@ -79,6 +86,7 @@ private:
     Instance instance_;
     std::unique_ptr<Device> device_;
     std::unique_ptr<Stages> stages_;
+    GeometryPrecision geometry_;
 };
 
 }  // namespace

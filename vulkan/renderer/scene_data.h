@@ -17,6 +17,12 @@ struct SceneTrees {
     std::optional<std::uint32_t> triangles, spheres, cuboids;
 };
 
+// World primitives that the host has placed, in double, in place of those that the vertex stage places.
+struct DoubleGeometry {
+    std::vector<gpu::DoubleTriangle> triangles;
+    std::vector<gpu::DoubleConvex> spheres, cuboids;
+};
+
 struct SceneData {
     gpu::SceneHeader header;
     gpu::Camera camera;
@@ -29,6 +35,7 @@ struct SceneData {
     SceneTables tables;
     std::uint32_t triangle_count = 0, sphere_count = 0, cuboid_count = 0;
     SceneTrees trees;
+    std::optional<DoubleGeometry> in_double;
     bool passing_emission = false;  // some surface emits and lets the path go on
 };
 

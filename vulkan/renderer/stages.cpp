@@ -11,13 +11,13 @@ namespace tandem {
 
 std::vector<SpecialisationConstant> Specialisation::constants() const {
     // Ids of shaders/settings.glsl; 0 is the workgroup's size.
-    const std::array<std::uint32_t, 21> values{workgroup_size, static_cast<std::uint32_t>(effects.bits()),
+    const std::array<std::uint32_t, 22> values{workgroup_size, static_cast<std::uint32_t>(effects.bits()),
         static_cast<std::uint32_t>(effects.bits() >> 32), path.radiance, few_primitives, unrolled, triangles, spheres,
         cuboids, triangle_root.has_value(), sphere_root.has_value(), cuboid_root.has_value(), triangle_root.value_or(0),
         sphere_root.value_or(0), cuboid_root.value_or(0), std::bit_cast<std::uint32_t>(ray_min),
         std::bit_cast<std::uint32_t>(ray_max), static_cast<std::uint32_t>(intersection.triangles),
         static_cast<std::uint32_t>(intersection.convex), static_cast<std::uint32_t>(intersection.guard),
-        std::bit_cast<std::uint32_t>(static_cast<float>(intersection.epsilon))};
+        std::bit_cast<std::uint32_t>(static_cast<float>(intersection.epsilon)), hands_on_floats};
     std::vector<SpecialisationConstant> result;
     for (std::uint32_t id = 0; id < values.size(); ++id) result.push_back({id, values[id]});
     if (shaders_hold_planted_bugs()) {
@@ -67,6 +67,14 @@ std::shared_ptr<const Stages::RayPipelines> Stages::ray_pipelines(const Speciali
     if (!kept)
         kept = std::make_shared<const RayPipelines>(
             RayPipelines{make(Stage::vertex, constants), make(Stage::ray_batch, constants)});
+    return kept;
+}
+
+std::shared_ptr<const Stages::RayPipelines> Stages::double_ray_pipelines(const Specialisation& specialisation) {
+    const std::vector<SpecialisationConstant> constants = specialisation.constants();
+    std::shared_ptr<const RayPipelines>& kept = double_ray_pipelines_[key_of(constants)];
+    if (!kept)
+        kept = std::make_shared<const RayPipelines>(RayPipelines{nullptr, make(Stage::ray_batch_double, constants)});
     return kept;
 }
 

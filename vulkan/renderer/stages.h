@@ -33,6 +33,7 @@ struct Specialisation {
     float ray_min = 0, ray_max = 0;
     PlantedFault planted_bug;
     IntersectionSettings intersection;
+    bool hands_on_floats = false;  // of geometry in double: mixed precision
 
     [[nodiscard]] std::vector<SpecialisationConstant> constants() const;
 };
@@ -68,13 +69,15 @@ public:
         vk::raii::Pipeline vertex, ray_batch;
     };
     [[nodiscard]] std::shared_ptr<const RayPipelines> ray_pipelines(const Specialisation& specialisation);
+    // Without a vertex stage: the host places what is held in double.
+    [[nodiscard]] std::shared_ptr<const RayPipelines> double_ray_pipelines(const Specialisation& specialisation);
 
 private:
     const Device& device_;
     PipelineLayout layout_;
     bool contracted_;
     std::map<std::vector<std::uint32_t>, std::shared_ptr<const Pipelines>> pipelines_;  // by constant values and shape
-    std::map<std::vector<std::uint32_t>, std::shared_ptr<const RayPipelines>> ray_pipelines_;
+    std::map<std::vector<std::uint32_t>, std::shared_ptr<const RayPipelines>> ray_pipelines_, double_ray_pipelines_;
 };
 
 }  // namespace tandem

@@ -1,0 +1,66 @@
+#include "vulkan/renderer/double_geometry.h"
+
+#include <glm/geometric.hpp>
+#include <glm/matrix.hpp>
+
+namespace tandem {
+
+namespace {
+
+using glm::dmat3;
+using glm::dmat4;
+using glm::dvec3;
+
+gpu::DoubleVec4 row(const dvec3& v, double w) { return {v.x, v.y, v.z, w}; }
+
+dvec3 point_by(const dmat4& m, const dvec3& p) { return dvec3(m * glm::dvec4(p, 1.0)); }
+
+// MODEL.md section 6: front sides follow the object's, mirrored or not.
+gpu::DoubleTriangle triangle(const dmat4& m, const std::array<dvec3, 3>& corners) {
+    const dvec3 a = point_by(m, corners[0]), b = point_by(m, corners[1]), c = point_by(m, corners[2]);
+    const dvec3 normal = (glm::determinant(dmat3(m)) < 0.0 ? -1.0 : 1.0) * glm::cross(b - a, c - a);
+    return {row(a, normal.x), row(b, normal.y), row(c, normal.z)};
+}
+
+// The image of the unit sphere or of the cube [-extent, extent] (shaders/scene_structs.glsl).
+gpu::DoubleConvex convex(const dmat4& m, const dvec3& centre, const dvec3& half_size) {
+    dvec3 scale = half_size, extent(1.0);
+    for (int axis = 0; axis < 3; ++axis)
+        if (half_size[axis] == 0.0) {  // flat: the axis keeps the object's unit
+            scale[axis] = 1.0;
+            extent[axis] = 0.0;
+        }
+    const dvec3 c = point_by(m, centre);
+    const dmat3 to_world = glm::transpose(dmat3(m)), to_object = glm::transpose(glm::inverse(dmat3(m)));  // rows
+    return {row(to_object[0] / scale.x, c.x), row(to_object[1] / scale.y, c.y), row(to_object[2] / scale.z, c.z),
+        row(to_world[0] * scale, extent.x), row(to_world[1] * scale, extent.y), row(to_world[2] * scale, extent.z)};
+}
+
+}  // namespace
+
+DoubleGeometry place_in_double(const Scene& scene, const SceneData& flattened, bool from_floats) {
+    const std::vector<PlacedPrimitive> all = placed_primitives(scene);
+    DoubleGeometry result;
+    for (const gpu::Placed& placed : flattened.placed) {
+        const PlacedPrimitive& place = all[placed.id];
+        const Primitive& primitive = scene.primitives[place.primitive];
+        dmat4 m = scene.entities[place.entity].object_to_world;
+        std::array<dvec3, 3> p;
+        for (std::size_t i = 0; i < 3; ++i) p[i] = scene.vertices[primitive.index[i]];
+        double radius = primitive.radius;
+        if (from_floats) {
+            m = dmat4(glm::mat4(m));
+            for (dvec3& corner : p) corner = dvec3(glm::vec3(corner));
+            radius = double{static_cast<float>(radius)};
+        }
+        if (primitive.kind == PrimitiveKind::triangle)
+            result.triangles.push_back(triangle(m, p));
+        else if (primitive.kind == PrimitiveKind::sphere)
+            result.spheres.push_back(convex(m, p[0], dvec3(radius)));
+        else
+            result.cuboids.push_back(convex(m, 0.5 * (p[0] + p[1]), 0.5 * (p[1] - p[0])));
+    }
+    return result;
+}
+
+}  // namespace tandem
