@@ -7,6 +7,8 @@
 #define LOOPS_OVER_PRIMITIVES
 #include "scene_set.glsl"
 #include "ray_state.glsl"
+#define RAY_PARITY (settings.segment & 1u)
+#include "ray_buffers.glsl"
 #include "random.glsl"
 #include "time.glsl"
 #include "sampling.glsl"
@@ -14,9 +16,9 @@
 #include "closest_hit.glsl"
 #include "occlusion.glsl"
 
-layout(std430, set = 2, binding = 0) readonly restrict buffer OriginsIn { uvec4 origins_in[]; };
-layout(std430, set = 2, binding = 1) readonly restrict buffer DirectionsIn { vec4 directions_in[]; };
-layout(std430, set = 2, binding = 2) readonly restrict buffer ThroughputsIn { uvec4 throughputs_in[]; };
+READ_HALF(0, OriginsIn, uvec4, origins_in);
+READ_HALF(1, DirectionsIn, vec4, directions_in);
+READ_HALF(2, ThroughputsIn, uvec4, throughputs_in);
 layout(std430, set = 2, binding = 10) writeonly restrict buffer Hits { uvec4 hits[]; };
 layout(std430, set = 2, binding = 11) readonly restrict buffer Shadows { uvec4 shadows[]; };
 layout(std430, set = 2, binding = 13) readonly restrict buffer Queues { RayQueue queues[]; };

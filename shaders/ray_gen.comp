@@ -7,11 +7,13 @@
 #include "sampling.glsl"
 #include "scene_set.glsl"
 #include "ray_state.glsl"
+#define RAY_PARITY 1u
+#include "ray_buffers.glsl"
 #include "shapes.glsl"
 #include "camera.glsl"
 
-layout(std430, set = 2, binding = 5) writeonly restrict buffer OriginsOut { uvec4 origins_out[]; };
-layout(std430, set = 2, binding = 6) writeonly restrict buffer DirectionsOut { vec4 directions_out[]; };
+WRITTEN_HALF(5, OriginsOut, uvec4, origins_out);
+WRITTEN_HALF(6, DirectionsOut, vec4, directions_out);
 layout(std430, set = 2, binding = 13) writeonly restrict buffer Queues { RayQueue queues[]; };
 
 void main() {

@@ -8,6 +8,8 @@
 #include "sampling.glsl"
 #include "scene_set.glsl"
 #include "ray_state.glsl"
+#define RAY_PARITY (settings.segment & 1u)
+#include "ray_buffers.glsl"
 #include "shapes.glsl"
 #include "surface.glsl"
 #include "elementary.glsl"
@@ -22,22 +24,22 @@
 #include "lights.glsl"
 #include "vertex_events.glsl"
 
-layout(std430, set = 2, binding = 0) readonly restrict buffer OriginsIn { uvec4 origins_in[]; };
-layout(std430, set = 2, binding = 1) readonly restrict buffer DirectionsIn { vec4 directions_in[]; };
-layout(std430, set = 2, binding = 2) readonly restrict buffer ThroughputsIn { uvec4 throughputs_in[]; };
-layout(std430, set = 2, binding = 3) readonly restrict buffer RadiancesIn { vec4 radiances_in[]; };
-layout(std430, set = 2, binding = 4) readonly restrict buffer ContributionsIn { vec4 contributions_in[]; };
-layout(std430, set = 2, binding = 5) writeonly restrict buffer OriginsOut { uvec4 origins_out[]; };
-layout(std430, set = 2, binding = 6) writeonly restrict buffer DirectionsOut { vec4 directions_out[]; };
-layout(std430, set = 2, binding = 7) writeonly restrict buffer ThroughputsOut { uvec4 throughputs_out[]; };
-layout(std430, set = 2, binding = 8) writeonly restrict buffer RadiancesOut { vec4 radiances_out[]; };
-layout(std430, set = 2, binding = 9) writeonly restrict buffer ContributionsOut { vec4 contributions_out[]; };
+READ_HALF(0, OriginsIn, uvec4, origins_in);
+READ_HALF(1, DirectionsIn, vec4, directions_in);
+READ_HALF(2, ThroughputsIn, uvec4, throughputs_in);
+READ_HALF(3, RadiancesIn, vec4, radiances_in);
+READ_HALF(4, ContributionsIn, vec4, contributions_in);
+WRITTEN_HALF(5, OriginsOut, uvec4, origins_out);
+WRITTEN_HALF(6, DirectionsOut, vec4, directions_out);
+WRITTEN_HALF(7, ThroughputsOut, uvec4, throughputs_out);
+WRITTEN_HALF(8, RadiancesOut, vec4, radiances_out);
+WRITTEN_HALF(9, ContributionsOut, vec4, contributions_out);
 layout(std430, set = 2, binding = 10) readonly restrict buffer Hits { uvec4 hits[]; };
 layout(std430, set = 2, binding = 11) writeonly restrict buffer Shadows { uvec4 shadows[]; };
 layout(std430, set = 2, binding = 12) writeonly restrict buffer Samples { vec4 samples[]; };
 layout(std430, set = 2, binding = 13) restrict buffer Queues { RayQueue queues[]; };
-layout(std430, set = 2, binding = 14) readonly restrict buffer InteriorsIn { uvec2 interiors_in[]; };
-layout(std430, set = 2, binding = 15) writeonly restrict buffer InteriorsOut { uvec2 interiors_out[]; };
+READ_HALF(14, InteriorsIn, uvec2, interiors_in);
+WRITTEN_HALF(15, InteriorsOut, uvec2, interiors_out);
 
 // A place in the queue of the next segment.
 uint enqueue() {

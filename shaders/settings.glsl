@@ -26,7 +26,17 @@ layout(constant_id = 15) const float ray_min = 0.0;  // those of Settings
 layout(constant_id = 16) const float ray_max = 0.0;
 #endif
 
+// How they arrive is one of the patterns (vulkan/patterns.h); push constants are the rule.
+#if defined(PARAMETERS_UNIFORM)
+layout(std140, set = 4, binding = 0) uniform Settings {
+#elif defined(PARAMETERS_STORAGE)
+layout(std430, set = 4, binding = 0) readonly restrict buffer Settings {
+#elif defined(PARAMETERS_ADDRESS)
+#extension GL_EXT_buffer_reference : require
+layout(buffer_reference, std430, buffer_reference_align = 16) readonly restrict buffer Settings {
+#else
 layout(push_constant, std430) uniform Settings {
+#endif
     uvec2 seed;          // low and high word
     uvec2 sample_index;  // low and high word
     uint width;
@@ -46,7 +56,15 @@ layout(push_constant, std430) uniform Settings {
     uint sample_count;      // the megakernel's alone: samples from sample_index on,
     uint first_invocation;  // its dispatch's share of the tile's invocations
     uint invocations;
+#if defined(PARAMETERS_ADDRESS)
+};
+layout(push_constant, std430) uniform SettingsAddress { Settings settings; };
+#elif defined(PARAMETERS_SPECIALISED)
+} pushed;
+#include "specialised_settings.glsl"
+#else
 } settings;
+#endif
 
 // Kernels made for a scene have its counts built in, general ones are told.
 const uint told = 0xffffffffu;

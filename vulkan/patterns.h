@@ -15,11 +15,13 @@ enum class KernelShape : std::uint32_t {
 
 // Where buffers live.
 enum class MemoryLayout : std::uint32_t {
-    per_set,     // one allocation a descriptor set: the thesis's "cohesive" memory
-    per_buffer,  // one allocation a buffer: its "split" memory
-    dedicated,   // one allocation a buffer, which the driver is told (VkMemoryDedicatedAllocateInfo)
-    one_block,   // one allocation for all buffers of a domain (device, upload, readback)
-    one_buffer,  // one buffer a descriptor set, its parts told apart by offsets
+    per_set,         // one allocation a descriptor set: the thesis's "cohesive" memory
+    per_buffer,      // one allocation a buffer: its "split" memory
+    dedicated,       // one allocation a buffer, which the driver is told (VkMemoryDedicatedAllocateInfo)
+    one_block,       // one allocation for all buffers of a domain (device, upload, readback)
+    one_buffer,      // one buffer a descriptor set, its parts told apart by offsets
+    rays_per_set,    // per_set for what the same kernels touch, ray state and sums; per_buffer for the rest
+    others_per_set,  // the reverse
 };
 
 enum class RecordingPattern : std::uint32_t {
@@ -51,9 +53,45 @@ enum class WaitPattern : std::uint32_t {
 
 // What orders a dispatch after the writes of the one before.
 enum class BarrierPattern : std::uint32_t {
-    memory,  // one global memory barrier, compute writes to what the next dispatch does
-    buffer,  // a buffer barrier for each buffer of the ray state
-    full,    // all commands, all accesses
+    memory,        // one global memory barrier, compute writes to what the next dispatch does
+    buffer,        // a buffer barrier for each buffer of the ray state, all in one command
+    buffer_apart,  // the same, a command each
+    full,          // all commands, all accesses
+    execution,     // no memory dependency: Vulkan does not promise the image, a device may give it all the same
+    memory_v2,     // as memory, by VK_KHR_synchronization2
+    buffer_v2,     // as buffer, likewise
+    event,         // an event set after the writes and waited for, with a global memory barrier
+};
+
+// How a dispatch is told what it alone is to do: the words of shaders/settings.glsl.
+enum class ParameterPattern : std::uint32_t {
+    push_constants,
+    uniform,          // a uniform buffer, a descriptor set for each dispatch
+    dynamic_uniform,  // a uniform buffer, one descriptor set with a dynamic offset
+    storage,          // a storage buffer, a descriptor set for each dispatch
+    device_address,   // a buffer whose address is pushed
+    specialisation,   // what no dispatch of a job changes is built into its pipelines; the rest is pushed
+};
+
+// How dispatches get the descriptors that change between them: those of ray state and sums.
+enum class DescriptorPattern : std::uint32_t {
+    per_combination,    // a set for each combination, written once
+    rewritten,          // a set for each dispatch, written when it is recorded
+    templates,          // the same by update templates
+    push,               // ray state by push descriptors
+    arrays,             // one set with arrays of both halves, indexed by what is the same for all invocations
+    arrays_nonuniform,  // the same, but declared to differ between invocations
+};
+
+// Which of the device's queues a job uses.
+enum class QueueKind : std::uint32_t {
+    rendering,      // of the family that a renderer takes
+    compute_only,   // of one with compute and no graphics
+    transfer_only,  // of one with neither; not for jobs
+};
+struct QueueSlot {
+    QueueKind kind = QueueKind::rendering;
+    std::uint32_t index = 0;  // in its family
 };
 
 struct Patterns {
@@ -70,6 +108,11 @@ struct Patterns {
     std::uint32_t segments_per_submission = 0;
     WaitPattern wait = WaitPattern::fence;
     BarrierPattern barriers = BarrierPattern::memory;
+    ParameterPattern parameters = ParameterPattern::push_constants;
+    DescriptorPattern descriptors = DescriptorPattern::per_combination;
+    QueueSlot queue = {};
+    // The job renders the pixels of one of so many parts of the image, row by row; the others stay empty.
+    std::uint32_t part = 0, parts = 1;
 };
 
 }  // namespace tandem

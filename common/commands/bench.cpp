@@ -115,20 +115,44 @@ bool is_known(const BenchResults& results, const Family& family, const Workload&
     });
 }
 
+// Seconds that one more making of everything that is not known yet takes at least, as the last one did.
+double least_round(const BenchResults& results, const std::vector<Family>& families, const RunnerOptions& options) {
+    double seconds = 0.0;
+    for (const Family& family : families)
+        for (const Workload& workload : family.workloads) {
+            const auto last = std::ranges::find_if(
+                results.samples.rbegin(), results.samples.rend(), [&](const ExperimentSamples& samples) {
+                    return samples.family == family.name && samples.workload.name == workload.name;
+                });
+            if (last == results.samples.rend() || is_known(results, family, workload, options.narrow)) continue;
+            std::size_t blocks = 1;
+            for (const ArmSamples& arm : last->arms)
+                for (const auto& [clock, readings] : arm.seconds) blocks = std::max(blocks, readings.size());
+            seconds += last->made_seconds + last->seconds * std::min(1.0, static_cast<double>(options.fewest_blocks) /
+                                                                              static_cast<double>(blocks));
+        }
+    return seconds;
+}
+
 // Rounds over all experiments, in each of which every arm is made anew: two jobs of the same arm differ by their luck
 // with memory and threads, and a machine's mood outlasts many blocks. What is left of the time is shared by what is
-// left to do.
-void run_all(const std::vector<Family>& families, const BenchArguments& arguments, const CommandContext& context,
+// left to do. Returns how many rounds there was time for.
+unsigned run_all(const std::vector<Family>& families, const BenchArguments& arguments, const CommandContext& context,
     BenchResults& results) {
     std::size_t experiments = 0;
     for (const Family& family : families) experiments += family.workloads.size();
     std::size_t left = experiments * arguments.makings, done = 0;
     const double end = now() + arguments.seconds, all = static_cast<double>(left);
     ProgressLine line;
-    for (unsigned making = 0; making < arguments.makings; ++making)
+    for (unsigned making = 0; making < arguments.makings; ++making) {
+        RunnerOptions least;
+        least.narrow = arguments.narrow;
+        if (making > 0 && now() + least_round(results, families, least) > end) {
+            return making;
+        }
         for (const Family& family : families)
             for (const Workload& workload : family.workloads) {
-                if (context.stop.stop_requested()) return;
+                if (context.stop.stop_requested()) return arguments.makings;
                 const double share = std::max(0.0, end - now()) / static_cast<double>(left--);
                 ++done;
                 if (is_known(results, family, workload, arguments.narrow)) continue;
@@ -145,6 +169,8 @@ void run_all(const std::vector<Family>& families, const BenchArguments& argument
                 results.samples.push_back(
                     run_experiment(making == 0 ? family : without_gate(family), workload, options));
             }
+    }
+    return arguments.makings;
 }
 
 BenchResults measure(const BenchArguments& arguments, const CommandContext& context, const BenchTarget& target,
@@ -156,7 +182,11 @@ BenchResults measure(const BenchArguments& arguments, const CommandContext& cont
     results.scene = arguments.scene;
     for (const Family& family : families) results.families.push_back(texts_of(family));
     results.empty_submissions = target.empty_submissions(200);
-    run_all(families, arguments, context, results);
+    const unsigned makings = run_all(families, arguments, context, results);
+    if (makings < arguments.makings)
+        fmt::print(stderr, "--time was enough to make every arm {} time{}, not {}{}\n", makings,
+            makings == 1 ? "" : "s", arguments.makings,
+            makings < fewest_resampled_processes ? ": intervals speak of these makings alone" : "");
     return results;
 }
 
@@ -314,7 +344,8 @@ void add_bench_command(CLI::App& app, CommandContext& context) {
         ->delimiter(',');
     command
         ->add_option("--time", arguments->seconds,
-            "Seconds for all experiments together (five blocks a making are run even where that takes longer)")
+            "Seconds for all experiments together (every arm is made once and run in five blocks even where that takes "
+            "longer; further makings as far as the time goes)")
         ->check(above_zero(most_seconds))
         ->capture_default_str();
     command

@@ -187,17 +187,19 @@ ExperimentSamples run_experiment(const Family& family, const Workload& workload,
     const double made_start = now();
     std::vector<Contender> contenders = make_contenders(family, workload, options.only);
     // One run of each outside of the blocks: what happens once only is no part of any block.
-    double shortest = std::numeric_limits<double>::infinity();
+    double shortest = std::numeric_limits<double>::infinity(), longest = 0.0;
     for (Contender& contender : contenders) {
         if (!contender.run || options.stop.stop_requested()) continue;
         (void)reading(*contender.run, 1);
         const double second = reading(*contender.run, 1).at("total");
         shortest = std::min(shortest, second);
+        longest = std::max(longest, second);
     }
     samples.runs_a_reading =
         shortest >= options.least_reading || !(shortest > 0.0)
             ? 1
-            : static_cast<std::uint64_t>(std::min(1000.0, std::ceil(options.least_reading / shortest)));
+            : static_cast<std::uint64_t>(std::max(1.0,
+                  std::min({1000.0, std::ceil(options.least_reading / shortest), options.longest_reading / longest})));
     const double start = now();
     samples.made_seconds = start - made_start;
     std::size_t blocks = 0, next_look = options.least_blocks;

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <functional>
 
+#include "common/error.h"
 #include "tests/vulkan/machine.h"
 
 using namespace tandem;
@@ -36,6 +37,8 @@ std::vector<Patterns> variants() {
         with([](Patterns& p) { p.memory = MemoryLayout::dedicated; }),
         with([](Patterns& p) { p.memory = MemoryLayout::one_block; }),
         with([](Patterns& p) { p.memory = MemoryLayout::one_buffer; }),
+        with([](Patterns& p) { p.memory = MemoryLayout::rays_per_set; }),
+        with([](Patterns& p) { p.memory = MemoryLayout::others_per_set; }),
         with([](Patterns& p) { p.recording = RecordingPattern::pre_recorded; }),
         with([](Patterns& p) { p.recording = RecordingPattern::secondary; }),
         with([](Patterns& p) { p.reset = ResetPattern::buffer; }),
@@ -46,7 +49,21 @@ std::vector<Patterns> variants() {
         with([](Patterns& p) { p.segments_per_submission = 1; }),
         with([](Patterns& p) { p.wait = WaitPattern::queue_idle; }),
         with([](Patterns& p) { p.barriers = BarrierPattern::buffer; }),
-        with([](Patterns& p) { p.barriers = BarrierPattern::full; }), with([](Patterns& p) {
+        with([](Patterns& p) { p.barriers = BarrierPattern::buffer_apart; }),
+        with([](Patterns& p) { p.barriers = BarrierPattern::full; }),
+        with([](Patterns& p) { p.barriers = BarrierPattern::memory_v2; }),
+        with([](Patterns& p) { p.barriers = BarrierPattern::buffer_v2; }), with([](Patterns& p) {
+            p.barriers =
+                BarrierPattern::event;  // the layer does not follow events from command buffer to command buffer
+            p.recordings_per_buffer = 1000;
+        }),
+        with([](Patterns& p) { p.parameters = ParameterPattern::uniform; }),
+        with([](Patterns& p) { p.parameters = ParameterPattern::dynamic_uniform; }),
+        with([](Patterns& p) { p.parameters = ParameterPattern::device_address; }),
+        with([](Patterns& p) { p.parameters = ParameterPattern::specialisation; }),
+        with([](Patterns& p) { p.descriptors = DescriptorPattern::rewritten; }),
+        with([](Patterns& p) { p.descriptors = DescriptorPattern::templates; }),
+        with([](Patterns& p) { p.descriptors = DescriptorPattern::push; }), with([](Patterns& p) {
             p.recording = RecordingPattern::secondary;
             p.recording_threads = 2;
             p.recordings_per_buffer = 2;
@@ -73,6 +90,50 @@ TEST_CASE("no pattern changes the image, and the validation layer finds nothing 
         CAPTURE(number);
         check_pattern(machine, all[number], expected);
     }
+}
+
+// What the layer cannot judge, or what Vulkan does not promise: the device gives the image all the same, or has it not.
+TEST_CASE("patterns beyond the layer leave the image as it is where the device has them") {
+    Machine machine(false);
+    const Estimate expected = job_of(machine, {}).render({0, 70}, {}).estimate;
+    check_pattern(machine, with([](Patterns& p) { p.barriers = BarrierPattern::execution; }), expected);
+    const auto check_or_refused = [&](const std::function<void(Patterns&)>& change, const char* reason) {
+        try {
+            check_pattern(machine, with(change), expected);
+        } catch (const UnsupportedError& refusal) {
+            CHECK(std::string(refusal.what()).find(reason) != std::string::npos);
+        }
+    };
+    check_or_refused([](Patterns& p) { p.descriptors = DescriptorPattern::arrays; }, "DynamicIndexing");
+    check_or_refused([](Patterns& p) { p.descriptors = DescriptorPattern::arrays_nonuniform; }, "NonUniformIndexing");
+    check_or_refused([](Patterns& p) { p.parameters = ParameterPattern::storage; }, "storage buffers, this takes");
+}
+
+TEST_CASE("the layer sees that barriers of execution alone are none of memory") {
+    Machine machine(true);
+    VulkanJob job = job_of(machine, with([](Patterns& p) { p.barriers = BarrierPattern::execution; }));
+    CHECK_THROWS_WITH_AS(static_cast<void>(job.frame(1)), doctest::Contains("READ_AFTER_WRITE"), Error);
+}
+
+TEST_CASE("patterns that exclude each other are refused") {
+    Machine machine(false);
+    const auto refused = [&](const std::function<void(Patterns&)>& change) {
+        CHECK_THROWS_AS(static_cast<void>(job_of(machine, with(change))), UnsupportedError);
+    };
+    refused([](Patterns& p) {
+        p.recording = RecordingPattern::pre_recorded;
+        p.parameters = ParameterPattern::uniform;
+    });
+    refused([](Patterns& p) {
+        p.recording = RecordingPattern::pre_recorded;
+        p.barriers = BarrierPattern::event;
+    });
+    refused([](Patterns& p) {
+        p.parameters = ParameterPattern::uniform;
+        p.descriptors = DescriptorPattern::arrays;
+    });
+    refused([](Patterns& p) { p.queue = {QueueKind::rendering, 99}; });
+    refused([](Patterns& p) { p.part = 3, p.parts = 3; });
 }
 
 // Synchronisation validation (layer 1.3.239) does not see that the host waited for a timeline semaphore, and takes

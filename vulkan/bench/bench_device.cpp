@@ -64,8 +64,8 @@ double steady_seconds() {
 
 BenchDevice::BenchDevice(const BenchRequest& request)
     : scene_(request.scene),
-      instance_(false),
-      device_(instance_, request.device),
+      instance_(validation_wanted(false)),
+      device_(instance_, request.device, Queues::all),
       stages_(device_),
       sizes_(sizes_for(request, device_)) {}
 
@@ -77,6 +77,11 @@ std::unique_ptr<VulkanJob> BenchDevice::job(ImageSize size, std::uint32_t bounce
     settings.roulette_start = no_roulette;
     return std::make_unique<VulkanJob>(
         instance_, device_, stages_, scene_, settings, Acceleration::automatic, PlantedBug::none, patterns);
+}
+
+const Specialisation& BenchDevice::specialisation() {
+    if (!specialisation_) specialisation_ = job(sizes_.front(), bounces(), {})->specialisation();
+    return *specialisation_;
 }
 
 Workload workload_of(const RenderWork& work) {

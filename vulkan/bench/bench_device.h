@@ -16,7 +16,12 @@ public:
     explicit BenchDevice(const BenchRequest& request);
 
     [[nodiscard]] const Device& device() const { return device_; }
+    // Of the validation layer, which only TANDEM_VALIDATION=1 wakes: it has no place beside a clock.
+    [[nodiscard]] ValidationLog& log() const { return instance_.log(); }
     [[nodiscard]] std::unique_ptr<VulkanJob> job(ImageSize size, std::uint32_t bounces, const Patterns& patterns);
+    // Of the six stages for the scene, and the layout that goes with it.
+    [[nodiscard]] const Specialisation& specialisation();
+    [[nodiscard]] vk::PipelineLayout layout() { return stages_.layout().handle(); }
     // Small, middle and large images, fit for the device or as asked for.
     [[nodiscard]] const std::vector<ImageSize>& sizes() const { return sizes_; }
     [[nodiscard]] std::uint32_t bounces() const { return 12; }  // the thesis's
@@ -27,6 +32,7 @@ private:
     Device device_;
     Stages stages_;
     std::vector<ImageSize> sizes_;
+    std::optional<Specialisation> specialisation_;
 };
 // Arms and families hold the device together.
 using SharedDevice = std::shared_ptr<BenchDevice>;

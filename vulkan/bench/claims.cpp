@@ -22,6 +22,19 @@ std::vector<Claim> memory_claims() {
             .contrast = {.family = "memory", .arm = "per-buffer"},
             .predicted = Predicted::no_difference,
             .rule = "refuted where split memory changes steady frames surely by more than 1 %"},
+        {.id = "M3",
+            .text = "grouping pays where one shader touches several buffers",
+            .source = thesis,
+            .contrast = {.family = "memory", .arm = "rays-per-set", .against = "per-buffer"},
+            .predicted = Predicted::less,
+            .rule = "refuted where one allocation each for ray state and sums saves surely less than 1 % of a steady "
+                    "frame"},
+        {.id = "M3-unrelated",
+            .text = "grouping does not pay where buffers are unrelated",
+            .source = thesis,
+            .contrast = {.family = "memory", .arm = "others-per-set", .against = "per-buffer"},
+            .predicted = Predicted::no_difference,
+            .rule = "refuted where grouping all but ray state and sums changes a steady frame surely by more than 1 %"},
         {.id = "dedicated",
             .text = "small dedicated allocations cost",
             .source = "best-practice layers",
@@ -59,6 +72,28 @@ std::vector<Claim> scheduling_claims() {
             .contrast = {.family = "recording", .arm = "on-the-fly", .against = "pre-recorded"},
             .predicted = Predicted::no_more,
             .rule = "refuted where it costs surely more than 1 % of the frame"},
+        {.id = "S2-sets",
+            .text = "few re-updated descriptor sets cost no more than a set for each combination",
+            .source = thesis,
+            .contrast = {.family = "descriptors", .arm = "rewritten"},
+            .predicted = Predicted::no_more,
+            .rule = "refuted where sets written for each dispatch cost surely more than 1 % of the frame"},
+        {.id = "S3-memory",
+            .text = "command scheduling has more influence than memory",
+            .source = thesis,
+            .contrast = {.family = "submission", .arm = "frame-a-submit", .against = "1-a-submit"},
+            .over = Contrast{.family = "memory", .arm = "per-set", .against = "per-buffer"},
+            .predicted = Predicted::less,
+            .rule =
+                "refuted where sixteen samples in one submission save surely less than 1 % more than cohesive memory"},
+        {.id = "S3-threads",
+            .text = "command scheduling has more influence than recording threads",
+            .source = thesis,
+            .contrast = {.family = "submission", .arm = "frame-a-submit", .against = "1-a-submit"},
+            .over = Contrast{.family = "threads", .arm = "8-threads", .workload = "samples=12"},
+            .predicted = Predicted::less,
+            .rule =
+                "refuted where sixteen samples in one submission save surely less than 1 % more than eight threads"},
         {.id = "pre-recorded",
             .text = "pre-recorded beats re-recorded",
             .source = "threaded_cadscene (0.03, 1.8 ms)",
@@ -131,11 +166,114 @@ std::vector<Claim> thread_claims() {
     };
 }
 
+std::vector<Claim> binding_claims() {
+    return {
+        {.id = "push-constants",
+            .text = "push constants beat bindings",
+            .source = "VComputeBench; denied by Khronos on Mali",
+            .contrast = {.family = "parameters", .arm = "push-constants", .against = "uniform", .workload = "smallest"},
+            .predicted = Predicted::less,
+            .rule = "refuted where they save surely less than 1 % of the smallest frame"},
+        {.id = "specialisation",
+            .text = "specialisation constants are faster than uniforms",
+            .source = "Khronos (4.4 %)",
+            .contrast = {.family = "parameters", .arm = "specialisation", .against = "uniform"},
+            .predicted = Predicted::less,
+            .rule = "refuted where they save surely less than 1 % of the largest frame"},
+        {.id = "avoid-templates",
+            .text = "update templates cost more than vkUpdateDescriptorSets",
+            .source = "AMD",
+            .contrast = {.family = "descriptors",
+                .arm = "templates",
+                .against = "rewritten",
+                .workload = "smallest",
+                .clock = "record"},
+            .predicted = Predicted::more,
+            .rule = "refuted where recording grows surely by less than 1 %"},
+        {.id = "use-templates",
+            .text = "update templates cost less than vkUpdateDescriptorSets",
+            .source = "vkoverhead",
+            .contrast = {.family = "descriptors",
+                .arm = "templates",
+                .against = "rewritten",
+                .workload = "smallest",
+                .clock = "record"},
+            .predicted = Predicted::less,
+            .rule = "refuted where recording falls surely by less than 1 %"},
+        {.id = "array-indexing",
+            .text = "indexing arrays of descriptors defeats optimisation",
+            .source = "Khronos",
+            .contrast = {.family = "descriptors", .arm = "arrays"},
+            .predicted = Predicted::more,
+            .rule = "refuted where arrays cost surely less than 1 % of the largest frame"},
+    };
+}
+
+std::vector<Claim> barrier_claims() {
+    return {
+        {.id = "global-barrier",
+            .text = "a global barrier costs more than buffer barriers",
+            .source = "common advice",
+            .contrast = {.family = "barriers", .arm = "memory", .against = "buffer", .workload = "smallest"},
+            .predicted = Predicted::more,
+            .rule = "refuted where it costs surely less than 1 % more"},
+        {.id = "batch-barriers",
+            .text = "barriers should be batched into one command",
+            .source = "AMD",
+            .contrast = {.family = "barriers", .arm = "buffer", .against = "buffer-apart", .workload = "smallest"},
+            .predicted = Predicted::less,
+            .rule = "refuted where one command saves surely less than 1 %"},
+        {.id = "events",
+            .text = "events are cheaper than barriers, since they overlap",
+            .source = "Khronos",
+            .contrast = {.family = "barriers", .arm = "event"},
+            .predicted = Predicted::less,
+            .rule = "refuted where they save surely less than 1 % of the largest frame; here nothing stands between "
+                    "setting and waiting"},
+    };
+}
+
+std::vector<Claim> queue_claims() {
+    return {
+        {.id = "several-queues",
+            .text = "several queues of a family help",
+            .source = "users disagree",
+            .contrast = {.family = "queues", .arm = "4-queues", .against = "one-queue", .workload = "smallest"},
+            .predicted = Predicted::less,
+            .rule = "refuted where four parts on four queues save surely less than 1 % of the smallest frame"},
+        {.id = "frames-in-flight",
+            .text = "two frames in flight beat one",
+            .source = "Vulkan Tutorial",
+            .contrast = {.family = "frames-in-flight", .arm = "2-in-flight", .workload = "smallest"},
+            .predicted = Predicted::less,
+            .rule = "refuted where the second saves surely less than 1 % of the smallest frames"},
+        {.id = "transfer-queue",
+            .text = "the transfer queue is faster",
+            .source = "VComputeBench; denied by users of wlroots",
+            .contrast = {.family = "transfers", .arm = "transfer-queue"},
+            .predicted = Predicted::less,
+            .rule = "refuted where it saves surely less than 1 % of the largest transfer"},
+        {.id = "transfer-queue-beside",
+            .text = "the transfer queue is faster beside a frame",
+            .source = "vendors' advice",
+            .contrast = {.family = "transfers-beside", .arm = "transfer-queue"},
+            .predicted = Predicted::less,
+            .rule = "refuted where it saves surely less than 1 % of the largest transfer and its frame"},
+        {.id = "pipeline-cache",
+            .text = "the pipeline cache shortens creation",
+            .source = "Khronos (50.4 to 24.4 ms)",
+            .contrast = {.family = "pipelines", .arm = "cache"},
+            .predicted = Predicted::less,
+            .rule = "refuted where it saves surely less than 1 %"},
+    };
+}
+
 }  // namespace
 
 std::vector<Claim> pattern_claims() {
     std::vector<Claim> claims;
-    for (const auto& part : {memory_claims(), scheduling_claims(), thread_claims()})
+    for (const auto& part :
+        {memory_claims(), scheduling_claims(), thread_claims(), binding_claims(), barrier_claims(), queue_claims()})
         claims.insert(claims.end(), part.begin(), part.end());
     return claims;
 }

@@ -12,6 +12,14 @@ namespace tandem {
 [[nodiscard]] Family waiting_family(const SharedDevice& device);       // how the host learns of the end
 [[nodiscard]] Family recording_family(const SharedDevice& device);     // on the fly, pre-recorded, secondary; resets
 [[nodiscard]] Family threads_family(const SharedDevice& device);       // recorders with a pool each
+[[nodiscard]] Family barriers_family(const SharedDevice& device);      // between dispatches
+[[nodiscard]] Family parameters_family(const SharedDevice& device);    // push constants, buffers, constants
+[[nodiscard]] Family descriptors_family(const SharedDevice& device);   // sets, templates, push descriptors, arrays
+[[nodiscard]] Family queues_family(const SharedDevice& device);        // parts of an image over queues
+[[nodiscard]] Family frames_family(const SharedDevice& device);        // in flight
+[[nodiscard]] Family transfers_family(const SharedDevice& device);     // from the host to the device
+[[nodiscard]] Family transfers_beside_family(const SharedDevice& device);  // the same, while a frame runs
+[[nodiscard]] Family pipelines_family(const SharedDevice& device);         // caches, derivatives, threads
 
 // Not one of all_families(): it tests the runner, not a pattern.
 inline constexpr double self_test_busy_seconds = 0.5e-3;

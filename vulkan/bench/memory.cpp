@@ -1,4 +1,6 @@
 // Where buffers live: what it costs to allocate them so, and what to use them.
+#include <span>
+
 #include "vulkan/bench/families.h"
 
 namespace tandem {
@@ -10,12 +12,15 @@ struct Layout {
     MemoryLayout layout;
 };
 
-constexpr std::array<Layout, 5> layouts{{
+constexpr std::array<Layout, 7> layouts{{
     {"per-set", "one allocation a descriptor set: the thesis's cohesive memory", MemoryLayout::per_set},
     {"per-buffer", "one allocation a buffer: the thesis's split memory", MemoryLayout::per_buffer},
     {"dedicated", "one dedicated allocation a buffer (VkMemoryDedicatedAllocateInfo)", MemoryLayout::dedicated},
     {"one-block", "one allocation for all buffers of a domain", MemoryLayout::one_block},
     {"one-buffer", "one buffer a descriptor set, its parts told apart by offsets", MemoryLayout::one_buffer},
+    {"rays-per-set", "one allocation for ray state, one for sums, which the same kernels touch; the rest split",
+        MemoryLayout::rays_per_set},
+    {"others-per-set", "the reverse: ray state and sums split, the rest cohesive", MemoryLayout::others_per_set},
 }};
 
 Patterns patterns_of(const Layout& layout) {
@@ -75,7 +80,8 @@ Family fresh_memory_family(const SharedDevice& device) {
     for (const ImageSize& size : device->sizes()) family.workloads.push_back(workload_of({size, 1, device->bounces()}));
     family.arms = [device](const Workload& workload) {
         std::vector<Arm> arms;
-        for (const Layout& layout : layouts) arms.push_back(first_frame_arm(device, workload, layout));
+        for (const Layout& layout : std::span(layouts).first(5))
+            arms.push_back(first_frame_arm(device, workload, layout));
         return arms;
     };
     return family;

@@ -1,5 +1,7 @@
 #include "vulkan/command/submission.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <chrono>
 #include <utility>
@@ -19,13 +21,21 @@ double seconds_between(Clock::time_point start, Clock::time_point end) {
 // Pre-recorded command buffers are kept up to so many; renders of many samples never use one twice.
 constexpr std::size_t most_recorded = 4096;
 
-vk::raii::QueryPool make_stamps(const Device& device) {
-    if (device.description().abilities.timestamp_bits == 0) return nullptr;
+vk::raii::QueryPool make_stamps(const Device& device, std::uint32_t bits) {
+    if (bits == 0) return nullptr;
     return vk::raii::QueryPool(device.handle(), vk::QueryPoolCreateInfo({}, vk::QueryType::eTimestamp, 2));
 }
 
-vk::raii::CommandPool make_pool(const Device& device, vk::CommandPoolCreateFlags flags) {
-    return vk::raii::CommandPool(device.handle(), vk::CommandPoolCreateInfo(flags, device.queue_family()));
+vk::raii::CommandPool make_pool(const Device& device, std::uint32_t family, vk::CommandPoolCreateFlags flags) {
+    return vk::raii::CommandPool(device.handle(), vk::CommandPoolCreateInfo(flags, family));
+}
+
+const vk::raii::Queue& queue_of(const Device& device, const QueueSlot& slot) {
+    const auto& queues = device.queues(family_of(device, slot));
+    if (slot.index >= queues.size())
+        throw UnsupportedError(fmt::format(
+            "{} has {} queue{} of the kind", device.description().name, queues.size(), queues.size() == 1 ? "" : "s"));
+    return queues[slot.index];
 }
 
 vk::CommandPoolCreateFlags pool_flags(const Patterns& patterns) {
@@ -38,7 +48,7 @@ vk::CommandPoolCreateFlags pool_flags(const Patterns& patterns) {
 
 vk::raii::Semaphore make_timeline(const Device& device, const Patterns& patterns) {
     if (patterns.wait != WaitPattern::timeline) return nullptr;
-    if (!device.has_timeline_semaphores())
+    if (!device.features().timeline_semaphores)
         throw UnsupportedError(device.description().name + " has no timeline semaphores");
     const vk::StructureChain info(
         vk::SemaphoreCreateInfo(), vk::SemaphoreTypeCreateInfo(vk::SemaphoreType::eTimeline, 0));
@@ -50,7 +60,33 @@ vk::raii::CommandBuffers allocate(
     return vk::raii::CommandBuffers(device.handle(), vk::CommandBufferAllocateInfo(*pool, level, count));
 }
 
+// Whether its command buffers may write stamps: resetting them takes more than transfers.
+std::uint32_t stamp_bits(const Device& device, std::uint32_t family) {
+    using Flag = vk::QueueFlagBits;
+    const vk::QueueFamilyProperties properties = device.physical().getQueueFamilyProperties()[family];
+    return properties.queueFlags & (Flag::eCompute | Flag::eGraphics) ? properties.timestampValidBits : 0;
+}
+
 }  // namespace
+
+std::uint32_t family_of(const Device& device, const QueueSlot& slot) {
+    using Flag = vk::QueueFlagBits;
+    std::optional<std::uint32_t> family;
+    const std::string& name = device.description().name;
+    switch (slot.kind) {
+        case QueueKind::rendering:
+            return device.queue_family();
+        case QueueKind::compute_only:
+            family = device.family_with(Flag::eCompute, Flag::eGraphics);
+            if (!family) throw UnsupportedError(name + " has no queue family with compute and without graphics");
+            break;
+        case QueueKind::transfer_only:
+            family = device.family_with(Flag::eTransfer, Flag::eGraphics | Flag::eCompute);
+            if (!family) throw UnsupportedError(name + " has no queue family for transfers alone");
+            break;
+    }
+    return family.value();
+}
 
 void SubmissionTimes::add(const SubmissionTimes& other) {
     record += other.record;
@@ -68,14 +104,17 @@ void SubmissionTimes::add(const SubmissionTimes& other) {
 Submission::Submission(const Device& device, const Patterns& patterns)
     : device_(device),
       patterns_(patterns),
+      family_(family_of(device, patterns.queue)),
+      queue_(queue_of(device, patterns.queue)),
       recorders_(patterns.recording == RecordingPattern::pre_recorded ? 1 : patterns.recording_threads),
-      own_pool_{make_pool(device, vk::CommandPoolCreateFlagBits::eResetCommandBuffer), {}},
-      stamps_(make_stamps(device)),
+      own_pool_{make_pool(device, family_, vk::CommandPoolCreateFlagBits::eResetCommandBuffer), {}},
+      stamp_bits_(stamp_bits(device, family_)),
+      stamps_(make_stamps(device, stamp_bits_)),
       primary_(allocate(device, own_pool_.pool, vk::CommandBufferLevel::ePrimary, 1)),
       fence_(device.handle(), vk::FenceCreateInfo()),
       timeline_(make_timeline(device, patterns)) {
     for (unsigned thread = 0; thread < recorders_.count(); ++thread)
-        pools_.push_back({make_pool(device, pool_flags(patterns)), {}});
+        pools_.push_back({make_pool(device, family_, pool_flags(patterns)), {}});
     if (!*stamps_) return;
     stamp_buffers_ = allocate(device, own_pool_.pool, vk::CommandBufferLevel::ePrimary, 2);
     stamp_buffers_[0].begin(vk::CommandBufferBeginInfo());
@@ -183,10 +222,9 @@ void Submission::submit(const std::vector<vk::CommandBuffer>& handles) {
     if (signals) infos.back().setSignalSemaphores(timeline).setPNext(&value);
     const vk::Fence fence = patterns_.wait == WaitPattern::fence ? *fence_ : vk::Fence();
     if (patterns_.submission == SubmissionPattern::many_submits) {
-        for (const vk::SubmitInfo& info : infos)
-            device_.queue().submit(info, &info == &infos.back() ? fence : vk::Fence());
+        for (const vk::SubmitInfo& info : infos) queue_.submit(info, &info == &infos.back() ? fence : vk::Fence());
     } else {
-        device_.queue().submit(infos, fence);
+        queue_.submit(infos, fence);
     }
 }
 
@@ -205,7 +243,7 @@ void Submission::wait() {
             break;
         }
         case WaitPattern::queue_idle:
-            device_.queue().waitIdle();
+            queue_.waitIdle();
             break;
     }
 }
@@ -215,15 +253,14 @@ std::optional<double> Submission::device_seconds() const {
     const auto [result, stamps] = stamps_.getResults<std::uint64_t>(0, 2, 2 * sizeof(std::uint64_t),
         sizeof(std::uint64_t), vk::QueryResultFlagBits::e64 | vk::QueryResultFlagBits::eWait);
     if (result != vk::Result::eSuccess) return std::nullopt;
-    const std::uint32_t bits = device_.description().abilities.timestamp_bits;
-    const std::uint64_t mask = bits >= 64 ? ~std::uint64_t{0} : (std::uint64_t{1} << bits) - 1;
+    const std::uint64_t mask = stamp_bits_ >= 64 ? ~std::uint64_t{0} : (std::uint64_t{1} << stamp_bits_) - 1;
     const std::uint64_t ticks = (stamps[1] - stamps[0]) & mask;  // right across one wrap of the counter
     return static_cast<double>(ticks) * static_cast<double>(device_.limits().timestampPeriod) * 1e-9;
 }
 
-SubmissionTimes Submission::run() {
-    SubmissionTimes times;
-    if (pending_.empty()) return times;
+void Submission::start() {
+    SubmissionTimes& times = times_ = {};
+    if (pending_.empty()) return;
     const auto start = Clock::now();
     std::vector<vk::CommandBuffer> handles;
     if (patterns_.recording == RecordingPattern::pre_recorded) {
@@ -242,15 +279,25 @@ SubmissionTimes Submission::run() {
     }
     const auto recorded = Clock::now();
     submit(handles);
-    const auto submitted = Clock::now();
-    wait();
-    const auto finished = Clock::now();
+    started_ = true;
     times.record = seconds_between(start, recorded);
-    times.submit = seconds_between(recorded, submitted);
-    times.wait = seconds_between(submitted, finished);
-    times.device = device_seconds();
+    times.submit = seconds_between(recorded, Clock::now());
     times.submissions = 1;
-    return times;
+}
+
+SubmissionTimes Submission::finish() {
+    if (!started_) return times_;
+    started_ = false;
+    const auto start = Clock::now();
+    wait();
+    times_.wait = seconds_between(start, Clock::now());
+    times_.device = device_seconds();
+    return times_;
+}
+
+SubmissionTimes Submission::run() {
+    start();
+    return finish();
 }
 
 }  // namespace tandem

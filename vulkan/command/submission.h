@@ -26,6 +26,9 @@ struct SubmissionTimes {
     void add(const SubmissionTimes& other);
 };
 
+// The queue family of that kind. Throws UnsupportedError where the device has none.
+[[nodiscard]] std::uint32_t family_of(const Device& device, const QueueSlot& slot);
+
 class Submission {
 public:
     // What makes two recordings the same commands, so that pre-recorded ones can be found again.
@@ -42,6 +45,11 @@ public:
     void add(const Key& key, Recording recording);
     // Records what was added, submits it in this order and waits. Nothing added: nothing is submitted.
     [[nodiscard]] SubmissionTimes run();
+    // The two halves of run(): with several Submissions, those of one can run while another is recorded. Between them
+    // nothing may be added.
+    void start();
+    [[nodiscard]] SubmissionTimes finish();
+    [[nodiscard]] bool started() const { return started_; }
     // Forgets pre-recorded command buffers: what they refer to is about to change.
     void forget_recorded();
 
@@ -68,17 +76,22 @@ private:
 
     const Device& device_;
     Patterns patterns_;
+    std::uint32_t family_;
+    const vk::raii::Queue& queue_;
     Recorders recorders_;
     std::vector<Pool> pools_;                                       // by recording thread
     Pool own_pool_;                                                 // stamps and primaries
     std::map<std::vector<Key>, vk::raii::CommandBuffer> recorded_;  // of own_pool_
     std::vector<Pending> pending_;
+    std::uint32_t stamp_bits_;  // of the queue's clock; 0: it has none
     vk::raii::QueryPool stamps_;
     vk::raii::CommandBuffers stamp_buffers_ = nullptr;  // first and last of each submission
     vk::raii::CommandBuffers primary_ = nullptr;
     vk::raii::Fence fence_;
     vk::raii::Semaphore timeline_;
     std::uint64_t timeline_value_ = 0;
+    bool started_ = false;
+    SubmissionTimes times_;  // of the submission that was started
 };
 
 }  // namespace tandem

@@ -1,5 +1,8 @@
 #include "vulkan/core/device.h"
 
+#include <algorithm>
+#include <string_view>
+
 #include "common/error.h"
 #include "vulkan/core/device_selection.h"
 
@@ -28,36 +31,89 @@ struct Device::Choice {
 
 namespace {
 
-bool offers_timeline_semaphores(const vk::raii::PhysicalDevice& physical) {
-    const auto features =
-        physical.getFeatures2<vk::PhysicalDeviceFeatures2, vk::PhysicalDeviceTimelineSemaphoreFeatures>();
-    return features.get<vk::PhysicalDeviceTimelineSemaphoreFeatures>().timelineSemaphore != 0;
+bool offers(const vk::raii::PhysicalDevice& physical, std::string_view extension) {
+    const auto extensions = physical.enumerateDeviceExtensionProperties();
+    return std::ranges::any_of(
+        extensions, [&](const vk::ExtensionProperties& one) { return one.extensionName == extension; });
 }
 
-vk::raii::Device make_device(const vk::raii::PhysicalDevice& physical, std::uint32_t family, bool timeline_semaphores) {
-    const float priority = 1.0f;
-    const vk::DeviceQueueCreateInfo queue({}, family, 1, &priority);
-    vk::PhysicalDeviceFeatures features;
-    features.shaderFloat64 = physical.getFeatures().shaderFloat64;
-    const vk::StructureChain info(vk::DeviceCreateInfo({}, queue, {}, {}, &features),
-        vk::PhysicalDeviceTimelineSemaphoreFeatures(timeline_semaphores));
+DeviceFeatures features_of(const vk::raii::PhysicalDevice& physical) {
+    const auto chain = physical.getFeatures2<vk::PhysicalDeviceFeatures2, vk::PhysicalDeviceVulkan12Features,
+        vk::PhysicalDeviceSynchronization2FeaturesKHR>();
+    const auto& plain = chain.get<vk::PhysicalDeviceFeatures2>().features;
+    const auto& newer = chain.get<vk::PhysicalDeviceVulkan12Features>();
+    DeviceFeatures features;
+    features.timeline_semaphores = newer.timelineSemaphore;
+    features.synchronization2 = offers(physical, VK_KHR_SYNCHRONIZATION_2_EXTENSION_NAME) &&
+                                chain.get<vk::PhysicalDeviceSynchronization2FeaturesKHR>().synchronization2;
+    features.push_descriptors = offers(physical, VK_KHR_PUSH_DESCRIPTOR_EXTENSION_NAME);
+    features.doubles = plain.shaderFloat64;
+    features.buffer_addresses = newer.bufferDeviceAddress;
+    features.storage_arrays = plain.shaderStorageBufferArrayDynamicIndexing;
+    features.storage_arrays_nonuniform = features.storage_arrays && newer.shaderStorageBufferArrayNonUniformIndexing;
+    return features;
+}
+
+std::vector<std::uint32_t> queue_counts(const vk::raii::PhysicalDevice& physical, std::uint32_t family, Queues queues) {
+    std::vector<std::uint32_t> counts;
+    for (const vk::QueueFamilyProperties& properties : physical.getQueueFamilyProperties())
+        counts.push_back(queues == Queues::all ? properties.queueCount : 0);
+    counts[family] = std::max(counts[family], 1u);
+    return counts;
+}
+
+vk::raii::Device make_device(const vk::raii::PhysicalDevice& physical, const DeviceFeatures& has,
+    const std::vector<std::uint32_t>& queue_counts) {
+    const std::vector<float> priorities(*std::ranges::max_element(queue_counts), 1.0f);
+    std::vector<vk::DeviceQueueCreateInfo> queues;
+    for (std::uint32_t family = 0; family < queue_counts.size(); ++family)
+        if (queue_counts[family] > 0)
+            queues.push_back(vk::DeviceQueueCreateInfo({}, family, queue_counts[family], priorities.data()));
+    std::vector<const char*> extensions;
+    if (has.synchronization2) extensions.push_back(VK_KHR_SYNCHRONIZATION_2_EXTENSION_NAME);
+    if (has.push_descriptors) extensions.push_back(VK_KHR_PUSH_DESCRIPTOR_EXTENSION_NAME);
+    vk::PhysicalDeviceFeatures plain;
+    plain.shaderFloat64 = has.doubles;
+    plain.shaderStorageBufferArrayDynamicIndexing = has.storage_arrays;
+    vk::PhysicalDeviceVulkan12Features newer;
+    newer.timelineSemaphore = has.timeline_semaphores;
+    newer.bufferDeviceAddress = has.buffer_addresses;
+    newer.shaderStorageBufferArrayNonUniformIndexing = has.storage_arrays_nonuniform;
+    vk::StructureChain info(vk::DeviceCreateInfo({}, queues, {}, extensions, &plain), newer,
+        vk::PhysicalDeviceSynchronization2FeaturesKHR(true));
+    if (!has.synchronization2) info.unlink<vk::PhysicalDeviceSynchronization2FeaturesKHR>();
     return vk::raii::Device(physical, info.get<vk::DeviceCreateInfo>());
+}
+
+std::vector<std::vector<vk::raii::Queue>> get_queues(
+    const vk::raii::Device& device, const std::vector<std::uint32_t>& counts) {
+    std::vector<std::vector<vk::raii::Queue>> queues(counts.size());
+    for (std::uint32_t family = 0; family < counts.size(); ++family)
+        for (std::uint32_t i = 0; i < counts[family]; ++i) queues[family].emplace_back(device, family, i);
+    return queues;
 }
 
 }  // namespace
 
-Device::Device(const Instance& instance, const std::string& wanted) : Device(Choice::make(instance, wanted)) {}
+Device::Device(const Instance& instance, const std::string& wanted, Queues queues)
+    : Device(Choice::make(instance, wanted), queues) {}
 
-Device::Device(Choice choice)
+Device::Device(Choice choice, Queues queues)
     : description_(std::move(choice.description)),
       physical_(std::move(choice.physical)),
       limits_(physical_.getProperties().limits),
       memory_(physical_.getMemoryProperties()),
       family_(compute_queue_family(physical_).value()),
-      timeline_semaphores_(offers_timeline_semaphores(physical_)),
-      doubles_(physical_.getFeatures().shaderFloat64 == VK_TRUE),
-      device_(make_device(physical_, family_, timeline_semaphores_)),
-      queue_(device_, family_, 0) {}
+      features_(features_of(physical_)),
+      device_(make_device(physical_, features_, queue_counts(physical_, family_, queues))),
+      queues_(get_queues(device_, queue_counts(physical_, family_, queues))) {}
+
+std::optional<std::uint32_t> Device::family_with(vk::QueueFlags wanted, vk::QueueFlags unwanted) const {
+    const auto families = physical_.getQueueFamilyProperties();
+    for (std::uint32_t i = 0; i < families.size(); ++i)
+        if ((families[i].queueFlags & wanted) == wanted && !(families[i].queueFlags & unwanted)) return i;
+    return std::nullopt;
+}
 
 std::uint32_t Device::memory_type(
     std::uint32_t allowed, vk::MemoryPropertyFlags properties, vk::MemoryPropertyFlags preferred) const {

@@ -1,4 +1,4 @@
-// The logical device and its one compute queue.
+// The logical device, its queues, and what it offers beyond what every device must.
 #pragma once
 
 #include <vulkan/vulkan_raii.hpp>
@@ -7,36 +7,52 @@
 
 namespace tandem {
 
+// Enabled wherever the device has them.
+struct DeviceFeatures {
+    bool timeline_semaphores = false;
+    bool doubles = false;  // in shaders
+    bool synchronization2 = false;
+    bool push_descriptors = false;
+    bool buffer_addresses = false;
+    bool storage_arrays = false;             // of storage buffers, by indices that all invocations share
+    bool storage_arrays_nonuniform = false;  // by any index
+};
+
+// Queues cost memory and time: one is what a renderer needs.
+enum class Queues { one, all };
+
 class Device {
 public:
     // Takes the device that `wanted` names (select_device). Throws DeviceError.
-    Device(const Instance& instance, const std::string& wanted);
+    Device(const Instance& instance, const std::string& wanted, Queues queues = Queues::one);
 
     [[nodiscard]] const vk::raii::Device& handle() const { return device_; }
     [[nodiscard]] const vk::raii::PhysicalDevice& physical() const { return physical_; }
-    [[nodiscard]] const vk::raii::Queue& queue() const { return queue_; }
+    [[nodiscard]] const vk::raii::Queue& queue() const { return queues_[family_].front(); }
     [[nodiscard]] std::uint32_t queue_family() const { return family_; }
     [[nodiscard]] const DeviceDescription& description() const { return description_; }
     [[nodiscard]] const vk::PhysicalDeviceLimits& limits() const { return limits_; }
-    // Enabled wherever the device has them.
-    [[nodiscard]] bool has_timeline_semaphores() const { return timeline_semaphores_; }
-    [[nodiscard]] bool has_doubles() const { return doubles_; }  // in shaders
+    [[nodiscard]] const DeviceFeatures& features() const { return features_; }
+    // The queues of a family that were made.
+    [[nodiscard]] const std::vector<vk::raii::Queue>& queues(std::uint32_t family) const { return queues_[family]; }
+    // The first family with all of these and none of those.
+    [[nodiscard]] std::optional<std::uint32_t> family_with(vk::QueueFlags wanted, vk::QueueFlags unwanted) const;
     // The first memory type among the bits of `allowed` with all `properties`; preferring those with `preferred` too.
     [[nodiscard]] std::uint32_t memory_type(
         std::uint32_t allowed, vk::MemoryPropertyFlags properties, vk::MemoryPropertyFlags preferred) const;
 
 private:
     struct Choice;
-    Device(Choice choice);
+    Device(Choice choice, Queues queues);
 
     DeviceDescription description_;
     vk::raii::PhysicalDevice physical_;
     vk::PhysicalDeviceLimits limits_;
     vk::PhysicalDeviceMemoryProperties memory_;
     std::uint32_t family_;
-    bool timeline_semaphores_, doubles_;
+    DeviceFeatures features_;
     vk::raii::Device device_;
-    vk::raii::Queue queue_;
+    std::vector<std::vector<vk::raii::Queue>> queues_;  // by family
 };
 
 }  // namespace tandem

@@ -27,6 +27,13 @@ inline constexpr std::array<const char*, stage_count> stage_names{
 
 [[nodiscard]] std::span<const std::uint32_t> shader_code(Stage stage);
 
+// Stages compiled otherwise, as patterns want them (vulkan/patterns.h): parameters from elsewhere than push constants,
+// ray state in arrays of descriptors.
+enum class ShaderVariant : std::uint32_t { plain, uniform, storage, address, specialised, arrays, arrays_nonuniform };
+
+// Empty where the stage has no such variant, or this build none at all (those with planted bugs).
+[[nodiscard]] std::span<const std::uint32_t> shader_variant(Stage stage, ShaderVariant variant);
+
 // Whether these shaders know planted bugs; the ones that users get do not.
 [[nodiscard]] bool shaders_hold_planted_bugs();
 

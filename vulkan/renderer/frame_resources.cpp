@@ -139,6 +139,13 @@ SharedMemory shared_memory(const SceneData& scene, const std::optional<PathState
     return shared;
 }
 
+// Of a group: of the ray state and the sums, or of another.
+MemoryLayout layout_of(MemoryLayout memory, bool rays) {
+    const bool mixed = memory == MemoryLayout::rays_per_set || memory == MemoryLayout::others_per_set;
+    if (!mixed) return memory;
+    return rays == (memory == MemoryLayout::rays_per_set) ? MemoryLayout::per_set : MemoryLayout::per_buffer;
+}
+
 std::vector<vk::DescriptorBufferInfo> all_of(const BufferGroup& group) {
     std::vector<vk::DescriptorBufferInfo> buffers;
     for (std::size_t i = 0; i < group.size(); ++i) buffers.push_back(group.info(i));
@@ -172,29 +179,31 @@ std::vector<vk::DescriptorBufferInfo> image_buffers(const BufferGroup& image, bo
     return buffers;
 }
 
-std::vector<DescriptorSets::Request> set_requests(const PipelineLayout& layout, const BufferGroup& scene,
-    const BufferGroup& camera, const BufferGroup& rays, const BufferGroup& image) {
-    const auto request = [&](SetIndex index, std::vector<vk::DescriptorBufferInfo> buffers) {
-        const auto i = static_cast<std::size_t>(index);
-        return DescriptorSets::Request{layout.set(i), set_bindings()[i], std::move(buffers)};
-    };
-    return {request(SetIndex::scene, scene_buffers(scene)), request(SetIndex::camera, all_of(camera)),
-        request(SetIndex::rays, ray_buffers(rays, false)), request(SetIndex::rays, ray_buffers(rays, true)),
-        request(SetIndex::image, image_buffers(image, false)), request(SetIndex::image, image_buffers(image, true))};
+// Both halves of every ping-ponged binding in place of the one that is read, the one of parity 0 first.
+std::vector<vk::DescriptorBufferInfo> ray_arrays(const BufferGroup& rays) {
+    const std::vector<vk::DescriptorBufferInfo> even = ray_buffers(rays, false), odd = ray_buffers(rays, true);
+    std::vector<vk::DescriptorBufferInfo> buffers;
+    for (std::uint32_t binding = 0; binding < even.size(); ++binding) {
+        const auto is_read = [&](const auto& pair) { return pair.first == binding; };
+        const auto is_written = [&](const auto& pair) { return pair.second == binding; };
+        if (std::ranges::any_of(ping_ponged_bindings, is_written)) continue;
+        buffers.push_back(even[binding]);
+        if (std::ranges::any_of(ping_ponged_bindings, is_read)) buffers.push_back(odd[binding]);
+    }
+    return buffers;
 }
 
 }  // namespace
 
-FrameResources::FrameResources(const Device& device, const PipelineLayout& layout, const SceneData& scene,
-    const std::optional<PathState>& path, std::uint32_t bounces, std::uint32_t tile_pixels, MemoryLayout memory)
+FrameResources::FrameResources(const Device& device, const SceneData& scene, const std::optional<PathState>& path,
+    std::uint32_t bounces, std::uint32_t tile_pixels, MemoryLayout memory)
     : shared_(shared_memory(scene, path, bounces, tile_pixels, memory)),
-      scene_(device, MemoryDomain::device, scene_specs(scene), memory, &shared_),
-      camera_(device, MemoryDomain::device, camera_specs(), memory, &shared_),
-      rays_(device, MemoryDomain::device, ray_specs(path, tile_pixels, bounces), memory, &shared_),
-      image_(device, MemoryDomain::device, image_specs(tile_pixels), memory, &shared_),
-      upload_(device, MemoryDomain::upload, upload_specs(scene), memory, &shared_),
-      readback_(device, MemoryDomain::readback, readback_specs(tile_pixels), memory, &shared_),
-      sets_(device, set_requests(layout, scene_, camera_, rays_, image_)) {
+      scene_(device, MemoryDomain::device, scene_specs(scene), layout_of(memory, false), &shared_),
+      camera_(device, MemoryDomain::device, camera_specs(), layout_of(memory, false), &shared_),
+      rays_(device, MemoryDomain::device, ray_specs(path, tile_pixels, bounces), layout_of(memory, true), &shared_),
+      image_(device, MemoryDomain::device, image_specs(tile_pixels), layout_of(memory, true), &shared_),
+      upload_(device, MemoryDomain::upload, upload_specs(scene), layout_of(memory, false), &shared_),
+      readback_(device, MemoryDomain::readback, readback_specs(tile_pixels), layout_of(memory, false), &shared_) {
     const auto stage = [&](const void* data, vk::DeviceSize bytes, std::size_t buffer) {
         std::memcpy(upload_.mapped(uploads_.size()), data, bytes);
         uploads_.emplace_back(bytes, buffer);
@@ -205,8 +214,20 @@ FrameResources::FrameResources(const Device& device, const PipelineLayout& layou
     stage(&scene.camera, sizeof scene.camera, 0);
 }
 
-std::array<vk::DescriptorSet, 4> FrameResources::sets(std::uint32_t ray_parity, std::uint32_t sum_parity) const {
-    return {sets_[0], sets_[1], sets_[2 + ray_parity], sets_[4 + sum_parity]};
+std::vector<vk::DescriptorBufferInfo> FrameResources::buffers(SetIndex set, std::uint32_t parity) const {
+    switch (set) {
+        case SetIndex::scene:
+            return scene_buffers(scene_);
+        case SetIndex::camera:
+            return all_of(camera_);
+        case SetIndex::rays:
+            return parity == both_parities ? ray_arrays(rays_) : ray_buffers(rays_, parity != 0);
+        case SetIndex::image:
+            return image_buffers(image_, parity != 0);
+        case SetIndex::settings:
+            break;
+    }
+    return {};
 }
 
 std::vector<vk::DescriptorBufferInfo> FrameResources::written_by_dispatches() const {

@@ -1,4 +1,5 @@
-// The buffers and descriptor sets of one job: Scene, Camera, Rays and Image, each one allocation.
+// The buffers of one job by descriptor set: Scene, Camera, Rays and Image, each one allocation unless patterns say
+// otherwise.
 #pragma once
 
 #include <array>
@@ -15,10 +16,12 @@ inline constexpr vk::DeviceSize ray_queue_bytes = 16;
 class FrameResources {
 public:
     // `tile_pixels`: pixels that are in flight at a time. `path`: what is kept of them in buffers; none: nothing.
-    FrameResources(const Device& device, const PipelineLayout& layout, const SceneData& scene,
-        const std::optional<PathState>& path, std::uint32_t bounces, std::uint32_t tile_pixels, MemoryLayout memory);
+    FrameResources(const Device& device, const SceneData& scene, const std::optional<PathState>& path,
+        std::uint32_t bounces, std::uint32_t tile_pixels, MemoryLayout memory);
 
-    [[nodiscard]] std::array<vk::DescriptorSet, 4> sets(std::uint32_t ray_parity, std::uint32_t sum_parity) const;
+    // What the bindings of a set point to; the halves of Rays and Image by their parity, or, of Rays, both as arrays.
+    static constexpr std::uint32_t both_parities = 2;
+    [[nodiscard]] std::vector<vk::DescriptorBufferInfo> buffers(SetIndex set, std::uint32_t parity = 0) const;
 
     // The queues of rays (shaders/ray_state.glsl): at k * ray_queue_bytes the dispatch arguments of segment k.
     [[nodiscard]] vk::Buffer queues() const { return rays_[ray_queues]; }
@@ -49,7 +52,6 @@ private:
     SharedMemory shared_;
     BufferGroup scene_, camera_, rays_, image_, upload_, readback_;
     std::vector<std::pair<vk::DeviceSize, std::size_t>> uploads_;  // bytes, buffer of the Scene set
-    DescriptorSets sets_;
 };
 
 // What the buffers hold, by name, in bytes, the tables of a scene part by part; buffers that hold nothing are left out.

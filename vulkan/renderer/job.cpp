@@ -116,17 +116,27 @@ VulkanJob::VulkanJob(const Instance& instance, const Device& device, Stages& sta
       patterns_(patterns),
       settings_(mutated(checked(settings), planted_bug)),
       scene_(flatten(scene, settings_, acceleration)),
-      specialisation_(specialise(device, scene, scene_, settings_, planted_bug)),
+      specialisation_(with_parameters(specialise(device, scene, scene_, settings_, planted_bug))),
       kept_(patterns.kernel == KernelShape::stages ? std::optional(specialisation_.path) : std::nullopt),
       stages_(stages),
-      layout_(stages.layout()),
-      pipelines_(stages.pipelines(specialisation_, patterns.kernel)),
-      tile_pixels_(tile_size(device, std::uint64_t{settings_.width} * settings_.height, kept_)),
-      resources_(device, layout_, scene_, kept_, settings_.bounces, tile_pixels_, patterns.memory),
+      layout_(stages.layout(KernelForm(patterns))),
+      pipelines_(stages.pipelines(specialisation_, KernelForm(patterns))),
+      tile_pixels_(tile_size(device, part().pixel_count, kept_)),
+      resources_(device, scene_, kept_, settings_.bounces, tile_pixels_, patterns.memory),
+      bindings_(device, layout_, resources_, patterns),
+      ordering_(device, patterns, resources_.written_by_dispatches()),
       submission_(device, patterns),
       plan_(device.description().type) {
+    if (patterns_.parts == 0 || patterns_.part >= patterns_.parts || part().pixel_count == 0)
+        throw UnsupportedError("the image has too few pixels for so many parts");
     if (patterns_.segments_per_submission > 0) batch_ = patterns_.segments_per_submission;
     instance_.log().raise();
+}
+
+Specialisation VulkanJob::with_parameters(Specialisation specialisation) const {
+    if (patterns_.parameters == ParameterPattern::specialisation)
+        specialisation.parameters = fixed_parameters(stage_settings({}, 0));
+    return specialisation;
 }
 
 gpu::Settings VulkanJob::stage_settings(Tile tile, std::uint64_t sample) const {
@@ -152,9 +162,8 @@ gpu::Settings VulkanJob::stage_settings(Tile tile, std::uint64_t sample) const {
 void VulkanJob::bind(const vk::raii::CommandBuffer& commands, const Dispatch& dispatch) const {
     commands.bindPipeline(
         vk::PipelineBindPoint::eCompute, *pipelines_->stages[static_cast<std::size_t>(dispatch.stage)]);
-    commands.bindDescriptorSets(vk::PipelineBindPoint::eCompute, layout_.handle(), 0,
-        resources_.sets(dispatch.ray_parity, dispatch.sum_parity), {});
-    commands.pushConstants<gpu::Settings>(layout_.handle(), vk::ShaderStageFlagBits::eCompute, 0, dispatch.settings);
+    bindings_.bind(commands, dispatch.settings, dispatch.ray_parity, dispatch.sum_parity,
+        pipelines_->plain[static_cast<std::size_t>(dispatch.stage)]);
 }
 
 void VulkanJob::record(
@@ -168,28 +177,6 @@ void VulkanJob::record(
 void VulkanJob::record_queue(const vk::raii::CommandBuffer& commands, const Dispatch& dispatch) const {
     bind(commands, dispatch);
     commands.dispatchIndirect(resources_.queues(), resources_.queue_offset(dispatch.settings.segment));
-}
-
-void VulkanJob::order(const vk::raii::CommandBuffer& commands, StageAccess to) const {
-    using At = vk::PipelineStageFlagBits;
-    using Access = vk::AccessFlagBits;
-    switch (patterns_.barriers) {
-        case BarrierPattern::memory:
-            barrier(commands, compute_write, to);
-            break;
-        case BarrierPattern::full:
-            barrier(commands, {At::eAllCommands, Access::eMemoryRead | Access::eMemoryWrite},
-                {At::eAllCommands, Access::eMemoryRead | Access::eMemoryWrite});
-            break;
-        case BarrierPattern::buffer: {
-            std::vector<vk::BufferMemoryBarrier> barriers;
-            for (const vk::DescriptorBufferInfo& written : resources_.written_by_dispatches())
-                barriers.emplace_back(compute_write.access, to.access, VK_QUEUE_FAMILY_IGNORED, VK_QUEUE_FAMILY_IGNORED,
-                    written.buffer, written.offset, written.range);
-            commands.pipelineBarrier(compute_write.stage, to.stage, {}, {}, barriers, {});
-            break;
-        }
-    }
 }
 
 namespace {
@@ -216,7 +203,7 @@ void VulkanJob::record_scene(
     record(commands, {Stage::vertex, settings, 0, sum_parity},
         scene_.triangle_count + scene_.sphere_count + scene_.cuboid_count);
     // Later barriers order all that was written before; those of single buffers leave out what is written but once.
-    if (patterns_.barriers == BarrierPattern::buffer) barrier(commands, compute_write, compute_access);
+    if (ordering_.leaves_out_others()) barrier(commands, compute_write, compute_access);
 }
 
 // The clearing stage, of the half of the sums that is not read, at each block. No barrier: nothing reads what was
@@ -244,10 +231,10 @@ void VulkanJob::add_sampling(Tile tile, std::uint64_t sample, std::uint32_t firs
         for (std::uint32_t segment = first_segment; segment < end_segment; ++segment) {
             dispatch.settings.segment = segment;
             dispatch.ray_parity = segment % 2;
-            order(commands, dispatch_access);  // the queue's arguments, for scatter too
+            ordering_.after_dispatches(commands, dispatch_access);  // the queue's arguments, for scatter too
             dispatch.stage = Stage::intersect;
             record_queue(commands, dispatch);
-            order(commands, compute_access);
+            ordering_.after_dispatches(commands, compute_access);
             dispatch.stage = Stage::scatter;
             record_queue(commands, dispatch);
         }
@@ -260,7 +247,7 @@ void VulkanJob::add_post_processing(Tile tile, std::uint64_t sample) {
     // With the sample in its key, no command buffer is twice in one submission.
     submission_.add({post_processing, dispatch.sum_parity, tile.first_pixel, sample},
         [=, this](const vk::raii::CommandBuffer& commands) {
-            order(commands, compute_access);
+            ordering_.after_dispatches(commands, compute_access);
             record(commands, dispatch, tile.pixel_count);
         });
 }
@@ -278,7 +265,8 @@ void VulkanJob::add_megakernel(Tile tile, std::uint64_t first_sample, const Mega
         share.first_invocation + (std::uint64_t{share.samples} << 32)};
     submission_.add(key, [=, this](const vk::raii::CommandBuffer& commands) {
         if (first) record_scene(commands, dispatch.settings, dispatch.sum_parity);
-        order(commands, compute_access);  // after the vertex stage, or the share before, whose sums this one may read
+        ordering_.after_dispatches(
+            commands, compute_access);  // after the vertex stage, or the share before, whose sums this one may read
         record(commands, dispatch, share.invocations);
     });
 }
@@ -330,47 +318,87 @@ void VulkanJob::download(Tile tile) {
     submission_.add({downloading, parity, tile.pixel_count}, [=, this](const vk::raii::CommandBuffer& commands) {
         resources_.record_download(commands, parity, tile.pixel_count);
     });
-    (void)submission_.run();
+    (void)submit();
     instance_.log().raise();
     if (resources_.downloaded_counters().unfinished > 0)
         throw UnsupportedError(
             "the driver left the megakernel's loops before its paths had ended; use --kernel stages or fewer bounces");
 }
 
-SubmissionTimes VulkanJob::frame(std::uint64_t samples, bool fresh) {
-    const Tile image{0, settings_.width * settings_.height};
-    if (image.pixel_count > tile_pixels_)
+VulkanJob::Tile VulkanJob::part() const {
+    const std::uint64_t pixels = std::uint64_t{settings_.width} * settings_.height;
+    const auto begin = static_cast<std::uint32_t>(pixels * patterns_.part / patterns_.parts);
+    const auto end = static_cast<std::uint32_t>(pixels * (patterns_.part + 1) / patterns_.parts);
+    return {begin, end - begin};
+}
+
+// What was handed out for earlier submissions is free again.
+void VulkanJob::begin_submission() {
+    bindings_.begin_submission();
+    ordering_.begin_submission();
+}
+
+SubmissionTimes VulkanJob::submit() {
+    begin_submission();
+    return submission_.run();
+}
+
+void VulkanJob::begin_frame(bool fresh) {
+    if (part().pixel_count > tile_pixels_)
         throw UnsupportedError("the image does not fit on the device at once; ask for a smaller one");
-    if (fresh) {
-        scene_uploaded_ = false;
-        invalid_before_ = 0;
+    if (!fresh) return;
+    scene_uploaded_ = false;
+    invalid_before_ = 0;
+}
+
+void VulkanJob::add_whole_paths(std::uint64_t samples) {
+    for (SampleRange block{0, 0}; block.begin < samples; block.begin = block.end) {
+        block.end = std::min(block.begin + samples_per_block, samples);
+        add_megakernel(part(), block.begin, {0, block.count(), 0, part().pixel_count, true});
     }
-    const std::uint64_t most = patterns_.segments_per_submission > 0 ? patterns_.segments_per_submission
-                                                                     : std::numeric_limits<std::uint64_t>::max();
+}
+
+SubmissionTimes VulkanJob::frame(std::uint64_t samples, bool fresh) {
+    if (patterns_.segments_per_submission == 0 || patterns_.kernel == KernelShape::megakernel) {
+        start_frame(samples, fresh);
+        return finish_frame();
+    }
+    begin_frame(fresh);
     SubmissionTimes times;
-    if (patterns_.kernel == KernelShape::megakernel) {
-        for (SampleRange block{0, 0}; block.begin < samples; block.begin = block.end) {
-            block.end = std::min(block.begin + samples_per_block, samples);
-            add_megakernel(image, block.begin, {0, block.count(), 0, image.pixel_count, true});
-        }
-        times.add(submission_.run());
-        instance_.log().raise();
-        return times;
-    }
     std::uint64_t done = 0;
     std::uint32_t segment = 0;
-    add_pre_processing(image);
+    add_pre_processing(part());
     while (done < samples) {
-        (void)add_batch(image, {0, samples}, most, done, segment);
-        times.add(submission_.run());
+        (void)add_batch(part(), {0, samples}, patterns_.segments_per_submission, done, segment);
+        times.add(submit());
     }
+    instance_.log().raise();
+    return times;
+}
+
+void VulkanJob::start_frame(std::uint64_t samples, bool fresh) {
+    begin_frame(fresh);
+    if (patterns_.kernel == KernelShape::megakernel) {
+        add_whole_paths(samples);
+    } else {
+        std::uint64_t done = 0;
+        std::uint32_t segment = 0;
+        add_pre_processing(part());
+        (void)add_batch(part(), {0, samples}, std::numeric_limits<std::uint64_t>::max(), done, segment);
+    }
+    begin_submission();
+    submission_.start();
+}
+
+SubmissionTimes VulkanJob::finish_frame() {
+    const SubmissionTimes times = submission_.finish();
     instance_.log().raise();
     return times;
 }
 
 double VulkanJob::run(Progress& progress) {
     const auto start = Clock::now();
-    const std::optional<double> device_seconds = submission_.run().device;
+    const std::optional<double> device_seconds = submit().device;
     progress.device_seconds += device_seconds.value_or(0.0);
     progress.has_device_clock = progress.has_device_clock && device_seconds.has_value();
     instance_.log().raise();
@@ -435,7 +463,8 @@ RenderResult VulkanJob::render(SampleRange range, const RenderControl& control) 
         throw Error(fmt::format(
             "a sample range must begin at a multiple of {} and not end before it begins", samples_per_block));
     const auto start = Clock::now();
-    const std::uint32_t pixels = settings_.width * settings_.height;
+    const Tile all = part();
+    const std::uint32_t end = all.first_pixel + all.pixel_count;
     RenderResult result{Estimate(settings_.width, settings_.height), 0.0, std::nullopt};
     Progress progress{control};
     std::uint64_t invalid = 0;
@@ -444,17 +473,17 @@ RenderResult VulkanJob::render(SampleRange range, const RenderControl& control) 
         block.end = std::min(block.begin + samples_per_block, range.end);
         Estimate::Plane plane(result.estimate.pixel_count() * channel_count);
         std::uint64_t done = block.count();
-        for (std::uint32_t first = 0; first < pixels && done > 0; first += tile_pixels_) {
-            const Tile tile{first, std::min(tile_pixels_, pixels - first)};
-            progress.tile_share = static_cast<double>(tile.pixel_count) / pixels;
+        for (std::uint32_t first = all.first_pixel; first < end && done > 0; first += tile_pixels_) {
+            const Tile tile{first, std::min(tile_pixels_, end - first)};
+            progress.tile_share = static_cast<double>(tile.pixel_count) / all.pixel_count;
             const std::uint64_t done_here = render_tile_block(tile, block, progress);
             progress.samples_before += progress.tile_share * static_cast<double>(done_here);
             const std::uint32_t invalid_now = resources_.downloaded_counters().invalid;
             invalid += invalid_now - std::exchange(invalid_before_, invalid_now);
             collect(tile, plane);
             // With several tiles, only whole blocks exist for every pixel: a stop drops the current one.
-            const bool whole_image = tile.pixel_count == pixels;
-            done = whole_image || done_here == block.count() ? done_here : 0;
+            const bool only_tile = tile.pixel_count == all.pixel_count;
+            done = only_tile || done_here == block.count() ? done_here : 0;
         }
         if (done == 0) break;
         result.estimate.add_block({block.begin, block.begin + done}, std::move(plane));

@@ -2,9 +2,9 @@
 #pragma once
 
 #include "common/renderer.h"
-#include "vulkan/command/barrier.h"
+#include "vulkan/command/ordering.h"
 #include "vulkan/command/submission.h"
-#include "vulkan/renderer/frame_resources.h"
+#include "vulkan/renderer/bindings.h"
 #include "vulkan/renderer/megakernel_plan.h"
 #include "vulkan/renderer/path_tracing.h"
 
@@ -23,6 +23,10 @@ public:
     // render() would fetch sums block by block. `fresh`: scene and camera are sent anew. Throws UnsupportedError where
     // the image does not fit on the device at once.
     [[nodiscard]] SubmissionTimes frame(std::uint64_t samples, bool fresh = false);
+    // The two halves of a frame in one submission: other jobs may be at work between them, this one may not be used.
+    void start_frame(std::uint64_t samples, bool fresh = false);
+    [[nodiscard]] SubmissionTimes finish_frame();
+    [[nodiscard]] const Specialisation& specialisation() const { return specialisation_; }
 
 private:
     // A run of pixels that are in flight together.
@@ -41,7 +45,15 @@ private:
     [[nodiscard]] std::uint64_t render_tile_block(Tile tile, SampleRange block, Progress& progress);
     [[nodiscard]] std::uint64_t render_by_stages(Tile tile, SampleRange block, Progress& progress);
     [[nodiscard]] std::uint64_t render_by_megakernel(Tile tile, SampleRange block, Progress& progress);
-    // Submits what was added and waits; returns the seconds that it took.
+    // The pixels that are this job's.
+    [[nodiscard]] Tile part() const;
+    [[nodiscard]] Specialisation with_parameters(Specialisation specialisation) const;
+    void begin_frame(bool fresh);
+    void add_whole_paths(std::uint64_t samples);
+    void begin_submission();
+    // Submits what was added and waits.
+    [[nodiscard]] SubmissionTimes submit();
+    // The same; returns the seconds that it took.
     double run(Progress& progress);
     void record_scene(
         const vk::raii::CommandBuffer& commands, const gpu::Settings& settings, std::uint32_t sum_parity) const;
@@ -52,8 +64,6 @@ private:
     void bind(const vk::raii::CommandBuffer& commands, const Dispatch& dispatch) const;
     void record_queue(const vk::raii::CommandBuffer& commands, const Dispatch& dispatch) const;
     void record(const vk::raii::CommandBuffer& commands, const Dispatch& dispatch, std::uint32_t invocations) const;
-    // Orders what follows after the writes of the dispatches before.
-    void order(const vk::raii::CommandBuffer& commands, StageAccess to) const;
     [[nodiscard]] gpu::Settings stage_settings(Tile tile, std::uint64_t sample) const;
     void download(Tile tile);
     void collect(Tile tile, Estimate::Plane& plane) const;
@@ -73,6 +83,8 @@ private:
     std::shared_ptr<const Stages::Pipelines> pipelines_;
     std::uint32_t tile_pixels_;
     FrameResources resources_;
+    Bindings bindings_;
+    Ordering ordering_;
     Submission submission_;
     bool scene_uploaded_ = false;
     std::uint32_t sum_parity_ = 0;  // the half of the sums that holds the current ones

@@ -61,21 +61,20 @@ TracedVertex vertex_of(const gpu::Vec4* words) {
 
 PathTracing::PathTracing(const Device& device, const Stages& stages, const SceneData& scene,
     const Specialisation& specialisation, std::uint32_t bounces)
-    : layout_(stages.layout()),
-      primitives_(scene.triangle_count + scene.sphere_count + scene.cuboid_count),
+    : primitives_(scene.triangle_count + scene.sphere_count + scene.cuboid_count),
       words_(words_of_path(bounces)),
       most_samples_(std::max(1u, most_words / words_)),
       vertex_(stages.make(Stage::vertex, specialisation.constants())),
       trace_(stages.make(Stage::trace, specialisation.constants())),
-      resources_(device, layout_, scene, {}, 0, most_samples_ * words_ / words_per_pixel + 1, MemoryLayout::per_set),
+      resources_(device, scene, {}, 0, most_samples_ * words_ / words_per_pixel + 1, MemoryLayout::per_set),
+      bindings_(device, stages.layout(), resources_),
       submission_(device, {}) {}
 
 void PathTracing::record(const vk::raii::CommandBuffer& commands, const vk::raii::Pipeline& pipeline,
     const gpu::Settings& settings, std::uint32_t invocations) const {
     if (invocations == 0) return;
     commands.bindPipeline(vk::PipelineBindPoint::eCompute, *pipeline);
-    commands.bindDescriptorSets(vk::PipelineBindPoint::eCompute, layout_.handle(), 0, resources_.sets(0, 0), {});
-    commands.pushConstants<gpu::Settings>(layout_.handle(), vk::ShaderStageFlagBits::eCompute, 0, settings);
+    bindings_.bind(commands, settings, 0, 0);
     commands.dispatch((invocations + workgroup_size - 1) / workgroup_size, 1, 1);
 }
 

@@ -4,7 +4,7 @@
 #include "common/estimate.h"
 #include "common/path_trace.h"
 #include "vulkan/command/submission.h"
-#include "vulkan/renderer/frame_resources.h"
+#include "vulkan/renderer/bindings.h"
 
 namespace tandem {
 
@@ -24,11 +24,11 @@ private:
         const gpu::Settings& settings, std::uint32_t invocations) const;
     [[nodiscard]] PathTrace read(const gpu::Vec4* words) const;
 
-    const PipelineLayout& layout_;
     std::uint32_t primitives_, words_;  // a path's record
     std::uint32_t most_samples_;        // at a time
     vk::raii::Pipeline vertex_, trace_;
     FrameResources resources_;
+    Bindings bindings_;
     Submission submission_;
     bool scene_uploaded_ = false;
 };

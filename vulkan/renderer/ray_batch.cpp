@@ -119,11 +119,11 @@ VulkanIntersector::VulkanIntersector(const Instance& instance, const Device& dev
       precision_(precision),
       element_(precision == GeometryPrecision::single_precision ? sizeof(gpu::Vec4) : sizeof(gpu::DoubleVec4)),
       scene_((check_kernels(settings.intersection), flatten_for(scene, settings, acceleration, precision))),
-      layout_(stages.layout()),
       pipelines_(scene_.in_double ? stages.double_ray_pipelines(specialise(scene_, settings.intersection, precision))
                                   : stages.ray_pipelines(specialise(scene_, settings.intersection, precision))),
-      resources_(device, layout_, scene_, all_buffers, 0,
-          static_cast<std::uint32_t>(most_rays * element_ / sizeof(gpu::Vec4)), MemoryLayout::per_set),
+      resources_(device, scene_, all_buffers, 0, static_cast<std::uint32_t>(most_rays * element_ / sizeof(gpu::Vec4)),
+          MemoryLayout::per_set),
+      bindings_(device, stages.layout(), resources_),
       upload_(
           device, MemoryDomain::upload, host_specs(ray_inputs.size(), element_, vk::BufferUsageFlagBits::eTransferSrc)),
       readback_(device, MemoryDomain::readback,
@@ -145,8 +145,7 @@ void VulkanIntersector::place_scene() {
         settings.sphere_count = scene_.sphere_count;
         settings.cuboid_count = scene_.cuboid_count;
         commands.bindPipeline(vk::PipelineBindPoint::eCompute, *pipelines_->vertex);
-        commands.bindDescriptorSets(vk::PipelineBindPoint::eCompute, layout_.handle(), 0, resources_.sets(0, 0), {});
-        commands.pushConstants<gpu::Settings>(layout_.handle(), vk::ShaderStageFlagBits::eCompute, 0, settings);
+        bindings_.bind(commands, settings, 0, 0);
         commands.dispatch((count + workgroup_size - 1) / workgroup_size, 1, 1);
     });
     (void)submission_.run();
@@ -209,8 +208,7 @@ double VulkanIntersector::trace(std::uint32_t count) {
         settings.cuboid_count = scene_.cuboid_count;
         barrier(commands, compute_write, compute_access);
         commands.bindPipeline(vk::PipelineBindPoint::eCompute, *pipelines_->ray_batch);
-        commands.bindDescriptorSets(vk::PipelineBindPoint::eCompute, layout_.handle(), 0, resources_.sets(0, 0), {});
-        commands.pushConstants<gpu::Settings>(layout_.handle(), vk::ShaderStageFlagBits::eCompute, 0, settings);
+        bindings_.bind(commands, settings, 0, 0);
         commands.dispatch((count + workgroup_size - 1) / workgroup_size, 1, 1);
         barrier(commands, compute_write, transfer_read);
     });

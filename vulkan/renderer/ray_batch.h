@@ -3,7 +3,7 @@
 
 #include "common/renderer.h"
 #include "vulkan/command/submission.h"
-#include "vulkan/renderer/frame_resources.h"
+#include "vulkan/renderer/bindings.h"
 
 namespace tandem {
 
@@ -29,9 +29,9 @@ private:
     GeometryPrecision precision_;
     std::size_t element_;  // bytes of four numbers
     SceneData scene_;
-    const PipelineLayout& layout_;
     std::shared_ptr<const Stages::RayPipelines> pipelines_;
     FrameResources resources_;
+    Bindings bindings_;
     BufferGroup upload_, readback_;
     Submission submission_;
     std::vector<std::uint32_t> slots_;  // by primitive id

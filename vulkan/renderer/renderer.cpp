@@ -39,7 +39,7 @@ public:
           device_(std::make_unique<Device>(instance_, options.device)),
           stages_(std::make_unique<Stages>(*device_, options.precision == Precision::contracted)),
           geometry_(geometry_of(options)) {
-        if (geometry_ != GeometryPrecision::single_precision && !device_->has_doubles())
+        if (geometry_ != GeometryPrecision::single_precision && !device_->features().doubles)
             throw UnsupportedError(device_->description().name +
                                    " has no doubles in shaders (shaderFloat64); use --precision single, or the cpu or "
                                    "oracle backend in double");

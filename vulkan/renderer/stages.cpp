@@ -4,6 +4,7 @@
 #include <chrono>
 #include <utility>
 
+#include "common/error.h"
 #include "vulkan/core/device_selection.h"
 #include "vulkan/framework/spirv_decorations.h"
 
@@ -24,27 +25,104 @@ std::vector<SpecialisationConstant> Specialisation::constants() const {
         result.push_back({30, std::bit_cast<std::uint32_t>(static_cast<float>(planted_bug.amount))});
         result.push_back({31, static_cast<std::uint32_t>(planted_bug.bug)});
     }
+    result.insert(result.end(), parameters.begin(), parameters.end());
     return result;
 }
 
-const std::array<SetBindings, 4>& set_bindings() {
+KernelForm::KernelForm(const Patterns& patterns)
+    : shape(patterns.kernel), parameters(patterns.parameters), descriptors(patterns.descriptors) {
+    // What differs in the host's doing alone.
+    if (descriptors == DescriptorPattern::rewritten || descriptors == DescriptorPattern::templates)
+        descriptors = DescriptorPattern::per_combination;
+}
+
+ShaderVariant KernelForm::variant() const {
+    if (descriptors == DescriptorPattern::arrays) return ShaderVariant::arrays;
+    if (descriptors == DescriptorPattern::arrays_nonuniform) return ShaderVariant::arrays_nonuniform;
+    switch (parameters) {
+        case ParameterPattern::push_constants:
+            break;
+        case ParameterPattern::uniform:
+        case ParameterPattern::dynamic_uniform:
+            return ShaderVariant::uniform;
+        case ParameterPattern::storage:
+            return ShaderVariant::storage;
+        case ParameterPattern::device_address:
+            return ShaderVariant::address;
+        case ParameterPattern::specialisation:
+            return ShaderVariant::specialised;
+    }
+    return ShaderVariant::plain;
+}
+
+namespace {
+
+std::vector<SetBindings> set_bindings(const KernelForm& form) {
     using Type = vk::DescriptorType;
-    static const std::array<SetBindings, 4> sets = [] {
-        SetBindings scene(world_bindings_end, Type::eStorageBuffer);
-        scene[0] = Type::eUniformBuffer;
-        scene.insert(scene.end(), uniform_views, Type::eUniformBuffer);
-        scene.insert(scene.end(), 4, Type::eStorageBuffer);  // nodes of trees, textures, tables, media
-        return std::array<SetBindings, 4>{scene, SetBindings{Type::eUniformBuffer},
-            SetBindings(storage_buffers_in_ray_set, Type::eStorageBuffer),
-            SetBindings(storage_buffers_in_image_set, Type::eStorageBuffer)};
-    }();
+    SetBindings scene(world_bindings_end, Type::eStorageBuffer);
+    scene[0] = Type::eUniformBuffer;
+    scene.insert(scene.end(), uniform_views, Type::eUniformBuffer);
+    scene.insert(scene.end(), 4, Type::eStorageBuffer);  // nodes of trees, textures, tables, media
+    SetBindings rays(storage_buffers_in_ray_set, Type::eStorageBuffer);
+    if (form.has_arrays())
+        for (const auto& [read, written] : ping_ponged_bindings) {
+            rays[read].count = 2;
+            rays[written].count = 0;
+        }
+    std::vector<SetBindings> sets{
+        scene, {Type::eUniformBuffer}, rays, SetBindings(storage_buffers_in_image_set, Type::eStorageBuffer)};
+    if (form.parameters == ParameterPattern::uniform) sets.push_back({Type::eUniformBuffer});
+    if (form.parameters == ParameterPattern::dynamic_uniform) sets.push_back({Type::eUniformBufferDynamic});
+    if (form.parameters == ParameterPattern::storage) sets.push_back({Type::eStorageBuffer});
     return sets;
 }
 
-Stages::Stages(const Device& device, bool contracted)
-    : device_(device), layout_(device, set_bindings(), sizeof(gpu::Settings)), contracted_(contracted) {}
+// Of all sets, as every stage sees them.
+std::uint32_t storage_buffers(const std::vector<SetBindings>& sets) {
+    std::uint32_t count = 0;
+    for (const SetBindings& set : sets)
+        for (const SetBinding& binding : set)
+            if (binding.type == vk::DescriptorType::eStorageBuffer) count += binding.count;
+    return count;
+}
 
-namespace {
+std::uint32_t most_push_descriptors(const Device& device) {
+    const auto chain =
+        device.physical()
+            .getProperties2<vk::PhysicalDeviceProperties2, vk::PhysicalDevicePushDescriptorPropertiesKHR>();
+    return chain.get<vk::PhysicalDevicePushDescriptorPropertiesKHR>().maxPushDescriptors;
+}
+
+void check(const Device& device, const KernelForm& form, const std::vector<SetBindings>& sets) {
+    const std::string& name = device.description().name;
+    const DeviceFeatures& has = device.features();
+    if (form.parameters == ParameterPattern::device_address && !has.buffer_addresses)
+        throw UnsupportedError(name + " has no buffer addresses (bufferDeviceAddress)");
+    if (form.descriptors == DescriptorPattern::push && !has.push_descriptors)
+        throw UnsupportedError(name + " has no VK_KHR_push_descriptor");
+    if (form.descriptors == DescriptorPattern::push && most_push_descriptors(device) < storage_buffers_in_ray_set)
+        throw UnsupportedError(name + " pushes too few descriptors at a time");
+    if (form.has_arrays() && !has.storage_arrays)
+        throw UnsupportedError(
+            name + " does not index arrays of storage buffers (shaderStorageBufferArrayDynamicIndexing)");
+    if (form.descriptors == DescriptorPattern::arrays_nonuniform && !has.storage_arrays_nonuniform)
+        throw UnsupportedError(name +
+                               " does not index arrays of storage buffers by what differs between invocations "
+                               "(shaderStorageBufferArrayNonUniformIndexing)");
+    if (sets.size() > device.limits().maxBoundDescriptorSets)
+        throw UnsupportedError(name + " binds no more than " + std::to_string(device.limits().maxBoundDescriptorSets) +
+                               " descriptor sets");
+    if (storage_buffers(sets) > device.limits().maxPerStageDescriptorStorageBuffers)
+        throw UnsupportedError(name + " lets a stage see " +
+                               std::to_string(device.limits().maxPerStageDescriptorStorageBuffers) +
+                               " storage buffers, this takes " + std::to_string(storage_buffers(sets)));
+    const bool megakernel = form.shape == KernelShape::megakernel;
+    if (megakernel && (form.variant() != ShaderVariant::plain || form.descriptors == DescriptorPattern::push))
+        throw UnsupportedError("this pattern is made for the six stages: the megakernel has no ray state in buffers");
+    if (form.variant() != ShaderVariant::plain && form.parameters != ParameterPattern::push_constants &&
+        form.descriptors != DescriptorPattern::per_combination)
+        throw UnsupportedError("patterns of parameters and of descriptors are varied one at a time");
+}
 
 std::vector<std::uint32_t> key_of(const std::vector<SpecialisationConstant>& constants) {
     std::vector<std::uint32_t> key;
@@ -54,11 +132,32 @@ std::vector<std::uint32_t> key_of(const std::vector<SpecialisationConstant>& con
 
 }  // namespace
 
-vk::raii::Pipeline Stages::make(Stage stage, const std::vector<SpecialisationConstant>& constants) const {
-    const auto build = [&](std::span<const std::uint32_t> code) {
-        return make_compute_pipeline(device_, nullptr, layout_.handle(), code, constants);
+Stages::Stages(const Device& device, bool contracted)
+    : device_(device),
+      layout_(device, set_bindings({}), static_cast<std::uint32_t>(sizeof(gpu::Settings))),
+      contracted_(contracted) {}
+
+const PipelineLayout& Stages::layout(const KernelForm& form) {
+    const std::vector<SetBindings> sets = set_bindings(form);
+    check(device_, form, sets);
+    const bool pushed = form.descriptors == DescriptorPattern::push;
+    if (!pushed && !form.has_arrays() && sets.size() == set_bindings({}).size()) return layout_;
+    return layouts_
+        .try_emplace(form, device_, sets, static_cast<std::uint32_t>(sizeof(gpu::Settings)),
+            pushed ? static_cast<std::size_t>(SetIndex::rays) : PipelineLayout::no_set)
+        .first->second;
+}
+
+vk::raii::Pipeline Stages::make(const PipelineLayout& layout, std::span<const std::uint32_t> code,
+    const std::vector<SpecialisationConstant>& constants) const {
+    const auto build = [&](std::span<const std::uint32_t> words) {
+        return make_compute_pipeline(device_, nullptr, layout.handle(), words, constants);
     };
-    return contracted_ ? build(without_no_contraction(shader_code(stage))) : build(shader_code(stage));
+    return contracted_ ? build(without_no_contraction(code)) : build(code);
+}
+
+vk::raii::Pipeline Stages::make(Stage stage, const std::vector<SpecialisationConstant>& constants) const {
+    return make(layout_, shader_code(stage), constants);
 }
 
 std::shared_ptr<const Stages::RayPipelines> Stages::ray_pipelines(const Specialisation& specialisation) {
@@ -83,19 +182,30 @@ std::vector<Stage> kernels_of(KernelShape shape) {
     return {Stage::pre_process, Stage::vertex, Stage::ray_gen, Stage::intersect, Stage::scatter, Stage::post_process};
 }
 
-std::shared_ptr<const Stages::Pipelines> Stages::pipelines(const Specialisation& specialisation, KernelShape shape) {
+std::shared_ptr<const Stages::Pipelines> Stages::pipelines(
+    const Specialisation& specialisation, const KernelForm& form) {
     const std::vector<SpecialisationConstant> constants = specialisation.constants();
-    std::vector<std::uint32_t> key = key_of(constants);
-    key.push_back(static_cast<std::uint32_t>(shape));
-    std::shared_ptr<const Pipelines>& kept = pipelines_[key];
-    if (!kept) {
-        const auto start = std::chrono::steady_clock::now();
-        std::vector<vk::raii::Pipeline> made;
-        for (std::size_t stage = 0; stage < stage_count; ++stage) made.emplace_back(nullptr);
-        for (const Stage stage : kernels_of(shape)) made[static_cast<std::size_t>(stage)] = make(stage, constants);
-        const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - start;
-        kept = std::make_shared<const Pipelines>(Pipelines{std::move(made), taken.count()});
+    const PipelineLayout& form_layout = layout(form);
+    std::shared_ptr<const Pipelines>& kept = pipelines_[{form, key_of(constants)}];
+    if (kept) return kept;
+    const auto start = std::chrono::steady_clock::now();
+    Pipelines made;
+    made.plain.resize(stage_count);
+    for (std::size_t stage = 0; stage < stage_count; ++stage) made.stages.emplace_back(nullptr);
+    bool any_variant = false;
+    for (const Stage stage : kernels_of(form.shape)) {
+        const auto i = static_cast<std::size_t>(stage);
+        std::span<const std::uint32_t> code = shader_variant(stage, form.variant());
+        const bool plain = code.empty();
+        any_variant = any_variant || !plain;
+        made.plain[i] = plain;
+        if (plain) code = shader_code(stage);
+        made.stages[i] = make(form_layout, code, constants);
     }
+    if (form.variant() != ShaderVariant::plain && !any_variant)
+        throw UnsupportedError("this build has no kernels for the pattern");
+    made.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    kept = std::make_shared<const Pipelines>(std::move(made));
     return kept;
 }
 

@@ -33,7 +33,8 @@ struct Specialisation {
     float ray_min = 0, ray_max = 0;
     PlantedFault planted_bug;
     IntersectionSettings intersection;
-    bool hands_on_floats = false;  // of geometry in double: mixed precision
+    bool hands_on_floats = false;                         // of geometry in double: mixed precision
+    std::vector<SpecialisationConstant> parameters = {};  // ParameterPattern::specialisation's
 
     [[nodiscard]] std::vector<SpecialisationConstant> constants() const;
 };
@@ -43,26 +44,49 @@ inline constexpr std::size_t uniform_views = 3;
 inline constexpr std::size_t world_bindings_end = 10;  // of the Scene set, after the world primitives' storage buffers
 inline constexpr std::uint32_t uniform_block_bytes = 16384;
 
-// Descriptor sets by how often they change (THESIS.md); settings travel as push constants.
-enum class SetIndex : std::uint32_t { scene, camera, rays, image };
-[[nodiscard]] const std::array<SetBindings, 4>& set_bindings();
+// Bindings of the Rays set whose buffers have two halves: of the one that is read, and of the one that is written. In
+// arrays (DescriptorPattern) the former has both.
+inline constexpr std::array<std::pair<std::uint32_t, std::uint32_t>, 6> ping_ponged_bindings{
+    {{0, 5}, {1, 6}, {2, 7}, {3, 8}, {4, 9}, {14, 15}}};
 
+// Descriptor sets by how often they change (THESIS.md). Settings travel as push constants, or have the fifth set.
+enum class SetIndex : std::uint32_t { scene, camera, rays, image, settings };
+
+// What of the patterns is built into kernels and their layouts.
+struct KernelForm {
+    KernelShape shape = KernelShape::stages;
+    ParameterPattern parameters = ParameterPattern::push_constants;
+    DescriptorPattern descriptors = DescriptorPattern::per_combination;
+
+    KernelForm() = default;
+    explicit KernelForm(const Patterns& patterns);
+    auto operator<=>(const KernelForm&) const = default;
+    [[nodiscard]] bool has_arrays() const {
+        return descriptors == DescriptorPattern::arrays || descriptors == DescriptorPattern::arrays_nonuniform;
+    }
+    // Of a stage that has it.
+    [[nodiscard]] ShaderVariant variant() const;
+};
 // The kernels that a shape dispatches, in the order in which a frame runs them.
 [[nodiscard]] std::vector<Stage> kernels_of(KernelShape shape);
 
-// Pipelines are kept per specialisation and shape, so that many jobs of one kind build them once.
+// Pipelines are kept per specialisation and form, so that many jobs of one kind build them once.
 class Stages {
 public:
     struct Pipelines {
         std::vector<vk::raii::Pipeline> stages;  // by Stage; null: not one of the shape's
-        double seconds = 0.0;                    // that making them took
+        std::vector<bool> plain;  // by Stage: it has not the form's variant and is told by push constants
+        double seconds = 0.0;     // that making them took
     };
 
     // `contracted`: drivers may fuse products and sums.
     explicit Stages(const Device& device, bool contracted = false);
 
     [[nodiscard]] const PipelineLayout& layout() const { return layout_; }
-    [[nodiscard]] std::shared_ptr<const Pipelines> pipelines(const Specialisation& specialisation, KernelShape shape);
+    // Throw UnsupportedError where the device lacks what the form needs.
+    [[nodiscard]] const PipelineLayout& layout(const KernelForm& form);
+    [[nodiscard]] std::shared_ptr<const Pipelines> pipelines(
+        const Specialisation& specialisation, const KernelForm& form);
     [[nodiscard]] vk::raii::Pipeline make(Stage stage, const std::vector<SpecialisationConstant>& constants) const;
 
     struct RayPipelines {
@@ -73,10 +97,14 @@ public:
     [[nodiscard]] std::shared_ptr<const RayPipelines> double_ray_pipelines(const Specialisation& specialisation);
 
 private:
+    [[nodiscard]] vk::raii::Pipeline make(const PipelineLayout& layout, std::span<const std::uint32_t> code,
+        const std::vector<SpecialisationConstant>& constants) const;
+
     const Device& device_;
-    PipelineLayout layout_;
+    PipelineLayout layout_;  // of forms that need no other
     bool contracted_;
-    std::map<std::vector<std::uint32_t>, std::shared_ptr<const Pipelines>> pipelines_;  // by constant values and shape
+    std::map<KernelForm, PipelineLayout> layouts_;
+    std::map<std::pair<KernelForm, std::vector<std::uint32_t>>, std::shared_ptr<const Pipelines>> pipelines_;
     std::map<std::vector<std::uint32_t>, std::shared_ptr<const RayPipelines>> ray_pipelines_, double_ray_pipelines_;
 };
 

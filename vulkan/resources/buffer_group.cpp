@@ -19,6 +19,8 @@ Properties properties_of(MemoryDomain domain) {
     switch (domain) {
         case MemoryDomain::upload:
             return {Flag::eHostVisible | Flag::eHostCoherent, {}};
+        case MemoryDomain::mapped:
+            return {Flag::eHostVisible | Flag::eHostCoherent, Flag::eDeviceLocal};
         case MemoryDomain::readback:
             return {Flag::eHostVisible | Flag::eHostCoherent, Flag::eHostCached};
         case MemoryDomain::device:
@@ -43,7 +45,9 @@ void SharedMemory::reserve(MemoryDomain domain, std::span<const BufferSpec> spec
 
 BufferGroup::BufferGroup(const Device& device, MemoryDomain domain, std::span<const BufferSpec> specs,
     MemoryLayout layout, SharedMemory* shared)
-    : device_(device), domain_(domain) {
+    : device_(device), domain_(domain), addressed_(std::ranges::any_of(specs, [](const BufferSpec& spec) {
+          return static_cast<bool>(spec.usage & vk::BufferUsageFlagBits::eShaderDeviceAddress);
+      })) {
     if (layout == MemoryLayout::one_buffer)
         make_one_buffer(specs);
     else
@@ -51,6 +55,8 @@ BufferGroup::BufferGroup(const Device& device, MemoryDomain domain, std::span<co
     switch (layout) {
         case MemoryLayout::per_set:
         case MemoryLayout::one_buffer:
+        case MemoryLayout::rays_per_set:
+        case MemoryLayout::others_per_set:
             bind_together();
             break;
         case MemoryLayout::per_buffer:
@@ -68,8 +74,10 @@ void BufferGroup::make_buffers(std::span<const BufferSpec> specs) {
     for (const BufferSpec& spec : specs) {
         const vk::DeviceSize bytes = std::max(spec.bytes, least_bytes);
         places_.push_back({buffers_.size(), 0, bytes});
-        buffers_.emplace_back(
-            device_.handle(), vk::BufferCreateInfo({}, bytes, spec.usage, vk::SharingMode::eExclusive));
+        vk::BufferCreateInfo info({}, bytes, spec.usage, vk::SharingMode::eExclusive);
+        if (spec.families.size() > 1)
+            info.setSharingMode(vk::SharingMode::eConcurrent).setQueueFamilyIndices(spec.families);
+        buffers_.emplace_back(device_.handle(), info);
     }
 }
 
@@ -95,8 +103,9 @@ std::uint32_t BufferGroup::memory_type(std::uint32_t allowed) const {
 
 vk::raii::DeviceMemory BufferGroup::allocate(vk::DeviceSize bytes, std::uint32_t type, const void* next) const {
     try {
+        const vk::MemoryAllocateFlagsInfo addressed(vk::MemoryAllocateFlagBits::eDeviceAddress, 0, next);
         vk::MemoryAllocateInfo info(bytes, type);
-        info.setPNext(next);
+        info.setPNext(addressed_ ? &addressed : next);
         return vk::raii::DeviceMemory(device_.handle(), info);
     } catch (const vk::SystemError& failure) {
         throw Error(fmt::format("{} cannot allocate {} MiB ({}); render a smaller image", device_.description().name,

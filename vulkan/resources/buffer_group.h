@@ -13,12 +13,14 @@ namespace tandem {
 enum class MemoryDomain : std::uint32_t {
     device,    // for the device alone
     upload,    // written by the host, read by the device once
+    mapped,    // written by the host, read by the device often: in its own memory if the host can reach that
     readback,  // written by the device, read by the host: cached where there is such a memory
 };
 
 struct BufferSpec {
     vk::DeviceSize bytes = 0;  // 0 is rounded up to one element of 16 bytes: an unused binding must still be valid
     vk::BufferUsageFlags usage;
+    std::vector<std::uint32_t> families = {};  // of queues that share it; fewer than two: it is one's own
 };
 
 // Memory for the buffers of several groups (MemoryLayout::one_block): one allocation a domain, of a size told before.
@@ -76,6 +78,7 @@ private:
 
     const Device& device_;
     MemoryDomain domain_;
+    bool addressed_;  // shaders get addresses of buffers
     std::vector<vk::raii::DeviceMemory> memory_;
     std::vector<vk::raii::Buffer> buffers_;
     std::vector<Place> places_;

@@ -1,0 +1,92 @@
+// Every family of the pattern benchmarks: its arms compute what its baseline computes or say why they cannot run here,
+// and the claims speak of arms that there are. Nothing is timed.
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <cstdlib>
+
+#include "common/error.h"
+#include "tests/vulkan/scene_builder.h"
+#include "vulkan/bench/families.h"
+
+using namespace tandem;
+using namespace tandem::testing;
+
+namespace {
+
+Scene small_room() {
+    SceneBuilder builder;
+    builder.camera({0.1, 0.2, 0.3}, {1.0, 0.4, -0.3}, 70.0);
+    Material material = diffuse(glm::dvec3(0.7, 0.5, 0.3));
+    material.radiance = glm::dvec3(0.25);
+    builder.cuboid(builder.material(material), {-1.0, -1.0, -1.0}, {1.0, 1.5, 2.0});
+    return builder.scene;
+}
+
+SharedDevice device_of(bool validation) {
+    ::setenv("TANDEM_VALIDATION", validation ? "1" : "0", 1);
+    const auto device = std::make_shared<BenchDevice>(BenchRequest{"", small_room(), {{16, 9}}});
+    ::unsetenv("TANDEM_VALIDATION");
+    return device;
+}
+
+// Runs each arm once after its gate; says of how many it was not applicable.
+std::size_t check_arms(const Family& family) {
+    std::size_t refused = 0;
+    const std::vector<Arm> arms = family.arms(family.workloads.front());
+    std::optional<ArmOutput> baseline;
+    for (const Arm& arm : arms) {
+        CAPTURE(family.name);
+        CAPTURE(arm.name);
+        CHECK(!arm.text.empty());
+        try {
+            const std::unique_ptr<ArmRun> run = arm.make();
+            const std::optional<ArmOutput> output = run->output();
+            if (&arm == arms.data()) baseline = output;
+            CHECK(output.has_value() == baseline.has_value());
+            if (output && baseline && arm.same_bits) CHECK(output->digest == baseline->digest);
+            CHECK(run->run().at(family.clock) > 0.0);
+        } catch (const UnsupportedError& refusal) {
+            CHECK(&arm != arms.data());  // the baseline runs everywhere
+            CHECK(std::string(refusal.what()).size() > 10);
+            ++refused;
+        }
+    }
+    CHECK(refused < arms.size() - 1);
+    return refused;
+}
+
+}  // namespace
+
+TEST_CASE("every arm of every family computes what its baseline computes") {
+    const SharedDevice device = device_of(false);
+    for (const Family& family : all_families(device)) (void)check_arms(family);
+}
+
+TEST_CASE("the layer has nothing to say about several queues, frames in flight, transfers and pipelines") {
+    const SharedDevice device = device_of(true);
+    for (const Family& family : {queues_family(device), frames_family(device), transfers_family(device),
+             transfers_beside_family(device), pipelines_family(device)})
+        (void)check_arms(family);
+    const std::vector<std::string> messages = device->log().take();
+    CHECK(messages.empty());
+    for (const std::string& message : messages) MESSAGE(message);
+}
+
+TEST_CASE("every claim speaks of arms that there are") {
+    const SharedDevice device = device_of(false);
+    const std::vector<Family> families = all_families(device);
+    const auto exists = [&](const Contrast& contrast, const std::string& name) {
+        const auto family = std::ranges::find(families, contrast.family, &Family::name);
+        REQUIRE(family != families.end());
+        const std::vector<Arm> arms = family->arms(family->workloads.front());
+        return name.empty() || std::ranges::find(arms, name, &Arm::name) != arms.end();
+    };
+    for (const Claim& claim : pattern_claims()) {
+        CAPTURE(claim.id);
+        CHECK(exists(claim.contrast, claim.contrast.arm));
+        CHECK(exists(claim.contrast, claim.contrast.against));
+        if (claim.over) CHECK(exists(*claim.over, claim.over->arm));
+        CHECK(!claim.rule.empty());
+    }
+}

@@ -1,0 +1,35 @@
+// Orders dispatches after one another in the manner that Patterns say.
+#pragma once
+
+#include <atomic>
+
+#include "vulkan/command/barrier.h"
+#include "vulkan/core/device.h"
+#include "vulkan/patterns.h"
+
+namespace tandem {
+
+class Ordering {
+public:
+    // `written`: what dispatches write and others read. Throws UnsupportedError where the device lacks what the pattern
+    // needs.
+    Ordering(const Device& device, const Patterns& patterns, std::vector<vk::DescriptorBufferInfo> written);
+
+    // Orders what follows after the writes of the dispatches before. From any thread.
+    void after_dispatches(const vk::raii::CommandBuffer& commands, StageAccess to) const;
+    // Buffers besides those that were named are left out of the barriers.
+    [[nodiscard]] bool leaves_out_others() const;
+    // Whatever was recorded before has run.
+    void begin_submission();
+
+private:
+    void wait_for_event(const vk::raii::CommandBuffer& commands, StageAccess to) const;
+
+    const Device& device_;
+    BarrierPattern pattern_;
+    std::vector<vk::DescriptorBufferInfo> written_;
+    std::vector<vk::raii::Event> events_;
+    mutable std::atomic<std::uint32_t> used_ = 0;  // of the events
+};
+
+}  // namespace tandem
