@@ -84,6 +84,21 @@ void print_list(const std::vector<Family>& families) {
     }
 }
 
+// Families with their arms, and claims, whatever the device: what guidelines say of what was not measured yet.
+nlohmann::json list_of(const std::vector<Family>& families, const std::vector<Claim>& claims) {
+    nlohmann::json list{{"families", nlohmann::json::array()}, {"claims", nlohmann::json::array()}};
+    for (const Family& family : families) {
+        nlohmann::json entry = texts_of(family);
+        for (const Arm& arm : family.arms(family.workloads.front()))
+            entry["arms"].push_back({{"arm", arm.name}, {"text", arm.text}});
+        list["families"].push_back(std::move(entry));
+    }
+    for (const Claim& claim : claims)
+        list["claims"].push_back({{"id", claim.id}, {"text", claim.text}, {"source", claim.source},
+            {"family", claim.contrast.family}, {"rule", claim.rule}});
+    return list;
+}
+
 // An arm that passed the gate before, and is made only to be timed.
 class KnownRun : public ArmRun {
 public:
@@ -230,6 +245,7 @@ ExitStatus measure_patterns(const BenchArguments& arguments, const CommandContex
     const BenchTarget target = make_target(arguments, context);
     const std::vector<Family> families = chosen(target.families, arguments);
     if (arguments.list) {
+        write_json(context, list_of(families, target.claims));
         print_list(families);
         return ExitStatus::fine;
     }
@@ -373,7 +389,7 @@ void add_bench_command(CLI::App& app, CommandContext& context) {
         ->type_name("A B")
         ->expected(2);
     command->add_flag("--self-test", arguments->self_test, "Put a known busy-wait, and nothing, into arms");
-    command->add_flag("--list", arguments->list, "List families, arms and workloads, and run nothing");
+    command->add_flag("--list", arguments->list, "List families, arms, workloads and (--json) claims, and run nothing");
     add_common_options(*command, context,
         "  tandem bench --list\n"
         "  tandem bench --family memory,recording --time 60 --json bench.json\n"
