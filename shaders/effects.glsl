@@ -1,6 +1,6 @@
 // Which effects are simulated: bit i of the two words is effect i of common/effects.h. An absent effect's code is dropped
 // when the pipeline is built. What is present but not called for finds nothing to do in the data: the general kernels,
-// which simulate everything, do the same arithmetic (shaders/no_contraction.py says on which drivers to the last bit).
+// which simulate everything, do the same arithmetic to the last bit (shaders/exact_arithmetic.py).
 #ifndef EFFECTS_GLSL
 #define EFFECTS_GLSL
 

@@ -1,5 +1,5 @@
 // One operation on given numbers, for the self-test of a device's arithmetic (common/self_test). Compiled without
-// no_contraction.py: what a compiler does where nothing is `precise` is part of the question.
+// exact_arithmetic.py: what a compiler does where nothing is `precise` is part of the question.
 #version 460
 layout(local_size_x = 64) in;
 

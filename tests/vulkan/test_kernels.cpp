@@ -57,11 +57,11 @@ struct Signature {
 
 const EffectSet plain{Effect::triangles, Effect::diffuse};
 const EffectSet lit = plain.united({Effect::emission, Effect::light_sampling, Effect::triangle_lights});
-constexpr const char* cross = "function 68";
+constexpr const char* either = "op 166";  // OpLogicalOr
 constexpr const char* floor_ = "function 8";
-constexpr const char* mix_ = "function 46";
+constexpr const char* max_ = "function 40";
+constexpr const char* to_whole = "op 110";  // OpConvertFToS
 constexpr const char* clamp_ = "function 43";
-constexpr const char* into_frame = "op 144";  // OpVectorTimesMatrix
 constexpr const char* tables = "binding 0 15";
 
 std::vector<Signature> signatures() {
@@ -71,23 +71,23 @@ std::vector<Signature> signatures() {
         {Effect::spheres, Stage::intersect, plain, "binding 0 8"},
         {Effect::cuboids, Stage::intersect, plain, "binding 0 9"},
         {Effect::entity_motion, Stage::intersect, plain, "binding 0 3"}, {Effect::lens, Stage::ray_gen, plain, floor_},
-        {Effect::camera_motion, Stage::ray_gen, plain, cross},
+        {Effect::camera_motion, Stage::ray_gen, plain, either},
         {Effect::diffuse, Stage::scatter, {Effect::triangles, Effect::specular}, literal(3.14159265f)},
         {Effect::specular, Stage::scatter, plain, literal(2.0f)},
         {Effect::fuzz, Stage::scatter, plain.with(Effect::specular), literal(0x1p-40f)},
         {Effect::translucent, Stage::scatter, plain, literal(2.0f)}, {Effect::schlick, Stage::scatter, glass_, ""},
-        {Effect::rough_translucent, Stage::scatter, glass_, into_frame},
+        {Effect::rough_translucent, Stage::scatter, glass_, max_},
         {Effect::smooth_conductor, Stage::scatter, plain, literal(2.0f)},
-        {Effect::rough_conductor, Stage::scatter, plain, into_frame}, {Effect::boundary, Stage::scatter, plain, ""},
-        {Effect::emission, Stage::scatter, plain, "op 166"},
+        {Effect::rough_conductor, Stage::scatter, plain, max_}, {Effect::boundary, Stage::scatter, plain, ""},
+        {Effect::emission, Stage::scatter, plain, either},
         {Effect::one_sided_emission, Stage::scatter, plain.with(Effect::emission), ""},
         {Effect::translucent_emission, Stage::scatter, glass_.with(Effect::emission), ""},
         {Effect::texture_coordinates, Stage::scatter, textured, tables},
         {Effect::checker, Stage::scatter, plain, "binding 0 14"},
         {Effect::noise, Stage::scatter, plain, "literal 0x19660d"},  // 1664525
-        {Effect::image_texture, Stage::scatter, textured.with(Effect::texture_coordinates), mix_},
+        {Effect::image_texture, Stage::scatter, textured.with(Effect::texture_coordinates), to_whole},
         {Effect::background, Stage::scatter, plain, "binding 0 0"},
-        {Effect::background_gradient, Stage::scatter, plain.with(Effect::background), mix_},
+        {Effect::background_gradient, Stage::scatter, plain.with(Effect::background), either},
         {Effect::background_image, Stage::scatter, plain.with(Effect::background), tables},
         {Effect::medium_absorption, Stage::scatter, plain, "binding 0 16"},
         {Effect::medium_scattering, Stage::scatter, fog, literal(0.693147181f)},
