@@ -4,6 +4,7 @@
 #define CLOSEST_HIT_GLSL
 #include "hit.glsl"
 #include "bvh.glsl"
+#include "shared_corners.glsl"
 
 // Of the path whose rays are traced; the kernel sets it where has_entity_motion.
 float ray_time = 0.0;
@@ -15,8 +16,21 @@ Ray at_rest(Ray ray, uint slot) {
 }
 
 // Of equal distances the lower primitive id wins; within a kind that is the lower slot, and hit_none is above all slots.
-bool is_closer(float t, uint slot, Hit best) {
-    return t >= ray_min && (t < best.t || (t == best.t && slot < best.slot));
+// Loops go through the slots in ascending order, trees do not: only those need to compare slots.
+bool is_closer(float t, uint slot, Hit best, bool in_order) {
+#ifdef DOUBLE_GEOMETRY
+    in_order = false;
+#endif
+    return t >= ray_min && (t < best.t || (!in_order && t == best.t && slot < best.slot));
+}
+
+// Nothing is met yet up to and including `limit`.
+Hit no_hit(float limit, bool in_order) {
+    Hit none = Hit(limit, hit_none, 0, vec3(0.0));
+#ifndef DOUBLE_GEOMETRY
+    if (in_order && !isinf(limit)) none.t = uintBitsToFloat(floatBitsToUint(limit) + 1);  // distances are not negative
+#endif
+    return none;
 }
 
 // How a ray meets a sphere or cuboid that it may be leaving (MODEL.md section 5, "Leaving a surface").
@@ -35,112 +49,127 @@ vec2 sphere_distances(Ray unit_ray, uint how) {
     return meets ? vec2(entry, PLANT(sphere_inside_lost, -1.0, exit)) : vec2(-1.0);
 }
 
-vec2 cuboid_distances(Convex cuboid, Ray unit_ray, uint how, out uvec2 faces) {
-    const vec3 extent = vec3(cuboid.to_world0.w, cuboid.to_world1.w, cuboid.to_world2.w);
-    float entry, exit;
-    const bool meets = cuboid_span(unit_ray, extent, entry, exit, faces);
-    if (how == meets_exit) return vec2(-1.0, max(exit, 0.0));
-    return meets && how == meets_both ? vec2(entry, exit) : vec2(-1.0);
+// Where a line enters and leaves a cuboid; entry > exit: it misses.
+vec2 cuboid_span(uint i, Convex cuboid, Ray ray, SlabRay slabs) {
+    const vec3 centre = vec3(cuboid.to_unit0.w, cuboid.to_unit1.w, cuboid.to_unit2.w);
+    if (is_aligned(i, cuboid) && slabs.moves && !naive_convex)
+        return aligned_span(ray.origin, slabs, centre, vec3(cuboid.to_world0.x, cuboid.to_world1.y, cuboid.to_world2.z));
+    return cube_span(to_unit_space(cuboid, ray), vec3(cuboid.to_world0.w, cuboid.to_world1.w, cuboid.to_world2.w));
 }
 
-void try_triangle(uint slot, Ray ray, mat3 frame, uint own, inout Hit best) {
+vec2 cuboid_distances(uint i, Convex cuboid, Ray ray, SlabRay slabs, uint how) {
+    const vec2 span = cuboid_span(i, cuboid, ray, slabs);
+    if (how == meets_exit) return vec2(-1.0, max(span.y, 0.0));
+    return how == meets_both && span.x <= span.y ? span : vec2(-1.0);
+}
+
+void keep_triangle(uint slot, vec3 edges, Ray ray, uint own, bool in_order, inout Hit best) {
     float t;
     vec3 weights;
     if (slot == own && !PLANTED(self_hit_not_excluded)) return;
     if (PLANTED(primitive_lost) && slot % 64u == 9u) return;
-    if (intersect_triangle(triangle_at(slot), at_rest(ray, slot), frame, t, weights) && is_closer(t, slot, best))
+    if (meets_triangle(triangle_at(slot), at_rest(ray, slot), edges, t, weights) && is_closer(t, slot, best, in_order))
         best = Hit(t, slot, 0, weights);
 }
 
-void try_sphere(uint i, Ray ray, uint own, bool inside, inout Hit best) {
+void try_sphere(uint i, Ray ray, uint own, bool inside, bool in_order, inout Hit best) {
     const uint slot = triangle_total() + i;
     if (PLANTED(primitive_lost) && slot % 64u == 9u) return;
     const Ray unit_ray = to_unit_space(sphere_at(i), at_rest(ray, slot));
     const vec2 ts = sphere_distances(unit_ray, meeting(slot == own, inside));
     const float t = ts.x >= ray_min ? ts.x : ts.y;
-    if (is_closer(t, slot, best)) best = Hit(t, slot, 0, unit_ray.origin + t * unit_ray.direction);
+    if (is_closer(t, slot, best, in_order)) best = Hit(t, slot, 0, unit_ray.origin + t * unit_ray.direction);
 }
 
-// The point in the cube's space, exactly on its face and within it.
-vec3 point_on_face(vec3 near_face, uint face, vec3 extent) {
-    vec3 local = clamp(near_face, -extent, extent);
-    const float side = (face & 1u) != 0u ? 1.0 : -1.0;
-    if (face < 2)
-        local.x = side * extent.x;
-    else if (face < 4)
-        local.y = side * extent.y;
-    else
-        local.z = side * extent.z;
-    return local;
-}
-
-void try_cuboid(uint i, Ray ray, uint own, bool inside, inout Hit best, inout vec3 extent) {
+// best.face: 1 where the ray leaves the cuboid, until the hit is located.
+void try_cuboid(uint i, Convex cuboid, Ray ray, SlabRay slabs, uint own, bool inside, bool in_order, inout Hit best) {
     const uint slot = triangle_total() + sphere_total() + i;
-    const Convex cuboid = cuboid_at(i);
-    const Ray unit_ray = to_unit_space(cuboid, at_rest(ray, slot));
-    uvec2 faces;
-    const vec2 ts = cuboid_distances(cuboid, unit_ray, meeting(slot == own, inside), faces);
+    const vec2 ts = cuboid_distances(i, cuboid, at_rest(ray, slot), slabs, meeting(slot == own, inside));
     const bool enters = ts.x >= ray_min;
     const float t = enters ? ts.x : ts.y;
-    if (!is_closer(t, slot, best)) return;
-    extent = vec3(cuboid.to_world0.w, cuboid.to_world1.w, cuboid.to_world2.w);
-    best = Hit(t, slot, enters ? faces.x : faces.y, unit_ray.origin + t * unit_ray.direction);
+    if (is_closer(t, slot, best, in_order)) best = Hit(t, slot, enters ? 0 : 1, vec3(0.0));
+}
+
+// The face is the one whose plane the point is nearest to, on the side that the ray comes from or goes to. The point is
+// moved exactly on it, and within it.
+void locate_cuboid(inout Hit hit, Ray ray) {
+    const Convex cuboid = cuboids[hit.slot - triangle_total() - sphere_total()];
+    const vec3 extent = vec3(cuboid.to_world0.w, cuboid.to_world1.w, cuboid.to_world2.w);
+    const Ray unit_ray = to_unit_space(cuboid, at_rest(ray, hit.slot));
+    const vec3 direction = unit_ray.direction, point = unit_ray.origin + hit.t * direction;
+    const vec3 beyond = mix(abs(point) - extent, vec3(-1.0e30), equal(direction, vec3(0.0)));
+    const uint axis = beyond.x >= beyond.y && beyond.x >= beyond.z ? 0 : beyond.y >= beyond.z ? 1 : 2;
+    const bool ascends = (axis == 0 ? direction.x : axis == 1 ? direction.y : direction.z) > 0.0;
+    const bool high = ascends == (hit.face == 1);
+    const float side = high ? 1.0 : -1.0;
+    hit.face = 2 * axis + (high ? 1 : 0);
+    hit.local = clamp(point, -extent, extent);
+    if (axis == 0)
+        hit.local.x = side * extent.x;
+    else if (axis == 1)
+        hit.local.y = side * extent.y;
+    else
+        hit.local.z = side * extent.z;
 }
 
 // The closest hits of each kind of primitive, up to and including the distance `limit`.
 Hit closest_triangle(Ray ray, uint own, float limit) {
-    Hit best = Hit(limit, hit_none, 0, vec3(0.0));
+    Hit best = no_hit(limit, !triangle_tree);
     const mat3 frame = frame_of_ray(ray);
     if (triangle_tree) {
         const BoxRay boxes = box_ray(ray);
         uint current = bvh_start(triangle_root);
         while ((current = bvh_descend(current, boxes, best.t)) != bvh_done) {
-            try_triangle(current & slot_mask, ray, frame, own, best);
+            const uint slot = current & slot_mask;
+            keep_triangle(slot, edges_of(triangle_at(slot), at_rest(ray, slot), frame), ray, own, false, best);
             current = bvh_pop();
         }
     } else if (unrolled) {
-        [[unroll]] for (uint i = 0; i < fixed_triangles; ++i) try_triangle(i, ray, frame, own, best);
+        [[unroll]] for (uint i = 0; i < fixed_triangles; ++i)
+            keep_triangle(i, shared_edges(i, at_rest(ray, i), frame), ray, own, true, best);
     } else {
-        for (uint i = 0; i < settings.triangle_count; ++i) try_triangle(i, ray, frame, own, best);
+        for (uint i = 0; i < settings.triangle_count; ++i)
+            keep_triangle(i, edges_of(triangle_at(i), at_rest(ray, i), frame), ray, own, true, best);
     }
     best.local = vec3(best.local.xy / best.local.z, 0.0);
     return best;
 }
 
 Hit closest_sphere(Ray ray, uint own, bool inside, float limit) {
-    Hit best = Hit(limit, hit_none, 0, vec3(0.0));
+    Hit best = no_hit(limit, !sphere_tree);
     if (sphere_tree) {
         const BoxRay boxes = box_ray(ray);
         uint current = bvh_start(sphere_root);
         while ((current = bvh_descend(current, boxes, best.t)) != bvh_done) {
-            try_sphere(current & slot_mask, ray, own, inside, best);
+            try_sphere(current & slot_mask, ray, own, inside, false, best);
             current = bvh_pop();
         }
     } else if (unrolled) {
-        [[unroll]] for (uint i = 0; i < fixed_spheres; ++i) try_sphere(i, ray, own, inside, best);
+        [[unroll]] for (uint i = 0; i < fixed_spheres; ++i) try_sphere(i, ray, own, inside, true, best);
     } else {
-        for (uint i = 0; i < settings.sphere_count; ++i) try_sphere(i, ray, own, inside, best);
+        for (uint i = 0; i < settings.sphere_count; ++i) try_sphere(i, ray, own, inside, true, best);
     }
     best.local = normalize(best.local);
     return best;
 }
 
 Hit closest_cuboid(Ray ray, uint own, bool inside, float limit) {
-    Hit best = Hit(limit, hit_none, 0, vec3(0.0));
-    vec3 extent = vec3(1.0);
+    Hit best = no_hit(limit, !cuboid_tree);
+    const SlabRay slabs = slab_ray(ray.direction);
     if (cuboid_tree) {
         const BoxRay boxes = box_ray(ray);
         uint current = bvh_start(cuboid_root);
         while ((current = bvh_descend(current, boxes, best.t)) != bvh_done) {
-            try_cuboid(current & slot_mask, ray, own, inside, best, extent);
+            const uint i = current & slot_mask;
+            try_cuboid(i, cuboid_at(i), ray, slabs, own, inside, false, best);
             current = bvh_pop();
         }
-    } else if (unrolled) {
-        [[unroll]] for (uint i = 0; i < fixed_cuboids; ++i) try_cuboid(i, ray, own, inside, best, extent);
+    } else if (unrolled && slabs.moves) {
+        [[unroll]] for (uint i = 0; i < fixed_cuboids; ++i)
+            try_cuboid(i, cuboid_at(i), ray, slabs, own, inside, true, best);
     } else {
-        for (uint i = 0; i < settings.cuboid_count; ++i) try_cuboid(i, ray, own, inside, best, extent);
+        for (uint i = 0; i < settings.cuboid_count; ++i) try_cuboid(i, cuboids[i], ray, slabs, own, inside, true, best);
     }
-    best.local = point_on_face(best.local, best.face, extent);
     return best;
 }
 
@@ -158,6 +187,7 @@ Hit closest_hit(Ray ray, uint own, bool inside) {
     if (has_triangles) best = closer(best, closest_triangle(ray, own, best.t));
     if (has_spheres) best = closer(best, closest_sphere(ray, own, inside, best.t));
     if (has_cuboids) best = closer(best, closest_cuboid(ray, own, inside, best.t));
+    if (has_cuboids && best.slot != hit_none && best.slot >= triangle_total() + sphere_total()) locate_cuboid(best, ray);
     return best;
 }
 

@@ -91,6 +91,10 @@ class Expansion:
         left = self.function(FMA, self.scalar(F_NEGATE, share), x, x)
         return self.function(FMA, share, y, left, result=result)
 
+    def is_single(self, result_type):
+        """Doubles are the geometry of given rays alone, and stay as they are."""
+        return result_type == self.float_type or self.vectors.get(result_type, [None])[0] == self.float_type
+
     def expand(self, opcode, instruction):
         """Whether the instruction has become others."""
         result_type, result, operands = instruction[1], instruction[2], instruction[3:]
@@ -132,7 +136,8 @@ class Expansion:
             (self.vectors if opcode == TYPE_VECTOR else self.matrices)[instruction[1]] = instruction[2:]
         if len(instruction) > 2 and instruction[1] in (self.float_type, *self.vectors, *self.matrices):
             self.type_of[instruction[2]] = instruction[1]
-        if not (opcode in (DOT, MATRIX_TIMES_VECTOR, VECTOR_TIMES_MATRIX, EXT_INST) and self.expand(opcode, instruction)):
+        compound = opcode in (DOT, MATRIX_TIMES_VECTOR, VECTOR_TIMES_MATRIX, EXT_INST) and self.is_single(instruction[1])
+        if not (compound and self.expand(opcode, instruction)):
             self.code.append(instruction)
 
 

@@ -5,10 +5,10 @@
 
 bool blocks(float t, float t_max) { return t >= ray_min && t <= t_max; }
 
-bool triangle_blocks(uint slot, Ray ray, mat3 frame, float t_max, uint own, uint light) {
+bool triangle_blocks(uint slot, vec3 edges, Ray ray, float t_max, uint own, uint light) {
     float t;
     vec3 weights;
-    return slot != light && slot != own && intersect_triangle(triangle_at(slot), at_rest(ray, slot), frame, t, weights) &&
+    return slot != light && slot != own && meets_triangle(triangle_at(slot), at_rest(ray, slot), edges, t, weights) &&
         blocks(t, t_max);
 }
 
@@ -18,11 +18,9 @@ bool sphere_blocks(uint i, Ray ray, float t_max, uint own, bool inside, uint lig
     return slot != light && (blocks(ts.x, t_max) || blocks(ts.y, t_max));
 }
 
-bool cuboid_blocks(uint i, Ray ray, float t_max, uint own, bool inside, uint light) {
+bool cuboid_blocks(uint i, Convex cuboid, Ray ray, SlabRay slabs, float t_max, uint own, bool inside, uint light) {
     const uint slot = triangle_total() + sphere_total() + i;
-    uvec2 faces;
-    const Convex cuboid = cuboid_at(i);
-    const vec2 ts = cuboid_distances(cuboid, to_unit_space(cuboid, at_rest(ray, slot)), meeting(slot == own, inside), faces);
+    const vec2 ts = cuboid_distances(i, cuboid, at_rest(ray, slot), slabs, meeting(slot == own, inside));
     return slot != light && (blocks(ts.x, t_max) || blocks(ts.y, t_max));
 }
 
@@ -33,14 +31,18 @@ bool any_triangle_blocks(Ray ray, float t_max, uint own, uint light) {
         const BoxRay boxes = box_ray(ray);
         uint current = bvh_start(triangle_root);
         while (!blocked && (current = bvh_descend(current, boxes, t_max)) != bvh_done) {
-            blocked = triangle_blocks(current & slot_mask, ray, frame, t_max, own, light);
+            const uint slot = current & slot_mask;
+            blocked = triangle_blocks(slot, edges_of(triangle_at(slot), at_rest(ray, slot), frame), ray, t_max, own, light);
             current = bvh_pop();
         }
     } else if (unrolled) {
-        [[unroll]] for (uint i = 0; i < fixed_triangles; ++i)
-            if (!blocked) blocked = triangle_blocks(i, ray, frame, t_max, own, light);
+        [[unroll]] for (uint i = 0; i < fixed_triangles; ++i) {
+            const vec3 edges = shared_edges(i, at_rest(ray, i), frame);
+            if (!blocked) blocked = triangle_blocks(i, edges, ray, t_max, own, light);
+        }
     } else {
-        for (uint i = 0; i < settings.triangle_count && !blocked; ++i) blocked = triangle_blocks(i, ray, frame, t_max, own, light);
+        for (uint i = 0; i < settings.triangle_count && !blocked; ++i)
+            blocked = triangle_blocks(i, edges_of(triangle_at(i), at_rest(ray, i), frame), ray, t_max, own, light);
     }
     return blocked;
 }
@@ -65,18 +67,21 @@ bool any_sphere_blocks(Ray ray, float t_max, uint own, bool inside, uint light) 
 
 bool any_cuboid_blocks(Ray ray, float t_max, uint own, bool inside, uint light) {
     bool blocked = false;
+    const SlabRay slabs = slab_ray(ray.direction);
     if (cuboid_tree) {
         const BoxRay boxes = box_ray(ray);
         uint current = bvh_start(cuboid_root);
         while (!blocked && (current = bvh_descend(current, boxes, t_max)) != bvh_done) {
-            blocked = cuboid_blocks(current & slot_mask, ray, t_max, own, inside, light);
+            const uint i = current & slot_mask;
+            blocked = cuboid_blocks(i, cuboid_at(i), ray, slabs, t_max, own, inside, light);
             current = bvh_pop();
         }
-    } else if (unrolled) {
+    } else if (unrolled && slabs.moves) {
         [[unroll]] for (uint i = 0; i < fixed_cuboids; ++i)
-            if (!blocked) blocked = cuboid_blocks(i, ray, t_max, own, inside, light);
+            if (!blocked) blocked = cuboid_blocks(i, cuboid_at(i), ray, slabs, t_max, own, inside, light);
     } else {
-        for (uint i = 0; i < settings.cuboid_count && !blocked; ++i) blocked = cuboid_blocks(i, ray, t_max, own, inside, light);
+        for (uint i = 0; i < settings.cuboid_count && !blocked; ++i)
+            blocked = cuboid_blocks(i, cuboids[i], ray, slabs, t_max, own, inside, light);
     }
     return blocked;
 }

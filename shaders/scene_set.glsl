@@ -76,6 +76,13 @@ Triangle triangle_at(uint i) { return triangles[i]; }
 Convex sphere_at(uint i) { return spheres[i]; }
 Convex cuboid_at(uint i) { return cuboids[i]; }
 #endif
+
+// Whether the faces of a cuboid are square to the axes of the world, so that its planes need no map.
+bool is_aligned(uint i, Convex cuboid) {
+    if (unrolled) return (aligned_cuboids >> i & 1u) != 0u;
+    return cuboid.to_unit0.y == 0.0 && cuboid.to_unit0.z == 0.0 && cuboid.to_unit1.x == 0.0 &&
+        cuboid.to_unit1.z == 0.0 && cuboid.to_unit2.x == 0.0 && cuboid.to_unit2.y == 0.0;
+}
 #endif
 
 #endif

@@ -26,6 +26,8 @@ layout(constant_id = 15) const float ray_min = 0.0;  // those of Settings
 layout(constant_id = 16) const float ray_max = 0.0;
 #endif
 
+layout(constant_id = 22) const uint aligned_cuboids = 0;  // of unrolled loops: bit i: its faces are square to the axes
+
 // How they arrive is one of the patterns (vulkan/patterns.h); push constants are the rule.
 #if defined(PARAMETERS_UNIFORM)
 layout(std140, set = 4, binding = 0) uniform Settings {

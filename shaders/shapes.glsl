@@ -37,16 +37,25 @@ vec2 project(vec3 corner, Ray ray, mat3 frame) {
     return projected;
 }
 
-bool watertight_triangle(Triangle triangle, Ray ray, mat3 frame, out float t, out vec3 weights) {
-    t = 0.0;
-    weights = vec3(0.0);
+// Twice the area that two projected corners span with the ray; edge(a, b) = -edge(b, a), whatever was rounded.
+float edge(vec2 a, vec2 b) {
+    precise float area = a.x * b.y - a.y * b.x;
+    return area;
+}
+
+vec3 edges_of(Triangle triangle, Ray ray, mat3 frame) {
     const vec2 a = project(triangle.corner0.xyz, ray, frame);
     const vec2 b = project(triangle.corner1.xyz, ray, frame);
     const vec2 c = project(triangle.corner2.xyz, ray, frame);
-    precise float u = b.x * c.y - b.y * c.x;
-    precise float v = c.x * a.y - c.y * a.x;
-    precise float w = a.x * b.y - a.y * b.x;
-    u = PLANT(triangle_edge_lost, u - planted_amount * (u + v + w), u);
+    return vec3(edge(b, c), edge(c, a), edge(a, b));
+}
+
+// edges: the three edge functions, across from corners 0, 1 and 2.
+bool watertight_triangle(Triangle triangle, Ray ray, vec3 edges, out float t, out vec3 weights) {
+    t = 0.0;
+    weights = vec3(0.0);
+    const float v = edges.y, w = edges.z;
+    const float u = PLANT(triangle_edge_lost, edges.x - planted_amount * (edges.x + v + w), edges.x);
     if ((u < 0.0 || v < 0.0 || w < 0.0) && (u > 0.0 || v > 0.0 || w > 0.0)) return false;
     const vec3 normal = vec3(triangle.corner0.w, triangle.corner1.w, triangle.corner2.w);
     precise float sum = u + v + w;
@@ -107,10 +116,11 @@ bool baldwin_weber_triangle(Triangle triangle, Ray ray, out float t, out vec3 we
     return true;
 }
 
-bool intersect_triangle(Triangle triangle, Ray ray, mat3 frame, out float t, out vec3 weights) {
+// edges: edges_of, unread by the kernels that can do without.
+bool meets_triangle(Triangle triangle, Ray ray, vec3 edges, out float t, out vec3 weights) {
     if (triangle_kernel == kernel_moller_trumbore) return moller_trumbore_triangle(triangle, ray, t, weights);
     if (triangle_kernel == kernel_baldwin_weber) return baldwin_weber_triangle(triangle, ray, t, weights);
-    return watertight_triangle(triangle, ray, frame, t, weights);
+    return watertight_triangle(triangle, ray, edges, t, weights);
 }
 
 Ray to_unit_space(Convex shape, Ray ray) {
@@ -153,54 +163,60 @@ bool sphere_span(Ray unit_ray, out float entry, out float exit) {
     return true;
 }
 
-// Cuts the span in which a ray lies in a cube by the two planes of one axis; faces: of the entry and of the exit so far.
-// No min or max meets a NaN: an axis along which the ray stands still (its component being so small that quotients would
+// The span [entry, exit] in which a line is between the two planes of one axis of a cube, cut out of `span`. No minimum or
+// maximum meets a NaN: an axis along which the ray stands still (its component being so small that quotients would
 // overflow) only asks whether the ray lies between its two planes.
-void clip_to_slab(float o, float d, float extent, uint axis, inout float entry, inout float exit, inout uvec2 faces,
-    inout bool beside) {
-    const bool ascending = d > 0.0;
-    if (abs(d) < 1.0e-37) {
-        beside = beside || abs(o) > extent;
-    } else {
-        precise float inverse = 1.0 / d;
-        precise float first = ((ascending ? -extent : extent) - o) * inverse;
-        precise float last = ((ascending ? extent : -extent) - o) * inverse;
-        if (first > entry) {
-            entry = first;
-            faces.x = 2 * axis + (ascending ? 0 : 1);
-        }
-        if (last < exit) {
-            exit = last;
-            faces.y = 2 * axis + (ascending ? 1 : 0);
-        }
+const float least_component = 1.0e-37;
+void clip_to_slab(float o, float d, float extent, inout vec2 span) {
+    if (abs(d) < least_component) {
+        if (abs(o) > extent) span = vec2(1.0, 0.0);
+        return;
     }
+    const float towards = d > 0.0 ? extent : -extent;
+    precise float inverse = 1.0 / d;
+    precise vec2 cut = vec2(-towards - o, towards - o) * inverse;
+    if (span.x <= span.y) span = vec2(max(span.x, cut.x), min(span.y, cut.y));
 }
 
-// The same for the cube [-extent, extent]; true if the line meets it. faces: entered and left, in the order
-// -x +x -y +y -z +z.
-bool cuboid_span(Ray unit_ray, vec3 extent, out float entry, out float exit, out uvec2 faces) {
-    entry = -3.4e38;
-    exit = 3.4e38;
-    faces = uvec2(0);
-    if (naive_convex) {  // slabs by minimum and maximum, 0 times infinity included [Kay 1986]
-        precise vec3 inverse = 1.0 / unit_ray.direction;
-        precise vec3 low = (-extent - unit_ray.origin) * inverse;
-        precise vec3 high = (extent - unit_ray.origin) * inverse;
-        for (uint axis = 0; axis < 3; ++axis) {
-            const bool ascending = low[axis] < high[axis];
-            const float near = min(low[axis], high[axis]), far = max(low[axis], high[axis]);
-            if (near > entry) faces.x = 2 * axis + (ascending ? 0 : 1);
-            if (far < exit) faces.y = 2 * axis + (ascending ? 1 : 0);
-            entry = max(entry, near);
-            exit = min(exit, far);
-        }
-        return entry <= exit;
-    }
-    bool beside = false;
-    clip_to_slab(unit_ray.origin.x, unit_ray.direction.x, extent.x, 0, entry, exit, faces, beside);
-    clip_to_slab(unit_ray.origin.y, unit_ray.direction.y, extent.y, 1, entry, exit, faces, beside);
-    clip_to_slab(unit_ray.origin.z, unit_ray.direction.z, extent.z, 2, entry, exit, faces, beside);
-    return !beside && entry <= exit;
+// Slabs by minimum and maximum, 0 times infinity included [Kay 1986].
+vec2 naive_cube_span(Ray unit_ray, vec3 extent) {
+    precise vec3 inverse = 1.0 / unit_ray.direction;
+    precise vec3 low = (-extent - unit_ray.origin) * inverse;
+    precise vec3 high = (extent - unit_ray.origin) * inverse;
+    const vec3 near = min(low, high), far = max(low, high);
+    return vec2(max(max(near.x, near.y), near.z), min(min(far.x, far.y), far.z));
+}
+
+// The same for a cube [-extent, extent]; entry > exit: the line misses it.
+vec2 cube_span(Ray unit_ray, vec3 extent) {
+    if (naive_convex) return naive_cube_span(unit_ray, extent);
+    vec2 span = vec2(-3.4e38, 3.4e38);
+    clip_to_slab(unit_ray.origin.x, unit_ray.direction.x, extent.x, span);
+    clip_to_slab(unit_ray.origin.y, unit_ray.direction.y, extent.y, span);
+    clip_to_slab(unit_ray.origin.z, unit_ray.direction.z, extent.z, span);
+    return span;
+}
+
+// What all cuboids whose faces are square to the axes of the world need of a ray.
+struct SlabRay {
+    vec3 inverse;
+    vec3 towards;  // +-1 along each axis
+    bool moves;    // along every axis, enough for the inverse to be finite
+};
+
+SlabRay slab_ray(vec3 direction) {
+    precise vec3 inverse = 1.0 / direction;
+    return SlabRay(inverse, mix(vec3(-1.0), vec3(1.0), greaterThan(direction, vec3(0.0))),
+        all(greaterThanEqual(abs(direction), vec3(least_component))));
+}
+
+// The numbers of `half_size` may be negative, where the cuboid is mirrored.
+vec2 aligned_span(vec3 origin, SlabRay ray, vec3 centre, vec3 half_size) {
+    precise vec3 p = origin - centre;
+    const vec3 towards = abs(half_size) * ray.towards;
+    precise vec3 near = (-towards - p) * ray.inverse;
+    precise vec3 far = (towards - p) * ray.inverse;
+    return vec2(max(max(near.x, near.y), near.z), min(min(far.x, far.y), far.z));
 }
 
 // Where a ray that starts on the unit sphere and goes inside leaves it: the other root, the first being 0. In double the

@@ -16,14 +16,14 @@ vec3 transformed(EntityTransform m, vec3 p) {
 Convex placed_convex(EntityTransform m, vec3 centre, vec3 half_size) {
     const vec3 c = transformed(m, centre);
     const vec3 extent = vec3(notEqual(half_size, vec3(0.0)));
-    const vec3 scale = mix(vec3(1.0), half_size, extent);  // a flat axis keeps the object's unit
+    const vec3 scale = mix(vec3(1.0), half_size, extent);  // seen from the world a flat axis has the object's unit
     Convex shape;
     shape.to_unit0 = vec4(m.to_object0 / scale.x, c.x);
     shape.to_unit1 = vec4(m.to_object1 / scale.y, c.y);
     shape.to_unit2 = vec4(m.to_object2 / scale.z, c.z);
-    shape.to_world0 = vec4(m.to_world0.xyz * scale, extent.x);
-    shape.to_world1 = vec4(m.to_world1.xyz * scale, extent.y);
-    shape.to_world2 = vec4(m.to_world2.xyz * scale, extent.z);
+    shape.to_world0 = vec4(m.to_world0.xyz * half_size, extent.x);
+    shape.to_world1 = vec4(m.to_world1.xyz * half_size, extent.y);
+    shape.to_world2 = vec4(m.to_world2.xyz * half_size, extent.z);
     return shape;
 }
 

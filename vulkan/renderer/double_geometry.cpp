@@ -26,14 +26,15 @@ gpu::DoubleTriangle triangle(const dmat4& m, const std::array<dvec3, 3>& corners
 gpu::DoubleConvex convex(const dmat4& m, const dvec3& centre, const dvec3& half_size) {
     dvec3 scale = half_size, extent(1.0);
     for (int axis = 0; axis < 3; ++axis)
-        if (half_size[axis] == 0.0) {  // flat: the axis keeps the object's unit
+        if (half_size[axis] == 0.0) {  // flat: seen from the world the axis has the object's unit
             scale[axis] = 1.0;
             extent[axis] = 0.0;
         }
     const dvec3 c = point_by(m, centre);
     const dmat3 to_world = glm::transpose(dmat3(m)), to_object = glm::transpose(glm::inverse(dmat3(m)));  // rows
     return {row(to_object[0] / scale.x, c.x), row(to_object[1] / scale.y, c.y), row(to_object[2] / scale.z, c.z),
-        row(to_world[0] * scale, extent.x), row(to_world[1] * scale, extent.y), row(to_world[2] * scale, extent.z)};
+        row(to_world[0] * half_size, extent.x), row(to_world[1] * half_size, extent.y),
+        row(to_world[2] * half_size, extent.z)};
 }
 
 }  // namespace

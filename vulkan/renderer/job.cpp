@@ -26,9 +26,6 @@ float to_distance(double distance) {
     return static_cast<float>(std::min(distance, double{std::numeric_limits<float>::max()}));
 }
 
-// Up to so many primitives the loops over them are unrolled: each further one lengthens the compilation.
-constexpr std::uint32_t most_unrolled = 32;
-
 // In place of a count, for kernels that serve any scene (shaders/settings.glsl).
 constexpr std::uint32_t told_at_run_time = 0xffffffffu;
 
@@ -70,7 +67,8 @@ Specialisation specialise(const Device& device, const Scene& described, const Sc
     const bool on_cpu = device.description().type == DeviceType::cpu;
     const auto count = [&](std::uint32_t primitives) { return general ? told_at_run_time : primitives; };
     return {fault.bug == PlantedBug::stale_constant ? without_one(effects) : effects,
-        path_state(effects, general, scene), fit && !on_cpu && !general, unrolled, count(scene.triangle_count),
+        path_state(effects, general, scene), fit && !on_cpu && !general,
+        unrolled ? std::optional(describe_unrolled(scene)) : std::nullopt, count(scene.triangle_count),
         count(scene.sphere_count), count(scene.cuboid_count), trees.triangles, trees.spheres, trees.cuboids,
         to_distance(settings.ray_min), to_distance(settings.ray_max), fault, settings.intersection};
 }

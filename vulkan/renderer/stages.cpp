@@ -13,14 +13,18 @@ namespace tandem {
 std::vector<SpecialisationConstant> Specialisation::constants() const {
     // Ids of shaders/settings.glsl; 0 is the workgroup's size.
     const std::array<std::uint32_t, 22> values{workgroup_size, static_cast<std::uint32_t>(effects.bits()),
-        static_cast<std::uint32_t>(effects.bits() >> 32), path.radiance, few_primitives, unrolled, triangles, spheres,
-        cuboids, triangle_root.has_value(), sphere_root.has_value(), cuboid_root.has_value(), triangle_root.value_or(0),
-        sphere_root.value_or(0), cuboid_root.value_or(0), std::bit_cast<std::uint32_t>(ray_min),
-        std::bit_cast<std::uint32_t>(ray_max), static_cast<std::uint32_t>(intersection.triangles),
-        static_cast<std::uint32_t>(intersection.convex), static_cast<std::uint32_t>(intersection.guard),
+        static_cast<std::uint32_t>(effects.bits() >> 32), path.radiance, few_primitives, unrolled.has_value(),
+        triangles, spheres, cuboids, triangle_root.has_value(), sphere_root.has_value(), cuboid_root.has_value(),
+        triangle_root.value_or(0), sphere_root.value_or(0), cuboid_root.value_or(0),
+        std::bit_cast<std::uint32_t>(ray_min), std::bit_cast<std::uint32_t>(ray_max),
+        static_cast<std::uint32_t>(intersection.triangles), static_cast<std::uint32_t>(intersection.convex),
+        static_cast<std::uint32_t>(intersection.guard),
         std::bit_cast<std::uint32_t>(static_cast<float>(intersection.epsilon)), hands_on_floats};
     std::vector<SpecialisationConstant> result;
     for (std::uint32_t id = 0; id < values.size(); ++id) result.push_back({id, values[id]});
+    const UnrolledPrimitives told = unrolled.value_or(UnrolledPrimitives{});
+    result.push_back({22, told.aligned_cuboids});
+    for (std::uint32_t i = 0; i < told.corners.size(); ++i) result.push_back({60 + i, told.corners[i]});
     if (shaders_hold_planted_bugs()) {
         result.push_back({30, std::bit_cast<std::uint32_t>(static_cast<float>(planted_bug.amount))});
         result.push_back({31, static_cast<std::uint32_t>(planted_bug.bug)});

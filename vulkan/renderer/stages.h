@@ -11,6 +11,7 @@
 #include "vulkan/framework/shader_library.h"
 #include "vulkan/patterns.h"
 #include "vulkan/renderer/scene_data.h"
+#include "vulkan/renderer/unrolled_primitives.h"
 
 namespace tandem {
 
@@ -27,7 +28,7 @@ struct Specialisation {
     EffectSet effects;
     PathState path;
     bool few_primitives = false;  // each kind's world primitives fit a uniform block, from which they are read
-    bool unrolled = false;        // the loops over primitives
+    std::optional<UnrolledPrimitives> unrolled;  // the loops over primitives
     std::uint32_t triangles = 0, spheres = 0, cuboids = 0;
     std::optional<std::uint32_t> triangle_root, sphere_root, cuboid_root;  // of trees in place of loops
     float ray_min = 0, ray_max = 0;
