@@ -59,7 +59,7 @@ const EffectSet plain{Effect::triangles, Effect::diffuse};
 const EffectSet lit = plain.united({Effect::emission, Effect::light_sampling, Effect::triangle_lights});
 constexpr const char* either = "op 166";  // OpLogicalOr
 constexpr const char* floor_ = "function 8";
-constexpr const char* max_ = "function 40";
+constexpr const char* at_most = "op 188";   // OpFOrdLessThanEqual
 constexpr const char* to_whole = "op 110";  // OpConvertFToS
 constexpr const char* clamp_ = "function 43";
 constexpr const char* tables = "binding 0 15";
@@ -76,9 +76,9 @@ std::vector<Signature> signatures() {
         {Effect::specular, Stage::scatter, plain, literal(2.0f)},
         {Effect::fuzz, Stage::scatter, plain.with(Effect::specular), literal(0x1p-40f)},
         {Effect::translucent, Stage::scatter, plain, literal(2.0f)}, {Effect::schlick, Stage::scatter, glass_, ""},
-        {Effect::rough_translucent, Stage::scatter, glass_, max_},
+        {Effect::rough_translucent, Stage::scatter, glass_, at_most},
         {Effect::smooth_conductor, Stage::scatter, plain, literal(2.0f)},
-        {Effect::rough_conductor, Stage::scatter, plain, max_}, {Effect::boundary, Stage::scatter, plain, ""},
+        {Effect::rough_conductor, Stage::scatter, plain, at_most}, {Effect::boundary, Stage::scatter, plain, ""},
         {Effect::emission, Stage::scatter, plain, either},
         {Effect::one_sided_emission, Stage::scatter, plain.with(Effect::emission), ""},
         {Effect::translucent_emission, Stage::scatter, glass_.with(Effect::emission), ""},
