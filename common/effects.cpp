@@ -161,7 +161,7 @@ private:
         }
         if (material.translucent) {
             call(Effect::translucent, reason);
-            if (material.fresnel == Fresnel::schlick) call(Effect::schlick, reason);
+            if (settings_.fresnel.value_or(material.fresnel) == Fresnel::schlick) call(Effect::schlick, reason);
             if (material.roughness > 0.0) call(Effect::rough_translucent, reason);
             if (emits) call(Effect::translucent_emission, reason);
         }

@@ -171,19 +171,21 @@ void write_png(const std::filesystem::path& path, const Image& image, double exp
     file.commit();
 }
 
-Image image_of(const Estimate& estimate, const std::map<std::string, std::string>& metadata) {
+Image image_of(const Estimate& estimate, const std::map<std::string, std::string>& metadata, bool independent) {
     Image image;
     image.width = estimate.width();
     image.height = estimate.height();
     image.full_width = image.width;
     image.full_height = image.height;
-    image.channels = {"R", "G", "B", "variance.R", "variance.G", "variance.B", "count"};
+    image.channels = {"R", "G", "B"};
+    if (independent) image.channels.insert(image.channels.end(), {"variance.R", "variance.G", "variance.B", "count"});
     image.metadata = metadata;
     const std::vector<double> mean = mean_of(estimate), variance = variance_of(estimate);
     const auto count = static_cast<float>(estimate.count());
     image.pixels.reserve(estimate.pixel_count() * image.channels.size());
     for (std::size_t first = 0; first < mean.size(); first += 3) {
         for (std::size_t c = 0; c < 3; ++c) image.pixels.push_back(static_cast<float>(mean[first + c]));
+        if (!independent) continue;
         for (std::size_t c = 0; c < 3; ++c) image.pixels.push_back(static_cast<float>(variance[first + c]));
         image.pixels.push_back(count);
     }

@@ -33,8 +33,10 @@ inline constexpr std::uint64_t greatest_float_count = std::uint64_t{1} << 30;
 // written; an existing file is replaced only by a complete one.
 void write_image(const std::filesystem::path& path, const Image& image);
 
-// R, G, B (mean), variance.R/G/B (of one sample, MODEL.md section 11) and count, with `metadata` beside.
-[[nodiscard]] Image image_of(const Estimate& estimate, const std::map<std::string, std::string>& metadata);
+// R, G, B (mean), variance.R/G/B (of one sample, MODEL.md section 11) and count, with `metadata` beside. Without
+// variance and count where samples are not `independent`: they would not say how well the mean is known.
+[[nodiscard]] Image image_of(
+    const Estimate& estimate, const std::map<std::string, std::string>& metadata, bool independent = true);
 
 // 8-bit sRGB PNG of the first three channels of linear `image`, multiplied by `exposure`, clipped to [0, 1].
 // The transfer function is that of IEC 61966-2-1.

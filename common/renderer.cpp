@@ -20,6 +20,13 @@ RenderSettings default_settings(const Scene& scene) {
     return settings;
 }
 
+std::optional<Scene> changed_by(const RenderSettings& settings, const Scene& scene) {
+    if (!settings.fresnel) return std::nullopt;
+    Scene changed = scene;
+    for (Material& material : changed.materials) material.fresnel = *settings.fresnel;
+    return changed;
+}
+
 RenderSettings with_longer_side(RenderSettings settings, std::uint32_t longer_side) {
     const double scale = static_cast<double>(longer_side) / std::max(settings.width, settings.height);
     const auto scaled = [&](std::uint32_t length) {

@@ -16,6 +16,7 @@
 #include "common/estimate.h"
 #include "common/intersection_settings.h"
 #include "common/planted_bugs.h"
+#include "common/random.h"
 #include "common/ray_batch.h"
 #include "common/scene.h"
 #include "common/self_test/arithmetic_probe.h"
@@ -40,7 +41,13 @@ struct RenderSettings {
     double ray_max = std::numeric_limits<double>::infinity();
     std::optional<EffectSet> effects;  // what to simulate; empty: what the scene calls for and no more
     IntersectionSettings intersection;
+    Generator generator = Generator::philox;                 // MODEL.md section 3
+    double clamp = std::numeric_limits<double>::infinity();  // > 0: what a sample's channel may bring at most (11.1)
+    std::optional<Fresnel> fresnel;                          // in place of every material's own
 };
+
+// The scene with what the settings say of its materials; nothing if it stays as it is.
+[[nodiscard]] std::optional<Scene> changed_by(const RenderSettings& settings, const Scene& scene);
 
 // The settings that the scene's file asks for.
 [[nodiscard]] RenderSettings default_settings(const Scene& scene);

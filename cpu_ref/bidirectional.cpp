@@ -73,7 +73,7 @@ private:
             const auto count = static_cast<std::uint32_t>(std::min<std::uint64_t>(images.size(), block.end - first));
             parallel_for(arena_, count, [&](std::uint32_t i) { make_image(first + i, control.stop, images[i]); });
             if (control.stop.stop_requested()) return false;
-            for (std::uint32_t i = 0; i < count; ++i) invalid += add_image(images[i], plane);
+            for (std::uint32_t i = 0; i < count; ++i) invalid += add_image(images[i], sampler_.settings().clamp, plane);
             if (control.progress) control.progress(static_cast<double>(samples_before + first + count - block.begin));
         }
         estimate.add_block(block, std::move(plane));
@@ -92,7 +92,7 @@ private:
     }
 
     // Returns how many pixels' samples are invalid (section 12).
-    static std::uint64_t add_image(const Image& image, Estimate::Plane& plane) {
+    static std::uint64_t add_image(const Image& image, double clamp, Estimate::Plane& plane) {
         std::uint64_t invalid = 0;
         for (std::size_t pixel = 0; pixel < image.size(); ++pixel) {
             const glm::dvec3& x = image[pixel];
@@ -102,8 +102,9 @@ private:
             }
             for (int c = 0; c < 3; ++c) {
                 Moments& moments = plane[pixel * channel_count + static_cast<std::size_t>(c)];
-                moments.sum += x[c];
-                moments.sum_of_squares += x[c] * x[c];
+                const double value = std::min(x[c], clamp);  // section 11.1
+                moments.sum += value;
+                moments.sum_of_squares += value * value;
             }
         }
         return invalid;

@@ -33,6 +33,7 @@ struct BidirectionalSampler::Vertex {
 };
 
 struct BidirectionalSampler::Sample {
+    Generator generator;
     std::uint64_t seed;
     std::uint32_t pixel;
     std::uint64_t number;
@@ -48,7 +49,7 @@ struct BidirectionalSampler::Sample {
 
     [[nodiscard]] std::array<double, 4> numbers(std::uint32_t block) const {
         std::array<double, 4> result{};
-        const RandomBlock words = random_block(seed, pixel, number, block);
+        const RandomBlock words = random_block(generator, seed, pixel, number, block);
         for (std::size_t i = 0; i < 4; ++i) result[i] = to_unit<double>(words[i]);
         return result;
     }
@@ -396,6 +397,7 @@ void BidirectionalSampler::project(const Sample& sample, std::size_t s, const Sp
 
 dvec3 BidirectionalSampler::radiance(std::uint32_t pixel, std::uint64_t number, const Splat& splat) const {
     thread_local Sample sample;  // keeps its vertices' memory
+    sample.generator = settings_.generator;
     sample.seed = settings_.seed;
     sample.pixel = pixel;
     sample.number = number;

@@ -39,7 +39,7 @@ TANDEM_INLINE CameraRay<Real> camera_ray(
     using V = Lanes<Real>;
     using U = UnsignedOf<Real>;
     const CameraForm<Real>& camera = tables.camera;
-    const RandomLanes<Real> u = random_numbers(tables.settings.seed, id, Ints<Real>(U{dimension::film_and_lens}));
+    const RandomLanes<Real> u = random_numbers<Real>(tables.settings, id, Ints<Real>(U{dimension::film_and_lens}));
     Ints<Real> x, y;
     for (int i = 0; i < lane_count<Real>; ++i) {
         const auto pixel = static_cast<std::uint32_t>(id.pixel.v[i]);

@@ -66,7 +66,9 @@ public:
             cpu::embree::version(), cpu::embree::version(), true};
     }
 
-    [[nodiscard]] std::unique_ptr<RenderJob> prepare(const Scene& scene, const RenderSettings& settings) override {
+    [[nodiscard]] std::unique_ptr<RenderJob> prepare(const Scene& given, const RenderSettings& settings) override {
+        const std::optional<Scene> changed = changed_by(settings, given);
+        const Scene& scene = changed ? *changed : given;
         constexpr std::uint32_t most = 65536;
         const std::uint64_t pixels = std::uint64_t{settings.width} * settings.height;
         if (settings.width == 0 || settings.height == 0 || settings.width > most || settings.height > most ||

@@ -176,6 +176,7 @@ private:
                 }
                 for (std::size_t c = 0; c < channel_count; ++c) {
                     double x = static_cast<double>(value[c]);
+                    x = std::min(x, tables_.settings.clamp);  // MODEL.md section 11.1
                     if (planted(PlantedBug::radiance_clamped)) x = std::min(x, 1.0);
                     moments[c].sum += x;
                     moments[c].sum_of_squares += x * x;

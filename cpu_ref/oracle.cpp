@@ -36,8 +36,9 @@ std::uint64_t render_row(const PathSampler& sampler, std::uint32_t y, SampleRang
                 continue;
             }
             for (int channel = 0; channel < 3; ++channel) {
-                moments[channel].sum += radiance[channel];
-                moments[channel].sum_of_squares += radiance[channel] * radiance[channel];
+                const double counted = std::min(radiance[channel], sampler.settings().clamp);  // section 11.1
+                moments[channel].sum += counted;
+                moments[channel].sum_of_squares += counted * counted;
             }
         }
     }
@@ -163,7 +164,8 @@ public:
                 "leaves light out");
         refuse_choices(settings);
         static_cast<void>(effects_to_simulate(scene, settings, EffectSet::all(), "oracle"));  // it has no variants
-        return std::make_unique<OracleJob>(scene, settings, threads_);
+        const std::optional<Scene> changed = changed_by(settings, scene);
+        return std::make_unique<OracleJob>(changed ? *changed : scene, settings, threads_);
     }
 
     std::unique_ptr<RayIntersector> intersector(const Scene& scene, const RenderSettings& settings) override {

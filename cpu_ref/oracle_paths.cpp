@@ -69,8 +69,9 @@ PathSampler::PathSampler(const Scene& scene, const RenderSettings& settings)
 Ray PathSampler::camera_ray(std::uint32_t x, std::uint32_t y, std::uint64_t sample) const {
     const Camera& camera = scene_.camera;
     const std::uint32_t pixel = y * settings_.width + x;
-    const Numbers u = numbers_of(random_block(settings_.seed, pixel, sample, dimension::film_and_lens));
-    const double time = numbers_of(random_block(settings_.seed, pixel, sample, time_block)).first;
+    const Numbers u =
+        numbers_of(random_block(settings_.generator, settings_.seed, pixel, sample, dimension::film_and_lens));
+    const double time = numbers_of(random_block(settings_.generator, settings_.seed, pixel, sample, time_block)).first;
     const CameraFrame frame = frame_of(camera, time);
     const double width = settings_.width, height = settings_.height;
     const double h = std::tan(0.5 * glm::radians(camera.vertical_field_degrees));
@@ -173,8 +174,8 @@ PathEnd PathSampler::play_roulette(Path& path, std::uint32_t k, double number) c
 
 PathEnd PathSampler::advance(Path& path, std::uint32_t k, TracedVertex& seen) const {
     const auto numbers = [&](std::uint32_t use) {
-        return numbers_of(random_block(
-            settings_.seed, path.pixel, path.sample, dimension::first_vertex + dimension::blocks_per_vertex * k + use));
+        return numbers_of(random_block(settings_.generator, settings_.seed, path.pixel, path.sample,
+            dimension::first_vertex + dimension::blocks_per_vertex * k + use));
     };
     seen.origin = path.ray.origin;
     seen.direction = path.ray.direction;

@@ -52,7 +52,7 @@ Mask<Real> PathTracer<Real, effects, Recorder>::cross_media(
     const I medium = load_ints<Real>(&paths_.interiors.medium[first]);
     const M within = active & !(medium == I(U{no_index}));
     if (none(within)) return at.more.in_medium;
-    const RandomLanes<Real> m = random_numbers(tables_.settings.seed, at.id,
+    const RandomLanes<Real> m = random_numbers<Real>(tables_.settings, at.id,
         at.number * I(U{dimension::blocks_per_vertex}) + I(U{dimension::first_vertex + medium_of_vertex}));
     Vec3<V> weight{V(Real(1)), V(Real(1)), V(Real(1))};
     unsigned scattered = 0;

@@ -205,10 +205,10 @@ void PathTracer<Real, effects, Recorder>::refill() {
         [[maybe_unused]] V time(Real(0));
         if constexpr (moving) {
             if (tables_.moves || tables_.camera.moves)
-                time = random_numbers(tables_.settings.seed, id, I(U{time_block}))[0];
+                time = random_numbers<Real>(tables_.settings, id, I(U{time_block}))[0];
             if (planted(PlantedBug::time_fixed)) time = V(Real(0));
             if (planted(PlantedBug::time_dimension_shared))
-                time = random_numbers(tables_.settings.seed, id, I(U{dimension::film_and_lens}))[3];
+                time = random_numbers<Real>(tables_.settings, id, I(U{dimension::film_and_lens}))[3];
             if (tables_.camera.moves) frame = camera_at(tables_.camera, time);
         }
         const CameraRay<Real> ray = camera_ray(tables_, id, frame);
@@ -390,7 +390,7 @@ template <class Real, std::uint64_t effects, class Recorder>
 void PathTracer<Real, effects, Recorder>::add_direct_light(Vertex& at, M lanes, [[maybe_unused]] std::uint32_t first) {
     if (none(lanes)) return;
     const V zero(Real(0));
-    const RandomLanes<Real> v = random_numbers(tables_.settings.seed, at.id,
+    const RandomLanes<Real> v = random_numbers<Real>(tables_.settings, at.id,
         at.number * I(U{dimension::blocks_per_vertex}) + I(U{dimension::first_vertex + dimension::light}));
     const Receiver<Real> receiver{
         leaving_origin(tables_, at.surface, at.facing), at.facing, at.surface.primitive, !at.front};
@@ -473,7 +473,7 @@ TANDEM_INLINE void PathTracer<Real, effects, Recorder>::play_roulette(
 template <class Real, std::uint64_t effects, class Recorder>
 void PathTracer<Real, effects, Recorder>::scatter(Vertex& at, M lanes, std::uint32_t first) {
     const V zero(Real(0)), one(Real(1));
-    const RandomLanes<Real> u = random_numbers(tables_.settings.seed, at.id,
+    const RandomLanes<Real> u = random_numbers<Real>(tables_.settings, at.id,
         at.number * I(U{dimension::blocks_per_vertex}) + I(U{dimension::first_vertex + dimension::scatter}));
     const M diffuse = has_bit(at.bits, U{material_bits::diffuse}) & lanes;
     Vec3<V> direction = at.facing;

@@ -4,7 +4,8 @@
 
 #include <array>
 
-#include "common/random.h"
+#include "common/renderer.h"
+#include "cpu_ref/generators.h"
 #include "cpu_ref/planted.h"
 #include "cpu_ref/vec3.h"
 
@@ -65,6 +66,19 @@ TANDEM_INLINE RandomLanes<Real> random_numbers(std::uint64_t seed, const SampleI
     }
     RandomLanes<Real> numbers;
     for (std::size_t i = 0; i < 4; ++i) numbers[i] = to_real(c[i] >> 8) * Lanes<Real>(static_cast<Real>(0x1p-24));
+    return numbers;
+}
+
+// Of the generator that was chosen.
+template <class Real>
+TANDEM_INLINE RandomLanes<Real> random_numbers(
+    const RenderSettings& settings, const SampleId<Real>& id, Ints<Real> block) {
+    if (settings.generator == Generator::philox) [[likely]]
+        return random_numbers<Real>(settings.seed, id, block);
+    const WordBlock<Real> words =
+        words_by<Real>(settings.generator, settings.seed, id.pixel, id.sample_low, id.sample_high, block);
+    RandomLanes<Real> numbers;
+    for (std::size_t i = 0; i < 4; ++i) numbers[i] = to_real(words[i] >> 8) * Lanes<Real>(static_cast<Real>(0x1p-24));
     return numbers;
 }
 

@@ -154,6 +154,19 @@ void add_render_options(CLI::App& command, RenderOptions& options) {
         ->check(seed_number())
         ->capture_default_str();
     add_intersection_options(command, options);
+    command
+        .add_option("--generator", options.generator,
+            "Random numbers: philox, hash (cheaper) or sobol (scrambled points, whose error falls faster)")
+        ->check(CLI::IsMember(std::vector<std::string>(generator_names.begin(), generator_names.end())))
+        ->capture_default_str();
+    command
+        .add_option("--clamp", options.clamp,
+            "Cut every sample's channels off at this radiance: less noise, and a bias (default: nothing is cut)")
+        ->check(above_zero(1e30));
+    command
+        .add_option("--fresnel", options.fresnel,
+            "Reflectance of all translucent materials: exact or schlick (default: each one's own)")
+        ->check(CLI::IsMember({"exact", "schlick"}));
 }
 
 namespace {
@@ -202,6 +215,10 @@ IntersectionSettings intersection_from(const RenderOptions& options) {
 
 RenderSettings settings_from(const RenderOptions& options, const Scene& scene) {
     RenderSettings settings = default_settings(scene);
+    if (!options.fresnel.empty()) settings.fresnel = options.fresnel == "exact" ? Fresnel::exact : Fresnel::schlick;
+    if (options.clamp) settings.clamp = *options.clamp;
+    settings.generator =
+        static_cast<Generator>(std::ranges::find(generator_names, options.generator) - generator_names.begin());
     if (!options.size.empty()) apply_size(options.size, settings);
     if (!options.integrator.empty())
         settings.integrator =

@@ -65,6 +65,8 @@ struct RenderOptions {
     std::string triangle_kernel{triangle_kernel_names[0]}, convex_kernel{convex_kernel_names[0]};
     std::string guard{guard_names[0]};
     double epsilon = IntersectionSettings{}.epsilon;
+    std::string generator{generator_names[0]}, fresnel;  // fresnel: empty, the materials' own
+    std::optional<double> clamp;
 };
 void add_render_options(CLI::App& command, RenderOptions& options);
 

@@ -60,9 +60,11 @@ double product_error(const CostReference& reference) {
 }
 
 // b^2: the mean over pixels of (mean - half 1)(mean - half 2) - s^2/R, R replicates, each pixel being free of bias by
-// itself. Pixels are independent given the scene, so their scatter is at least the noise of all that enters: replicates
-// and reference. A few noisy pixels (the edge of a lamp) can hide the bias of all others, so the quiet ones, by the
-// reference's variance, are also looked at alone: what they sum up to is a part of b^2.
+// itself. Its noise follows from that of its parts, pixel by pixel: with v = s^2/R and h the variance of half the
+// reference, 2 (v + h/2)^2 of the deviation's square, h^2/2 of the halves', 2 v^2/(R - 1) of v itself, and 4 b^2 (v +
+// h/2). An outlier in one replicate or one half widens the interval with it. A few noisy pixels (the edge of a lamp)
+// can hide the bias of all others, so the quiet ones, by the reference's variance, are also looked at alone: what they
+// sum up to is a part of b^2.
 struct Bias {
     Estimated square;
     double p = 1.0;  // of b = 0
@@ -70,32 +72,37 @@ struct Bias {
 constexpr double quiet_share = 0.8;
 
 struct PixelSum {
-    double sum = 0.0, squares = 0.0;
-    void add(double term) {
+    double sum = 0.0, variance = 0.0;
+    void add(double term, double error) {
         sum += term;
-        squares += term * term;
+        variance += error * error;
     }
-    [[nodiscard]] double error() const { return std::sqrt(squares); }
-    [[nodiscard]] double p() const { return squares > 0.0 ? normal_upper_tail(sum / error()) : 1.0; }
+    [[nodiscard]] double error() const { return std::sqrt(variance); }
+    [[nodiscard]] double p() const { return variance > 0.0 ? normal_upper_tail(sum / error()) : sum > 0.0 ? 0.0 : 1.0; }
 };
 
 Bias bias_of(const ArmTrials& arm, const CostReference& reference) {
     const std::size_t pixels = arm.sum.size() / channel_count;
     const auto r = static_cast<double>(arm.replicates.size());
-    std::vector<double> terms(pixels, 0.0), noise(pixels, 0.0);
+    std::vector<double> terms(pixels, 0.0), errors(pixels, 0.0), noise(pixels, 0.0);
     for (std::size_t i = 0; i < arm.sum.size(); ++i) {
         const double mean = arm.sum[i] / r, half = reference.half_difference[i];
         const double variance = std::max(0.0, arm.sum_of_squares[i] - r * mean * mean) / (r - 1.0);
-        terms[i / channel_count] += mean * mean - half * half - variance / r;
-        noise[i / channel_count] += reference.half_variance[i];
+        const double term = mean * mean - half * half - variance / r, v = variance / r, h = reference.half_variance[i];
+        const double of_mean = v + 0.5 * h;
+        terms[i / channel_count] += term;
+        // The channels of a pixel share their paths: their errors add up.
+        errors[i / channel_count] += std::sqrt(
+            2.0 * of_mean * of_mean + 0.5 * h * h + 2.0 * v * v / (r - 1.0) + 4.0 * std::max(0.0, term) * of_mean);
+        noise[i / channel_count] += h;
     }
     std::vector<double> sorted(noise);
     const auto quiet = sorted.begin() + static_cast<std::ptrdiff_t>(quiet_share * static_cast<double>(pixels - 1));
     std::ranges::nth_element(sorted, quiet);
     PixelSum all, calm;
     for (std::size_t i = 0; i < pixels; ++i) {
-        all.add(terms[i]);
-        if (noise[i] <= *quiet) calm.add(terms[i]);
+        all.add(terms[i], errors[i]);
+        if (noise[i] <= *quiet) calm.add(terms[i], errors[i]);
     }
     const auto count = static_cast<double>(arm.sum.size());
     const double value = std::max(all.sum, calm.sum);
@@ -134,20 +141,39 @@ Noise noise_of(const ArmTrials& arm, bool independent) {
     return noise;
 }
 
-// d log(root of the squared error) / d log n by least squares; NaN with fewer than three errors above 0.
-double slope_of(const std::vector<std::uint64_t>& samples, const std::vector<double>& squared_errors) {
-    double count = 0.0, x = 0.0, y = 0.0, xx = 0.0, xy = 0.0;
+// d log(root of the squared error) / d log n by least squares, each error weighted by how well its logarithm is known;
+// NaN with fewer than three errors that are known at all.
+double slope_of(const std::vector<std::uint64_t>& samples, const std::vector<double>& squared_errors,
+    const std::vector<double>& weights) {
+    double count = 0.0, sum = 0.0, x = 0.0, y = 0.0, xx = 0.0, xy = 0.0;
     for (std::size_t i = 0; i < samples.size(); ++i) {
-        if (!(squared_errors[i] > 0.0)) continue;
+        if (!(squared_errors[i] > 0.0) || !(weights[i] > 0.0)) continue;
         const double log_n = std::log(static_cast<double>(samples[i])), log_e = 0.5 * std::log(squared_errors[i]);
+        const double w = weights[i];
         count += 1.0;
-        x += log_n;
-        y += log_e;
-        xx += log_n * log_n;
-        xy += log_n * log_e;
+        sum += w;
+        x += w * log_n;
+        y += w * log_e;
+        xx += w * log_n * log_n;
+        xy += w * log_n * log_e;
     }
     if (count < 3.0) return std::numeric_limits<double>::quiet_NaN();
-    return (count * xy - x * y) / (count * xx - x * x);
+    return (sum * xy - x * y) / (sum * xx - x * x);
+}
+
+// 1 / the relative variance of each mean squared error, as replicates and the reference make it; nothing for errors
+// that are lost in that noise. No error counts for more than a hundredth's accuracy: the fit is no better than the
+// straight line.
+std::vector<double> slope_weights(const ArmTrials& arm, double common) {
+    constexpr double lost = 0.5, best = 0.01;
+    std::vector<double> weights;
+    for (std::size_t level = 0; level < arm.samples.size(); ++level) {
+        const SampleMoments moments = moments_of(at_level(arm, &Replicate::squared_errors, level));
+        const double relative = std::sqrt(moments.variance_of_mean() + common * common) / moments.mean;
+        const bool known = moments.mean > 0.0 && relative < lost;
+        weights.push_back(known ? 1.0 / (best * best + relative * relative) : 0.0);
+    }
+    return weights;
 }
 
 // By the jackknife over replicates [Efron, Tibshirani 1993, chapter 11], and the reference's noise, which all share.
@@ -164,15 +190,16 @@ std::optional<Estimated> slope_with_interval(const ArmTrials& arm, double common
         return mean;
     };
     const std::size_t none = arm.replicates.size();
+    const std::vector<double> weights = slope_weights(arm, common);
     std::vector<double> shifted = mean_without(none);
-    const double whole = slope_of(arm.samples, shifted), r = static_cast<double>(none);
+    const double whole = slope_of(arm.samples, shifted, weights), r = static_cast<double>(none);
     SampleMoments partial;
     for (std::size_t left_out = 0; left_out < none; ++left_out)
-        partial.add(slope_of(arm.samples, mean_without(left_out)));
+        partial.add(slope_of(arm.samples, mean_without(left_out), weights));
     for (double& value : shifted) value += common;
     const double half =
         std::hypot(student_quantile(0.975, r - 1.0) * std::sqrt((r - 1.0) * (r - 1.0) * partial.variance_of_mean()),
-            two_sided * (slope_of(arm.samples, shifted) - whole));
+            two_sided * (slope_of(arm.samples, shifted, weights) - whole));
     if (!std::isfinite(whole) || !std::isfinite(half)) return std::nullopt;
     return Estimated{whole, whole - half, whole + half};
 }
@@ -192,6 +219,7 @@ ArmFigures figures_of(const CostArm& arm, const ArmTrials& samples, const CostRe
     const double common = product_error(reference);
     ArmFigures figures;
     figures.arm = arm;
+    figures.independent = arm.settings.render.generator != Generator::sobol;
     figures.replicates = samples.replicates.size();
     figures.invalid = samples.invalid;
     for (std::size_t level = 0; level < samples.samples.size(); ++level) {
@@ -273,7 +301,7 @@ void mark_pareto(std::vector<ArmFigures>& figures) {
         double least = std::numeric_limits<double>::infinity();
         for (ArmFigures& arm : figures) {
             const TimeToError time = arm.time_to(error);
-            if (time.seconds && time.seconds->value < least) {
+            if (time.seconds && arm.is_safe_at(error) && time.seconds->value < least) {
                 least = time.seconds->value;
                 soonest = &arm;
             }
@@ -301,6 +329,10 @@ double seconds_at(const std::vector<CostPoint>& points, double samples) {
 Estimated ArmFigures::bias_floor() const {
     const auto root = [](double square) { return std::sqrt(std::max(0.0, square)); };
     return {root(squared_bias.value), root(squared_bias.low), root(squared_bias.high)};
+}
+
+bool ArmFigures::is_safe_at(double relative_error) const {
+    return arm.keeps_estimate || squared_bias.high < relative_error * relative_error;
 }
 
 TimeToError ArmFigures::time_to(double relative_error) const {
@@ -357,7 +389,10 @@ std::vector<std::size_t> best_settings(const std::vector<ArmFigures>& figures) {
     std::vector<std::size_t> best;
     for (std::size_t i = 1; i < figures.size(); ++i) {
         const ArmFigures& arm = figures[i];
-        if (arm.arm.knob == "mix" || arm.has_floor || !arm.cost_differs || arm.cost_ratio.value >= 1.0) continue;
+        constexpr double aim = 0.01;
+        if (arm.arm.knob == "mix" || arm.has_floor || !arm.is_safe_at(aim) || !arm.cost_differs ||
+            arm.cost_ratio.value >= 1.0)
+            continue;
         const auto same =
             std::ranges::find_if(best, [&](std::size_t j) { return figures[j].arm.knob == arm.arm.knob; });
         if (same == best.end())

@@ -47,6 +47,8 @@ struct ArmFigures {
     bool cost_differs = false;  // significantly, over all arms together (Holm)
     std::uint64_t invalid = 0;
 
+    // Whether its floor is excluded there, by design or by what was measured.
+    [[nodiscard]] bool is_safe_at(double relative_error) const;
     [[nodiscard]] Estimated bias_floor() const;  // b, 0 where b^2 is below it
     // Seconds to any error, as in `times`.
     [[nodiscard]] TimeToError time_to(double relative_error) const;

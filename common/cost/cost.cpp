@@ -96,8 +96,8 @@ json to_json(const ArmFigures& arm) {
         {"bias_floor_high", floor.high}, {"bias_floor_significant", arm.has_floor}, {"efficiency", nullptr},
         {"slope", nullptr}, {"slope_low", nullptr}, {"slope_high", nullptr}, {"seconds_to", times},
         {"seconds_to_one_percent", nullptr}, {"seconds_to_one_percent_extrapolated", arm.times[1].extrapolated},
-        {"pareto", arm.pareto}, {"time_ratio", to_json(arm.time_ratio)}, {"cost_ratio", to_json(arm.cost_ratio)},
-        {"cost_differs", arm.cost_differs}, {"invalid_samples", arm.invalid}};
+        {"pareto", arm.pareto}, {"keeps_estimate", arm.arm.keeps_estimate}, {"time_ratio", to_json(arm.time_ratio)},
+        {"cost_ratio", to_json(arm.cost_ratio)}, {"cost_differs", arm.cost_differs}, {"invalid_samples", arm.invalid}};
     if (arm.efficiency) {
         result["efficiency"] = arm.efficiency->value;
         result["efficiency_low"] = arm.efficiency->low;
@@ -120,7 +120,9 @@ const ArmFigures* soonest(const std::vector<ArmFigures>& figures, double relativ
     for (const ArmFigures& arm : figures) {
         const bool baseline = &arm == figures.data();
         const TimeToError time = arm.time_to(relative_error);
-        if (!time.seconds || (!baseline && !arm.cost_differs && best == figures.data())) continue;
+        if (!time.seconds || (!baseline && !arm.is_safe_at(relative_error)) ||
+            (!baseline && !arm.cost_differs && best == figures.data()))
+            continue;
         if (best != nullptr && time.seconds->value >= least) continue;
         best = &arm;
         least = time.seconds->value;

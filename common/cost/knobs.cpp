@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <limits>
 
 namespace tandem {
 
@@ -16,13 +17,14 @@ bool has_kind(const Scene& scene, bool triangles) {
     });
 }
 
-void add_integrators(std::vector<KnobSetting>& all, const ArmSettings& baseline) {
+void add_integrators(std::vector<KnobSetting>& all, const Scene& scene, const ArmSettings& baseline) {
     for (std::size_t i = 0; i < integrator_names.size(); ++i) {
         const auto integrator = static_cast<Integrator>(i);
         if (integrator == baseline.render.integrator) continue;
         const std::string name(integrator_names[i]);
         all.push_back({"integrator", name, "--integrator " + name,
-            [integrator](ArmSettings& arm) { arm.render.integrator = integrator; }, ""});
+            [integrator](ArmSettings& arm) { arm.render.integrator = integrator; }, "",
+            integrator != Integrator::whitted && (integrator != Integrator::path || scene.lights.empty())});
     }
     // The thesis's table of renderers beside path tracing: what the eye meets, and the light that it receives
     // unblocked.
@@ -31,20 +33,20 @@ void add_integrators(std::vector<KnobSetting>& all, const ArmSettings& baseline)
             arm.render.integrator = Integrator::path;
             arm.render.bounces = 0;
         },
-        ""});
+        "", false});
     all.push_back({"integrator", "ray-casting-with-shadows", "--integrator whitted --bounces 1",
         [](ArmSettings& arm) {
             arm.render.integrator = Integrator::whitted;
             arm.render.bounces = 1;
         },
-        ""});
+        "", false});
 }
 
 void add_path_lengths(std::vector<KnobSetting>& all, const ArmSettings& baseline) {
     for (const std::uint32_t bounces : {1u, 2u, 4u, 8u, 16u, 32u})
         if (bounces != baseline.render.bounces)
             all.push_back({"bounces", std::to_string(bounces), fmt::format("--bounces {}", bounces),
-                [bounces](ArmSettings& arm) { arm.render.bounces = bounces; }, ""});
+                [bounces](ArmSettings& arm) { arm.render.bounces = bounces; }, "", bounces > baseline.render.bounces});
     for (const std::uint32_t start : {1u, 4u, 8u})
         all.push_back(
             {"roulette", std::to_string(start), fmt::format("--roulette {} --bounces {}", start, unlimited_bounces),
@@ -66,21 +68,21 @@ void add_intersections(
         if (kernel == base.triangles || (of_embree && backend != "cpu")) continue;
         const std::string name(triangle_kernel_names[i]);
         all.push_back({"triangle-kernel", name, "--triangle-kernel " + name,
-            [kernel](ArmSettings& arm) { arm.render.intersection.triangles = kernel; }, no_triangles});
+            [kernel](ArmSettings& arm) { arm.render.intersection.triangles = kernel; }, no_triangles, false});
     }
     for (std::size_t i = 0; i < convex_kernel_names.size(); ++i) {
         const auto kernel = static_cast<ConvexKernel>(i);
         if (kernel == base.convex) continue;
         const std::string name(convex_kernel_names[i]);
         all.push_back({"convex-kernel", name, "--convex-kernel " + name,
-            [kernel](ArmSettings& arm) { arm.render.intersection.convex = kernel; }, no_convex});
+            [kernel](ArmSettings& arm) { arm.render.intersection.convex = kernel; }, no_convex, false});
     }
     for (std::size_t i = 0; i < guard_names.size(); ++i) {
         const auto guard = static_cast<SelfIntersectionGuard>(i);
         if (guard == base.guard) continue;
         const std::string name(guard_names[i]);
         all.push_back({"guard", name, "--guard " + name,
-            [guard](ArmSettings& arm) { arm.render.intersection.guard = guard; }, ""});
+            [guard](ArmSettings& arm) { arm.render.intersection.guard = guard; }, "", false});
     }
 }
 
@@ -94,12 +96,44 @@ void add_precisions(std::vector<KnobSetting>& all, const ArmSettings& baseline) 
     }
 }
 
+void add_samplings(std::vector<KnobSetting>& all, const Scene& scene, const ArmSettings& baseline, double mean) {
+    for (std::size_t i = 0; i < generator_names.size(); ++i) {
+        const auto generator = static_cast<Generator>(i);
+        if (generator == baseline.render.generator) continue;
+        const std::string name(generator_names[i]);
+        all.push_back({"generator", name, "--generator " + name,
+            [generator](ArmSettings& arm) { arm.render.generator = generator; }, ""});
+    }
+    for (const double means : {4.0, 16.0, 64.0}) {
+        const std::string setting = fmt::format("{:g} means", means);
+        // So that what is measured is what the option says.
+        const std::string value = fmt::format("{:.3g}", means * mean);
+        const double clamp = std::stod(value);
+        all.push_back({"clamp", setting, mean > 0.0 ? "--clamp " + value : "--clamp at that many means of the image",
+            [clamp](ArmSettings& arm) { arm.render.clamp = clamp; }, "", false});
+    }
+    const auto translucent = [](const Material& material) { return material.translucent; };
+    const bool any = std::ranges::any_of(scene.materials, translucent);
+    for (const Fresnel fresnel : {Fresnel::exact, Fresnel::schlick}) {
+        const auto has = [&](const Material& material) {
+            return translucent(material) && baseline.render.fresnel.value_or(material.fresnel) != fresnel;
+        };
+        if (any && std::ranges::none_of(scene.materials, has)) continue;
+        const std::string name = fresnel == Fresnel::exact ? "exact" : "schlick";
+        all.push_back(
+            {"fresnel", name, "--fresnel " + name, [fresnel](ArmSettings& arm) { arm.render.fresnel = fresnel; },
+                any ? "" : "the scene has no translucent materials", false});
+    }
+}
+
 }  // namespace
 
-std::vector<KnobSetting> knob_settings(const Scene& scene, const ArmSettings& baseline, const std::string& backend) {
+std::vector<KnobSetting> knob_settings(
+    const Scene& scene, const ArmSettings& baseline, const std::string& backend, double mean) {
     std::vector<KnobSetting> all;
-    add_integrators(all, baseline);
+    add_integrators(all, scene, baseline);
     add_path_lengths(all, baseline);
+    add_samplings(all, scene, baseline, mean);
     add_precisions(all, baseline);
     add_intersections(all, scene, baseline, backend);
     return all;
@@ -114,6 +148,9 @@ ArmSettings reference_settings(const Scene& scene, const ArmSettings& baseline, 
     reference.render.bounces = unlimited_bounces;
     reference.render.roulette_start = reference_roulette;
     reference.render.intersection = IntersectionSettings{};
+    reference.render.generator = Generator::philox;
+    reference.render.clamp = std::numeric_limits<double>::infinity();
+    reference.render.fresnel.reset();
     reference.backend = BackendOptions{};
     if (reference_backend == "cpu") reference.backend.precision = Precision::double_precision;
     return reference;

@@ -22,12 +22,16 @@ struct KnobSetting {
     std::string options;        // of `tandem render`: "--integrator next-event"
     std::function<void(ArmSettings&)> apply;
     std::string reason;  // why it cannot matter in this scene; empty: it may
+    // Whether its estimate has the mean of the unlimited transport equation by design, but for rounding; else it is not
+    // recommended for errors that its floor may reach.
+    bool keeps_estimate = true;
 };
 
 // Every setting of every knob but those that the baseline has already. What a backend lacks it refuses when the arm is
 // prepared, with its reason.
+// `mean`: of the image, which clamps are multiples of; 0: not known yet, then their options say so.
 [[nodiscard]] std::vector<KnobSetting> knob_settings(
-    const Scene& scene, const ArmSettings& baseline, const std::string& backend);
+    const Scene& scene, const ArmSettings& baseline, const std::string& backend, double mean);
 
 // Scattering events that a path may have where roulette is to end it: enough that what is cut off is nothing, as long
 // as some light is absorbed at every event (0.95^256 = 2e-6).

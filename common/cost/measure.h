@@ -18,6 +18,7 @@ struct CostArm {
     std::string knob, setting;  // "baseline", "" for the baseline
     std::string options;        // of `tandem render`
     ArmSettings settings;
+    bool keeps_estimate = true;  // as KnobSetting's
     [[nodiscard]] std::string name() const { return setting.empty() ? knob : knob + " " + setting; }
 };
 

@@ -30,12 +30,15 @@ std::string text_of(const ArmSettings& settings, const RendererInfo& info) {
     const RenderSettings& render = settings.render;
     const IntersectionSettings& meeting = render.intersection;
     return fmt::format(
-        "{}x{} seed {} {} bounces {} roulette {} rays {} {} kernels {} {} {} {} on {} {} {} precision {} {}",
+        "{}x{} seed {} {} bounces {} roulette {} rays {} {} kernels {} {} {} {} on {} {} {} precision {} {} generator "
+        "{} "
+        "clamp {} fresnel {}",
         render.width, render.height, render.seed, integrator_name(render.integrator), render.bounces,
         render.roulette_start, render.ray_min, render.ray_max, static_cast<int>(meeting.triangles),
         static_cast<int>(meeting.convex), static_cast<int>(meeting.guard), meeting.epsilon, info.backend, info.device,
         info.driver, settings.backend.precision ? static_cast<int>(*settings.backend.precision) : -1,
-        settings.backend.kernel);
+        settings.backend.kernel, static_cast<int>(render.generator), render.clamp,
+        render.fresnel ? static_cast<int>(*render.fresnel) : -1);
 }
 
 // What the reference's bits depend on: the file, the settings, the machine, the program, and, for models and textures
@@ -105,13 +108,14 @@ CostReference make_reference(const Scene& scene, const CostRequest& request, con
 
 CostArm mixed(
     const std::vector<ArmFigures>& figures, const std::vector<KnobSetting>& knobs, const CostRequest& request) {
-    CostArm mix{"mix", "", "", request.baseline};
+    CostArm mix{"mix", "", "", request.baseline, true};
     for (const std::size_t best : best_settings(figures)) {
         const CostArm& arm = figures[best].arm;
         const auto knob = std::ranges::find_if(
             knobs, [&](const KnobSetting& one) { return one.knob == arm.knob && one.setting == arm.setting; });
         if (knob == knobs.end()) continue;
         knob->apply(mix.settings);
+        mix.keeps_estimate = mix.keeps_estimate && knob->keeps_estimate;
         mix.setting += (mix.setting.empty() ? "" : " + ") + arm.name();
         mix.options += (mix.options.empty() ? "" : " ") + arm.options;
     }
@@ -135,17 +139,16 @@ void check_knobs(const std::vector<KnobSetting>& all, const std::vector<std::str
 
 }  // namespace
 
-std::vector<CostArm> single_arms(const Scene& scene, const CostRequest& request, std::vector<SkippedArm>& skipped) {
-    const std::vector<KnobSetting> all = knob_settings(scene, request.baseline, request.backend);
-    check_knobs(all, request.knobs);
-    std::vector<CostArm> arms{{"baseline", "", "", request.baseline}};
-    for (const KnobSetting& one : all) {
+std::vector<CostArm> single_arms(
+    const Scene& scene, const CostRequest& request, double mean, std::vector<SkippedArm>& skipped) {
+    std::vector<CostArm> arms;
+    for (const KnobSetting& one : knob_settings(scene, request.baseline, request.backend, mean)) {
         if (!request.knobs.empty() && std::ranges::find(request.knobs, one.knob) == request.knobs.end()) continue;
         if (!one.reason.empty()) {
             skipped.push_back({one.knob, one.setting, one.reason});
             continue;
         }
-        CostArm arm{one.knob, one.setting, one.options, request.baseline};
+        CostArm arm{one.knob, one.setting, one.options, request.baseline, one.keeps_estimate};
         one.apply(arm.settings);
         arms.push_back(std::move(arm));
     }
@@ -167,9 +170,9 @@ CostReport run_cost(const Scene& scene, CostRequest request, const CostControl& 
     report.height = request.baseline.render.height;
 
     CostExperiment experiment(scene, request.make, request.seed);
-    for (const CostArm& arm : single_arms(scene, request, report.skipped))
-        if (!experiment.add(arm) && arm.knob == "baseline")
-            throw UnsupportedError(experiment.skipped().back().reason);  // nothing to hold the others against
+    check_knobs(knob_settings(scene, request.baseline, request.backend, 0.0), request.knobs);
+    if (!experiment.add({"baseline", "", "", request.baseline, true}))
+        throw UnsupportedError(experiment.skipped().back().reason);  // nothing to hold the others against
     CostSamples samples;
     samples.reference = make_reference(scene, request, within(control, 0.0, reference_share));
     const RendererInfo info = experiment.info();
@@ -178,6 +181,8 @@ CostReport run_cost(const Scene& scene, CostRequest request, const CostControl& 
         if (request.earlier->key != samples.key) throw other_measurement();
         samples = std::move(*request.earlier);
     }
+    const double mean = samples.reference.image_mean();
+    for (const CostArm& arm : single_arms(scene, request, mean, report.skipped)) experiment.add(arm);
     report.device = info.device;
     report.driver = info.driver;
     const double before = samples.seconds;
@@ -196,7 +201,7 @@ CostReport run_cost(const Scene& scene, CostRequest request, const CostControl& 
     experiment.measure(names_of(experiment.arms()), std::max(0.0, left * (1.0 - mix_share)), samples,
         within(saving, reference_share, 1.0 - mix_share));
     std::vector<ArmFigures> figures = analyse_cost(experiment.arms(), samples);
-    const CostArm mix = mixed(figures, knob_settings(scene, request.baseline, request.backend), request);
+    const CostArm mix = mixed(figures, knob_settings(scene, request.baseline, request.backend, mean), request);
     if (!mix.setting.empty() && !control.stop.stop_requested() && experiment.add(mix)) {
         std::vector<std::string> names{"baseline", mix.name()};
         for (const std::size_t best : best_settings(figures)) names.push_back(figures[best].arm.name());

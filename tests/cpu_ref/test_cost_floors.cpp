@@ -53,5 +53,63 @@ TEST_CASE("cost: a bounce limit in a furnace leaves the rest of the geometric se
     CHECK(seen == 3);  // 1, 2 and 4 events
 }
 
+TEST_CASE("cost: a clamp leaves a floor of the radiance that it cuts off") {
+    // A lamp of radiance L before black, of which a pixel sees the share f: mean f L, cut off to f X. So the floor is
+    // (1 - X/L) of the root mean square of the pixels over their mean.
+    const Scene scene = SceneBuilder()
+                            .camera({0.0, 0.0, 4.0}, {0.0, 0.0, 0.0}, 40.0)
+                            .sphere(emitter(dvec3(10.0)), {0.1, 0.2, 0.0}, 0.4)
+                            .scene();
+    RenderSettings settings;
+    settings.bounces = 2;
+    const CostReport report = run_cost(scene, request_for(settings, "clamp"), {});
+    const CostReference& reference = report.reference;
+    double squares = 0.0;
+    for (const double value : reference.mean) squares += value * value;
+    const double spread = std::sqrt(squares / static_cast<double>(reference.mean.size())) / reference.image_mean();
+    std::size_t biased = 0;
+    for (const ArmFigures& arm : report.figures) {
+        CAPTURE(arm.arm.name());
+        const double truth = std::max(0.0, 1.0 - arm.arm.settings.render.clamp / 10.0) * spread;
+        if (truth == 0.0) {
+            CHECK_FALSE(arm.has_floor);
+            continue;
+        }
+        ++biased;
+        CHECK(arm.has_floor);
+        CHECK(arm.bias_floor().value == doctest::Approx(truth).epsilon(0.03));
+        CHECK_FALSE(arm.time_to(0.01).seconds.has_value());
+        CHECK_FALSE(arm.is_safe_at(0.01));
+    }
+    CHECK(biased >= 1);  // 4 means of the image; 64 are above the lamp's radiance
+    CHECK(soonest(report.figures, 0.01) == &report.figures.front());
+}
+
+TEST_CASE("cost: scrambled Sobol points have a steeper slope than independent numbers, and no floor") {
+    // Edges in pixels: the error of n points falls about as n^-3/4.
+    const Scene scene = SceneBuilder()
+                            .camera({0.0, 0.0, 4.0}, {0.0, 0.0, 0.0}, 40.0)
+                            .sphere(emitter(dvec3(10.0)), {0.1, 0.2, 0.0}, 1.0)
+                            .scene();
+    RenderSettings settings;
+    settings.bounces = 1;
+    const CostReport report = run_cost(scene, request_for(settings, "generator"), {});
+    for (const ArmFigures& arm : report.figures) {
+        CAPTURE(arm.arm.name());
+        REQUIRE(arm.slope.has_value());
+        CAPTURE(arm.slope->value);
+        CAPTURE(arm.points.back().samples);
+        CAPTURE(arm.replicates);
+        CHECK_FALSE(arm.has_floor);
+        if (arm.arm.setting == "sobol") {
+            CHECK_FALSE(arm.independent);
+            CHECK(arm.slope->high < -0.6);
+            CHECK(arm.cost_ratio.high < 1.0);
+        } else {
+            CHECK(std::abs(arm.slope->value + 0.5) <= 3.0 * (arm.slope->high - arm.slope->value));
+        }
+    }
+}
+
 }  // namespace
 }  // namespace tandem

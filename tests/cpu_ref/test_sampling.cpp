@@ -44,6 +44,29 @@ TEST_CASE_TEMPLATE("the lanes' random numbers are those of the common generator"
     }
 }
 
+TEST_CASE_TEMPLATE("the lanes' numbers of every other generator are the common ones too", Real, float, double) {
+    RenderSettings settings;
+    settings.seed = 0xFEDCBA9876543210ull;
+    for (const Generator generator : {Generator::hash, Generator::sobol})
+        for (const std::uint32_t block : {0u, 1u, 4u, 5u, 6u, 9u, 401u}) {
+            settings.generator = generator;
+            SampleId<Real> id;
+            for (int i = 0; i < lane_count<Real>; ++i) {
+                id.pixel.v[i] = static_cast<std::uint32_t>(0x9E3779B9u * static_cast<unsigned>(i + 1));
+                id.sample_low.v[i] = static_cast<std::uint32_t>(0xFFFFFFFFu - 3u * static_cast<unsigned>(i));
+                id.sample_high.v[i] = static_cast<UnsignedOf<Real>>(i / 2);
+            }
+            const RandomLanes<Real> numbers =
+                random_numbers<Real>(settings, id, Ints<Real>(static_cast<UnsignedOf<Real>>(block)));
+            for (int i = 0; i < lane_count<Real>; ++i) {
+                const std::uint64_t sample = (std::uint64_t{id.sample_high.v[i]} << 32) | id.sample_low.v[i];
+                const RandomBlock expected =
+                    random_block(generator, settings.seed, static_cast<std::uint32_t>(id.pixel.v[i]), sample, block);
+                for (std::size_t k = 0; k < 4; ++k) CHECK(numbers[k][i] == to_unit<Real>(expected[k]));
+            }
+        }
+}
+
 TEST_CASE_TEMPLATE("sine and cosine are within 2 ulp of 1", Real, float, double) {
     double worst = 0.0;
     // Every 37th of the 2^24 numbers there are.

@@ -70,7 +70,9 @@ Specialisation specialise(const Device& device, const Scene& described, const Sc
         path_state(effects, general, scene), fit && !on_cpu && !general,
         unrolled ? std::optional(describe_unrolled(scene)) : std::nullopt, count(scene.triangle_count),
         count(scene.sphere_count), count(scene.cuboid_count), trees.triangles, trees.spheres, trees.cuboids,
-        to_distance(settings.ray_min), to_distance(settings.ray_max), fault, settings.intersection};
+        to_distance(settings.ray_min), to_distance(settings.ray_max), fault, settings.intersection, false,
+        std::isfinite(settings.clamp) ? std::optional(static_cast<float>(settings.clamp)) : std::nullopt,
+        settings.generator};
 }
 
 RenderSettings checked(RenderSettings settings) {

@@ -58,11 +58,13 @@ public:
             fmt::format("Vulkan {}.{}.{}", device.api_major, device.api_minor, device.api_patch), true};
     }
 
-    [[nodiscard]] std::unique_ptr<RenderJob> prepare(const Scene& scene, const RenderSettings& settings) override {
+    [[nodiscard]] std::unique_ptr<RenderJob> prepare(const Scene& given, const RenderSettings& settings) override {
         if (geometry_ != GeometryPrecision::single_precision)
             throw UnsupportedError(
                 "the Vulkan renderer traces given rays in double (tandem stability), but paths in float: few devices "
                 "have fast doubles; use --precision single, or the cpu or oracle backend in double");
+        const std::optional<Scene> changed = changed_by(settings, given);
+        const Scene& scene = changed ? *changed : given;
         Patterns patterns;
         patterns.kernel = shape_.value_or(fastest_shape(device_->description().type, needed_effects(scene, settings)));
         return std::make_unique<VulkanJob>(

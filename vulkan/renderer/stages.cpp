@@ -25,6 +25,9 @@ std::vector<SpecialisationConstant> Specialisation::constants() const {
     const UnrolledPrimitives told = unrolled.value_or(UnrolledPrimitives{});
     result.push_back({22, told.aligned_cuboids});
     for (std::uint32_t i = 0; i < told.corners.size(); ++i) result.push_back({60 + i, told.corners[i]});
+    result.push_back({24, clamp.has_value()});
+    result.push_back({25, std::bit_cast<std::uint32_t>(clamp.value_or(0.0F))});
+    result.push_back({26, static_cast<std::uint32_t>(generator)});
     if (shaders_hold_planted_bugs()) {
         result.push_back({30, std::bit_cast<std::uint32_t>(static_cast<float>(planted_bug.amount))});
         result.push_back({31, static_cast<std::uint32_t>(planted_bug.bug)});

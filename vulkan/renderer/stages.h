@@ -34,7 +34,9 @@ struct Specialisation {
     float ray_min = 0, ray_max = 0;
     PlantedFault planted_bug;
     IntersectionSettings intersection;
-    bool hands_on_floats = false;                         // of geometry in double: mixed precision
+    bool hands_on_floats = false;  // of geometry in double: mixed precision
+    std::optional<float> clamp = std::nullopt;
+    Generator generator = Generator::philox;
     std::vector<SpecialisationConstant> parameters = {};  // ParameterPattern::specialisation's
 
     [[nodiscard]] std::vector<SpecialisationConstant> constants() const;
