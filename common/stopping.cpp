@@ -6,6 +6,9 @@
 #include <condition_variable>
 #include <mutex>
 #include <thread>
+#include <vector>
+
+#include "common/statistics/distributions.h"
 
 namespace tandem {
 
@@ -60,6 +63,47 @@ double fraction_done(const StoppingRule& rule, double samples, double seconds, s
     return fraction;
 }
 
+// Samples of one part, and their variance, mean over pixels and channels.
+struct PartVariance {
+    double count = 0.0, variance = 0.0;
+};
+
+PartVariance part_variance(const Estimate& estimate) {
+    const std::uint64_t count = estimate.count();
+    const std::vector<double> variances = variance_of(estimate);
+    double sum = 0.0;
+    for (const double variance : variances) sum += variance;
+    return {static_cast<double>(count), sum / static_cast<double>(variances.size())};
+}
+
+// Of the root of a mean of squared errors whose expectation is sum v_p / P: by how much such a mean itself scatters (a
+// pixel's channels, which share paths, counting as one: 2 sum v_p^2 / (sum v_p)^2), and by how much the variances may
+// be misjudged, which the parts of the render show.
+std::optional<ErrorInterval> interval_of(
+    const Estimate& estimate, double relative_error, const std::vector<PartVariance>& parts) {
+    double count = 0.0, mean = 0.0, squares = 0.0;
+    for (const PartVariance& part : parts) {
+        count += part.count;
+        mean += part.count * part.variance;
+    }
+    if (parts.size() < 2 || !(mean > 0.0)) return std::nullopt;
+    mean /= count;
+    for (const PartVariance& part : parts) squares += part.count * (part.variance - mean) * (part.variance - mean);
+    const double degrees = static_cast<double>(parts.size()) - 1.0;
+    const double misjudged = std::sqrt(squares / degrees / count) / mean;
+    const std::vector<double> variances = variance_of(estimate);
+    double sum = 0.0, of_squares = 0.0;
+    for (std::size_t pixel = 0; pixel < variances.size(); pixel += channel_count) {
+        double own = 0.0;
+        for (std::size_t c = 0; c < channel_count; ++c) own += variances[pixel + c];
+        sum += own;
+        of_squares += own * own;
+    }
+    const double half = 0.5 * std::hypot(normal_quantile(0.975) * std::sqrt(2.0 * of_squares) / sum,
+                                  student_quantile(0.975, degrees) * misjudged);
+    return ErrorInterval{relative_error * std::exp(-half), relative_error * std::exp(half)};
+}
+
 }  // namespace
 
 std::optional<double> relative_error_of(const Estimate& estimate) {
@@ -86,6 +130,7 @@ StoppedRender render_until(RenderJob& job, const StoppingRule& rule, std::stop_t
     const Deadline deadline(ending, when);
 
     StoppedRender result;
+    std::vector<PartVariance> parts;
     std::uint64_t done = 0;
     for (;;) {
         const std::uint64_t end = next_end(rule, done, result.relative_error);
@@ -104,6 +149,7 @@ StoppedRender render_until(RenderJob& job, const StoppingRule& rule, std::stop_t
         }
         const std::uint64_t count = part.estimate.count();
         result.seconds += part.seconds;
+        if (rule.relative_error && count > 1) parts.push_back(part_variance(part.estimate));
         if (part.device_seconds) result.device_seconds = result.device_seconds.value_or(0.0) + *part.device_seconds;
         if (done == 0)
             result.estimate = std::move(part.estimate);
@@ -123,6 +169,8 @@ StoppedRender render_until(RenderJob& job, const StoppingRule& rule, std::stop_t
             break;
         }
     }
+    if (result.relative_error)
+        result.relative_error_interval = interval_of(result.estimate, *result.relative_error, parts);
     return result;
 }
 

@@ -20,12 +20,18 @@ struct RenderProgress {
     std::optional<double> relative_error;
 };
 
+// An error and the interval that holds what an image like this one really has, with 95 %.
+struct ErrorInterval {
+    double low = 0.0, high = 0.0;
+};
+
 struct StoppedRender {
     Estimate estimate;
     double seconds = 0.0;  // of rendering
     std::optional<double> device_seconds;
-    std::optional<double> relative_error;  // none below two samples
-    bool complete = true;                  // false: stop request, or an error asked for of a black image
+    std::optional<double> relative_error;                  // none below two samples
+    std::optional<ErrorInterval> relative_error_interval;  // none without two renders of parts
+    bool complete = true;  // false: stop request, or an error asked for of a black image
 };
 
 // Root mean square, over pixels and channels, of the standard error of the mean, divided by the mean over pixels and

@@ -7,6 +7,7 @@
 
 #include "common/commands/command.h"
 #include "common/commands/console.h"
+#include "common/cost/choose_settings.h"
 #include "common/error.h"
 #include "common/image_io.h"
 #include "common/scene_loader.h"
@@ -51,31 +52,74 @@ nlohmann::json describe(const RenderArguments& arguments, const RenderSettings& 
         {"integrator", integrator_name(settings.integrator)}, {"bounces", settings.bounces},
         {"precision", arguments.precision.empty() ? "default" : arguments.precision},
         {"triangle_kernel", arguments.options.triangle_kernel}, {"convex_kernel", arguments.options.convex_kernel},
-        {"guard", arguments.options.guard}, {"seconds", result.seconds}, {"paths", paths},
-        {"paths_per_second", result.seconds > 0.0 ? paths / result.seconds : 0.0},
+        {"guard", arguments.options.guard}, {"generator", arguments.options.generator}, {"seconds", result.seconds},
+        {"paths", paths}, {"paths_per_second", result.seconds > 0.0 ? paths / result.seconds : 0.0},
         {"invalid_samples", result.estimate.invalid()}, {"complete", result.complete}};
+    if (arguments.options.clamp) report["clamp"] = *arguments.options.clamp;
+    if (!arguments.options.fresnel.empty()) report["fresnel"] = arguments.options.fresnel;
     if (settings.roulette_start != no_roulette) report["roulette"] = settings.roulette_start;
     if (result.relative_error) report["relative_error"] = *result.relative_error;
+    if (result.relative_error_interval) {
+        report["relative_error_low"] = result.relative_error_interval->low;
+        report["relative_error_high"] = result.relative_error_interval->high;
+    }
     if (result.device_seconds) report["device_seconds"] = *result.device_seconds;
     return report;
 }
 
-void write_output(const RenderArguments& arguments, const nlohmann::json& report, const Estimate& estimate) {
+void write_output(
+    const RenderArguments& arguments, const nlohmann::json& report, const Estimate& estimate, bool independent) {
     std::map<std::string, std::string> metadata;
     for (const auto& [key, value] : report.items())
         metadata["tandem:" + key] = value.is_string() ? value.get<std::string>() : value.dump();
-    const Image image = image_of(estimate, metadata);
+    const Image image = image_of(estimate, metadata, independent);
     if (std::filesystem::path(arguments.output).extension() == ".png")
         write_png(arguments.output, image, arguments.exposure);
     else
         write_image(arguments.output, image);
 }
 
+// For a target error also chooses what the user has left open of `settings`.
+std::unique_ptr<RenderJob> prepare(const RenderArguments& arguments, const Scene& scene, Renderer& renderer,
+    const StoppingRule& rule, RenderSettings& settings, const CommandContext& context) {
+    const OpenSettings open{
+        .integrator = arguments.options.integrator.empty(), .roulette = !arguments.options.roulette.has_value()};
+    if (!rule.relative_error || (!open.integrator && !open.roulette)) return renderer.prepare(scene, settings);
+    constexpr double share = 0.1, most = 5.0;  // of the time, seconds
+    const double seconds = rule.seconds ? std::min(most, share * *rule.seconds) : most;
+    SettingsChoice choice = choose_settings(scene, settings, open, renderer, seconds, context.stop);
+    settings = choice.settings;
+    if (context.verbose)
+        for (const SettingsTrial& trial : choice.trials)
+            fmt::print(stderr, "tried {}: {:.3g} times the cost{}\n",
+                trial.options.empty() ? "the scene's own settings" : trial.options,
+                trial.cost / choice.trials.front().cost, &trial == &choice.trials[choice.chosen] ? ", chosen" : "");
+    if (choice.chosen > 0)
+        fmt::print("settings chosen for the target error: {} (--integrator and --roulette fix them)\n",
+            choice.trials[choice.chosen].options);
+    return std::move(choice.job);
+}
+
+std::string error_text(const StoppedRender& result) {
+    if (!result.relative_error) return "";
+    std::string text = fmt::format(", error {:.2g} % of the mean", 100.0 * *result.relative_error);
+    if (result.relative_error_interval)
+        text += fmt::format(" ({:.2g} to {:.2g} %)", 100.0 * result.relative_error_interval->low,
+            100.0 * result.relative_error_interval->high);
+    return text;
+}
+
 ExitStatus render(const RenderArguments& arguments, const CommandContext& context) {
     const Scene scene = load_scene(arguments.scene);
-    const RenderSettings settings = settings_from(arguments.options, scene);
+    RenderSettings settings = settings_from(arguments.options, scene);
     check_memory(settings);
     const StoppingRule rule = stopping_rule(arguments);
+    // The scatter of a pixel's Sobol samples says nothing of the error of their mean (MODEL.md section 3.2).
+    const bool independent = settings.generator != Generator::sobol;
+    if (rule.relative_error && !independent)
+        throw UnsupportedError(
+            "--target-error needs samples that are independent, to know the error by; with --generator sobol give "
+            "--samples or --time (tandem cost says how many samples an error takes)");
     check_outputs({arguments.output, context.json_file}, {arguments.scene});
     check_writable_image(arguments.output);
 
@@ -85,7 +129,7 @@ ExitStatus render(const RenderArguments& arguments, const CommandContext& contex
         .kernel = arguments.kernel,
         .threads = arguments.threads,
         .validation = arguments.validation});
-    const std::unique_ptr<RenderJob> job = renderer->prepare(scene, settings);
+    const std::unique_ptr<RenderJob> job = prepare(arguments, scene, *renderer, rule, settings, context);
     if (context.verbose)
         fmt::print(stderr, "{} on {} ({}), {}x{}\n", scene.name, renderer->info().device, renderer->info().driver,
             settings.width, settings.height);
@@ -93,17 +137,19 @@ ExitStatus render(const RenderArguments& arguments, const CommandContext& contex
     StoppedRender result;
     {
         ProgressLine line;
-        result = render_until(*job, rule, context.stop,
-            [&](const RenderProgress& progress) { line.update(progress.fraction, progress_text(progress)); });
+        result = render_until(*job, rule, context.stop, [&](RenderProgress progress) {
+            if (!independent) progress.relative_error.reset();
+            line.update(progress.fraction, progress_text(progress));
+        });
     }
+    if (!independent) result.relative_error.reset();
     if (result.estimate.count() == 0) throw Error("stopped before a sample of every pixel was done; nothing to write");
 
     const nlohmann::json report = describe(arguments, settings, renderer->info(), scene, result);
-    write_output(arguments, report, result.estimate);
+    write_output(arguments, report, result.estimate, independent);
     write_json(context, report);
     fmt::print("{}: {} samples a pixel in {:.2f} s, {:.3g} Mpaths/s{}{}\n", arguments.output, result.estimate.count(),
-        result.seconds, report.at("paths_per_second").get<double>() / 1e6,
-        result.relative_error ? fmt::format(", error {:.2g} % of the mean", 100.0 * *result.relative_error) : "",
+        result.seconds, report.at("paths_per_second").get<double>() / 1e6, error_text(result),
         result.complete ? "" : " (stopped early)");
     if (result.estimate.invalid() > 0) {
         fmt::print(stderr, "tandem: {} samples were not finite or negative (MODEL.md section 12)\n",
@@ -146,7 +192,8 @@ void add_how_long(CLI::App& command, RenderArguments& arguments) {
         ->check(whole_between(1, std::uint64_t{1} << 40));
     command.add_option("--time", arguments.seconds, "Seconds to render for, at most")->check(above_zero(most_seconds));
     command.add_option("--target-error", arguments.target_error,
-        "Stop when the root mean square standard error of the pixels, relative to the image mean, is below this: 5%");
+        "Stop when the root mean square standard error of the pixels, relative to the image mean, is below this: 5%. "
+        "What --integrator and --roulette leave open is chosen by a short trial, within what gives the same image");
 }
 
 }  // namespace

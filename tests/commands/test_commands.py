@@ -234,6 +234,32 @@ class Commands(unittest.TestCase):
         self.assertEqual(result.returncode, 0, result.stderr)
         self.assertLessEqual(json.loads(figures.read_text())["relative_error"], 0.01)
 
+    def test_target_error_chooses_what_is_left_open_and_says_its_interval(self):
+        figures = self.folder / "out.json"
+        arguments = ["render", SCENES / "cornell-classic.json", "--size", "16", "-o", self.folder / "out.pfm",
+                     "--target-error", "30%", "--time", "20", "--json", figures]
+        result = tandem(*arguments)
+        self.assertEqual(result.returncode, 0, result.stderr)
+        told = json.loads(figures.read_text())
+        self.assertLessEqual(told["relative_error"], 0.3)
+        self.assertLess(told["relative_error_low"], told["relative_error"])
+        self.assertGreater(told["relative_error_high"], told["relative_error"])
+        if told["integrator"] != "next-event" or "roulette" in told:
+            self.assertIn("settings chosen for the target error: --", result.stdout)
+        result = tandem(*arguments, "--integrator", "path", "--roulette", "0")
+        self.assertEqual(result.returncode, 0, result.stderr)
+        self.assertEqual(json.loads(figures.read_text())["integrator"], "path")
+        self.assertNotIn("settings chosen", result.stdout)
+
+    def test_sobol_samples_tell_no_error(self):
+        figures = self.folder / "out.json"
+        render = ["render", self.scene, "-o", self.folder / "out.exr", "--generator", "sobol", "--json", figures]
+        self.refused(tandem(*render, "--target-error", "1%"), "--target-error", "independent")
+        self.assertEqual(tandem(*render).returncode, 0)
+        self.assertNotIn("relative_error", json.loads(figures.read_text()))
+        # Without variances one image is no evidence of anything; several scramblings are.
+        self.refused(tandem("compare", self.folder / "out.exr", "vs", self.folder / "out.exr"), "out.exr")
+
     def test_interrupt_keeps_what_was_rendered(self):
         out, figures = self.folder / "out.exr", self.folder / "out.json"
         with subprocess.Popen([TANDEM, "render", SCENES / "cornell-classic.json", "-o", out, "--size", "64", "--samples",

@@ -1,6 +1,8 @@
 // Rendering until enough: which of samples, error, time and stop request ends a render.
 #include <doctest/doctest.h>
 
+#include <cmath>
+
 #include "common/stopping.h"
 #include "tests/common/synthetic_renderer.h"
 
@@ -74,4 +76,35 @@ TEST_CASE("a render by time ends") {
     const StoppedRender result = stopped({.samples = {}, .seconds = 0.01, .relative_error = {}}, noisy);
     CHECK(result.estimate.count() > 0);
     CHECK(result.complete);
+}
+
+TEST_CASE("a target error is met, and the interval that is stated holds the error that the image has") {
+    // Light tails and heavier ones, unevenly over the image; the truth is 1 everywhere.
+    const auto uneven = [](std::uint32_t x, std::uint32_t, SampleRandom& random) {
+        const double value = x % 4 == 0 ? random.exponential() : 1.0 + 0.3 * random.triangular();
+        return Radiance{value, value, value};
+    };
+    constexpr double target = 0.04;
+    unsigned held = 0;
+    constexpr unsigned renders = 40;
+    for (unsigned i = 0; i < renders; ++i) {
+        RenderSettings settings;
+        settings.width = settings.height = 24;
+        settings.seed = 100 + i;
+        SyntheticJob job(settings, uneven);
+        const StoppedRender result = render_until(job, {{}, {}, target}, {}, {});
+        REQUIRE(result.relative_error.has_value());
+        REQUIRE(result.relative_error_interval.has_value());
+        CHECK(*result.relative_error <= target);
+        CHECK(*result.relative_error > 0.8 * target);  // not long after it was met
+        double squares = 0.0;
+        const std::vector<double> mean = mean_of(result.estimate);
+        for (const double value : mean) squares += (value - 1.0) * (value - 1.0);
+        const double error = std::sqrt(squares / static_cast<double>(mean.size()));
+        const auto [low, high] = *result.relative_error_interval;
+        CHECK(high / low < 1.5);  // it says something
+        held += low <= error && error <= high ? 1 : 0;
+    }
+    // Fewer than 33 of 40 at 95 %: once in 10^3.5.
+    CHECK(held >= 33);
 }
