@@ -1,5 +1,6 @@
 # The HTML report as a browser shows it: every picture decodes, every plot is there, nothing is fetched, nothing runs over the
 # side, and hovering flips the images. Run by ctest with TANDEM = the program, SCENES = the folder, SCRIPTS = scripts/.
+import html
 import json
 import os
 import pathlib
@@ -106,6 +107,48 @@ class Report(unittest.TestCase):
             self.assertIn(mention, text)
         for mention in ("Tiles 16×16", "least p of the three channels", "candidate − reference"):
             self.assertTrue(any(mention in caption for caption in self.seen["captions"]), mention)
+
+
+def cost_arm(knob, setting, factor, floor, pareto):
+    times = [{"relative_error": e, "seconds": None if floor > e else factor / e**2, "seconds_low": None, "seconds_high": None,
+              "samples": None if floor > e else 1 / e**2, "extrapolated": e < 0.01, "floor_unknown": False}
+             for e in (0.05, 0.01, 0.005, 0.001)]
+    points = [{"samples": n, "seconds": factor * n, "seconds_low": factor * n, "seconds_high": factor * n,
+               "rmse": (1 / n + floor**2)**0.5, "rmse_low": 0.9 / n**0.5, "rmse_high": 1.1 / n**0.5, "relmse": 1 / n}
+              for n in (16, 64, 256, 1024)]
+    ratio = {"value": factor, "low": 0.9 * factor, "high": 1.1 * factor}
+    return {"knob": knob, "setting": setting, "options": "", "replicates": 12, "points": points, "bias_floor": floor,
+            "bias_floor_low": 0.9 * floor, "bias_floor_high": 1.1 * floor + 1e-4, "bias_floor_significant": floor > 0,
+            "efficiency": 1.0, "slope": None if setting == "8" else -0.5, "slope_low": -0.52, "slope_high": -0.48,
+            "seconds_to": times, "seconds_to_one_percent": times[1]["seconds"], "pareto": pareto, "time_ratio": ratio,
+            "cost_ratio": ratio, "cost_differs": True, "keeps_estimate": floor == 0}
+
+
+class CostReport(unittest.TestCase):
+    def test_the_page_of_tandem_cost_has_plots_table_and_recommendations(self):
+        folder = pathlib.Path(tempfile.mkdtemp())
+        self.addCleanup(shutil.rmtree, folder)
+        report = {"scene": "box", "backend": "cpu", "device": "a device", "driver": "a driver", "width": 64, "height": 36,
+                  "reference": {"samples": 4096, "relative_uncertainty": 0.01, "backend": "cpu", "options": "--bounces 256"},
+                  "arms": [cost_arm("baseline", "", 1e-3, 0, False), cost_arm("bounces", "1", 4e-4, 0.2, True),
+                           cost_arm("bounces", "8", 9e-4, 0, False), cost_arm("roulette", "4", 5e-4, 0, True)],
+                  "not_measured": [{"knob": "precision", "setting": "mixed", "reason": "not here"}],
+                  "recommendations": ["To 1 %: `tandem render box.json --roulette 4 --samples 10000`"]}
+        file = folder / "cost.json"
+        file.write_text(json.dumps(report))
+        run(sys.executable, SCRIPTS / "report", file)
+        page = folder / "cost.html"
+        page.write_text(page.read_text() + PROBE.replace('document.querySelector(".flip")', "document.body").replace(
+            'getComputedStyle(f.querySelector("img + img")).opacity', '""'))
+        shown = run(BROWSER, "--headless", "--no-sandbox", "--disable-gpu", f"--user-data-dir={folder / 'profile'}",
+                    "--virtual-time-budget=5000", "--dump-dom", page.as_uri()).stdout
+        title = shown.split("<title>", 1)[1].split("</title>", 1)[0]
+        told = json.loads(html.unescape(title))
+        self.assertEqual(len(told["plots"]), 3)  # all, bounces, roulette
+        self.assertTrue(all(width > 200 for width in told["plots"]), told["plots"])
+        self.assertEqual(told["fetched"], [])
+        for text in ("roulette 4", "never", "20 % (18 % to 22 %)", "precision mixed: not here", "--roulette 4 --samples 10000"):
+            self.assertIn(text, told["text"])
 
 
 if __name__ == "__main__":
