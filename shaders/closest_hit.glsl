@@ -63,12 +63,12 @@ vec2 cuboid_distances(uint i, Convex cuboid, Ray ray, SlabRay slabs, uint how) {
     return how == meets_both && span.x <= span.y ? span : vec2(-1.0);
 }
 
-void keep_triangle(uint slot, vec3 edges, Ray ray, uint own, bool in_order, inout Hit best) {
+void keep_triangle(uint slot, Triangle triangle, vec3 edges, Ray ray, uint own, bool in_order, inout Hit best) {
     float t;
     vec3 weights;
     if (slot == own && !PLANTED(self_hit_not_excluded)) return;
     if (PLANTED(primitive_lost) && slot % 64u == 9u) return;
-    if (meets_triangle(triangle_at(slot), at_rest(ray, slot), edges, t, weights) && is_closer(t, slot, best, in_order))
+    if (meets_triangle(triangle, at_rest(ray, slot), edges, t, weights) && is_closer(t, slot, best, in_order))
         best = Hit(t, slot, 0, weights);
 }
 
@@ -121,15 +121,24 @@ Hit closest_triangle(Ray ray, uint own, float limit) {
         uint current = bvh_start(triangle_root);
         while ((current = bvh_descend(current, boxes, best.t)) != bvh_done) {
             const uint slot = current & slot_mask;
-            keep_triangle(slot, edges_of(triangle_at(slot), at_rest(ray, slot), frame), ray, own, false, best);
+            keep_triangle(slot, triangle_at(slot), edges_of(triangle_at(slot), at_rest(ray, slot), frame), ray, own, false, best);
             current = bvh_pop();
+        }
+    } else if (unrolled && few_primitives && triangle_kernel == kernel_watertight && !PLANTED(triangle_edge_lost)) {
+        // Threads of a subgroup meet different triangles, each few: what follows the edges is for those alone.
+        uint within = 0;
+        [[unroll]] for (uint i = 0; i < fixed_triangles; ++i)
+            if (is_within(shared_edges(i, at_rest(ray, i), frame))) within |= 1u << i;
+        for (; within != 0; within &= within - 1) {
+            const uint i = findLSB(within);
+            keep_triangle(i, triangles[i], edges_of(triangles[i], at_rest(ray, i), frame), ray, own, true, best);
         }
     } else if (unrolled) {
         [[unroll]] for (uint i = 0; i < fixed_triangles; ++i)
-            keep_triangle(i, shared_edges(i, at_rest(ray, i), frame), ray, own, true, best);
+            keep_triangle(i, triangle_at(i), shared_edges(i, at_rest(ray, i), frame), ray, own, true, best);
     } else {
         for (uint i = 0; i < settings.triangle_count; ++i)
-            keep_triangle(i, edges_of(triangle_at(i), at_rest(ray, i), frame), ray, own, true, best);
+            keep_triangle(i, triangle_at(i), edges_of(triangle_at(i), at_rest(ray, i), frame), ray, own, true, best);
     }
     best.local = vec3(best.local.xy / best.local.z, 0.0);
     return best;

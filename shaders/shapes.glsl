@@ -50,13 +50,18 @@ vec3 edges_of(Triangle triangle, Ray ray, mat3 frame) {
     return vec3(edge(b, c), edge(c, a), edge(a, b));
 }
 
+// Whether the ray passes between the three edges, on either side.
+bool is_within(vec3 edges) {
+    return !((edges.x < 0.0 || edges.y < 0.0 || edges.z < 0.0) && (edges.x > 0.0 || edges.y > 0.0 || edges.z > 0.0));
+}
+
 // edges: the three edge functions, across from corners 0, 1 and 2.
 bool watertight_triangle(Triangle triangle, Ray ray, vec3 edges, out float t, out vec3 weights) {
     t = 0.0;
     weights = vec3(0.0);
     const float v = edges.y, w = edges.z;
     const float u = PLANT(triangle_edge_lost, edges.x - planted_amount * (edges.x + v + w), edges.x);
-    if ((u < 0.0 || v < 0.0 || w < 0.0) && (u > 0.0 || v > 0.0 || w > 0.0)) return false;
+    if (!is_within(vec3(u, v, w))) return false;
     const vec3 normal = vec3(triangle.corner0.w, triangle.corner1.w, triangle.corner2.w);
     precise float sum = u + v + w;
     precise float steepness = dot(ray.direction, normal);

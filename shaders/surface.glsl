@@ -49,6 +49,8 @@ vec3 drawn_in(Triangle triangle, vec3 weights, vec3 point, vec3 raw_normal, floa
     // Handed on as a float, the point lies up to sqrt(3) roundings of itself elsewhere.
     const float handed = 4.0 * handed_roundoff * max(abs(point.x), max(abs(point.y), abs(point.z)));
     const float margin = gamma_margin * reach + handed, doubled_area = length(raw_normal);
+    // No edge is longer than the diagonal of the cube that holds the corners, 2 sqrt(3) reach.
+    if (min(weights.x, min(weights.y, weights.z)) * doubled_area >= margin * 3.465 * reach) return point;
     for (uint i = 0; i < 3; ++i) {
         const vec3 edge = corners[(i + 2) % 3] - corners[(i + 1) % 3];  // across from corner i
         if (weights[i] * doubled_area >= margin * length(edge)) continue;
