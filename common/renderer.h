@@ -105,7 +105,14 @@ struct RendererInfo {
     std::string api;      // "Embree 3.13.5", "Vulkan 1.3.224", "C++"
     // Its paths are what MODEL.md section 3's numbers make of them, so that two such renderers take the same ones.
     bool follows_numbers = false;
+    // Integrator::next_event samples lights; otherwise it is taken for Integrator::path, which has the same mean.
+    bool samples_lights = true;
 };
+
+// Whether two renderers draw from one distribution, so that also their variances are to agree.
+[[nodiscard]] inline bool same_estimator(const RendererInfo& a, const RendererInfo& b, Integrator integrator) {
+    return integrator != Integrator::next_event || a.samples_lights == b.samples_lights;
+}
 
 class Renderer {
 public:

@@ -153,8 +153,10 @@ public:
         : threads_(threads != 0 ? threads : std::max(1u, std::thread::hardware_concurrency())) {}
 
     RendererInfo info() const override {
-        return {"oracle", "host processor, " + std::to_string(threads_) + " threads", "brute force, double precision",
-            "C++20"};
+        RendererInfo info{"oracle", "host processor, " + std::to_string(threads_) + " threads",
+            "brute force, double precision", "C++20"};
+        info.samples_lights = false;
+        return info;
     }
 
     std::unique_ptr<RenderJob> prepare(const Scene& scene, const RenderSettings& settings) override {

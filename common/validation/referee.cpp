@@ -108,6 +108,7 @@ void Arbitration::choose_integrator() {
         referee_integrator_ = Integrator::path;
         criteria_.same_estimator = false;
     }
+    if (!same_estimator(report_.info, RendererInfo{}, referee_integrator_)) criteria_.same_estimator = false;
     report_.settings.integrator = referee_integrator_;
 }
 

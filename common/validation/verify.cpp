@@ -38,6 +38,8 @@ public:
         verdict_.candidate_seed = options.seed + 1;
         verdict_.reference_info = reference.info();
         verdict_.candidate_info = candidate.info();
+        verdict_.criteria.same_estimator =
+            same_estimator(verdict_.reference_info, verdict_.candidate_info, verdict_.settings.integrator);
         set_names();
     }
 
