@@ -340,12 +340,13 @@ TimeToError ArmFigures::time_to(double relative_error) const {
     result.relative_error = relative_error;
     const double aim = relative_error * relative_error;
     const auto most = static_cast<double>(points.back().samples);
-    // V(n) = V (N/n)^k, k = 1 of independent samples.
-    const double decay = independent || !slope ? 1.0 : std::max(0.5, -2.0 * slope->value);
+    // V(n) = V (N/n)^k, k = 1 of independent samples. Of others it is what was measured up to N; beyond it no more is
+    // taken for granted than of independent ones.
+    const double measured = independent || !slope ? 1.0 : std::max(1.0, -2.0 * slope->value);
     const auto samples_for = [&](double squared_floor) {
         const double left = aim - squared_floor;
         if (left <= 0.0) return std::numeric_limits<double>::infinity();
-        return std::max(1.0, most * std::pow(variance / left, 1.0 / decay));
+        return std::max(1.0, most * std::pow(variance / left, variance > left ? 1.0 : 1.0 / measured));
     };
     const double samples_needed = samples_for(has_floor ? squared_bias.value : 0.0);
     if (!std::isfinite(samples_needed)) return result;
@@ -354,7 +355,7 @@ TimeToError ArmFigures::time_to(double relative_error) const {
     result.floor_unknown = !has_floor && squared_bias.high >= aim;
     const double seconds = seconds_at(points, samples_needed);
     double log_half = log_half_of(points.back().seconds);
-    if (efficiency) log_half = std::max(log_half, log_half_of(*efficiency) / decay);
+    if (efficiency) log_half = std::max(log_half, log_half_of(*efficiency));
     Estimated time = times_or_over(seconds, log_half);
     if (has_floor) {
         time.low *= samples_for(std::max(0.0, squared_bias.low)) / samples_needed;

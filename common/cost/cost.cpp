@@ -28,7 +28,7 @@ std::string factor(const Estimated& ratio) {
 Estimated inverse(const Estimated& ratio) { return {1.0 / ratio.value, 1.0 / ratio.high, 1.0 / ratio.low}; }
 
 std::string duration(double seconds) {
-    if (seconds < 1.0) return fmt::format("{:.2g} ms", 1e3 * seconds);
+    if (seconds < 1.0) return fmt::format("{:.3g} ms", 1e3 * seconds);
     if (seconds < 600.0) return fmt::format("{:.3g} s", seconds);
     if (seconds < 7200.0) return fmt::format("{:.0f} min", seconds / 60.0);
     return fmt::format("{:.0f} h", seconds / 3600.0);
@@ -188,7 +188,7 @@ std::string to_text(const CostReport& report) {
     for (const ArmFigures& arm : report.figures) {
         const std::string slope =
             arm.slope ? fmt::format("{:.2f} ({:.2f} to {:.2f})", arm.slope->value, arm.slope->low, arm.slope->high)
-                      : std::string(arm.variance > 0.0 ? "-" : "no noise");
+                      : std::string(arm.variance > 0.0 ? "too few samples" : "no noise");
         text += fmt::format("{} {:32} {:>9} {:>22} {:>22}", arm.pareto ? "*" : " ", arm.arm.name(),
             fmt::format("{}x", factor(arm.time_ratio.value)), floor_cell(arm), slope);
         for (const TimeToError& time : arm.times) text += fmt::format(" {:>9}", time_cell(time));

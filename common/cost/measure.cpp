@@ -15,7 +15,8 @@ namespace {
 
 constexpr std::size_t wanted_replicates = 12;
 constexpr std::size_t most_levels = 8;
-constexpr double chunk_seconds = 0.3;  // of the reference: so long at most (about) does a stop wait
+constexpr double chunk_seconds = 0.3;    // of the reference: so long at most (about) does a stop wait
+constexpr double most_overdrawn = 0.05;  // of the time, that an arm may take beyond its share
 constexpr double probe_seconds = 0.05;
 constexpr std::uint64_t second_half = std::uint64_t{1} << 62;  // first sample of the reference's second half
 
@@ -99,9 +100,10 @@ Errors errors_of(const PixelValues& image, const CostReference& reference) {
     return {errors.square / count, errors.relative / count};
 }
 
-// Seconds a sample, of the fastest of growing trials; the first also warms up.
+// Seconds a sample, of the longest of growing trials; a sample before them warms up.
 std::optional<double> seconds_per_sample(RenderJob& job, const CostControl& control) {
     double seconds = 0.0;
+    if (!render_all(job, {0, 1}, control)) return std::nullopt;
     for (const std::uint64_t samples : {1u, 4u, 16u, 64u}) {
         const auto result = render_all(job, {0, samples}, control);
         if (!result) return std::nullopt;
@@ -266,6 +268,10 @@ void CostExperiment::measure(
         ArmTrials& arm = samples_named(samples, arms_[i].name());
         if (arm.samples.empty())
             arm.samples = levels_for(*speed, seconds / static_cast<double>(names.size() * wanted_replicates));
+        // A sample a replicate says little, but more than nothing; without a baseline nothing could be said at all.
+        const double least = static_cast<double>(fewest_replicates) * *speed;
+        if (arm.samples.empty() && (arms_[i].knob == "baseline" || least <= most_overdrawn * seconds))
+            arm.samples = {1};
         if (arm.samples.empty()) {
             skipped_.push_back({arms_[i].knob, arms_[i].setting, "too slow for a sample in its share of the time"});
             continue;
