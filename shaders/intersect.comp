@@ -26,9 +26,19 @@ layout(std430, set = 2, binding = 13) readonly restrict buffer Queues { RayQueue
 void main() {
     preload_primitives();
     const uint i = gl_GlobalInvocationID.x;
+#ifdef RAYS_IN_PLACE
+    if (i >= settings.pixel_count) return;
+#else
     if (i >= queues[settings.segment].count) return;
+#endif
     const uvec4 start = origins_in[i];
     const uint word = start.w;
+#ifdef RAYS_IN_PLACE
+    if ((word & (ray_dead | ray_shadow)) == ray_dead) {
+        hits[i] = uvec4(hit_nothing, 0, 0, 0);
+        return;
+    }
+#endif
     const vec3 origin = uintBitsToFloat(start.xyz);
     if (has_entity_motion)
         ray_time = path_time(

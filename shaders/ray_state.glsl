@@ -11,6 +11,7 @@ const uint ray_shadow = 1u << 29;  // a shadow ray from the same origin is pendi
 
 // Hit word (x of hits): the slot of the primitive hit, hit_none or hit_ended, and flags.
 const uint hit_ended = slot_mask - 1u; // no ray, but its last shadow ray is resolved now
+const uint hit_nothing = slot_mask - 2u;  // a place whose path has ended, where rays stay at their pixels' places
 const uint hit_face_shift = 27;        // three bits: face of a cuboid, -x +x -y +y -z +z
 const uint hit_face_mask = 7u;
 const uint hit_lit = 1u << 30;         // the pending shadow ray met nothing

@@ -43,10 +43,20 @@ WRITTEN_HALF(15, InteriorsOut, uvec2, interiors_out);
 
 // A place in the queue of the next segment.
 uint enqueue() {
+#ifdef RAYS_IN_PLACE
+    return gl_GlobalInvocationID.x;
+#endif
     const uint next = settings.segment + 1, size = gl_WorkGroupSize.x;
     const uint place = atomicAdd(queues[next].count, 1);
     if (place % size == 0) atomicMax(queues[next].groups_x, place / size + 1);
     return place;
+}
+
+// Nothing is at this invocation's place any more, which in queues nobody would look at.
+void leave_place() {
+#ifdef RAYS_IN_PLACE
+    origins_out[gl_GlobalInvocationID.x] = uvec4(0, 0, 0, ray_dead);
+#endif
 }
 
 // Ends the path or puts it into the queue of the next segment. place: of the pixel in the tile.
@@ -54,6 +64,7 @@ void depart(uint place, Path path, Departure leaving) {
     const bool onwards = goes_on(leaving), shadow = has_shadow(leaving);
     if (!onwards && !shadow) {
         samples[place] = vec4(path.radiance, 0.0);
+        leave_place();
         return;
     }
     const uint at = enqueue();
@@ -72,9 +83,19 @@ void depart(uint place, Path path, Departure leaving) {
 void main() {
     const uint i = gl_GlobalInvocationID.x;
     const uint k = settings.segment;
+#ifdef RAYS_IN_PLACE
+    if (i >= settings.pixel_count) return;
+#else
     if (i >= queues[k].count) return;
+#endif
     const uvec4 hit = hits[i];
     const uint slot = hit.x & slot_mask;
+#ifdef RAYS_IN_PLACE
+    if (slot == hit_nothing) {
+        leave_place();
+        return;
+    }
+#endif
     vec3 radiance = vec3(0.0);
     if (carries_radiance && k > 0) radiance = radiances_in[i].rgb;
     if (has_light_sampling && (hit.x & hit_lit) != 0u) radiance += contributions_in[i].rgb;
@@ -82,6 +103,7 @@ void main() {
     const uint place = carried.w, pixel = settings.first_pixel + place;
     if (has_light_sampling && slot == hit_ended) {
         samples[place] = vec4(radiance, 0.0);
+        leave_place();
         return;
     }
     const uvec4 start = keeps_origin ? origins_in[i] : uvec4(0);

@@ -3,7 +3,9 @@
 #ifndef SETTINGS_GLSL
 #define SETTINGS_GLSL
 
+#ifndef NOT_COMPUTE
 layout(local_size_x_id = 0) in;
+#endif
 
 #include "effects.glsl"
 

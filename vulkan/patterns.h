@@ -9,8 +9,10 @@ namespace tandem {
 
 // How the work of a path is cut into kernels.
 enum class KernelShape : std::uint32_t {
-    stages,      // the thesis's six, as a wavefront: rays in queues from segment to segment, dispatched indirectly
-    megakernel,  // an invocation a pixel, its paths in registers
+    stages,        // the thesis's six, as a wavefront: rays in queues from segment to segment, dispatched indirectly
+    megakernel,    // an invocation a pixel, its paths in registers
+    image_stages,  // the thesis's six as they were: each over the whole image, rays at their pixels' places
+    fragment,      // the megakernel's work in the fragment shader of a render pass
 };
 
 // Where buffers live.
@@ -111,6 +113,8 @@ struct Patterns {
     ParameterPattern parameters = ParameterPattern::push_constants;
     DescriptorPattern descriptors = DescriptorPattern::per_combination;
     QueueSlot queue = {};
+    std::uint32_t workgroup = 128;  // invocations of a workgroup
+    std::uint32_t tile_pixels = 0;  // in flight at a time; 0: as many as the device takes
     // The job renders the pixels of one of so many parts of the image, row by row; the others stay empty.
     std::uint32_t part = 0, parts = 1;
 };

@@ -53,7 +53,8 @@ void add_common_options(CLI::App& command, CommandContext& context, const std::s
 
 // What --kernel is to a command.
 inline constexpr const char* kernel_help =
-    "Vulkan kernels: stages (six, a wavefront) or megakernel (default: the fastest for the device and scene)";
+    "Vulkan kernels: stages (six, a wavefront), image-stages (six, each over the whole image), megakernel or fragment "
+    "(a megakernel in a render pass); default: the fastest for the device and scene";
 
 // Options that say what and how to render, shared by render and verify.
 struct RenderOptions {

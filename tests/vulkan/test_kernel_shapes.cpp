@@ -53,6 +53,17 @@ TEST_CASE("the megakernel renders every effect by every integrator to the bits o
     CHECK(shapes_agree(full_scene(), settings, {0, 3}));
 }
 
+TEST_CASE("dispatches over the whole image, and fragments, give the bits of the wavefront") {
+    RenderSettings settings = settings_of(13, 4, Integrator::next_event);
+    settings.roulette_start = 2;
+    const Scene scene = foggy_scene();  // everything that a path can carry
+    const Estimate expected = image("stages", scene, settings, {0, 70});
+    for (const char* kernel : {"image-stages", "fragment"}) {
+        CAPTURE(kernel);
+        CHECK(same_bits(image(kernel, scene, settings, {0, 70}), expected));
+    }
+}
+
 TEST_CASE("a stop leaves the megakernel's whole samples") {
     const auto job = renderer_with_kernel("megakernel").prepare(full_scene(), settings_of(200, 4));
     std::stop_source source;
@@ -109,5 +120,5 @@ TEST_CASE("an unknown kernel shape is refused, naming those there are") {
     BackendOptions options;
     options.kernel = "octopus";
     CHECK_THROWS_WITH_AS(static_cast<void>(vulkan_backend().create(options)),
-        "--kernel: no kernel shape 'octopus'; choose one of stages, megakernel", InputError);
+        "--kernel: no kernel shape 'octopus'; choose one of stages, megakernel, image-stages, fragment", InputError);
 }

@@ -38,7 +38,8 @@ std::vector<Patterns> variants() {
         with([](Patterns& p) { p.memory = MemoryLayout::one_block; }),
         with([](Patterns& p) { p.memory = MemoryLayout::one_buffer; }),
         with([](Patterns& p) { p.memory = MemoryLayout::rays_per_set; }),
-        with([](Patterns& p) { p.memory = MemoryLayout::others_per_set; }),
+        with([](Patterns& p) { p.memory = MemoryLayout::others_per_set; }), with([](Patterns& p) { p.workgroup = 32; }),
+        with([](Patterns& p) { p.tile_pixels = 100; }),
         with([](Patterns& p) { p.recording = RecordingPattern::pre_recorded; }),
         with([](Patterns& p) { p.recording = RecordingPattern::secondary; }),
         with([](Patterns& p) { p.reset = ResetPattern::buffer; }),
@@ -133,6 +134,11 @@ TEST_CASE("patterns that exclude each other are refused") {
         p.descriptors = DescriptorPattern::arrays;
     });
     refused([](Patterns& p) { p.queue = {QueueKind::rendering, 99}; });
+    refused([](Patterns& p) { p.workgroup = 1u << 20; });
+    refused([](Patterns& p) {
+        p.kernel = KernelShape::megakernel;
+        p.parameters = ParameterPattern::uniform;
+    });
     refused([](Patterns& p) { p.part = 3, p.parts = 3; });
 }
 

@@ -54,6 +54,18 @@ TEST_CASE("the layer has nothing to say about six stages with every effect") { c
 
 TEST_CASE("the layer has nothing to say about the megakernel with every effect") { check_silence("megakernel"); }
 
+TEST_CASE("the layer has nothing to say about dispatches over the whole image and fragments") {
+    for (const char* kernel : {"image-stages", "fragment"}) {
+        BackendOptions options;
+        options.validation = true;
+        options.kernel = kernel;
+        const auto renderer = vulkan_backend().create(options);
+        const auto job = renderer->prepare(foggy_scene(), settings_of(16, 3, Integrator::next_event));
+        CHECK_NOTHROW(static_cast<void>(job->render({0, 70})));
+        CHECK_NOTHROW(static_cast<void>(job->render({128, 130})));
+    }
+}
+
 TEST_CASE("the layer has nothing to say about general kernels") {
     BackendOptions options;
     options.validation = true;

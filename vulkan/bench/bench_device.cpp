@@ -23,11 +23,12 @@ constexpr std::uint64_t gate_samples = 4;
 
 class RenderRun : public ArmRun {
 public:
-    RenderRun(SharedDevice device, const RenderWork& work, const Patterns& patterns, bool fresh)
+    RenderRun(SharedDevice device, const RenderWork& work, const Patterns& patterns, bool fresh,
+        std::optional<EffectSet> effects)
         : device_(std::move(device)),
           work_(work),
           fresh_(fresh),
-          job_(device_->job(work.size, work.bounces, patterns)) {}
+          job_(device_->job(work.size, work.bounces, patterns, effects)) {}
 
     [[nodiscard]] ClockReadings run() override {
         const double start = steady_seconds();
@@ -69,12 +70,14 @@ BenchDevice::BenchDevice(const BenchRequest& request)
       stages_(device_),
       sizes_(sizes_for(request, device_)) {}
 
-std::unique_ptr<VulkanJob> BenchDevice::job(ImageSize size, std::uint32_t bounces, const Patterns& patterns) {
+std::unique_ptr<VulkanJob> BenchDevice::job(
+    ImageSize size, std::uint32_t bounces, const Patterns& patterns, std::optional<EffectSet> effects) {
     RenderSettings settings = default_settings(scene_);
     settings.width = size.width;
     settings.height = size.height;
     settings.bounces = bounces;
     settings.roulette_start = no_roulette;
+    if (effects) settings.effects = effects;
     return std::make_unique<VulkanJob>(
         instance_, device_, stages_, scene_, settings, Acceleration::automatic, PlantedBug::none, patterns);
 }
@@ -98,9 +101,9 @@ RenderWork work_of(const Workload& workload) {
 }
 
 Arm render_arm(const SharedDevice& device, const Workload& workload, std::string name, std::string text,
-    const Patterns& patterns, bool fresh) {
+    const Patterns& patterns, bool fresh, std::optional<EffectSet> effects) {
     return {std::move(name), std::move(text),
-        [=, work = work_of(workload)] { return std::make_unique<RenderRun>(device, work, patterns, fresh); }};
+        [=, work = work_of(workload)] { return std::make_unique<RenderRun>(device, work, patterns, fresh, effects); }};
 }
 
 ClockReadings readings_of(const SubmissionTimes& times, double total) {

@@ -18,7 +18,8 @@ public:
     [[nodiscard]] const Device& device() const { return device_; }
     // Of the validation layer, which only TANDEM_VALIDATION=1 wakes: it has no place beside a clock.
     [[nodiscard]] ValidationLog& log() const { return instance_.log(); }
-    [[nodiscard]] std::unique_ptr<VulkanJob> job(ImageSize size, std::uint32_t bounces, const Patterns& patterns);
+    [[nodiscard]] std::unique_ptr<VulkanJob> job(
+        ImageSize size, std::uint32_t bounces, const Patterns& patterns, std::optional<EffectSet> effects = {});
     // Of the six stages for the scene, and the layout that goes with it.
     [[nodiscard]] const Specialisation& specialisation();
     [[nodiscard]] vk::PipelineLayout layout() { return stages_.layout().handle(); }
@@ -48,7 +49,7 @@ struct RenderWork {
 
 // Times frames of an unchanged scene, or of one that is sent anew for each frame; the gate compares whole renders.
 [[nodiscard]] Arm render_arm(const SharedDevice& device, const Workload& workload, std::string name, std::string text,
-    const Patterns& patterns, bool fresh = false);
+    const Patterns& patterns, bool fresh = false, std::optional<EffectSet> effects = {});
 
 // Clocks of a frame as readings.
 [[nodiscard]] ClockReadings readings_of(const SubmissionTimes& times, double total);

@@ -20,6 +20,8 @@ namespace tandem {
 [[nodiscard]] Family transfers_family(const SharedDevice& device);     // from the host to the device
 [[nodiscard]] Family transfers_beside_family(const SharedDevice& device);  // the same, while a frame runs
 [[nodiscard]] Family pipelines_family(const SharedDevice& device);         // caches, derivatives, threads
+[[nodiscard]] Family kernels_family(const SharedDevice& device);           // shapes of the kernels
+[[nodiscard]] Family workgroups_family(const SharedDevice& device);        // and their workgroups
 
 // Not one of all_families(): it tests the runner, not a pattern.
 inline constexpr double self_test_busy_seconds = 0.5e-3;

@@ -14,6 +14,8 @@ inline constexpr StageAccess compute_write{vk::PipelineStageFlagBits::eComputeSh
 // Orders after reads too: a write that follows waits for them.
 inline constexpr StageAccess compute_access{vk::PipelineStageFlagBits::eComputeShader,
     vk::AccessFlagBits::eShaderRead | vk::AccessFlagBits::eShaderWrite | vk::AccessFlagBits::eUniformRead};
+inline constexpr StageAccess fragment_write{vk::PipelineStageFlagBits::eFragmentShader, compute_write.access};
+inline constexpr StageAccess fragment_access{vk::PipelineStageFlagBits::eFragmentShader, compute_access.access};
 // With the arguments of indirect dispatches.
 inline constexpr StageAccess dispatch_access{compute_access.stage | vk::PipelineStageFlagBits::eDrawIndirect,
     compute_access.access | vk::AccessFlagBits::eIndirectCommandRead};

@@ -48,6 +48,7 @@ DeviceFeatures features_of(const vk::raii::PhysicalDevice& physical) {
                                 chain.get<vk::PhysicalDeviceSynchronization2FeaturesKHR>().synchronization2;
     features.push_descriptors = offers(physical, VK_KHR_PUSH_DESCRIPTOR_EXTENSION_NAME);
     features.doubles = plain.shaderFloat64;
+    features.fragment_stores = plain.fragmentStoresAndAtomics;
     features.buffer_addresses = newer.bufferDeviceAddress;
     features.storage_arrays = plain.shaderStorageBufferArrayDynamicIndexing;
     features.storage_arrays_nonuniform = features.storage_arrays && newer.shaderStorageBufferArrayNonUniformIndexing;
@@ -75,6 +76,7 @@ vk::raii::Device make_device(const vk::raii::PhysicalDevice& physical, const Dev
     vk::PhysicalDeviceFeatures plain;
     plain.shaderFloat64 = has.doubles;
     plain.shaderStorageBufferArrayDynamicIndexing = has.storage_arrays;
+    plain.fragmentStoresAndAtomics = has.fragment_stores;
     vk::PhysicalDeviceVulkan12Features newer;
     newer.timelineSemaphore = has.timeline_semaphores;
     newer.bufferDeviceAddress = has.buffer_addresses;

@@ -16,6 +16,7 @@ struct DeviceFeatures {
     bool buffer_addresses = false;
     bool storage_arrays = false;             // of storage buffers, by indices that all invocations share
     bool storage_arrays_nonuniform = false;  // by any index
+    bool fragment_stores = false;            // fragments may write to buffers
 };
 
 // Queues cost memory and time: one is what a renderer needs.

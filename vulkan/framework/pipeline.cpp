@@ -35,17 +35,22 @@ PipelineLayout::PipelineLayout(const Device& device, std::span<const SetBindings
       sets_(make_sets(device, sets, pushed, visible)),
       layout_(make_layout(device, sets_, push_constant_bytes, visible)) {}
 
-vk::raii::Pipeline make_compute_pipeline(const Device& device, const vk::raii::PipelineCache& cache,
-    vk::PipelineLayout layout, std::span<const std::uint32_t> code, std::span<const SpecialisationConstant> constants,
-    vk::PipelineCreateFlags flags, vk::Pipeline base) {
-    const vk::raii::ShaderModule module(
-        device.handle(), vk::ShaderModuleCreateInfo({}, code.size_bytes(), code.data()));
+std::vector<vk::SpecializationMapEntry> map_entries(std::span<const SpecialisationConstant> constants) {
     std::vector<vk::SpecializationMapEntry> entries;
     for (const SpecialisationConstant& constant : constants)
         entries.emplace_back(constant.id,
             static_cast<std::uint32_t>(
                 entries.size() * sizeof(SpecialisationConstant) + offsetof(SpecialisationConstant, value)),
             sizeof constant.value);
+    return entries;
+}
+
+vk::raii::Pipeline make_compute_pipeline(const Device& device, const vk::raii::PipelineCache& cache,
+    vk::PipelineLayout layout, std::span<const std::uint32_t> code, std::span<const SpecialisationConstant> constants,
+    vk::PipelineCreateFlags flags, vk::Pipeline base) {
+    const vk::raii::ShaderModule module(
+        device.handle(), vk::ShaderModuleCreateInfo({}, code.size_bytes(), code.data()));
+    const std::vector<vk::SpecializationMapEntry> entries = map_entries(constants);
     const vk::SpecializationInfo specialisation(
         static_cast<std::uint32_t>(entries.size()), entries.data(), constants.size_bytes(), constants.data());
     const vk::PipelineShaderStageCreateInfo stage(

@@ -36,6 +36,9 @@ struct SpecialisationConstant {
     std::uint32_t value = 0;
 };
 
+// Where each constant's value stands among them.
+[[nodiscard]] std::vector<vk::SpecializationMapEntry> map_entries(std::span<const SpecialisationConstant> constants);
+
 // A pipeline of entry point `main`; `cache` may be null. `base`: one of the same code that it is derived from.
 [[nodiscard]] vk::raii::Pipeline make_compute_pipeline(const Device& device, const vk::raii::PipelineCache& cache,
     vk::PipelineLayout layout, std::span<const std::uint32_t> code, std::span<const SpecialisationConstant> constants,

@@ -8,7 +8,7 @@
 namespace tandem {
 
 // The thesis's stages, in the order in which a frame runs them, and the kernels of other shapes; then what no frame
-// runs: single paths, written down, and rays of the caller.
+// runs by itself: single paths, written down, rays of the caller, and the triangle whose fragments are kernels.
 enum class Stage : std::uint32_t {
     pre_process,
     vertex,
@@ -17,19 +17,30 @@ enum class Stage : std::uint32_t {
     scatter,
     post_process,
     megakernel,
+    fragment,
     trace,
     ray_batch,
-    ray_batch_double
+    ray_batch_double,
+    fullscreen
 };
-inline constexpr std::size_t stage_count = 7;  // of frames
+inline constexpr std::size_t stage_count = 8;  // of frames
 inline constexpr std::array<const char*, stage_count> stage_names{
-    "pre-process", "vertex", "ray-gen", "intersect", "scatter", "post-process", "megakernel"};
+    "pre-process", "vertex", "ray-gen", "intersect", "scatter", "post-process", "megakernel", "fragment"};
 
 [[nodiscard]] std::span<const std::uint32_t> shader_code(Stage stage);
 
 // Stages compiled otherwise, as patterns want them (vulkan/patterns.h): parameters from elsewhere than push constants,
-// ray state in arrays of descriptors.
-enum class ShaderVariant : std::uint32_t { plain, uniform, storage, address, specialised, arrays, arrays_nonuniform };
+// ray state in arrays of descriptors, rays that stay at their pixels' places.
+enum class ShaderVariant : std::uint32_t {
+    plain,
+    uniform,
+    storage,
+    address,
+    specialised,
+    arrays,
+    arrays_nonuniform,
+    in_place
+};
 
 // Empty where the stage has no such variant, or this build none at all (those with planted bugs).
 [[nodiscard]] std::span<const std::uint32_t> shader_variant(Stage stage, ShaderVariant variant);

@@ -47,7 +47,7 @@ vk::raii::DescriptorUpdateTemplate make_template(
 
 Bindings::Bindings(
     const Device& device, const PipelineLayout& layout, const FrameResources& resources, const Patterns& patterns)
-    : device_(device), layout_(layout), patterns_(patterns), point_(vk::PipelineBindPoint::eCompute) {
+    : device_(device), layout_(layout), patterns_(patterns) {
     if (hands_out() && patterns.recording == RecordingPattern::pre_recorded)
         throw UnsupportedError(
             "what this pattern writes is handed out when commands are recorded: they cannot be pre-recorded");
@@ -138,17 +138,17 @@ void Bindings::rewrite(std::uint32_t slot, std::uint32_t ray_parity, std::uint32
 }
 
 void Bindings::push_rays(const vk::raii::CommandBuffer& commands, std::uint32_t ray_parity) const {
-    commands.pushDescriptorSetKHR(
-        point_, layout_.handle(), rays_set, writes_of({}, layout_.bindings(rays_set), rays_[ray_parity]));
+    commands.pushDescriptorSetKHR(vk::PipelineBindPoint::eCompute, layout_.handle(), rays_set,
+        writes_of({}, layout_.bindings(rays_set), rays_[ray_parity]));
 }
 
 void Bindings::bind_sets(const vk::raii::CommandBuffer& commands, std::uint32_t ray_parity, std::uint32_t sum_parity,
-    std::uint32_t slot) const {
+    std::uint32_t slot, vk::PipelineBindPoint point) const {
     const vk::DescriptorSet scene = (*fixed_)[0], camera = (*fixed_)[1];
     if (patterns_.descriptors == DescriptorPattern::push) {
-        commands.bindDescriptorSets(point_, layout_.handle(), scene_set, {scene, camera}, {});
+        commands.bindDescriptorSets(point, layout_.handle(), scene_set, {scene, camera}, {});
         push_rays(commands, ray_parity);
-        commands.bindDescriptorSets(point_, layout_.handle(), image_set, (*moving_)[sum_parity], {});
+        commands.bindDescriptorSets(point, layout_.handle(), image_set, (*moving_)[sum_parity], {});
         return;
     }
     std::size_t rays = 2 * std::size_t{ray_parity}, image = 2 * std::size_t{sum_parity} + 1;
@@ -158,7 +158,7 @@ void Bindings::bind_sets(const vk::raii::CommandBuffer& commands, std::uint32_t 
         image = rays + 1;
     }
     commands.bindDescriptorSets(
-        point_, layout_.handle(), scene_set, {scene, camera, (*moving_)[rays], (*moving_)[image]}, {});
+        point, layout_.handle(), scene_set, {scene, camera, (*moving_)[rays], (*moving_)[image]}, {});
 }
 
 void Bindings::tell(const vk::raii::CommandBuffer& commands, const gpu::Settings& settings, std::uint32_t slot) const {
@@ -166,17 +166,18 @@ void Bindings::tell(const vk::raii::CommandBuffer& commands, const gpu::Settings
     if (patterns_.parameters == ParameterPattern::device_address) {
         commands.pushConstants<vk::DeviceAddress>(layout_.handle(), layout_.visible(), 0, address_ + slot * stride_);
     } else if (patterns_.parameters == ParameterPattern::dynamic_uniform) {
-        commands.bindDescriptorSets(
-            point_, layout_.handle(), settings_set, (*parameter_sets_)[0], static_cast<std::uint32_t>(slot * stride_));
+        commands.bindDescriptorSets(vk::PipelineBindPoint::eCompute, layout_.handle(), settings_set,
+            (*parameter_sets_)[0], static_cast<std::uint32_t>(slot * stride_));
     } else {
-        commands.bindDescriptorSets(point_, layout_.handle(), settings_set, (*parameter_sets_)[slot], {});
+        commands.bindDescriptorSets(
+            vk::PipelineBindPoint::eCompute, layout_.handle(), settings_set, (*parameter_sets_)[slot], {});
     }
 }
 
 void Bindings::bind(const vk::raii::CommandBuffer& commands, const gpu::Settings& settings, std::uint32_t ray_parity,
-    std::uint32_t sum_parity, bool plain) const {
+    std::uint32_t sum_parity, bool plain, vk::PipelineBindPoint point) const {
     const std::uint32_t slot = hands_out() ? take() : 0;
-    bind_sets(commands, ray_parity, sum_parity, slot);
+    bind_sets(commands, ray_parity, sum_parity, slot, point);
     if (writes_parameters(patterns_) && !plain)
         tell(commands, settings, slot);
     else

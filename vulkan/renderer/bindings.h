@@ -15,7 +15,8 @@ public:
 
     // For the next dispatch. `plain`: its kernel is told by push constants whatever the pattern. From any thread.
     void bind(const vk::raii::CommandBuffer& commands, const gpu::Settings& settings, std::uint32_t ray_parity,
-        std::uint32_t sum_parity, bool plain = false) const;
+        std::uint32_t sum_parity, bool plain = false,
+        vk::PipelineBindPoint point = vk::PipelineBindPoint::eCompute) const;
     // Whatever was recorded before has run.
     void begin_submission() { used_ = 0; }
 
@@ -25,7 +26,7 @@ private:
     void make_rays_and_images();
     void make_parameters();
     void bind_sets(const vk::raii::CommandBuffer& commands, std::uint32_t ray_parity, std::uint32_t sum_parity,
-        std::uint32_t slot) const;
+        std::uint32_t slot, vk::PipelineBindPoint point) const;
     void rewrite(std::uint32_t slot, std::uint32_t ray_parity, std::uint32_t sum_parity) const;
     void push_rays(const vk::raii::CommandBuffer& commands, std::uint32_t ray_parity) const;
     void tell(const vk::raii::CommandBuffer& commands, const gpu::Settings& settings, std::uint32_t slot) const;
@@ -33,7 +34,6 @@ private:
     const Device& device_;
     const PipelineLayout& layout_;
     Patterns patterns_;
-    vk::PipelineBindPoint point_;
     std::array<std::vector<vk::DescriptorBufferInfo>, 2> rays_, images_;  // by parity
     std::optional<DescriptorSets> fixed_;                                 // Scene, Camera
     std::optional<DescriptorSets> moving_;  // Rays and Image: of both parities, or one of each for each dispatch

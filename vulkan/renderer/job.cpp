@@ -11,6 +11,7 @@
 #include "common/error.h"
 #include "vulkan/core/device_selection.h"
 #include "vulkan/framework/spirv_optimizer.h"
+#include "vulkan/renderer/kernel_shape.h"
 #include "vulkan/renderer/ray_batch.h"
 
 namespace tandem {
@@ -117,11 +118,12 @@ VulkanJob::VulkanJob(const Instance& instance, const Device& device, Stages& sta
       settings_(mutated(checked(settings), planted_bug)),
       scene_(flatten(scene, settings_, acceleration)),
       specialisation_(with_parameters(specialise(device, scene, scene_, settings_, planted_bug))),
-      kept_(patterns.kernel == KernelShape::stages ? std::optional(specialisation_.path) : std::nullopt),
+      kept_(traces_whole_paths(patterns.kernel) ? std::nullopt : std::optional(specialisation_.path)),
       stages_(stages),
       layout_(stages.layout(KernelForm(patterns))),
       pipelines_(stages.pipelines(specialisation_, KernelForm(patterns))),
-      tile_pixels_(tile_size(device, part().pixel_count, kept_)),
+      tile_pixels_(std::min(tile_size(device, part().pixel_count, kept_),
+          patterns.tile_pixels > 0 ? patterns.tile_pixels : std::numeric_limits<std::uint32_t>::max())),
       resources_(device, scene_, kept_, settings_.bounces, tile_pixels_, patterns.memory),
       bindings_(device, layout_, resources_, patterns),
       ordering_(device, patterns, resources_.written_by_dispatches()),
@@ -129,11 +131,25 @@ VulkanJob::VulkanJob(const Instance& instance, const Device& device, Stages& sta
       plan_(device.description().type) {
     if (patterns_.parts == 0 || patterns_.part >= patterns_.parts || part().pixel_count == 0)
         throw UnsupportedError("the image has too few pixels for so many parts");
+    if (patterns_.kernel == KernelShape::fragment) prepare_fragments(stages);
     if (patterns_.segments_per_submission > 0) batch_ = patterns_.segments_per_submission;
     instance_.log().raise();
 }
 
+void VulkanJob::prepare_fragments(Stages& stages) {
+    if (patterns_.recording == RecordingPattern::secondary || patterns_.queue.kind != QueueKind::rendering)
+        throw UnsupportedError("render passes begin in primary command buffers, on queues with graphics");
+    pass_ = &stages.fullscreen_pass();
+    framebuffer_ = pass_->make_framebuffer(settings_.width, settings_.height);
+}
+
 Specialisation VulkanJob::with_parameters(Specialisation specialisation) const {
+    const vk::PhysicalDeviceLimits& limits = device_.limits();
+    specialisation.workgroup = patterns_.workgroup;
+    if (patterns_.workgroup == 0 || patterns_.workgroup > limits.maxComputeWorkGroupInvocations ||
+        patterns_.workgroup > limits.maxComputeWorkGroupSize[0])
+        throw UnsupportedError(
+            fmt::format("{} has no workgroups of {} invocations", device_.description().name, patterns_.workgroup));
     if (patterns_.parameters == ParameterPattern::specialisation)
         specialisation.parameters = fixed_parameters(stage_settings({}, 0));
     return specialisation;
@@ -170,11 +186,16 @@ void VulkanJob::record(
     const vk::raii::CommandBuffer& commands, const Dispatch& dispatch, std::uint32_t invocations) const {
     if (invocations == 0) return;
     bind(commands, dispatch);
-    commands.dispatch((invocations + workgroup_size - 1) / workgroup_size, 1, 1);
+    commands.dispatch((invocations + specialisation_.workgroup - 1) / specialisation_.workgroup, 1, 1);
 }
 
-// Over the rays of the segment's queue, of which only the device knows how many there are.
-void VulkanJob::record_queue(const vk::raii::CommandBuffer& commands, const Dispatch& dispatch) const {
+// Over the rays of the segment's queue, of which only the device knows how many there are; or over all places.
+void VulkanJob::record_queue(
+    const vk::raii::CommandBuffer& commands, const Dispatch& dispatch, std::uint32_t places) const {
+    if (patterns_.kernel == KernelShape::image_stages) {
+        record(commands, dispatch, places);
+        return;
+    }
     bind(commands, dispatch);
     commands.dispatchIndirect(resources_.queues(), resources_.queue_offset(dispatch.settings.segment));
 }
@@ -211,10 +232,12 @@ void VulkanJob::record_scene(
 void VulkanJob::add_pre_processing(Tile tile) {
     const Dispatch clearing{Stage::pre_process, stage_settings(tile, 0), 0, sum_parity_};
     const bool first = !std::exchange(scene_uploaded_, true);
+    const bool after_tile = patterns_.tile_pixels > 0 && tile.first_pixel > part().first_pixel;
     sum_parity_ = 1 - sum_parity_;
     submission_.add({first ? first_pre_processing : pre_processing, clearing.sum_parity, tile.first_pixel},
         [=, this](const vk::raii::CommandBuffer& commands) {
             if (first) record_scene(commands, clearing.settings, clearing.sum_parity);
+            if (after_tile) ordering_.after_dispatches(commands, compute_access);
             record(commands, clearing, tile.pixel_count);
         });
 }
@@ -225,18 +248,20 @@ void VulkanJob::add_sampling(Tile tile, std::uint64_t sample, std::uint32_t firs
     const std::uint32_t parity = sum_parity_;
     const Submission::Key key{sampling, parity + 2 * std::uint64_t{tile.first_pixel}, sample,
         first_segment + (std::uint64_t{end_segment} << 32)};
+    const bool in_queues = patterns_.kernel != KernelShape::image_stages;
     submission_.add(key, [=, this](const vk::raii::CommandBuffer& commands) {
         if (first_segment == 0) record(commands, {Stage::ray_gen, settings, 1, parity}, tile.pixel_count);
         Dispatch dispatch{Stage::intersect, settings, 0, parity};
         for (std::uint32_t segment = first_segment; segment < end_segment; ++segment) {
             dispatch.settings.segment = segment;
             dispatch.ray_parity = segment % 2;
-            ordering_.after_dispatches(commands, dispatch_access);  // the queue's arguments, for scatter too
+            // With the queue's arguments, for scatter too.
+            ordering_.after_dispatches(commands, in_queues ? dispatch_access : compute_access);
             dispatch.stage = Stage::intersect;
-            record_queue(commands, dispatch);
+            record_queue(commands, dispatch, tile.pixel_count);
             ordering_.after_dispatches(commands, compute_access);
             dispatch.stage = Stage::scatter;
-            record_queue(commands, dispatch);
+            record_queue(commands, dispatch, tile.pixel_count);
         }
     });
 }
@@ -255,7 +280,9 @@ void VulkanJob::add_post_processing(Tile tile, std::uint64_t sample) {
 // A block's first share finds no sums and begins them.
 void VulkanJob::add_megakernel(Tile tile, std::uint64_t first_sample, const MegakernelShare& share) {
     const bool first = !std::exchange(scene_uploaded_, true);
-    Dispatch dispatch{Stage::megakernel, stage_settings(tile, first_sample + share.first_sample), 0, sum_parity_};
+    const bool fragments = patterns_.kernel == KernelShape::fragment;
+    Dispatch dispatch{fragments ? Stage::fragment : Stage::megakernel,
+        stage_settings(tile, first_sample + share.first_sample), 0, sum_parity_};
     dispatch.settings.sample_count = static_cast<std::uint32_t>(share.samples);
     dispatch.settings.first_invocation = share.first_invocation;
     dispatch.settings.invocations = share.invocations;
@@ -267,8 +294,24 @@ void VulkanJob::add_megakernel(Tile tile, std::uint64_t first_sample, const Mega
         if (first) record_scene(commands, dispatch.settings, dispatch.sum_parity);
         ordering_.after_dispatches(
             commands, compute_access);  // after the vertex stage, or the share before, whose sums this one may read
-        record(commands, dispatch, share.invocations);
+        if (fragments)
+            record_fragments(commands, dispatch);
+        else
+            record(commands, dispatch, share.invocations);
     });
+}
+
+// Fragments come after and before compute, to which all other barriers speak.
+void VulkanJob::record_fragments(const vk::raii::CommandBuffer& commands, const Dispatch& dispatch) const {
+    barrier(commands, compute_write, fragment_access);
+    commands.bindPipeline(
+        vk::PipelineBindPoint::eGraphics, *pipelines_->stages[static_cast<std::size_t>(dispatch.stage)]);
+    bindings_.bind(
+        commands, dispatch.settings, dispatch.ray_parity, dispatch.sum_parity, true, vk::PipelineBindPoint::eGraphics);
+    const std::uint32_t first = dispatch.settings.first_pixel + dispatch.settings.first_invocation;
+    const std::uint32_t last = first + dispatch.settings.invocations - 1;
+    pass_->draw(commands, *framebuffer_, settings_.width, first / settings_.width, last / settings_.width + 1);
+    barrier(commands, fragment_write, compute_access);
 }
 
 JobFacts VulkanJob::facts() const {
@@ -325,77 +368,6 @@ void VulkanJob::download(Tile tile) {
             "the driver left the megakernel's loops before its paths had ended; use --kernel stages or fewer bounces");
 }
 
-VulkanJob::Tile VulkanJob::part() const {
-    const std::uint64_t pixels = std::uint64_t{settings_.width} * settings_.height;
-    const auto begin = static_cast<std::uint32_t>(pixels * patterns_.part / patterns_.parts);
-    const auto end = static_cast<std::uint32_t>(pixels * (patterns_.part + 1) / patterns_.parts);
-    return {begin, end - begin};
-}
-
-// What was handed out for earlier submissions is free again.
-void VulkanJob::begin_submission() {
-    bindings_.begin_submission();
-    ordering_.begin_submission();
-}
-
-SubmissionTimes VulkanJob::submit() {
-    begin_submission();
-    return submission_.run();
-}
-
-void VulkanJob::begin_frame(bool fresh) {
-    if (part().pixel_count > tile_pixels_)
-        throw UnsupportedError("the image does not fit on the device at once; ask for a smaller one");
-    if (!fresh) return;
-    scene_uploaded_ = false;
-    invalid_before_ = 0;
-}
-
-void VulkanJob::add_whole_paths(std::uint64_t samples) {
-    for (SampleRange block{0, 0}; block.begin < samples; block.begin = block.end) {
-        block.end = std::min(block.begin + samples_per_block, samples);
-        add_megakernel(part(), block.begin, {0, block.count(), 0, part().pixel_count, true});
-    }
-}
-
-SubmissionTimes VulkanJob::frame(std::uint64_t samples, bool fresh) {
-    if (patterns_.segments_per_submission == 0 || patterns_.kernel == KernelShape::megakernel) {
-        start_frame(samples, fresh);
-        return finish_frame();
-    }
-    begin_frame(fresh);
-    SubmissionTimes times;
-    std::uint64_t done = 0;
-    std::uint32_t segment = 0;
-    add_pre_processing(part());
-    while (done < samples) {
-        (void)add_batch(part(), {0, samples}, patterns_.segments_per_submission, done, segment);
-        times.add(submit());
-    }
-    instance_.log().raise();
-    return times;
-}
-
-void VulkanJob::start_frame(std::uint64_t samples, bool fresh) {
-    begin_frame(fresh);
-    if (patterns_.kernel == KernelShape::megakernel) {
-        add_whole_paths(samples);
-    } else {
-        std::uint64_t done = 0;
-        std::uint32_t segment = 0;
-        add_pre_processing(part());
-        (void)add_batch(part(), {0, samples}, std::numeric_limits<std::uint64_t>::max(), done, segment);
-    }
-    begin_submission();
-    submission_.start();
-}
-
-SubmissionTimes VulkanJob::finish_frame() {
-    const SubmissionTimes times = submission_.finish();
-    instance_.log().raise();
-    return times;
-}
-
 double VulkanJob::run(Progress& progress) {
     const auto start = Clock::now();
     const std::optional<double> device_seconds = submit().device;
@@ -431,16 +403,18 @@ std::uint64_t VulkanJob::render_by_megakernel(Tile tile, SampleRange block, Prog
 
 // Renders samples of one block for one tile and leaves the sums downloaded; returns how many it did before a stop.
 std::uint64_t VulkanJob::render_tile_block(Tile tile, SampleRange block, Progress& progress) {
-    const std::uint64_t done = patterns_.kernel == KernelShape::megakernel ? render_by_megakernel(tile, block, progress)
-                                                                           : render_by_stages(tile, block, progress);
+    const std::uint64_t done = traces_whole_paths(patterns_.kernel) ? render_by_megakernel(tile, block, progress)
+                                                                    : render_by_stages(tile, block, progress);
     download(tile);
     return done;
 }
 
 std::vector<PathTrace> VulkanJob::trace(std::uint32_t x, std::uint32_t y, SampleRange samples) {
     if (x >= settings_.width || y >= settings_.height) throw Error("the pixel to trace lies outside of the image");
-    if (!tracing_)
-        tracing_ = std::make_unique<PathTracing>(device_, stages_, scene_, specialisation_, settings_.bounces);
+    Specialisation usual = specialisation_;
+    usual.workgroup = workgroup_size;
+    usual.parameters.clear();
+    if (!tracing_) tracing_ = std::make_unique<PathTracing>(device_, stages_, scene_, usual, settings_.bounces);
     std::vector<PathTrace> traces = tracing_->trace(y * settings_.width + x, samples, stage_settings({}, 0));
     instance_.log().raise();
     return traces;

@@ -49,7 +49,7 @@ private:
     [[nodiscard]] Tile part() const;
     [[nodiscard]] Specialisation with_parameters(Specialisation specialisation) const;
     void begin_frame(bool fresh);
-    void add_whole_paths(std::uint64_t samples);
+    void add_whole_paths(Tile tile, std::uint64_t samples);
     void begin_submission();
     // Submits what was added and waits.
     [[nodiscard]] SubmissionTimes submit();
@@ -62,7 +62,10 @@ private:
     void add_sampling(Tile tile, std::uint64_t sample, std::uint32_t first_segment, std::uint32_t end_segment);
     void add_post_processing(Tile tile, std::uint64_t sample);
     void bind(const vk::raii::CommandBuffer& commands, const Dispatch& dispatch) const;
-    void record_queue(const vk::raii::CommandBuffer& commands, const Dispatch& dispatch) const;
+    void record_queue(const vk::raii::CommandBuffer& commands, const Dispatch& dispatch, std::uint32_t places) const;
+    void record_fragments(const vk::raii::CommandBuffer& commands, const Dispatch& dispatch) const;
+    void prepare_fragments(Stages& stages);
+    [[nodiscard]] std::vector<Tile> tiles() const;
     void record(const vk::raii::CommandBuffer& commands, const Dispatch& dispatch, std::uint32_t invocations) const;
     [[nodiscard]] gpu::Settings stage_settings(Tile tile, std::uint64_t sample) const;
     void download(Tile tile);
@@ -86,6 +89,8 @@ private:
     Bindings bindings_;
     Ordering ordering_;
     Submission submission_;
+    const FullscreenPass* pass_ = nullptr;  // of fragments, as is the framebuffer
+    vk::raii::Framebuffer framebuffer_ = nullptr;
     bool scene_uploaded_ = false;
     std::uint32_t sum_parity_ = 0;  // the half of the sums that holds the current ones
     std::uint64_t batch_ = 1;       // path segments a submission, over one or several samples

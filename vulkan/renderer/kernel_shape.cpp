@@ -10,7 +10,7 @@ namespace tandem {
 
 namespace {
 
-constexpr std::array<std::string_view, 2> names{"stages", "megakernel"};
+constexpr std::array<std::string_view, 4> names{"stages", "megakernel", "image-stages", "fragment"};
 
 }  // namespace
 

@@ -13,6 +13,11 @@ namespace tandem {
 // The shape of that name; none for an empty one. Throws InputError naming those there are.
 [[nodiscard]] std::optional<KernelShape> kernel_shape(const std::string& name);
 
+// Whether an invocation follows paths to their end, with nothing of them in buffers.
+[[nodiscard]] constexpr bool traces_whole_paths(KernelShape shape) {
+    return shape == KernelShape::megakernel || shape == KernelShape::fragment;
+}
+
 // The one that was measured to be the fastest on devices of this type for scenes of these effects (README.md).
 [[nodiscard]] KernelShape fastest_shape(DeviceType device, EffectSet needed);
 

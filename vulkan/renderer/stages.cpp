@@ -12,7 +12,7 @@ namespace tandem {
 
 std::vector<SpecialisationConstant> Specialisation::constants() const {
     // Ids of shaders/settings.glsl; 0 is the workgroup's size.
-    const std::array<std::uint32_t, 22> values{workgroup_size, static_cast<std::uint32_t>(effects.bits()),
+    const std::array<std::uint32_t, 22> values{workgroup, static_cast<std::uint32_t>(effects.bits()),
         static_cast<std::uint32_t>(effects.bits() >> 32), path.radiance, few_primitives, unrolled.has_value(),
         triangles, spheres, cuboids, triangle_root.has_value(), sphere_root.has_value(), cuboid_root.has_value(),
         triangle_root.value_or(0), sphere_root.value_or(0), cuboid_root.value_or(0),
@@ -44,6 +44,7 @@ KernelForm::KernelForm(const Patterns& patterns)
 }
 
 ShaderVariant KernelForm::variant() const {
+    if (shape == KernelShape::image_stages) return ShaderVariant::in_place;
     if (descriptors == DescriptorPattern::arrays) return ShaderVariant::arrays;
     if (descriptors == DescriptorPattern::arrays_nonuniform) return ShaderVariant::arrays_nonuniform;
     switch (parameters) {
@@ -123,9 +124,10 @@ void check(const Device& device, const KernelForm& form, const std::vector<SetBi
         throw UnsupportedError(name + " lets a stage see " +
                                std::to_string(device.limits().maxPerStageDescriptorStorageBuffers) +
                                " storage buffers, this takes " + std::to_string(storage_buffers(sets)));
-    const bool megakernel = form.shape == KernelShape::megakernel;
-    if (megakernel && (form.variant() != ShaderVariant::plain || form.descriptors == DescriptorPattern::push))
-        throw UnsupportedError("this pattern is made for the six stages: the megakernel has no ray state in buffers");
+    const bool default_form =
+        form.parameters == ParameterPattern::push_constants && form.descriptors == DescriptorPattern::per_combination;
+    if (form.shape != KernelShape::stages && !default_form)
+        throw UnsupportedError("patterns of parameters and descriptors are made for the wavefront of six stages alone");
     if (form.variant() != ShaderVariant::plain && form.parameters != ParameterPattern::push_constants &&
         form.descriptors != DescriptorPattern::per_combination)
         throw UnsupportedError("patterns of parameters and of descriptors are varied one at a time");
@@ -148,10 +150,13 @@ const PipelineLayout& Stages::layout(const KernelForm& form) {
     const std::vector<SetBindings> sets = set_bindings(form);
     check(device_, form, sets);
     const bool pushed = form.descriptors == DescriptorPattern::push;
-    if (!pushed && !form.has_arrays() && sets.size() == set_bindings({}).size()) return layout_;
+    const bool fragments = form.shape == KernelShape::fragment;
+    vk::ShaderStageFlags visible = vk::ShaderStageFlagBits::eCompute;
+    if (fragments) visible |= vk::ShaderStageFlagBits::eFragment;
+    if (!fragments && !pushed && !form.has_arrays() && sets.size() == set_bindings({}).size()) return layout_;
     return layouts_
         .try_emplace(form, device_, sets, static_cast<std::uint32_t>(sizeof(gpu::Settings)),
-            pushed ? static_cast<std::size_t>(SetIndex::rays) : PipelineLayout::no_set)
+            pushed ? static_cast<std::size_t>(SetIndex::rays) : PipelineLayout::no_set, visible)
         .first->second;
 }
 
@@ -160,6 +165,20 @@ vk::raii::Pipeline Stages::make(const PipelineLayout& layout, std::span<const st
     const auto build = [&](std::span<const std::uint32_t> words) {
         return make_compute_pipeline(device_, nullptr, layout.handle(), words, constants);
     };
+    return contracted_ ? build(without_no_contraction(code)) : build(code);
+}
+
+const FullscreenPass& Stages::fullscreen_pass() {
+    if (!pass_) pass_.emplace(device_);
+    return *pass_;
+}
+
+vk::raii::Pipeline Stages::make_fragment(
+    const PipelineLayout& layout, const std::vector<SpecialisationConstant>& constants) {
+    const auto build = [&](std::span<const std::uint32_t> code) {
+        return fullscreen_pass().make_pipeline(layout.handle(), shader_code(Stage::fullscreen), code, constants);
+    };
+    const std::span<const std::uint32_t> code = shader_code(Stage::fragment);
     return contracted_ ? build(without_no_contraction(code)) : build(code);
 }
 
@@ -186,6 +205,7 @@ std::shared_ptr<const Stages::RayPipelines> Stages::double_ray_pipelines(const S
 
 std::vector<Stage> kernels_of(KernelShape shape) {
     if (shape == KernelShape::megakernel) return {Stage::vertex, Stage::megakernel};
+    if (shape == KernelShape::fragment) return {Stage::vertex, Stage::fragment};
     return {Stage::pre_process, Stage::vertex, Stage::ray_gen, Stage::intersect, Stage::scatter, Stage::post_process};
 }
 
@@ -207,7 +227,8 @@ std::shared_ptr<const Stages::Pipelines> Stages::pipelines(
         any_variant = any_variant || !plain;
         made.plain[i] = plain;
         if (plain) code = shader_code(stage);
-        made.stages[i] = make(form_layout, code, constants);
+        made.stages[i] =
+            stage == Stage::fragment ? make_fragment(form_layout, constants) : make(form_layout, code, constants);
     }
     if (form.variant() != ShaderVariant::plain && !any_variant)
         throw UnsupportedError("this build has no kernels for the pattern");

@@ -7,7 +7,8 @@
 #include <optional>
 
 #include "common/renderer.h"
-#include "vulkan/framework/pipeline.h"
+#include "vulkan/core/device_selection.h"
+#include "vulkan/framework/fullscreen.h"
 #include "vulkan/framework/shader_library.h"
 #include "vulkan/patterns.h"
 #include "vulkan/renderer/scene_data.h"
@@ -37,6 +38,7 @@ struct Specialisation {
     bool hands_on_floats = false;  // of geometry in double: mixed precision
     std::optional<float> clamp = std::nullopt;
     Generator generator = Generator::philox;
+    std::uint32_t workgroup = workgroup_size;             // invocations
     std::vector<SpecialisationConstant> parameters = {};  // ParameterPattern::specialisation's
 
     [[nodiscard]] std::vector<SpecialisationConstant> constants() const;
@@ -90,6 +92,7 @@ public:
     [[nodiscard]] const PipelineLayout& layout(const KernelForm& form);
     [[nodiscard]] std::shared_ptr<const Pipelines> pipelines(
         const Specialisation& specialisation, const KernelForm& form);
+    [[nodiscard]] const FullscreenPass& fullscreen_pass();
     [[nodiscard]] vk::raii::Pipeline make(Stage stage, const std::vector<SpecialisationConstant>& constants) const;
 
     struct RayPipelines {
@@ -103,10 +106,14 @@ private:
     [[nodiscard]] vk::raii::Pipeline make(const PipelineLayout& layout, std::span<const std::uint32_t> code,
         const std::vector<SpecialisationConstant>& constants) const;
 
+    [[nodiscard]] vk::raii::Pipeline make_fragment(
+        const PipelineLayout& layout, const std::vector<SpecialisationConstant>& constants);
+
     const Device& device_;
     PipelineLayout layout_;  // of forms that need no other
     bool contracted_;
     std::map<KernelForm, PipelineLayout> layouts_;
+    std::optional<FullscreenPass> pass_;  // made when a job renders by fragments
     std::map<std::pair<KernelForm, std::vector<std::uint32_t>>, std::shared_ptr<const Pipelines>> pipelines_;
     std::map<std::vector<std::uint32_t>, std::shared_ptr<const RayPipelines>> ray_pipelines_, double_ray_pipelines_;
 };

@@ -1,0 +1,107 @@
+// How the work of paths is cut into kernels, and kernels into workgroups.
+#include <fmt/format.h>
+
+#include "common/error.h"
+#include "vulkan/bench/families.h"
+
+namespace tandem {
+
+namespace {
+
+// Arithmetic that a compiler may order otherwise from kernel to kernel: what is not the baseline's bits is judged.
+Arm shape_arm(const SharedDevice& device, const Workload& workload, std::string name, std::string text,
+    const Patterns& patterns, std::optional<EffectSet> effects = {}) {
+    Arm arm = render_arm(device, workload, std::move(name), std::move(text), patterns, false, effects);
+    arm.same_bits = false;
+    return arm;
+}
+
+// Kernels for any scene, which CPUs' drivers take minutes and gigabytes to compile.
+Arm general_arm(const SharedDevice& device, const Workload& workload, std::string name, std::string text,
+    const Patterns& patterns) {
+    if (device->device().description().type != DeviceType::cpu)
+        return shape_arm(device, workload, std::move(name), std::move(text), patterns, EffectSet::all());
+    return {std::move(name), std::move(text), []() -> std::unique_ptr<ArmRun> {
+                throw UnsupportedError("kernels for any scene take a CPU's driver minutes to compile");
+            }};
+}
+
+Patterns with_kernel(KernelShape kernel) {
+    Patterns patterns;
+    patterns.kernel = kernel;
+    return patterns;
+}
+
+// Named, so that a reader of the results sees that it was thought of.
+Arm ray_tracing_arm(const SharedDevice& device) {
+    return {
+        "ray-tracing", "a ray-tracing pipeline (VK_KHR_ray_tracing_pipeline)", [device]() -> std::unique_ptr<ArmRun> {
+            for (const vk::ExtensionProperties& one : device->device().physical().enumerateDeviceExtensionProperties())
+                if (one.extensionName == std::string_view(VK_KHR_RAY_TRACING_PIPELINE_EXTENSION_NAME))
+                    throw UnsupportedError("Tandem has no ray-tracing pipeline yet, though the device has them");
+            throw UnsupportedError(device->device().description().name + " has no VK_KHR_ray_tracing_pipeline");
+        }};
+}
+
+}  // namespace
+
+Family kernels_family(const SharedDevice& device) {
+    Family family;
+    family.name = "kernels";
+    family.question = "Into which kernels should the work of paths be cut?";
+    family.hypothesis = "A wavefront with compaction beats the thesis's six dispatches over the image and a megakernel";
+    family.source = "Ferreira 2019; Laine, Karras and Aila 2013 (36 to 220 %)";
+    family.held = "the paths, the scene, one submission, memory, one recording thread";
+    family.along = "pixels";
+    for (const ImageSize& size : device->sizes()) family.workloads.push_back(workload_of({size, 4, device->bounces()}));
+    family.arms = [device](const Workload& workload) {
+        const auto arm = [&](const char* name, const char* text, const Patterns& patterns) {
+            return shape_arm(device, workload, name, text, patterns);
+        };
+        Patterns tiles;
+        tiles.tile_pixels = static_cast<std::uint32_t>(workload.factors.at("pixels") / 8.0) + 1;
+        return std::vector<Arm>{
+            arm("wavefront", "six stages, rays of each segment compacted in queues, dispatched indirectly", {}),
+            arm("image-stages", "the thesis's six stages, each dispatched over the image, rays at their pixels",
+                with_kernel(KernelShape::image_stages)),
+            arm("megakernel", "an invocation a pixel, its paths in registers", with_kernel(KernelShape::megakernel)),
+            arm("fragment", "the same in the fragment shader of a render pass", with_kernel(KernelShape::fragment)),
+            ray_tracing_arm(device),
+            arm("tiles", "wavefront, an eighth of the image after the other, in the same buffers", tiles),
+            general_arm(device, workload, "wavefront-general", "wavefront, its kernels made for any scene", {}),
+            general_arm(device, workload, "megakernel-general", "megakernel, made for any scene",
+                with_kernel(KernelShape::megakernel))};
+    };
+    return family;
+}
+
+Family workgroups_family(const SharedDevice& device) {
+    Family family;
+    family.name = "workgroups";
+    family.question = "How large should workgroups be?";
+    family.hypothesis = "64 or fewer (Arm), multiples of 64 (AMD)";
+    family.source = "Arm; AMD";
+    family.held = "the kernels, the paths, one submission, memory, one recording thread";
+    family.along = "pixels";
+    for (const ImageSize& size : {device->sizes().front(), device->sizes().back()})
+        if (family.workloads.empty() || size.pixels() > family.workloads.front().factors.at("pixels"))
+            family.workloads.push_back(workload_of({size, 4, device->bounces()}));
+    family.arms = [device](const Workload& workload) {
+        std::vector<Arm> arms;
+        std::vector<std::uint32_t> sizes{128, 32, 64, 256, 512, 1024};
+        if (device->device().description().type == DeviceType::cpu)
+            sizes = {128, 64, 256};  // each takes seconds to build
+        for (const KernelShape kernel : {KernelShape::stages, KernelShape::megakernel})
+            for (const std::uint32_t size : sizes) {
+                Patterns patterns = with_kernel(kernel);
+                patterns.workgroup = size;
+                const char* name = kernel == KernelShape::stages ? "stages" : "megakernel";
+                arms.push_back(shape_arm(device, workload, fmt::format("{}-{}", name, size),
+                    fmt::format("{}, {} invocations a workgroup", name, size), patterns));
+            }
+        return arms;
+    };
+    return family;
+}
+
+}  // namespace tandem
