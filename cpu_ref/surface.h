@@ -101,8 +101,9 @@ TANDEM_INLINE Surface<Real> surface_at(const Tables<Real>& tables, const Ray<Lan
         }
     }
     draw_in(faces, hit.face, hit.found & !surface.curved, surface);
-    const V on_sphere = V(error_factor<Real>) * (largest_magnitude(surface.point) + faces.extent[hit.face]);
-    surface.error_bound = select(surface.curved, on_sphere, plane_error(faces, hit.face, surface.point));
+    // A sphere has no coplanar neighbours, and rays that leave it pass it over: moved, their origins would only get
+    // into what touches it.
+    surface.error_bound = select(surface.curved, V(Real(0)), plane_error(faces, hit.face, surface.point));
     const IntersectionSettings& chosen = tables.settings.intersection;
     if (chosen.guard != SelfIntersectionGuard::error_bound) [[unlikely]]
         surface.error_bound =

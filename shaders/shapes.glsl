@@ -3,6 +3,7 @@
 #ifndef SHAPES_GLSL
 #define SHAPES_GLSL
 #include "planted.glsl"
+#include "roundoff.glsl"
 #include "intersection_choices.glsl"
 
 struct Ray {
@@ -55,6 +56,17 @@ bool is_within(vec3 edges) {
     return !((edges.x < 0.0 || edges.y < 0.0 || edges.z < 0.0) && (edges.x > 0.0 || edges.y > 0.0 || edges.z > 0.0));
 }
 
+// Where a triangle is as small as the rounding of its distance from the ray, its edge functions may have any signs. A ray
+// that meets it is no farther from corner 0 than the longer side there; subtraction, dot product and the way along the ray
+// round by less than 16 u of the way and of the origin.
+bool is_near(Triangle triangle, Ray ray) {
+    const vec3 corner = triangle.corner0.xyz, way = corner - ray.origin;
+    const vec3 d = ray.direction;
+    const vec3 beside = way - dot(way, d) / dot(d, d) * d;
+    const float side = max(length(triangle.corner1.xyz - corner), length(triangle.corner2.xyz - corner));
+    return length(beside) <= side + 16.0 * unit_roundoff * (length(way) + length(ray.origin));
+}
+
 // edges: the three edge functions, across from corners 0, 1 and 2.
 bool watertight_triangle(Triangle triangle, Ray ray, vec3 edges, out float t, out vec3 weights) {
     t = 0.0;
@@ -66,6 +78,7 @@ bool watertight_triangle(Triangle triangle, Ray ray, vec3 edges, out float t, ou
     precise float sum = u + v + w;
     precise float steepness = dot(ray.direction, normal);
     if (sum == 0.0 || steepness == 0.0) return false;  // seen edge-on, or of zero area
+    if (!is_near(triangle, ray)) return false;
     precise float height = dot(triangle.corner0.xyz - ray.origin, normal);
     t = height / steepness;
     weights = vec3(v, w, sum);

@@ -3,6 +3,7 @@
 #ifndef SURFACE_GLSL
 #define SURFACE_GLSL
 #include "intersection_choices.glsl"
+#include "roundoff.glsl"
 
 struct Surface {
     vec3 point;
@@ -22,17 +23,6 @@ Convex convex_at(uint slot) {
     return cuboids[slot - settings.sphere_count];
 }
 
-// u of what follows.
-#ifdef DOUBLE_GEOMETRY
-const float unit_roundoff = 1.1102230246251565e-16lf;
-// Of points that are handed on: in mixed precision as floats.
-layout(constant_id = 21) const bool hands_on_floats = false;
-const float handed_roundoff = hands_on_floats ? 5.9604644775390625e-8 : 0.0;
-#else
-const float unit_roundoff = 5.9604644775390625e-8;
-const float handed_roundoff = 0.0;
-#endif
-
 // A plane is met again by its neighbours as dot(corner - origin, normal): two points subtracted (1), products (1), sums (2),
 // and both normals, of rounded edges (3 each, and 1 for the unit one): 11 roundings besides those of the point. Where all
 // terms vanish, as on planes through 0, one unit of the largest corner still keeps the origin off them.
@@ -44,19 +34,22 @@ const float least_offset = unit_roundoff;
 // weights are off by 10 u, and points by gamma(11), of the largest corner; together below gamma(32) of it.
 const float gamma_margin = 32.0001 * unit_roundoff;
 
-vec3 drawn_in(Triangle triangle, vec3 weights, vec3 point, vec3 raw_normal, float reach) {
+vec3 drawn_in(Triangle triangle, vec3 weights, vec3 point, vec3 normal, float reach) {
     const vec3 corners[3] = vec3[3](triangle.corner0.xyz, triangle.corner1.xyz, triangle.corner2.xyz);
     // Handed on as a float, the point lies up to sqrt(3) roundings of itself elsewhere.
     const float handed = 4.0 * handed_roundoff * max(abs(point.x), max(abs(point.y), abs(point.z)));
-    const float margin = gamma_margin * reach + handed, doubled_area = length(raw_normal);
+    const float margin = gamma_margin * reach + handed;
     // No edge is longer than the diagonal of the cube that holds the corners, 2 sqrt(3) reach.
+    const float doubled_area = length(cross(corners[1] - corners[0], corners[2] - corners[0]));
     if (min(weights.x, min(weights.y, weights.z)) * doubled_area >= margin * 3.465 * reach) return point;
     for (uint i = 0; i < 3; ++i) {
-        const vec3 edge = corners[(i + 2) % 3] - corners[(i + 1) % 3];  // across from corner i
-        if (weights[i] * doubled_area >= margin * length(edge)) continue;
-        const vec3 across = cross(raw_normal, edge);
-        const vec3 inwards = dot(across, corners[i] - corners[(i + 1) % 3]) < 0.0 ? -across : across;
-        point += margin * normalize(inwards);
+        const vec3 begin = corners[(i + 1) % 3], edge = corners[(i + 2) % 3] - begin;  // across from corner i
+        const float long_side = length(edge);
+        if (long_side == 0.0) continue;
+        const vec3 across = cross(normal, edge) / long_side;
+        const float height = dot(across, corners[i] - begin);
+        const float move = min(margin, 0.25 * abs(height));  // of a triangle smaller than the margin not out of it
+        if (weights[i] * abs(height) < margin) point += (height < 0.0 ? -move : move) * across;
     }
     return point;
 }
@@ -70,7 +63,7 @@ const float gamma_point = 11.0001 * unit_roundoff;
 // Bound on a point of a triangle, p1 and p2 being its corners 1 and 2 times their weights: weight 0 is the one with an
 // absolute error, of 2 u.
 vec3 plane_error(Triangle triangle, vec3 p1, vec3 p2, float reach) {
-    return gamma_plane * (abs(triangle.corner0.xyz) + abs(p1) + abs(p2)) + least_offset * reach;
+    return (gamma_plane + handed_roundoff) * (abs(triangle.corner0.xyz) + abs(p1) + abs(p2)) + least_offset * reach;
 }
 
 float reach_of(Triangle triangle) {
@@ -86,8 +79,9 @@ Surface triangle_surface(Triangle triangle, vec2 weights) {
     precise vec3 point = p0 + p1 + p2;
     const vec3 raw_normal = vec3(triangle.corner0.w, triangle.corner1.w, triangle.corner2.w);
     const float reach = reach_of(triangle);
-    point = drawn_in(triangle, vec3(weight0, weights), point, raw_normal, reach);
-    return Surface(point, normalize(raw_normal), plane_error(triangle, p1, p2, reach), point);
+    const vec3 normal = normalize(raw_normal);
+    point = drawn_in(triangle, vec3(weight0, weights), point, normal, reach);
+    return Surface(point, normal, plane_error(triangle, p1, p2, reach), point);
 }
 
 vec3 convex_extent(Convex shape) { return vec3(shape.to_world0.w, shape.to_world1.w, shape.to_world2.w); }
@@ -113,7 +107,7 @@ Surface convex_surface(Convex shape, vec3 x, vec3 gradient) {
     const vec3 spread = vec3(dot(abs(shape.to_world0.xyz), magnitude), dot(abs(shape.to_world1.xyz), magnitude),
         dot(abs(shape.to_world2.xyz), magnitude)) + abs(vec3(shape.to_unit0.w, shape.to_unit1.w, shape.to_unit2.w));
     const vec3 point = convex_point(shape, x);
-    return Surface(point, convex_normal(shape, gradient), gamma_point * spread, point);
+    return Surface(point, convex_normal(shape, gradient), (gamma_point + handed_roundoff) * spread, point);
 }
 
 // To where the entity is at `time` (MODEL.md section 6). Product and sum round once each, the motion was rounded before:
@@ -133,6 +127,9 @@ Surface surface_at(uint slot, uint face, vec3 local, float time) {
         surface = triangle_surface(triangles[slot], local.xy);
     else
         surface = convex_surface(convex_at(slot), local, kind == kind_sphere ? local : face_axis(face));
+    // A sphere has no coplanar neighbours, and rays that leave it pass it over: moved, their origins would only get into
+    // what touches it.
+    if (kind == kind_sphere) surface.error = vec3(0.0);
     if (PLANTED(face_normal_flipped) && kind == kind_cuboid && face == 5u) surface.normal = -surface.normal;
     if (has_entity_motion) move_surface(surface, slot, time);
 #ifdef PLANTED_BUGS
@@ -170,7 +167,7 @@ vec3 moved_by_ulps(vec3 point, vec3 side) {
 // Moves the origin along `side`, the normal on the side that the ray goes to, by the bound on the point's error along it.
 vec3 offset_ray_origin(Surface surface, vec3 side) {
     if (guard == guard_ulp) return moved_by_ulps(surface.point, side);
-    precise float distance = dot(abs(side), surface.error + handed_roundoff * abs(surface.point));
+    precise float distance = dot(abs(side), surface.error);
     if (guard == guard_fixed_epsilon) distance = guard_epsilon;
     if (guard == guard_exclusion) return surface.point;
     if (PLANTED(self_hit_not_excluded)) distance = 0.0;

@@ -5,6 +5,7 @@
 #include "settings.glsl"
 #define WRITES_SCENE
 #include "scene_set.glsl"
+#include "exact_products.glsl"
 
 vec3 transformed(EntityTransform m, vec3 p) {
     precise vec3 world = vec3(dot(m.to_world0.xyz, p) + m.to_world0.w, dot(m.to_world1.xyz, p) + m.to_world1.w,
@@ -27,26 +28,6 @@ Convex placed_convex(EntityTransform m, vec3 centre, vec3 half_size) {
     return shape;
 }
 
-// What rounding took from the product a b [Dekker 1971].
-float product_rest(float a, float b, float product) {
-    precise float split_a = 4097.0 * a;
-    precise float high_a = split_a - (split_a - a);
-    precise float low_a = a - high_a;
-    precise float split_b = 4097.0 * b;
-    precise float high_b = split_b - (split_b - b);
-    precise float low_b = b - high_b;
-    precise float rest = low_a * low_b - (((product - high_a * high_b) - low_a * high_b) - high_a * low_b);
-    return rest;
-}
-
-// a b - c d, whatever cancels.
-float difference_of_products(float a, float b, float c, float d) {
-    precise float ab = a * b;
-    precise float cd = c * d;
-    precise float difference = (ab - cd) + (product_rest(a, b, ab) - product_rest(c, d, cd));
-    return difference;
-}
-
 // What rounding took from the difference a - b [Knuth].
 vec3 difference_rest(vec3 a, vec3 b, vec3 difference) {
     precise vec3 b_part = a - difference;
@@ -55,14 +36,25 @@ vec3 difference_rest(vec3 a, vec3 b, vec3 difference) {
     return rest;
 }
 
-// (b - a) x (c - a). Rounded edges turn the plane of a sliver by its aspect times their rounding, so there the rests count.
+// By which power of two to scale the edges, which rounds nothing: their product squared is in the range of float then.
+float edge_scale(vec3 e, vec3 f) {
+    const vec3 largest = max(abs(e), abs(f));
+    const float size = max(largest.x, max(largest.y, largest.z));
+    int exponent = 0;
+    if (size > 0.0) frexp(size, exponent);
+    return ldexp(1.0, clamp(-exponent, -126, 126));
+}
+
+// (b - a) x (c - a), scaled. Rounded edges turn the plane of a sliver by its aspect times their rounding, so there the rests
+// count.
 vec3 edge_product(vec3 a, vec3 b, vec3 c) {
-    precise vec3 e = b - a;
-    precise vec3 f = c - a;
+    const float scale = edge_scale(b - a, c - a);
+    precise vec3 e = scale * (b - a);
+    precise vec3 f = scale * (c - a);
     precise vec3 plain = cross(e, f);
     const float sliver = 256.0;
     if (!(dot(e, e) * dot(f, f) > sliver * sliver * dot(plain, plain))) return plain;
-    const vec3 e_rest = difference_rest(b, a, e), f_rest = difference_rest(c, a, f);
+    const vec3 e_rest = scale * difference_rest(b, a, b - a), f_rest = scale * difference_rest(c, a, c - a);
     precise vec3 whole = vec3(difference_of_products(e.y, f.z, e.z, f.y), difference_of_products(e.z, f.x, e.x, f.z),
         difference_of_products(e.x, f.y, e.y, f.x));
     precise vec3 normal = whole + (cross(e, f_rest) + cross(e_rest, f));
