@@ -112,6 +112,10 @@ void locate_cuboid(inout Hit hit, Ray ray) {
         hit.local.z = side * extent.z;
 }
 
+// Asked where `unrolled` alone has been: Mesa 22.3 unrolls a loop before it finds a condition of several constants false,
+// and a mesh's loop has as many turns as triangles (12 GB and more for 10^5).
+const bool settles_apart = few_primitives && triangle_kernel == kernel_watertight && !PLANTED(triangle_edge_lost);
+
 // The closest hits of each kind of primitive, up to and including the distance `limit`.
 Hit closest_triangle(Ray ray, uint own, float limit) {
     Hit best = no_hit(limit, !triangle_tree);
@@ -124,18 +128,20 @@ Hit closest_triangle(Ray ray, uint own, float limit) {
             keep_triangle(slot, triangle_at(slot), edges_of(triangle_at(slot), at_rest(ray, slot), frame), ray, own, false, best);
             current = bvh_pop();
         }
-    } else if (unrolled && few_primitives && triangle_kernel == kernel_watertight && !PLANTED(triangle_edge_lost)) {
-        // Threads of a subgroup meet different triangles, each few: what follows the edges is for those alone.
-        uint within = 0;
-        [[unroll]] for (uint i = 0; i < fixed_triangles; ++i)
-            if (is_within(shared_edges(i, at_rest(ray, i), frame))) within |= 1u << i;
-        for (; within != 0; within &= within - 1) {
-            const uint i = findLSB(within);
-            keep_triangle(i, triangles[i], edges_of(triangles[i], at_rest(ray, i), frame), ray, own, true, best);
-        }
     } else if (unrolled) {
-        [[unroll]] for (uint i = 0; i < fixed_triangles; ++i)
-            keep_triangle(i, triangle_at(i), shared_edges(i, at_rest(ray, i), frame), ray, own, true, best);
+        if (settles_apart) {
+            // Threads of a subgroup meet different triangles, each few: what follows the edges is for those alone.
+            uint within = 0;
+            [[unroll]] for (uint i = 0; i < fixed_triangles; ++i)
+                if (is_within(shared_edges(i, at_rest(ray, i), frame))) within |= 1u << i;
+            for (; within != 0; within &= within - 1) {
+                const uint i = findLSB(within);
+                keep_triangle(i, triangles[i], edges_of(triangles[i], at_rest(ray, i), frame), ray, own, true, best);
+            }
+        } else {
+            [[unroll]] for (uint i = 0; i < fixed_triangles; ++i)
+                keep_triangle(i, triangle_at(i), shared_edges(i, at_rest(ray, i), frame), ray, own, true, best);
+        }
     } else {
         for (uint i = 0; i < settings.triangle_count; ++i)
             keep_triangle(i, triangle_at(i), edges_of(triangle_at(i), at_rest(ray, i), frame), ray, own, true, best);
@@ -173,9 +179,13 @@ Hit closest_cuboid(Ray ray, uint own, bool inside, float limit) {
             try_cuboid(i, cuboid_at(i), ray, slabs, own, inside, false, best);
             current = bvh_pop();
         }
-    } else if (unrolled && slabs.moves) {
-        [[unroll]] for (uint i = 0; i < fixed_cuboids; ++i)
-            try_cuboid(i, cuboid_at(i), ray, slabs, own, inside, true, best);
+    } else if (unrolled) {
+        if (slabs.moves) {
+            [[unroll]] for (uint i = 0; i < fixed_cuboids; ++i)
+                try_cuboid(i, cuboid_at(i), ray, slabs, own, inside, true, best);
+        } else {
+            for (uint i = 0; i < settings.cuboid_count; ++i) try_cuboid(i, cuboids[i], ray, slabs, own, inside, true, best);
+        }
     } else {
         for (uint i = 0; i < settings.cuboid_count; ++i) try_cuboid(i, cuboids[i], ray, slabs, own, inside, true, best);
     }

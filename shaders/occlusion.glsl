@@ -76,9 +76,14 @@ bool any_cuboid_blocks(Ray ray, float t_max, uint own, bool inside, uint light) 
             blocked = cuboid_blocks(i, cuboid_at(i), ray, slabs, t_max, own, inside, light);
             current = bvh_pop();
         }
-    } else if (unrolled && slabs.moves) {
-        [[unroll]] for (uint i = 0; i < fixed_cuboids; ++i)
-            if (!blocked) blocked = cuboid_blocks(i, cuboid_at(i), ray, slabs, t_max, own, inside, light);
+    } else if (unrolled) {
+        if (slabs.moves) {
+            [[unroll]] for (uint i = 0; i < fixed_cuboids; ++i)
+                if (!blocked) blocked = cuboid_blocks(i, cuboid_at(i), ray, slabs, t_max, own, inside, light);
+        } else {
+            for (uint i = 0; i < settings.cuboid_count && !blocked; ++i)
+                blocked = cuboid_blocks(i, cuboids[i], ray, slabs, t_max, own, inside, light);
+        }
     } else {
         for (uint i = 0; i < settings.cuboid_count && !blocked; ++i)
             blocked = cuboid_blocks(i, cuboids[i], ray, slabs, t_max, own, inside, light);
