@@ -65,7 +65,7 @@ TEST_CASE("a slab of an absorbing medium transmits exp(-sigma d / cos)") {
         {view().cuboid(boundary(), lo, hi).scene(), view().triangle_box(boundary(), lo, hi).scene(),
             view().sphere(boundary(), aim, 0.5 * depth / std::cos(angle)).scene()})
         check_every_pixel(all, with_medium(scene, medium_of(absorbing, black)), settings_of(4, 4), 64, expected,
-            1024.0);  // far corners cost digits of the depth
+            2048.0);  // far corners cost digits of the depth, and gamma(23) of 41 moves the oracle's next origin
 }
 
 TEST_CASE("a medium around everything attenuates what the camera sees, and lets no infinitely far light through") {
