@@ -28,62 +28,10 @@
 #include "vertex_events.glsl"
 #include "film.glsl"
 #include "pixel_blocks.glsl"
-
-layout(std430, set = 3, binding = 0) readonly restrict buffer SumsIn { vec4 sums_in[]; };
-layout(std430, set = 3, binding = 1) writeonly restrict buffer SumsOut { vec4 sums_out[]; };
-layout(std430, set = 3, binding = 2) restrict buffer Counters { uint invalid_samples, unfinished; };
-
-const uint samples_per_block = 64;  // MODEL.md section 11
-
-// The path of a pixel's sample that is `later` than the dispatch's first. Within a block the low word never overflows.
-Path begin_path(uint pixel, uint later) {
-    const uvec2 sample_index = uvec2(settings.sample_index.x + later, settings.sample_index.y);
-    if (has_entity_motion || has_camera_motion) ray_time = path_time(pixel, sample_index);
-    const Ray ray = first_ray(pixel, sample_index, ray_time);
-    return Path(pixel, sample_index, 0, vec3(1.0), vec3(0.0), ray.origin, no_slot, ray.direction, 0.0, in_no_body,
-        no_index);
-}
-
-// One segment and the vertex at its end; false: the path has ended.
-bool advance(inout Path path) {
-    const Hit hit = closest_hit(
-        Ray(path.origin, path.direction), path.word & slot_mask, (path.word & ray_inside) != 0u);
-    const Departure leaving = arrive(path, hit, ray_time);
-    if (has_shadow(leaving) && is_lit(leaving.origin, leaving.word, leaving.shadow))
-        path.radiance += leaving.contribution;
-    path.origin = leaving.origin;
-    path.word = leaving.word;
-    path.direction = leaving.direction;
-    path.density = leaving.density;
-    ++path.segment;
-    return goes_on(leaving);
-}
+#include "pixel_samples.glsl"
 
 void main() {
     preload_primitives();
     if (gl_GlobalInvocationID.x >= settings.invocations) return;
-    const uint place = place_of(settings.first_invocation + gl_GlobalInvocationID.x);
-    vec4 sums[3];
-    for (uint channel = 0; channel < 3; ++channel)
-        sums[channel] = settings.sample_index.x % samples_per_block == 0
-            ? vec4(0.0) : sums_in[channel * settings.pixel_count + place];
-    uint done = 0, invalid_here = 0;
-    Path path = begin_path(settings.first_pixel + place, done);
-    while (true) {
-        if (done == settings.sample_count) {
-            ++done;
-            break;
-        }
-        if (advance(path)) continue;
-        bool invalid;
-        const vec3 radiance = summand(path.radiance, invalid);
-        if (invalid) ++invalid_here;
-        for (uint channel = 0; channel < 3; ++channel) sums[channel] = add_sample(sums[channel], radiance[channel]);
-        path = begin_path(path.pixel, ++done);
-    }
-    // Mesa's lavapipe leaves all loops of an invocation after 65535 turns of them together; the host must hear of it. No
-    // flag would do: compilers know that a loop is left by its break alone.
-    if (done != settings.sample_count + 1) atomicAdd(unfinished, 1);
-    if (invalid_here > 0) atomicAdd(invalid_samples, invalid_here);
-    for (uint channel = 0; channel < 3; ++channel) sums_out[channel * settings.pixel_count + place] = sums[channel];
+    render_pixel(place_of(settings.first_invocation + gl_GlobalInvocationID.x));
 }

@@ -9,7 +9,7 @@ namespace tandem {
 
 namespace {
 
-// Lavapipe bounds the turns of all loops of an invocation (shaders/megakernel.comp): this leaves 16 thousand a path.
+// Lavapipe bounds the turns of all loops of an invocation (shaders/pixel_samples.glsl): this leaves 16 thousand a path.
 constexpr std::uint64_t most_samples_on_cpu = 4;
 // Samples of single pixels in the first dispatch: tenths of a second on a slow GPU, enough to fill a fast one.
 constexpr std::uint64_t first_batch_on_cpu = std::uint64_t{1} << 12, first_batch = std::uint64_t{1} << 22;
