@@ -23,11 +23,9 @@ std::optional<KernelShape> kernel_shape(const std::string& name) {
     throw InputError("--kernel: no kernel shape '" + name + "'; choose one of " + known);
 }
 
-// Walks through media differ too much in length from path to path to share a subgroup; queues keep those apart that
-// walk. A CPU has no registers to spare, and its caches serve the queues.
-KernelShape fastest_shape(DeviceType device, EffectSet needed) {
-    if (device == DeviceType::cpu || needed.has(Effect::medium_absorption)) return KernelShape::stages;
-    return KernelShape::megakernel;
+// A CPU has no registers to spare, and its caches serve the queues of the stages.
+KernelShape fastest_shape(DeviceType device) {
+    return device == DeviceType::cpu ? KernelShape::stages : KernelShape::megakernel;
 }
 
 }  // namespace tandem

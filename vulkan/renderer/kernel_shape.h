@@ -4,7 +4,6 @@
 #include <optional>
 #include <string>
 
-#include "common/effects.h"
 #include "vulkan/devices.h"
 #include "vulkan/patterns.h"
 
@@ -18,7 +17,7 @@ namespace tandem {
     return shape == KernelShape::megakernel || shape == KernelShape::fragment;
 }
 
-// The one that was measured to be the fastest on devices of this type for scenes of these effects (README.md).
-[[nodiscard]] KernelShape fastest_shape(DeviceType device, EffectSet needed);
+// The one that was measured to be the fastest on devices of this type (README.md).
+[[nodiscard]] KernelShape fastest_shape(DeviceType device);
 
 }  // namespace tandem

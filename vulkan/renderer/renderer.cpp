@@ -66,7 +66,7 @@ public:
         const std::optional<Scene> changed = changed_by(settings, given);
         const Scene& scene = changed ? *changed : given;
         Patterns patterns;
-        patterns.kernel = shape_.value_or(fastest_shape(device_->description().type, needed_effects(scene, settings)));
+        patterns.kernel = shape_.value_or(fastest_shape(device_->description().type));
         return std::make_unique<VulkanJob>(
             instance_, *device_, *stages_, scene, settings, acceleration_, planted_bug_, patterns);
     }
