@@ -28,7 +28,9 @@ bool is_closer(float t, uint slot, Hit best, bool in_order) {
 Hit no_hit(float limit, bool in_order) {
     Hit none = Hit(limit, hit_none, 0, vec3(0.0));
 #ifndef DOUBLE_GEOMETRY
-    if (in_order && !isinf(limit)) none.t = uintBitsToFloat(floatBitsToUint(limit) + 1);  // distances are not negative
+    // The next float, as distances are not negative; a device that takes subnormal numbers for zero needs a normal one.
+    const float smallest_normal = 1.1754944e-38;
+    if (in_order && !isinf(limit)) none.t = max(uintBitsToFloat(floatBitsToUint(limit) + 1), smallest_normal);
 #endif
     return none;
 }

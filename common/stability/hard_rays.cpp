@@ -1,4 +1,6 @@
 // Generators of the cases about triangles, and about rays as such (scenes/hard/README.md).
+#include <algorithm>
+#include <cfloat>
 #include <cmath>
 #include <numbers>
 
@@ -260,7 +262,7 @@ RayWork interval_ends(int kind, Dice&) {
                 ray.t = t;
                 break;
             case 2:
-                ray.ray.t_min = std::nextafter(static_cast<float>(t), 8.0f);
+                ray.ray.t_min = std::max(std::nextafter(static_cast<float>(t), 8.0f), FLT_MIN);  // MODEL.md 5.2
                 ray.ray.t_max = t + 0.5;
                 ray.must = Must::miss;
                 break;
