@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <chrono>
+#include <functional>
+#include <optional>
 #include <tuple>
 
 #include "common/commands/child_process.h"
@@ -130,66 +132,96 @@ bool is_known(const BenchResults& results, const Family& family, const Workload&
     });
 }
 
-// Seconds that one more making of everything that is not known yet takes at least, as the last one did.
-double least_round(const BenchResults& results, const std::vector<Family>& families, const RunnerOptions& options) {
-    double seconds = 0.0;
+// Takes over the readings of another file or process, which must be of the same device, driver and shaders.
+void merge(BenchResults& results, BenchResults other, const std::string& whose) {
+    for (const char* fact : {"name", "driver_name", "driver_version", "device_uuid", "spirv_hash"})
+        if (results.device.value(fact, "") != other.device.value(fact, ""))
+            throw input_error(whose, std::string("/device/") + fact, "is not what this device has",
+                "resume on the same device, driver and build");
+    if (results.scene != other.scene)
+        throw input_error(whose, "/scene", "is another scene", "resume with the same one");
+    for (nlohmann::json& family : other.families) {
+        const auto same = [&](const nlohmann::json& known) { return known.at("name") == family.at("name"); };
+        if (std::ranges::none_of(results.families, same)) results.families.push_back(std::move(family));
+    }
+    std::ranges::move(other.samples, std::back_inserter(results.samples));
+}
+
+// What one more making of the experiment takes at least, as the last one did; 0 where there was none.
+struct LeastSeconds {
+    double making = 0.0, blocks = 0.0;
+    [[nodiscard]] double all() const { return making + blocks; }
+};
+
+LeastSeconds least_seconds(const BenchResults& results, const Family& family, const Workload& workload) {
+    const auto last =
+        std::ranges::find_if(results.samples.rbegin(), results.samples.rend(), [&](const ExperimentSamples& samples) {
+            return samples.family == family.name && samples.workload.name == workload.name;
+        });
+    if (last == results.samples.rend()) return {};
+    std::size_t blocks = 1;
+    for (const ArmSamples& arm : last->arms)
+        for (const auto& [clock, readings] : arm.seconds) blocks = std::max(blocks, readings.size());
+    const double fewest = static_cast<double>(RunnerOptions{}.fewest_blocks) / static_cast<double>(blocks);
+    return {last->made_seconds, last->seconds * std::min(1.0, fewest)};
+}
+
+struct Experiment {
+    const Family* family;
+    const Workload* workload;
+};
+
+std::vector<Experiment> unknown_experiments(
+    const BenchResults& results, const std::vector<Family>& families, double narrow) {
+    std::vector<Experiment> unknown;
     for (const Family& family : families)
-        for (const Workload& workload : family.workloads) {
-            const auto last = std::ranges::find_if(
-                results.samples.rbegin(), results.samples.rend(), [&](const ExperimentSamples& samples) {
-                    return samples.family == family.name && samples.workload.name == workload.name;
-                });
-            if (last == results.samples.rend() || is_known(results, family, workload, options.narrow)) continue;
-            std::size_t blocks = 1;
-            for (const ArmSamples& arm : last->arms)
-                for (const auto& [clock, readings] : arm.seconds) blocks = std::max(blocks, readings.size());
-            seconds += last->made_seconds + last->seconds * std::min(1.0, static_cast<double>(options.fewest_blocks) /
-                                                                              static_cast<double>(blocks));
-        }
-    return seconds;
+        for (const Workload& workload : family.workloads)
+            if (!is_known(results, family, workload, narrow)) unknown.push_back({&family, &workload});
+    return unknown;
 }
 
 // Rounds over all experiments, in each of which every arm is made anew: two jobs of the same arm differ by their luck
 // with memory and threads, and a machine's mood outlasts many blocks. What is left of the time is shared by what is
-// left to do. Returns how many rounds there was time for.
+// left to do. `keep` takes what there is so far. Returns how many whole rounds there was time for.
 unsigned run_all(const std::vector<Family>& families, const BenchArguments& arguments, const CommandContext& context,
-    BenchResults& results) {
-    std::size_t experiments = 0;
-    for (const Family& family : families) experiments += family.workloads.size();
-    std::size_t left = experiments * arguments.makings, done = 0;
-    const double end = now() + arguments.seconds, all = static_cast<double>(left);
+    BenchResults& results, const std::function<void()>& keep) {
+    const double start = now(), end = start + arguments.seconds;
+    std::uint64_t done = 0;
     ProgressLine line;
     for (unsigned making = 0; making < arguments.makings; ++making) {
-        RunnerOptions least;
-        least.narrow = arguments.narrow;
-        if (making > 0 && now() + least_round(results, families, least) > end) {
-            return making;
+        const std::vector<Experiment> round = unknown_experiments(results, families, arguments.narrow);
+        double left_to_make = 0.0;  // seconds of this round that go to no block
+        for (const Experiment& one : round) left_to_make += least_seconds(results, *one.family, *one.workload).making;
+        for (std::size_t i = 0; i < round.size(); ++i) {
+            const auto& [family, workload] = round[i];
+            if (context.stop.stop_requested()) return arguments.makings;
+            const LeastSeconds least = least_seconds(results, *family, *workload);
+            if (making > 0 && now() + least.all() > end) return making;
+            const double rounds = arguments.makings - making;
+            RunnerOptions options;
+            options.seconds = std::max(0.0, end - now() - left_to_make * rounds) /
+                              (static_cast<double>(round.size()) * rounds - static_cast<double>(i));
+            options.narrow = arguments.narrow;
+            options.seed = arguments.seed + 1000 * ++done;
+            options.only = arguments.arms;
+            options.stop = context.stop;
+            options.progress = [&](double) {
+                line.update((now() - start) / arguments.seconds, family->name + " at " + workload->name);
+            };
+            ExperimentSamples samples =
+                run_experiment(making == 0 ? *family : without_gate(*family), *workload, options);
+            if (samples.arms.front().seconds.empty()) return arguments.makings;  // stopped before the first block
+            results.samples.push_back(std::move(samples));
+            left_to_make -= least.making;
+            keep();
         }
-        for (const Family& family : families)
-            for (const Workload& workload : family.workloads) {
-                if (context.stop.stop_requested()) return arguments.makings;
-                const double share = std::max(0.0, end - now()) / static_cast<double>(left--);
-                ++done;
-                if (is_known(results, family, workload, arguments.narrow)) continue;
-                RunnerOptions options;
-                options.seconds = share;
-                options.narrow = arguments.narrow;
-                options.seed = arguments.seed + 1000 * done;
-                options.only = arguments.arms;
-                options.stop = context.stop;
-                options.progress = [&](double fraction) {
-                    line.update(
-                        (static_cast<double>(done) - 1.0 + fraction) / all, family.name + " at " + workload.name);
-                };
-                results.samples.push_back(
-                    run_experiment(making == 0 ? family : without_gate(family), workload, options));
-            }
     }
     return arguments.makings;
 }
 
+// Goes on from `earlier`, if any. With --json the file holds all readings from the first minute on, whatever happens.
 BenchResults measure(const BenchArguments& arguments, const CommandContext& context, const BenchTarget& target,
-    const std::vector<Family>& families) {
+    const std::vector<Family>& families, std::optional<BenchResults> earlier = {}) {
     BenchResults results;
     results.device = target.device;
     results.command = context.command_line;
@@ -197,7 +229,14 @@ BenchResults measure(const BenchArguments& arguments, const CommandContext& cont
     results.scene = arguments.scene;
     for (const Family& family : families) results.families.push_back(texts_of(family));
     results.empty_submissions = target.empty_submissions(200);
-    const unsigned makings = run_all(families, arguments, context, results);
+    if (earlier) merge(results, std::move(*earlier), arguments.resume);
+    double kept = now();
+    const unsigned makings = run_all(families, arguments, context, results, [&] {
+        constexpr double often = 20.0;  // seconds
+        if (now() - kept < often) return;
+        write_json(context, to_json(results, target.claims));
+        kept = now();
+    });
     if (makings < arguments.makings)
         fmt::print(stderr, "--time was enough to make every arm {} time{}, not {}{}\n", makings,
             makings == 1 ? "" : "s", arguments.makings,
@@ -224,21 +263,6 @@ BenchResults measure_in_child(const BenchArguments& arguments, unsigned number) 
     return load_results(file.name());
 }
 
-// Takes over the readings of another file or process, which must be of the same device, driver and shaders.
-void merge(BenchResults& results, BenchResults other, const std::string& whose) {
-    for (const char* fact : {"name", "driver_name", "driver_version", "device_uuid", "spirv_hash"})
-        if (results.device.value(fact, "") != other.device.value(fact, ""))
-            throw input_error(whose, std::string("/device/") + fact, "is not what this device has",
-                "resume on the same device, driver and build");
-    if (results.scene != other.scene)
-        throw input_error(whose, "/scene", "is another scene", "resume with the same one");
-    for (nlohmann::json& family : other.families) {
-        const auto same = [&](const nlohmann::json& known) { return known.at("name") == family.at("name"); };
-        if (std::ranges::none_of(results.families, same)) results.families.push_back(std::move(family));
-    }
-    std::ranges::move(other.samples, std::back_inserter(results.samples));
-}
-
 ExitStatus measure_patterns(const BenchArguments& arguments, const CommandContext& context) {
     std::optional<BenchResults> earlier;
     if (!arguments.resume.empty()) earlier = load_results(arguments.resume);
@@ -251,7 +275,7 @@ ExitStatus measure_patterns(const BenchArguments& arguments, const CommandContex
     }
     BenchResults results;
     if (arguments.processes == 1) {
-        results = measure(arguments, context, target, families);
+        results = measure(arguments, context, target, families, std::move(earlier));
     } else {
         ProgressLine line;
         for (unsigned i = 0; i < arguments.processes && !context.stop.stop_requested(); ++i) {
@@ -263,8 +287,8 @@ ExitStatus measure_patterns(const BenchArguments& arguments, const CommandContex
                 merge(results, std::move(one), "the child process");
         }
         results.command = context.command_line;
+        if (earlier) merge(results, std::move(*earlier), arguments.resume);
     }
-    if (earlier) merge(results, std::move(*earlier), arguments.resume);
     write_json(context, to_json(results, target.claims));
     fmt::print("{}", to_text(results, target.claims));
     return ExitStatus::fine;
@@ -378,8 +402,7 @@ void add_bench_command(CLI::App& app, CommandContext& context) {
     command->add_option("--processes", arguments->processes, "Share time and makings among so many processes")
         ->check(CLI::Range(1, 1000))
         ->capture_default_str();
-    command->add_option("--resume", arguments->resume, "Take over the readings of an earlier --json file")
-        ->type_name("FILE");
+    command->add_option("--resume", arguments->resume, "Go on from an earlier --json file")->type_name("FILE");
     command
         ->add_option("--method", arguments->method,
             "paired (interleaved blocks), or thesis (Ferreira's protocol and tables; takes no --time)")

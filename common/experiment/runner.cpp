@@ -67,12 +67,13 @@ bool wanted(const std::string& name, const std::vector<std::string>& only) {
     return only.empty() || std::ranges::find(only, name) != only.end();
 }
 
+// A stop leaves out the arms that are not made yet.
 std::vector<Contender> make_contenders(
-    const Family& family, const Workload& workload, const std::vector<std::string>& only) {
+    const Family& family, const Workload& workload, const std::vector<std::string>& only, const std::stop_token& stop) {
     std::vector<Contender> contenders;
     std::optional<ArmOutput> baseline;
     for (const Arm& arm : family.arms(workload)) {
-        if (!contenders.empty() && !wanted(arm.name, only)) continue;
+        if (!contenders.empty() && (!wanted(arm.name, only) || stop.stop_requested())) continue;
         Contender contender{nullptr, {arm.name, arm.text, Identity::nothing_to_compare, {}, {}}};
         try {
             contender.run = arm.make();
@@ -185,7 +186,7 @@ ExperimentSamples run_experiment(const Family& family, const Workload& workload,
     samples.workload = workload;
     samples.seed = options.seed;
     const double made_start = now();
-    std::vector<Contender> contenders = make_contenders(family, workload, options.only);
+    std::vector<Contender> contenders = make_contenders(family, workload, options.only, options.stop);
     // One run of each outside of the blocks: what happens once only is no part of any block.
     double shortest = std::numeric_limits<double>::infinity(), longest = 0.0;
     for (Contender& contender : contenders) {
