@@ -386,6 +386,16 @@ std::vector<ArmFigures> analyse_cost(const std::vector<CostArm>& arms, const Cos
     return figures;
 }
 
+namespace {
+
+// Roulette does without a limit of bounces, so that a mix can have but one of the two.
+bool exclude_each_other(const CostArm& a, const CostArm& b) {
+    const auto ends_paths = [](const CostArm& arm) { return arm.knob == "bounces" || arm.knob == "roulette"; };
+    return a.knob == b.knob || (ends_paths(a) && ends_paths(b));
+}
+
+}  // namespace
+
 std::vector<std::size_t> best_settings(const std::vector<ArmFigures>& figures) {
     std::vector<std::size_t> best;
     for (std::size_t i = 1; i < figures.size(); ++i) {
@@ -395,7 +405,7 @@ std::vector<std::size_t> best_settings(const std::vector<ArmFigures>& figures) {
             arm.cost_ratio.value >= 1.0)
             continue;
         const auto same =
-            std::ranges::find_if(best, [&](std::size_t j) { return figures[j].arm.knob == arm.arm.knob; });
+            std::ranges::find_if(best, [&](std::size_t j) { return exclude_each_other(figures[j].arm, arm.arm); });
         if (same == best.end())
             best.push_back(i);
         else if (arm.cost_ratio.value < figures[*same].cost_ratio.value)

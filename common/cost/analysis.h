@@ -57,7 +57,8 @@ struct ArmFigures {
 // Arms with fewer than fewest_replicates replicates are left out. arms[0] is the baseline.
 [[nodiscard]] std::vector<ArmFigures> analyse_cost(const std::vector<CostArm>& arms, const CostSamples& samples);
 
-// The best of each knob together: of knobs of which some setting beats the baseline significantly and has no floor.
+// The best of each knob together: of knobs of which some setting beats the baseline significantly and has no floor. Of
+// bounces and roulette the better one.
 // Empty where fewer than two knobs are better.
 [[nodiscard]] std::vector<std::size_t> best_settings(const std::vector<ArmFigures>& figures);
 

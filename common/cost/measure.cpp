@@ -100,11 +100,13 @@ Errors errors_of(const PixelValues& image, const CostReference& reference) {
     return {errors.square / count, errors.relative / count};
 }
 
-// Seconds a sample, of the longest of growing trials; a sample before them warms up.
+// Seconds a sample, of the longest of growing trials, so that a fast device's time is not that of starting and ending a
+// render; a sample before them warms up.
 std::optional<double> seconds_per_sample(RenderJob& job, const CostControl& control) {
     double seconds = 0.0;
     if (!render_all(job, {0, 1}, control)) return std::nullopt;
-    for (const std::uint64_t samples : {1u, 4u, 16u, 64u}) {
+    constexpr std::uint64_t most = std::uint64_t{1} << 20;
+    for (std::uint64_t samples = 1; samples <= most; samples *= 4) {
         const auto result = render_all(job, {0, samples}, control);
         if (!result) return std::nullopt;
         seconds = result->seconds / static_cast<double>(samples);

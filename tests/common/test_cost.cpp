@@ -269,6 +269,19 @@ TEST_CASE("cost: an unknown knob and a black image are refused") {
     CHECK_THROWS_AS((void)run_cost(Scene{}, request, control_of(looks)), InputError);
 }
 
+TEST_CASE("cost: a mix has a limit of bounces or roulette, whichever is better, as either undoes the other") {
+    const auto figure = [](const char* knob, const char* setting, double cost) {
+        ArmFigures arm;
+        arm.arm = {knob, setting, "", {}, true};
+        arm.cost_ratio = {cost, cost, cost};
+        arm.cost_differs = true;
+        return arm;
+    };
+    const std::vector<ArmFigures> figures{figure("baseline", "", 1.0), figure("bounces", "16", 0.8),
+        figure("generator", "sobol", 0.5), figure("roulette", "4", 0.7), figure("roulette", "8", 0.9)};
+    CHECK(best_settings(figures) == std::vector<std::size_t>{3, 2});
+}
+
 TEST_CASE("cost: the best settings of several knobs are measured together") {
     CostRequest request = request_for(0.0);
     request.knobs = {"integrator", "bounces"};
