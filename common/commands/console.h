@@ -26,8 +26,9 @@ private:
     Clock::time_point start_ = Clock::now(), last_{};
 };
 
-// While it lives, the first SIGINT or SIGTERM requests a stop; a second one ends the program at once. Make it before
-// any other thread, so that all inherit the blocked signals.
+// While it lives, the first SIGINT or SIGTERM requests a stop; one that comes more than a second later ends the program
+// at once (timeout(1) sends two, to the process and to its group). Make it before any other thread, so that all inherit
+// the blocked signals.
 class InterruptWatch {
 public:
     InterruptWatch();

@@ -265,7 +265,9 @@ class Commands(unittest.TestCase):
         with subprocess.Popen([TANDEM, "render", SCENES / "cornell-classic.json", "-o", out, "--size", "64", "--samples",
                                "1000000", "--json", figures], stderr=subprocess.PIPE, text=True) as running:
             time.sleep(2.0)
-            running.send_signal(signal.SIGINT)
+            for _ in range(2):  # as timeout(1) does, to the process and to its group
+                running.send_signal(signal.SIGTERM)
+                time.sleep(0.2)
             self.assertEqual(running.wait(timeout=30), 0, running.stderr.read())
         report = json.loads(figures.read_text())
         self.assertFalse(report["complete"])
