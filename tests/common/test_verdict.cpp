@@ -16,13 +16,14 @@ namespace {
 SampledImage normal_image(
     std::uint32_t width, std::uint32_t height, double level, double variance, double count, std::uint64_t seed) {
     std::mt19937_64 random(seed);
-    std::normal_distribution<double> noise(0.0, std::sqrt(variance / count));
+    std::normal_distribution<double> noise;
+    const double deviation = std::sqrt(variance / count);
     SampledImage image;
     image.width = width;
     image.height = height;
     image.samples = static_cast<std::uint64_t>(count);
     for (std::size_t i = 0; i < std::size_t{width} * height * channel_count; ++i)
-        image.pixels.push_back({level + noise(random), variance, count});
+        image.pixels.push_back({level + deviation * noise(random), variance, count});
     return image;
 }
 
