@@ -109,12 +109,12 @@ ExitStatus conclude(const std::string& command, const std::vector<SceneVerdict>&
     const std::vector<DeviceSelfTest>& self_tests = {}) {
     std::vector<Verdict> each;
     for (const SceneVerdict& verdict : verdicts) each.push_back(verdict.verdict);
-    nlohmann::json report = to_json(verdicts);
+    nlohmann::json report = to_json(verdicts, not_run);
     report["device_self_tests"] = to_json(self_tests);
     write_json(context, report);
     if (!arguments.junit.empty()) write_text_file(arguments.junit, junit_xml(command, verdicts, not_run));
-    if (!arguments.report.empty()) write_report(arguments.report, verdicts, self_tests);
-    const Verdict all = combined(each);
+    if (!arguments.report.empty()) write_report(arguments.report, verdicts, self_tests, not_run);
+    const Verdict all = combined(each, not_run.empty());
     fmt::print("Verdict: {}\n", name_of(all));
     return status_of(all);
 }
@@ -211,6 +211,9 @@ std::string trace_command(const VerifyArguments& arguments, const std::string& s
     add("--convex-kernel", render.convex_kernel, render.convex_kernel != convex_kernel_names[0]);
     add("--guard", render.guard, render.guard != guard_names[0]);
     add("--epsilon", fmt::format("{}", render.epsilon), render.epsilon != IntersectionSettings{}.epsilon);
+    add("--generator", render.generator, render.generator != generator_names[0]);
+    add("--clamp", fmt::format("{}", render.clamp.value_or(0.0)), render.clamp.has_value());
+    add("--fresnel", render.fresnel, !render.fresnel.empty());
     add("--device", "'" + device + "'", !device.empty());
     add("--precision", precision, !precision.empty());
     return command;
@@ -251,7 +254,7 @@ ExitStatus verify(const VerifyArguments& arguments, const CommandContext& contex
     options.scenes = scenes.size();
     options.stop = context.stop;
     std::vector<SceneVerdict> verdicts;
-    for (std::size_t i = 0; i < scenes.size() && !context.stop.stop_requested(); ++i) {
+    const auto run = [&](std::size_t i) {
         options.settings = settings[i];
         {
             ProgressLine line;
@@ -266,13 +269,23 @@ ExitStatus verify(const VerifyArguments& arguments, const CommandContext& contex
         print_verdict(verdicts.back(), context.verbose);
         if (arguments.convergence)
             add_convergence(scenes[i], *reference, *candidate, arguments, context, verdicts.back());
+    };
+    std::exception_ptr failure;  // a device that is lost takes no earlier scene's verdict with it
+    for (std::size_t i = 0; i < scenes.size() && !context.stop.stop_requested() && !failure; ++i) {
+        try {
+            run(i);
+        } catch (const std::exception&) {
+            if (verdicts.empty()) throw;
+            failure = std::current_exception();
+        }
     }
     std::vector<std::string> not_run;
     for (std::size_t i = verdicts.size(); i < scenes.size(); ++i) not_run.push_back(scenes[i].name);
     const ExitStatus status = conclude("verify", verdicts, arguments.criteria, context, not_run, self_tests);
+    if (failure) std::rethrow_exception(failure);
     if (not_run.empty()) return status;
     fmt::print(stderr, "tandem: stopped; {} of {} scenes were not verified\n", not_run.size(), scenes.size());
-    return status == ExitStatus::fine ? ExitStatus::undecided : status;
+    return status;
 }
 
 // The two sides: by --reference and --candidate, by the word "vs", or the first and second half.

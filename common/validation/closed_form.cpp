@@ -16,6 +16,10 @@ std::string why_not(const Scene& scene, const RenderSettings& settings) {
     const SceneDefaults& file = scene.defaults;
     if (settings.bounces != file.bounces)
         return fmt::format("it holds at {} bounces, not at {}", file.bounces, settings.bounces);
+    if (settings.fresnel || settings.clamp < std::numeric_limits<double>::infinity())
+        return "it holds without --fresnel and --clamp";
+    if (settings.integrator == Integrator::whitted && file.integrator != Integrator::whitted)
+        return "it holds with indirect light, which whitted leaves out";
     if (settings.ray_min != file.ray_min || settings.ray_max != file.ray_max)
         return "it holds for the file's own interval of ray lengths";
     if (std::uint64_t{settings.width} * scene.film.height != std::uint64_t{settings.height} * scene.film.width)

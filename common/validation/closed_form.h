@@ -20,8 +20,8 @@ struct ClosedForm {
 };
 
 // The closed form at these settings, or why there is none to hold a renderer to. It is a mean over the film at the
-// file's own bounces and interval of ray lengths; integrator, roulette and the number of pixels do not change a mean
-// (MODEL.md section 9), the shape of the film does.
+// file's own bounces and interval of ray lengths; roulette, the number of pixels and an integrator that follows
+// indirect light do not change a mean (MODEL.md section 9), the shape of the film, --fresnel and --clamp do.
 struct ClosedFormUse {
     std::optional<ClosedForm> form;
     std::string skipped;  // why a scene's closed form is left out; empty where it has none

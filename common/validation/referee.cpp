@@ -220,7 +220,7 @@ RefereeReport Arbitration::run() {
         else
             report_.text = vote_of("the " + report_.name, report_.outvoted, request_.reference_name,
                 request_.candidate_name, off_by(*report_.reference), off_by(*report_.candidate));
-    } catch (const UnsupportedError& error) {
+    } catch (const Error& error) {  // a device lost, too: what the two have shown stands
         report_.text = "the " + report_.name + " was not asked: " + error.what();
     }
     say_whether_it_meets_the_closed_form();

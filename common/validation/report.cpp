@@ -119,9 +119,9 @@ void check_report_folder(const std::filesystem::path& folder) {
 }
 
 void write_report(const std::filesystem::path& folder, std::span<const SceneVerdict> verdicts,
-    const std::vector<DeviceSelfTest>& self_tests) {
+    const std::vector<DeviceSelfTest>& self_tests, const std::vector<std::string>& not_run) {
     check_report_folder(folder);
-    json report = to_json(verdicts);
+    json report = to_json(verdicts, not_run);
     report["device_self_tests"] = to_json(self_tests);
     for (std::size_t i = 0; i < verdicts.size(); ++i)
         report["scenes"][i]["images"] = verdicts[i].looks.empty()

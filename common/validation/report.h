@@ -13,7 +13,7 @@ namespace tandem {
 // Writes DIR/report.json (verdict_json.h, "device_self_tests", and for each scene "images": file names and the ranges
 // of the maps) and the PNGs it names. Makes the folder if need be. Throws InputError where it cannot be written.
 void write_report(const std::filesystem::path& folder, std::span<const SceneVerdict> verdicts,
-    const std::vector<DeviceSelfTest>& self_tests = {});
+    const std::vector<DeviceSelfTest>& self_tests = {}, const std::vector<std::string>& not_run = {});
 
 // Asked before long work: throws InputError unless the folder is there or can be made, and takes files.
 void check_report_folder(const std::filesystem::path& folder);

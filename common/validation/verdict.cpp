@@ -143,10 +143,10 @@ const char* name_of(Verdict verdict) {
     return "undecided";
 }
 
-Verdict combined(std::span<const Verdict> verdicts) {
+Verdict combined(std::span<const Verdict> verdicts, bool whole) {
     for (const Verdict verdict : {Verdict::disagree, Verdict::undecided})
         if (std::ranges::find(verdicts, verdict) != verdicts.end()) return verdict;
-    return Verdict::agree;
+    return whole ? Verdict::agree : Verdict::undecided;
 }
 
 const LevelResult& Judgement::level(const std::string& name) const {

@@ -20,8 +20,8 @@ namespace tandem {
 
 enum class Verdict { agree, disagree, undecided };
 [[nodiscard]] const char* name_of(Verdict verdict);
-// Of several scenes: disagree if any does, else undecided if any is, else agree.
-[[nodiscard]] Verdict combined(std::span<const Verdict> verdicts);
+// Of several scenes: disagree if any does, else undecided if any is or some were not run (not `whole`), else agree.
+[[nodiscard]] Verdict combined(std::span<const Verdict> verdicts, bool whole = true);
 
 // What this look may spend of the error rates that Criteria declares.
 struct LookShare {

@@ -214,7 +214,7 @@ json to_json(const SceneVerdict& v) {
     return result;
 }
 
-json to_json(std::span<const SceneVerdict> verdicts) {
+json to_json(std::span<const SceneVerdict> verdicts, const std::vector<std::string>& not_run) {
     std::vector<Verdict> all;
     json scenes = json::array();
     for (const SceneVerdict& verdict : verdicts) {
@@ -222,7 +222,7 @@ json to_json(std::span<const SceneVerdict> verdicts) {
         scenes.push_back(to_json(verdict));
     }
     const RendererInfo device = verdicts.empty() ? RendererInfo{} : verdicts.front().candidate_info;
-    return {{"verdict", name_of(combined(all))}, {"scenes", scenes},
+    return {{"verdict", name_of(combined(all, not_run.empty()))}, {"scenes", scenes}, {"not_run", not_run},
         {"device", {{"name", device.device}, {"driver", device.driver}, {"api", device.api}}}};
 }
 

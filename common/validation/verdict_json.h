@@ -14,8 +14,9 @@ namespace tandem {
 // Figures of the image are those of the channel whose interval reaches furthest from zero; a figure that is not known
 // (nothing rendered, an unbounded interval) is null. `device` is the candidate's. "outvoted" is "reference",
 // "candidate", "both" or null, by "closed_form" (null where the scene has none), else by "referee" (null where none was
-// asked).
-[[nodiscard]] nlohmann::json to_json(std::span<const SceneVerdict> verdicts);
+// asked). "not_run" names the scenes that a stop or an error left out.
+[[nodiscard]] nlohmann::json to_json(
+    std::span<const SceneVerdict> verdicts, const std::vector<std::string>& not_run = {});
 [[nodiscard]] nlohmann::json to_json(const SceneVerdict& verdict);
 
 }  // namespace tandem

@@ -297,8 +297,12 @@ void Verification::find_worst_pixel() {
     if (verdict_.looks.empty()) return;
     verdict_.worst = worst_pixel_of(verdict_.reference, verdict_.candidate, verdict_.judgement.pixel_p);
     verdict_.worst->seed = verdict_.reference_seed;
-    if (verdict_.judgement.verdict == Verdict::disagree && !options_.stop.stop_requested())
+    if (verdict_.judgement.verdict != Verdict::disagree || options_.stop.stop_requested()) return;
+    try {
         choose_sample(*verdict_.worst, *reference_.job, *side(candidate_renderer_, verdict_.reference_seed).job);
+    } catch (const Error&) {
+        // A device that is lost now takes no verdict back; any sample will do.
+    }
 }
 
 double Verification::seconds_to(const Side& side, std::uint64_t samples) {

@@ -205,6 +205,15 @@ class Commands(unittest.TestCase):
         self.assertEqual(report["verdict"], "undecided")
         self.assertEqual(len(report["scenes"]), 1)
 
+    def test_a_scene_that_fails_leaves_the_verdicts_of_the_others(self):
+        figures = self.folder / "out.json"
+        result = tandem("verify", SCENES / "cornell-classic.json", SCENES / "fog.json", "--reference", "cpu", "--candidate", "cpu",
+                        "--integrator", "bidirectional", "--size", "8", "--time", "2", "--json", figures)
+        self.assertEqual(result.returncode, 2, result.stderr)
+        self.assertIn("medium-absorption", result.stderr)
+        report = json.loads(figures.read_text())
+        self.assertEqual((len(report["scenes"]), report["not_run"], report["verdict"]), (1, ["fog"], "undecided"))
+
     def test_an_unknown_vulkan_device_is_status_4(self):
         result = tandem("render", self.scene, "-o", self.folder / "out.exr", "--backend", "vulkan", "--device", "no such")
         self.refused(result, "no such", status=4)

@@ -260,6 +260,7 @@ TEST_CASE("several scenes are as good as their worst") {
     using enum Verdict;
     CHECK(combined(std::vector{agree, agree}) == agree);
     CHECK(combined(std::vector{agree, undecided}) == undecided);
+    CHECK(combined(std::vector{agree}, false) == undecided);  // some scenes were not run
     CHECK(combined(std::vector{undecided, disagree, agree}) == disagree);
 }
 

@@ -118,6 +118,15 @@ TEST_CASE("a closed form is left out, with the reason, where it does not hold") 
     settings = default_settings(scene);
     settings.ray_max = 10.0;
     CHECK(contains(closed_form_of(scene, settings).skipped, "ray lengths"));
+    settings = default_settings(scene);
+    settings.clamp = 10.0;
+    CHECK(contains(closed_form_of(scene, settings).skipped, "--clamp"));
+    settings = default_settings(scene);
+    settings.fresnel = Fresnel::schlick;
+    CHECK(contains(closed_form_of(scene, settings).skipped, "--fresnel"));
+    settings = default_settings(scene);
+    settings.integrator = Integrator::whitted;
+    CHECK(contains(closed_form_of(scene, settings).skipped, "whitted"));
 
     VerifyOptions options;
     options.settings = settings;
