@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <filesystem>
 #include <functional>
 #include <optional>
 #include <tuple>
@@ -121,11 +122,19 @@ Family without_gate(Family family) {
 }
 
 // Whether all arms of the experiment are known well enough, over all its makings.
-bool is_known(const BenchResults& results, const Family& family, const Workload& workload, double narrow) {
+bool is_known(const BenchResults& results, const Family& family, const Workload& workload, double narrow,
+    const std::vector<std::string>& only) {
     std::vector<ExperimentSamples> own;
     for (const ExperimentSamples& samples : results.samples)
         if (samples.family == family.name && samples.workload.name == workload.name) own.push_back(samples);
-    if (own.size() < fewest_resampled_processes) return false;
+    for (const Arm& arm : family.arms(workload)) {
+        const auto has_it = [&](const ExperimentSamples& samples) {
+            return std::ranges::find(samples.arms, arm.name, &ArmSamples::arm) != samples.arms.end();
+        };
+        const bool asked = only.empty() || wanted(arm.name, only);
+        if (asked && std::ranges::count_if(own, has_it) < static_cast<std::ptrdiff_t>(fewest_resampled_processes))
+            return false;
+    }
     return std::ranges::all_of(analyse(own), [&](const ArmResult& arm) {
         return !arm.timed() || arm.arm == arm.baseline ||
                (arm.ratio_high() <= arm.ratio() * (1.0 + narrow) && arm.ratio_low() >= arm.ratio() * (1.0 - narrow));
@@ -172,11 +181,12 @@ struct Experiment {
 };
 
 std::vector<Experiment> unknown_experiments(
-    const BenchResults& results, const std::vector<Family>& families, double narrow) {
+    const BenchResults& results, const std::vector<Family>& families, const BenchArguments& arguments) {
     std::vector<Experiment> unknown;
     for (const Family& family : families)
         for (const Workload& workload : family.workloads)
-            if (!is_known(results, family, workload, narrow)) unknown.push_back({&family, &workload});
+            if (!is_known(results, family, workload, arguments.narrow, arguments.arms))
+                unknown.push_back({&family, &workload});
     return unknown;
 }
 
@@ -186,12 +196,13 @@ std::vector<Experiment> unknown_experiments(
 unsigned run_all(const std::vector<Family>& families, const BenchArguments& arguments, const CommandContext& context,
     BenchResults& results, const std::function<void()>& keep) {
     const double start = now(), end = start + arguments.seconds;
-    std::uint64_t done = 0;
+    std::uint64_t done = results.samples.size();
     ProgressLine line;
     for (unsigned making = 0; making < arguments.makings; ++making) {
-        const std::vector<Experiment> round = unknown_experiments(results, families, arguments.narrow);
-        double left_to_make = 0.0;  // seconds of this round that go to no block
-        for (const Experiment& one : round) left_to_make += least_seconds(results, *one.family, *one.workload).making;
+        const std::vector<Experiment> round = unknown_experiments(results, families, arguments);
+        double whole_round = 0.0;  // seconds that go to no block
+        for (const Experiment& one : round) whole_round += least_seconds(results, *one.family, *one.workload).making;
+        double left_to_make = whole_round * (arguments.makings - making);
         for (std::size_t i = 0; i < round.size(); ++i) {
             const auto& [family, workload] = round[i];
             if (context.stop.stop_requested()) return arguments.makings;
@@ -199,7 +210,7 @@ unsigned run_all(const std::vector<Family>& families, const BenchArguments& argu
             if (making > 0 && now() + least.all() > end) return making;
             const double rounds = arguments.makings - making;
             RunnerOptions options;
-            options.seconds = std::max(0.0, end - now() - left_to_make * rounds) /
+            options.seconds = std::max(0.0, end - now() - left_to_make) /
                               (static_cast<double>(round.size()) * rounds - static_cast<double>(i));
             options.narrow = arguments.narrow;
             options.seed = arguments.seed + 1000 * ++done;
@@ -219,7 +230,8 @@ unsigned run_all(const std::vector<Family>& families, const BenchArguments& argu
     return arguments.makings;
 }
 
-// Goes on from `earlier`, if any. With --json the file holds all readings from the first minute on, whatever happens.
+// Goes on from `earlier`, if any. A --json file gets what there is between experiments, so that a killed run loses
+// little.
 BenchResults measure(const BenchArguments& arguments, const CommandContext& context, const BenchTarget& target,
     const std::vector<Family>& families, std::optional<BenchResults> earlier = {}) {
     BenchResults results;
@@ -231,16 +243,20 @@ BenchResults measure(const BenchArguments& arguments, const CommandContext& cont
     results.empty_submissions = target.empty_submissions(200);
     if (earlier) merge(results, std::move(*earlier), arguments.resume);
     double kept = now();
-    const unsigned makings = run_all(families, arguments, context, results, [&] {
+    const unsigned rounds = run_all(families, arguments, context, results, [&] {
         constexpr double often = 20.0;  // seconds
-        if (now() - kept < often) return;
+        // A stream takes one document only.
+        if (now() - kept < often ||
+            (std::filesystem::exists(context.json_file) && !std::filesystem::is_regular_file(context.json_file)))
+            return;
         write_json(context, to_json(results, target.claims));
         kept = now();
     });
-    if (makings < arguments.makings)
-        fmt::print(stderr, "--time was enough to make every arm {} time{}, not {}{}\n", makings,
-            makings == 1 ? "" : "s", arguments.makings,
-            makings < fewest_resampled_processes ? ": intervals speak of these makings alone" : "");
+    if (rounds < arguments.makings)
+        fmt::print(stderr,
+            "--time was enough for {} round{} of makings, not {}; from {} makings of an arm on, intervals "
+            "speak of any making\n",
+            rounds, rounds == 1 ? "" : "s", arguments.makings, fewest_resampled_processes);
     return results;
 }
 
@@ -324,6 +340,7 @@ ExitStatus test_self(const BenchArguments& arguments, const CommandContext& cont
     const BenchTarget target = make_target(arguments, context);
     const BenchResults results = measure(arguments, context, target, {target.self_test});
     const std::vector<ArmResult> arms = analyse(results.samples);
+    if (arms.empty()) throw Error("--self-test was stopped before its first block");
     const auto arm = [&](const std::string& name) { return *std::ranges::find(arms, name, &ArmResult::arm); };
     const ArmResult twin = arm("twin"), busy = arm("busy");
     const double planted = busy.seconds.at("busy");  // what the wait really took

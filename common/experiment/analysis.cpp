@@ -162,9 +162,17 @@ double ArmResult::smallest_detectable_relative() const { return std::expm1(small
 
 std::vector<ArmResult> analyse(const std::vector<ExperimentSamples>& samples) {
     std::vector<ArmResult> results;
-    for (const auto& processes : by_experiment(samples))
-        for (std::size_t arm = 0; arm < processes.front()->arms.size(); ++arm)
-            results.push_back(result_of(processes, arm));
+    for (auto processes : by_experiment(samples)) {
+        // Later makings may have arms that the first had not.
+        std::set<std::string> seen;
+        for (std::size_t i = 0; i < processes.size(); ++i)
+            for (std::size_t arm = 0; arm < processes[i]->arms.size(); ++arm) {
+                if (!seen.insert(processes[i]->arms[arm].arm).second) continue;
+                std::swap(processes.front(), processes[i]);
+                results.push_back(result_of(processes, arm));
+                std::swap(processes.front(), processes[i]);
+            }
+    }
     correct_families(results);
     return results;
 }
