@@ -23,7 +23,7 @@ double miss(const Backend& backend, const PlantedFault& bug, const std::string& 
     settings.height = std::min(settings.height, 12u);
     BackendOptions options;
     options.planted_bug = bug;
-    const std::uint64_t samples = settings.width == 1 ? 4096 : 256;
+    const std::uint64_t samples = settings.width == 1 || settings.height == 1 ? 4096 : 256;  // few pixels
     const auto renderer = backend.create(options);
     const Measured measured = pooled(renderer->prepare(scene, settings)->render({0, samples}).estimate);
     CHECK(measured.invalid == 0);
@@ -60,7 +60,7 @@ TANDEM_MISSES(jacobian_missing, 0.0, "polygon-light", Integrator::next_event)
 TANDEM_MISSES(light_from_behind, 0.0, "lamp-from-behind", Integrator::next_event)
 TANDEM_MISSES(dimension_reused, 0.0, "ellipsoid-under-sky", Integrator::path)
 TANDEM_MISSES(film_shifted, 0.5, "pixel-coverage", Integrator::path)
-TANDEM_MISSES(film_shifted, 0.1, "half-pixel-row", Integrator::path)
+TANDEM_MISSES(film_shifted, 0.05, "half-pixel-row", Integrator::path)
 TANDEM_MISSES(film_shifted, 0.04, "half-pixel-column", Integrator::path)
 TANDEM_MISSES(albedo_scaled, 0.03, "even-sky", Integrator::path)
 TANDEM_MISSES(albedo_scaled, 0.01, "even-sky", Integrator::path)
