@@ -1,109 +1,70 @@
-// How often equal renderers are called different: A/A verdicts with ever new seeds, counted and printed as JSON. Run by
-// scripts/calibrate, which turns it into common/validation/CALIBRATION.md.
+// How often equal renderers are called different: verdicts with ever new seeds, counted. A line of JSON is printed for
+// each experiment as it is done. Run by scripts/calibrate, which turns them into common/validation/CALIBRATION.md.
 //
-//     calibrate [RUNS]        verdicts an experiment, default 1000
+//     calibrate list
+//     calibrate run [ID...] [--runs N] [--first K] [--time SECONDS] [--threads T] [--scenes FOLDER]
+//
+// Without an ID all experiments are run, N verdicts each (1000), numbered from K (0); after `--time` seconds of one no
+// further verdict of it is begun. FOLDER is that of the shipped scenes.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <atomic>
-#include <cstdlib>
+#include <chrono>
+#include <exception>
 #include <map>
 #include <mutex>
 #include <nlohmann/json.hpp>
 #include <thread>
 
-#include "common/scene_loader.h"
-#include "common/statistics/distributions.h"
+#include "common/error.h"
 #include "common/validation/verify.h"
-#include "cpu_ref/backend.h"
-#include "tests/common/synthetic_renderer.h"
+#include "tests/calibration/experiments.h"
 
 using namespace tandem;
+using namespace tandem::test;
 using nlohmann::json;
 
 namespace {
 
-using MakeRenderer = std::function<std::unique_ptr<Renderer>()>;
-
-struct Experiment {
-    std::string name;
-    MakeRenderer reference, candidate;
-    Scene scene;
-    std::uint32_t size = 16;
-    std::uint64_t samples = 512;  // at the last look
-    std::size_t looks = 3;
-    double declared = 0.05;
-    bool paired = false;
+struct Choice {
+    std::vector<std::string> ids;
+    unsigned runs = 1000, first = 0, threads = std::max(1u, std::thread::hardware_concurrency());
+    double seconds = 1e9;
+    std::filesystem::path scenes = TANDEM_SOURCE_DIR "/scenes";
 };
 
-// Every kind of pixel: noisy, heavy-tailed, rarely lit, constant and black.
-Radiance mixed(std::uint32_t x, std::uint32_t y, SampleRandom& random) {
-    const std::uint32_t kind = (x / 5 + y / 3) % 5;
-    if (kind == 0) return {0.5, 0.25, 0.125};
-    if (kind == 1) return {0.0, 0.0, 0.0};
-    if (kind == 2) return random.uniform() < 0.02 ? Radiance{20.0, 10.0, 5.0} : Radiance{0.0, 0.0, 0.0};
-    const double value = kind == 3 ? random.exponential() : 0.5 * random.pareto();
-    return {value, 0.8 * value, 0.6 * value};
-}
-
-Radiance exponential(std::uint32_t, std::uint32_t, SampleRandom& random) {
-    return {random.exponential(), random.exponential(), random.exponential()};
-}
-
-MakeRenderer synthetic(Sampler sampler, std::string name) {
-    return [=] { return std::make_unique<SyntheticRenderer>(sampler, name); };
-}
-
-MakeRenderer cpu(Precision precision) {
-    return [=] {
-        BackendOptions options;
-        options.precision = precision;
-        options.threads = 1;
-        return cpu_backend().create(options);
-    };
-}
-
-std::vector<Experiment> experiments() {
-    const std::string folder = TANDEM_SOURCE_DIR "/scenes/";
-    const MakeRenderer single = cpu(Precision::single_precision), doubled = cpu(Precision::double_precision);
-    const MakeRenderer all_kinds = synthetic(mixed, "cpu"), smooth = synthetic(exponential, "cpu");
-    const Scene box = load_scene(folder + "cornell-classic.json"),
-                sky = load_scene(folder + "closed-forms/even-sky.json"),
-                light = load_scene(folder + "closed-forms/polygon-light.json");
-    return {
-        {"synthetic, exponential, one look", smooth, smooth, {}, 32, 128, 1},
-        {"synthetic, exponential, three looks", smooth, smooth, {}, 32, 512, 3},
-        {"synthetic, all kinds of pixels, one look", all_kinds, all_kinds, {}, 32, 128, 1},
-        {"synthetic, all kinds of pixels, three looks", all_kinds, all_kinds, {}, 32, 512, 3},
-        {"synthetic, all kinds of pixels, three looks, default level", all_kinds, all_kinds, {}, 32, 512, 3, 0.01},
-        {"CPU, cornell-classic, one look", single, single, box, 12, 128, 1},
-        {"CPU, cornell-classic, three looks", single, single, box, 12, 512, 3},
-        {"CPU, cornell-classic, three looks, default level", single, single, box, 12, 512, 3, 0.01},
-        {"CPU, even-sky with its closed form, three looks", single, single, sky, 8, 512, 3},
-        {"CPU, polygon-light with its closed form, three looks", single, single, light, 8, 512, 3},
-        {"CPU, float against double with paired seeds, cornell-classic, three looks", single, doubled, box, 12, 512, 3,
-            0.05, true},
-    };
-}
-
-struct Count {
+// Verdicts, and for each level by itself how often the p of the last look came out at or below the declared rate.
+struct Counts {
     unsigned runs = 0, alarms = 0;
-    [[nodiscard]] json to_json(double declared) const {
-        const Interval exact = clopper_pearson_interval(alarms, runs, 0.05),
-                       wilson = wilson_interval(alarms, runs, 0.05);
-        return {{"runs", runs}, {"alarms", alarms}, {"declared", declared},
-            {"clopper_pearson", {exact.low, exact.high}}, {"wilson", {wilson.low, wilson.high}}};
+    std::map<std::string, std::pair<unsigned, unsigned>> levels;  // name -> (runs, alarms)
+    std::string reference_device, candidate_device;
+    double identical = 0.0;  // sum of PairedResult::identical_fraction
+
+    void add(const SceneVerdict& verdict, double declared) {
+        ++runs;
+        if (verdict.verdict == Verdict::disagree) ++alarms;
+        for (const LevelResult& level : verdict.judgement.levels) {
+            auto& [level_runs, level_alarms] = levels[level.name];
+            ++level_runs;
+            if (level.p <= declared) ++level_alarms;
+        }
+        identical += verdict.paired.identical_fraction;
+        reference_device = verdict.reference_info.device;
+        candidate_device = verdict.candidate_info.device;
     }
 };
 
-struct Result {
-    Count verdicts;
-    std::map<std::string, Count> levels;  // p of the last look at or below the declared rate, each level by itself
-};
+RenderSettings settings_of(const Experiment& experiment, const Scene& scene) {
+    RenderSettings settings = verification_settings(scene, experiment.size);
+    if (experiment.scene.empty()) settings.width = settings.height = experiment.size;
+    return settings;
+}
 
-SceneVerdict verdict_of(const Experiment& experiment, Renderer& reference, Renderer& candidate, std::uint64_t run) {
+SceneVerdict verdict_of(
+    const Experiment& experiment, const Scene& scene, Renderer& reference, Renderer& candidate, std::uint64_t run) {
     VerifyOptions options;
-    options.settings = verification_settings(experiment.scene, experiment.size);
-    if (experiment.scene.primitives.empty()) options.settings->width = options.settings->height = experiment.size;
+    options.settings = settings_of(experiment, scene);
     options.max_samples = experiment.samples;
     options.max_looks = experiment.looks;
     options.budget_seconds = 1e6;  // the looks depend on max_samples alone
@@ -111,52 +72,129 @@ SceneVerdict verdict_of(const Experiment& experiment, Renderer& reference, Rende
     options.paired = experiment.paired;
     options.criteria.false_alarm = experiment.declared;
     options.criteria.margins.image = 1e-9;  // agreement is out of reach: every look is taken
-    return verify_scene(experiment.scene, reference, candidate, options);
+    return verify_scene(scene, reference, candidate, options);
 }
 
-Result run(const Experiment& experiment, unsigned runs) {
-    Result result;
+json run(const Experiment& experiment, const Choice& choice) {
+    const auto start = std::chrono::steady_clock::now();
+    const auto elapsed = [&] {
+        return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    };
+    const Scene scene = experiment.load(choice.scenes);
+    Counts counts;
     std::mutex mutex;
+    std::exception_ptr failure;
     std::atomic<unsigned> next = 0;
     const auto work = [&] {
-        const auto reference = experiment.reference(), candidate = experiment.candidate();
-        for (unsigned k = next++; k < runs; k = next++) {
-            const SceneVerdict verdict = verdict_of(experiment, *reference, *candidate, k);
-            const std::scoped_lock lock(mutex);
-            ++result.verdicts.runs;
-            if (verdict.verdict == Verdict::disagree) ++result.verdicts.alarms;
-            for (const LevelResult& level : verdict.judgement.levels) {
-                Count& count = result.levels[level.name];
-                ++count.runs;
-                if (level.p <= experiment.declared) ++count.alarms;
+        try {
+            const auto reference = experiment.reference(), candidate = experiment.candidate();
+            while (elapsed() < choice.seconds) {
+                const unsigned k = next++;
+                if (k >= choice.runs) return;
+                const SceneVerdict verdict =
+                    verdict_of(experiment, scene, *reference, *candidate, std::uint64_t{choice.first} + k);
+                const std::scoped_lock lock(mutex);
+                counts.add(verdict, experiment.declared);
             }
+        } catch (...) {
+            const std::scoped_lock lock(mutex);
+            failure = std::current_exception();
+            next = choice.runs;
         }
     };
-    std::vector<std::jthread> workers;
-    for (unsigned i = 0; i < std::max(1u, std::thread::hardware_concurrency()); ++i) workers.emplace_back(work);
-    workers.clear();
-    return result;
+    {
+        std::vector<std::jthread> workers;
+        for (unsigned i = 0; i < choice.threads; ++i) workers.emplace_back(work);
+    }
+    if (failure) std::rethrow_exception(failure);
+    const RenderSettings settings = settings_of(experiment, scene);
+    json line{{"id", experiment.id}, {"name", experiment.name}, {"pair", name_of(experiment.pair)},
+        {"looks", experiment.looks}, {"samples", experiment.samples}, {"width", settings.width},
+        {"height", settings.height}, {"paired", experiment.paired}, {"declared", experiment.declared},
+        {"first", choice.first}, {"runs", counts.runs}, {"alarms", counts.alarms}, {"seconds", elapsed()},
+        {"reference_device", counts.reference_device}, {"candidate_device", counts.candidate_device},
+        {"levels", json::object()}};
+    if (experiment.paired && counts.runs > 0) line["identical_fraction"] = counts.identical / counts.runs;
+    for (const auto& [name, count] : counts.levels)
+        line["levels"][name] = {{"runs", count.first}, {"alarms", count.second}};
+    return line;
+}
+
+// Throws std::exception on what is no number or no option.
+Choice choice_of(const std::vector<std::string>& arguments) {
+    Choice choice;
+    for (std::size_t i = 0; i < arguments.size(); ++i) {
+        const std::string& argument = arguments[i];
+        if (!argument.starts_with("--")) {
+            choice.ids.push_back(argument);
+            continue;
+        }
+        if (i + 1 == arguments.size()) throw InputError(argument + " wants a value");
+        const std::string& value = arguments[++i];
+        const auto number = [&](double least) {
+            std::size_t used = 0;
+            double result = -1.0;
+            try {
+                result = std::stod(value, &used);
+            } catch (const std::exception&) {
+                used = 0;
+            }
+            if (used != value.size() || !(result >= least) || result > 1e9)
+                throw InputError(fmt::format("{} wants a number from {} to 1e9, not '{}'", argument, least, value));
+            return result;
+        };
+        if (argument == "--runs")
+            choice.runs = static_cast<unsigned>(number(1));
+        else if (argument == "--first")
+            choice.first = static_cast<unsigned>(number(0));
+        else if (argument == "--threads")
+            choice.threads = static_cast<unsigned>(number(1));
+        else if (argument == "--time")
+            choice.seconds = number(0);
+        else if (argument == "--scenes")
+            choice.scenes = value;
+        else
+            throw InputError("there is no option " + argument);
+    }
+    return choice;
+}
+
+std::vector<Experiment> chosen(const std::vector<std::string>& ids) {
+    std::vector<Experiment> all = experiments(), result;
+    for (const std::string& id : ids) {
+        const auto found = std::ranges::find(all, id, &Experiment::id);
+        if (found == all.end()) throw InputError("there is no experiment '" + id + "'; see `calibrate list`");
+        result.push_back(*found);
+    }
+    return ids.empty() ? all : result;
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
-    const unsigned runs = argc > 1 ? static_cast<unsigned>(std::strtoul(argv[1], nullptr, 10)) : 1000;
-    if (runs == 0) {
-        fmt::print(stderr, "calibrate: '{}' is no number of runs\n", argv[1]);
+    const std::vector<std::string> arguments(argv + 1, argv + argc);
+    try {
+        if (arguments == std::vector<std::string>{"list"}) {
+            for (const Experiment& experiment : experiments()) fmt::print("{}\n", experiment.id);
+            return 0;
+        }
+        if (arguments.empty() || arguments.front() != "run") {
+            fmt::print(stderr,
+                "usage: calibrate list | run [ID...] [--runs N] [--first K] [--time SECONDS] [--threads T] "
+                "[--scenes FOLDER]\n");
+            return 2;
+        }
+        const Choice choice = choice_of({arguments.begin() + 1, arguments.end()});
+        for (const Experiment& experiment : chosen(choice.ids)) {
+            fmt::print("{}\n", run(experiment, choice).dump());
+            std::fflush(stdout);
+        }
+        return 0;
+    } catch (const InputError& error) {
+        fmt::print(stderr, "calibrate: {}\n", error.what());
         return 2;
+    } catch (const std::exception& error) {
+        fmt::print(stderr, "calibrate: {}\n", error.what());
+        return 1;
     }
-    json report = json::array();
-    for (const Experiment& experiment : experiments()) {
-        fmt::print(stderr, "{}\n", experiment.name);
-        const Result result = run(experiment, runs);
-        json levels;
-        for (const auto& [name, count] : result.levels) levels[name] = count.to_json(experiment.declared);
-        const RenderSettings settings = verification_settings(experiment.scene, experiment.size);
-        report.push_back({{"name", experiment.name}, {"looks", experiment.looks}, {"samples", experiment.samples},
-            {"width", settings.width}, {"height", settings.height},
-            {"verdicts", result.verdicts.to_json(experiment.declared)}, {"levels", levels}});
-    }
-    fmt::print("{}\n", report.dump(2));
-    return 0;
 }

@@ -37,9 +37,17 @@ using Radiance = std::array<double, channel_count>;
 // One sample of pixel (x, y).
 using Sampler = std::function<Radiance(std::uint32_t x, std::uint32_t y, SampleRandom& random)>;
 
+// Which samples do not follow the numbers of their seed: with probability `share` a sample is drawn from other
+// numbers. So with paired seeds two renderers part as real ones do where rounding sends a path
+// elsewhere, and both stay right.
+struct Strays {
+    double share = 0.0;
+};
+
 class SyntheticJob : public RenderJob {
 public:
-    SyntheticJob(RenderSettings settings, Sampler sampler) : settings_(settings), sampler_(std::move(sampler)) {}
+    SyntheticJob(RenderSettings settings, Sampler sampler, Strays strays = {})
+        : settings_(settings), sampler_(std::move(sampler)), strays_(strays) {}
 
     RenderResult render(SampleRange range, const RenderControl& control) override {
         RenderResult result;
@@ -59,7 +67,7 @@ private:
         Estimate::Plane moments(estimate.pixel_count() * channel_count);
         for (std::uint64_t pixel = 0; pixel < estimate.pixel_count(); ++pixel)
             for (std::uint64_t sample = block.begin; sample < block.end; ++sample) {
-                SampleRandom random(settings_.seed, pixel, sample);
+                SampleRandom random = random_of(pixel, sample);
                 const auto x = static_cast<std::uint32_t>(pixel % settings_.width);
                 const auto y = static_cast<std::uint32_t>(pixel / settings_.width);
                 const Radiance radiance = sampler_(x, y, random);
@@ -74,22 +82,36 @@ private:
         return moments;
     }
 
+    [[nodiscard]] SampleRandom random_of(std::uint64_t pixel, std::uint64_t sample) const {
+        constexpr std::uint64_t elsewhere = std::uint64_t{1} << 63;  // no seed of a test is as large
+        if (strays_.share > 0.0 &&
+            SampleRandom(settings_.seed + elsewhere / 2, pixel, sample).uniform() < strays_.share)
+            return {settings_.seed + elsewhere, pixel, sample};
+        return {settings_.seed, pixel, sample};
+    }
+
     RenderSettings settings_;
     Sampler sampler_;
+    Strays strays_;
 };
 
 class SyntheticRenderer : public Renderer {
 public:
     explicit SyntheticRenderer(Sampler sampler, std::string name = "synthetic")
         : sampler_(std::move(sampler)), name_(std::move(name)) {}
-    RendererInfo info() const override { return {name_, "no device", "no driver", "C++"}; }
+    // One that claims to follow the numbers, but for its strays.
+    SyntheticRenderer(Sampler sampler, std::string name, Strays strays)
+        : sampler_(std::move(sampler)), name_(std::move(name)), strays_(strays), follows_numbers_(true) {}
+    RendererInfo info() const override { return {name_, "no device", "no driver", "C++", follows_numbers_}; }
     std::unique_ptr<RenderJob> prepare(const Scene&, const RenderSettings& settings) override {
-        return std::make_unique<SyntheticJob>(settings, sampler_);
+        return std::make_unique<SyntheticJob>(settings, sampler_, strays_);
     }
 
 private:
     Sampler sampler_;
     std::string name_;
+    Strays strays_;
+    bool follows_numbers_ = false;
 };
 
 }  // namespace tandem
