@@ -1,0 +1,75 @@
+# The scripts that keep what other programs measured: one clear line and exit status 2 for what is no result, parts that
+# join. Run by ctest with SCRIPTS = scripts/.
+import json
+import os
+import pathlib
+import shutil
+import subprocess
+import sys
+import tempfile
+import unittest
+
+SCRIPTS = pathlib.Path(os.environ["SCRIPTS"])
+LEVEL = "paired pixels in tiles 16x16"
+
+
+def experiment(first, runs, alarms, **changes):
+    """A line as `calibrate run` prints it."""
+    return {"id": "cpu-vulkan-classic-paired", "name": "cornell-classic, paired", "pair": "CPU/Vulkan", "looks": 3, "samples": 512,
+            "width": 12, "height": 12, "paired": True, "declared": 0.05, "first": first, "runs": runs, "alarms": alarms,
+            "seconds": 1.0, "reference_device": "a CPU", "candidate_device": "a GPU", "identical_fraction": 0.5,
+            "levels": {LEVEL: {"runs": runs, "alarms": alarms}}} | changes
+
+
+class Scripts(unittest.TestCase):
+    def setUp(self):
+        self.folder = pathlib.Path(tempfile.mkdtemp())
+        self.addCleanup(shutil.rmtree, self.folder)
+
+    def take(self, script, *contents):
+        """`script --take` of files with these contents, strings or lists of lines of JSON."""
+        files = []
+        for number, content in enumerate(contents):
+            files.append(self.folder / f"taken-{number}.json")
+            files[-1].write_text(content if isinstance(content, str) else "\n".join(map(json.dumps, content)))
+        return subprocess.run([sys.executable, SCRIPTS / script, "--take", *files, "--name", "here", "--device", "a machine",
+                               "-o", self.folder], capture_output=True, text=True, timeout=60)
+
+    def refused(self, result, mention):
+        self.assertEqual(result.returncode, 2, result.stderr)
+        self.assertEqual(len(result.stderr.strip().splitlines()), 1, result.stderr)
+        self.assertIn(mention, result.stderr)
+
+    def test_what_is_no_result_of_mutants_is_one_line(self):
+        self.refused(self.take("mutants", ""), "taken-0.json: is no JSON that `mutants` wrote")
+        self.refused(self.take("mutants", "{"), "taken-0.json: is no JSON that `mutants` wrote")
+        self.refused(self.take("mutants", "[1]"), "taken-0.json: holds no outcome")
+        self.refused(self.take("mutants", '{"id": "cosine-dropped"}'), "taken-0.json: holds no outcome")
+
+    def test_what_is_no_result_of_calibrate_is_one_line(self):
+        self.refused(self.take("calibrate", ""), "taken-0.json: holds no experiment")
+        self.refused(self.take("calibrate", "{"), "taken-0.json, line 1: is no JSON")
+        self.refused(self.take("calibrate", "[]\n3"), "taken-0.json")
+
+    def test_parts_of_an_experiment_join_and_gaps_do_not(self):
+        result = self.take("calibrate", [experiment(0, 600, 3)], [experiment(600, 400, 2, identical_fraction=1.0)])
+        self.assertEqual(result.returncode, 0, result.stderr)
+        kept = json.loads((self.folder / "calibration_here.json").read_text())
+        self.assertEqual([(line["first"], line["runs"], line["alarms"], line["levels"][LEVEL]) for line in kept],
+                         [(0, 1000, 5, {"runs": 1000, "alarms": 5})])
+        self.assertAlmostEqual(kept[0]["identical_fraction"], 0.7)
+        page = (self.folder / "CALIBRATION.md").read_text()
+        # Clopper and Pearson's interval of 5 in 1000 at 95 %, as tables have it.
+        self.assertIn(f"| {LEVEL} |  |  |  | 5 of 1000: 0.50 % (0.16 … 1.16 %) |", page)
+        self.assertIn("; there is none.", page)
+        self.refused(self.take("calibrate", [experiment(1500, 100, 0)]), "do not follow")
+
+    def test_more_alarms_than_declared_fail(self):
+        result = self.take("calibrate", [experiment(0, 1000, 90)])
+        self.assertEqual(result.returncode, 1, result.stderr)
+        self.assertIn("more alarms than declared", result.stderr)
+        self.assertIn("a\nfault: cpu-vulkan-classic-paired: 90 of 1000", (self.folder / "CALIBRATION.md").read_text())
+
+
+if __name__ == "__main__":
+    unittest.main()
