@@ -7,6 +7,7 @@
 
 #include "common/statistics/multiple_tests.h"
 #include "common/statistics/sample_moments.h"
+#include "common/validation/greatest_sample.h"
 
 namespace tandem {
 
@@ -54,24 +55,6 @@ ChannelMean channel_mean(const SampledImage& side, std::size_t channel, double t
 
 }  // namespace
 
-std::array<double, channel_count> greatest_sample(const Scene& scene, const RenderSettings& settings) {
-    bool emits_and_goes_on = false;
-    std::array<double, channel_count> radiance{}, greatest{};
-    for (std::size_t c = 0; c < channel_count; ++c) {
-        const int channel = static_cast<int>(c);
-        radiance[c] = std::max(scene.background.down[channel], scene.background.up[channel]);
-        for (const Material& material : scene.materials) {
-            radiance[c] = std::max(radiance[c], material.radiance[channel]);
-            if (material.radiance[channel] > 0.0 && (material.kind == MaterialKind::diffuse || material.translucent))
-                emits_and_goes_on = true;
-        }
-    }
-    const double meetings = emits_and_goes_on ? settings.bounces + 1.0 : 1.0;
-    const double light_samples = settings.integrator != Integrator::path ? 0.5 * settings.bounces : 0.0;
-    for (std::size_t c = 0; c < channel_count; ++c) greatest[c] = (meetings + light_samples) * radiance[c];
-    return greatest;
-}
-
 ClosedFormUse closed_form_of(const Scene& scene, const RenderSettings& settings) {
     if (!scene.expect) return {};
     if (std::string reason = why_not(scene, settings); !reason.empty()) return {std::nullopt, std::move(reason)};
@@ -79,6 +62,8 @@ ClosedFormUse closed_form_of(const Scene& scene, const RenderSettings& settings)
     for (std::size_t c = 0; c < channel_count; ++c) form.radiance[c] = scene.expect->radiance[static_cast<int>(c)];
     form.formula = scene.expect->formula;
     form.greatest = greatest_sample(scene, settings);
+    if (std::ranges::any_of(form.greatest, [](double value) { return std::isinf(value); }))
+        return {std::nullopt, "nothing bounds what a single sample can bring, so its mean is known to nobody"};
     form.rounding = 0.5 * float_transport_tolerance(settings.bounces);
     return {std::move(form), {}};
 }

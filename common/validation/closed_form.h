@@ -13,7 +13,7 @@ namespace tandem {
 struct ClosedForm {
     std::array<double, channel_count> radiance{};  // mean over the image
     std::string formula;
-    // The most that one sample of a right renderer can be (greatest_sample): what the bound below needs.
+    // The most that one sample of a right renderer can be (greatest_sample.h), finite: what the bound below needs.
     std::array<double, channel_count> greatest{};
     // Relative rounding of float transport, a side: half of float_transport_tolerance.
     double rounding = 0.0;
@@ -27,12 +27,6 @@ struct ClosedFormUse {
     std::string skipped;  // why a scene's closed form is left out; empty where it has none
 };
 [[nodiscard]] ClosedFormUse closed_form_of(const Scene& scene, const RenderSettings& settings);
-
-// Upper bound on one sample's radiance. Throughput never exceeds 1, also after roulette, which divides by its greatest
-// component (MODEL.md section 9). So each surface or background that is met adds L_e at most: once a path, or at each
-// of its D + 1 segments where surfaces emit and let paths go on. A light sample adds C q L_e P p/((P p)^2 + q^2) <=
-// L_e/2 at each of D vertices (section 9.2; q: the density of scattering).
-[[nodiscard]] std::array<double, channel_count> greatest_sample(const Scene& scene, const RenderSettings& settings);
 
 // `side`'s image mean against the closed form, a channel a region; `reference` of a region is the closed form's.
 //

@@ -1,12 +1,18 @@
 // The other witnesses: the closed form, to which each side is held, and the referee, who says which side is outvoted.
 #include <doctest/doctest.h>
 
+#include <numbers>
+
 #include "common/error.h"
+#include "common/validation/greatest_sample.h"
 #include "common/validation/verdict_json.h"
 #include "common/validation/verify.h"
 #include "tests/common/synthetic_renderer.h"
+#include "tests/scene_builder.h"
 
 using namespace tandem;
+using test::dvec3;
+using test::SceneBuilder;
 
 namespace {
 
@@ -169,6 +175,121 @@ TEST_CASE("the greatest sample counts meetings and light samples") {
     CHECK(greatest_sample(scene, settings) == std::array{30.0, 9.0, 9.0});
     scene.materials[0].kind = MaterialKind::diffuse;  // a lamp that goes on
     CHECK(greatest_sample(scene, settings) == std::array{70.0, 21.0, 21.0});
+}
+
+namespace {
+
+// `colour` times what a quad of the x-z plane about the origin reflects, at `bounces` events.
+Scene lit_floor(const dvec3& colour, double height) {
+    return SceneBuilder().floor(test::diffuse(colour), height, 10.0).scene();
+}
+
+RenderSettings next_events(std::uint32_t bounces) {
+    RenderSettings settings;
+    settings.integrator = Integrator::next_event;
+    settings.bounces = bounces;
+    return settings;
+}
+
+void check_close(const std::array<double, channel_count>& found, const std::array<double, channel_count>& expected) {
+    for (std::size_t c = 0; c < channel_count; ++c) CHECK(found[c] == doctest::Approx(expected[c]));
+}
+
+constexpr double infinite = std::numeric_limits<double>::infinity(), pi = std::numbers::pi;
+
+}  // namespace
+
+TEST_CASE("the greatest sample counts the sky's image by its brightest texel") {
+    Scene scene = lit_floor(dvec3(0.5), 0.0);
+    scene.background.up = dvec3(100.0);  // the image takes its place
+    Pixels pixels{2, 1, {1.0f, 2.0f, 3.0f, 4.0f, 0.0f, 1.0f}};
+    scene.background.image = std::make_shared<const Pixels>(pixels);
+    scene.background.image_scale = 10.0;
+    RenderSettings settings = next_events(2);
+    check_close(greatest_sample(scene, settings), {80.0, 40.0, 60.0});  // met once, and half of it at two vertices
+    settings.integrator = Integrator::path;
+    check_close(greatest_sample(scene, settings), {40.0, 20.0, 30.0});
+}
+
+TEST_CASE("the greatest sample counts points by their distance from what scatters, and by their chance") {
+    Scene scene = lit_floor(dvec3(1.0, 0.5, 0.0), 0.0);
+    scene.lights.push_back({"near", PunctualKind::point, {1.0, 2.0, -1.0}, {}, dvec3(pi)});
+    check_close(greatest_sample(scene, next_events(3)), {0.75, 0.375, 0.0});
+    // Another is chosen thrice as often, so a sample of the first counts four times.
+    scene.lights.push_back({"far", PunctualKind::point, {0.0, -4.0, 0.0}, {}, dvec3(3.0 * pi)});
+    check_close(greatest_sample(scene, next_events(3)), {3.0, 1.5, 0.0});
+    scene.lights.pop_back();
+
+    Scene moving = scene;
+    moving.entities[0].motion = dvec3(0.0, 1.0, 0.0);
+    check_close(greatest_sample(moving, next_events(3)), {3.0, 1.5, 0.0});
+    Scene beside = scene;  // 3 beyond the floor's border, and 4 above
+    beside.lights[0].position = dvec3(13.0, 4.0, 0.0);
+    check_close(greatest_sample(beside, next_events(1)), {1.0 / 25.0, 0.5 / 25.0, 0.0});
+    CHECK(greatest_sample(scene, [] {
+        RenderSettings settings = next_events(3);
+        settings.integrator = Integrator::path;  // does not find it
+        return settings;
+    }()) == std::array{0.0, 0.0, 0.0});
+}
+
+TEST_CASE("the greatest sample takes distances from spheres and cuboids") {
+    const auto with = [](SceneBuilder builder) {
+        Scene scene = builder.scene();
+        scene.lights.push_back({"lamp", PunctualKind::point, {0.0, 5.0, 0.0}, {}, dvec3(pi)});
+        return greatest_sample(scene, next_events(1))[0];
+    };
+    const Material white = test::diffuse(dvec3(1.0));
+    CHECK(with(SceneBuilder().cuboid(white, dvec3(-1.0), dvec3(1.0))) == doctest::Approx(1.0 / 16.0));
+    CHECK(with(SceneBuilder().cuboid(white, dvec3(-9.0), dvec3(9.0))) == doctest::Approx(1.0 / 16.0));  // from within
+    // 4 away; the bound on the distance is never more and, for a sphere that stays one, no less than two thirds.
+    const double sphere = with(SceneBuilder().sphere(white, dvec3(0.0), 1.0));
+    CHECK(sphere >= 1.0 / 16.0);
+    CHECK(sphere <= 2.26 / 16.0);
+    CHECK(with(SceneBuilder().sphere(test::mirror(dvec3(1.0)), dvec3(0.0), 1.0)) == 0.0);  // samples no light
+}
+
+TEST_CASE("the greatest sample counts spots by the cone they share by, and suns by their irradiance") {
+    Scene scene = lit_floor(dvec3(1.0), 0.0);
+    scene.lights.push_back({"sun", PunctualKind::sun, {}, {0.0, -1.0, 0.0}, dvec3(pi)});
+    check_close(greatest_sample(scene, next_events(2)), {2.0, 2.0, 2.0});
+    // A near group beside it: each has half of the choices.
+    scene.lights.push_back(
+        {"spot", PunctualKind::spot, {0.0, 1.0, 0.0}, {0.0, -1.0, 0.0}, dvec3(0.1 * pi), 20.0, 60.0});
+    check_close(greatest_sample(scene, next_events(2)), {4.0, 4.0, 4.0});
+    scene.lights.push_back({"point", PunctualKind::point, {0.0, 100.0, 0.0}, {}, dvec3(0.1 * pi)});
+    // 2 (1 - cos 60) against 4: the spot is chosen in a tenth of all samples.
+    check_close(greatest_sample(scene, next_events(1)), {2.0, 2.0, 2.0});
+    scene.lights[1].intensity = dvec3(pi);  // 2 pi I : 4 pi I/10, so 5 of 14 samples
+    check_close(greatest_sample(scene, next_events(1)), {2.8, 2.8, 2.8});
+}
+
+TEST_CASE("where nothing bounds a sample there is no closed form to hold a renderer to") {
+    Scene scene = lit_floor(dvec3(1.0), 0.0);
+    scene.film = {4, 4};
+    scene.defaults.integrator = Integrator::next_event;
+    scene.lights.push_back({"lamp", PunctualKind::point, {0.0, 1.0, 0.0}, {}, dvec3(1.0)});
+    scene.expect = Expectation{dvec3(1.0), "1"};
+    CHECK(closed_form_of(scene, default_settings(scene)).form);
+    Scene touching = scene;
+    touching.lights[0].position.y = 0.0;
+    CHECK(greatest_sample(touching, default_settings(scene))[0] == infinite);
+    CHECK(contains(closed_form_of(touching, default_settings(scene)).skipped, "bounds"));
+    Scene foggy = scene;
+    Medium fog;
+    fog.scattering = dvec3(0.1);
+    foggy.media.push_back(fog);
+    CHECK(greatest_sample(foggy, default_settings(scene))[0] == infinite);
+
+    // Without the weight of both techniques a surface may be sampled from as near as one likes.
+    Scene lamps = SceneBuilder().floor(test::emitter(dvec3(1.0)), 1.0, 1.0).scene();
+    RenderSettings settings = next_events(2);
+    CHECK(greatest_sample(lamps, settings)[0] == doctest::Approx(2.0));
+    settings.integrator = Integrator::whitted;
+    CHECK(greatest_sample(lamps, settings)[0] == infinite);
+    settings.integrator = Integrator::bidirectional;
+    CHECK(greatest_sample(lamps, settings)[0] == doctest::Approx(9.0));
+    CHECK(greatest_sample(scene, settings)[0] == infinite);
 }
 
 TEST_CASE("samples within the empirical Bernstein bound are no surprise, those far beyond are") {
