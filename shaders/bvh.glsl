@@ -10,19 +10,24 @@ const uint most_bvh_levels = 32;  // as in vulkan/renderer/bvh.h: every level le
 uint bvh_stack[most_bvh_levels + 1];  // bvh_done lies at the bottom
 uint bvh_stacked;
 
-// A ray against boxes. The tests of primitives see the ray displaced sideways by at most gamma(16) times the distances
-// of origin and primitive from 0: two points rounded and subtracted (2 roundings each), and the sums of products that
-// follow. The host has widened the boxes by the primitive's part; the origin's part is taken off low planes and added to
-// high ones here, through the origin.
+// A ray against boxes, each a centre and half an extent: along an axis the ray is between the two planes for as long before
+// the centre as after it, so that no minimum or maximum has to part entry from exit. The centre is met at
+// fma(centre, inverse, start), half the way is fma(half, |inverse|, slack).
+//
+// Rounding displaces planes, as if the box were larger or smaller, or scales the ray's distances. Displaced:
+// - the tests of primitives see the ray sideways by at most gamma(16) times the distances of origin and primitive from 0:
+//   two points rounded and subtracted (2 roundings each), and the sums of products that follow;
+// - the centre is off by `start` (u |o|) and the multiply-add, fused or not (u |c| and u (|c| + |o|)).
+// The host has widened the boxes by the parts of primitive and box (world_boxes.cpp, bvh.cpp), `slack` is the origin's.
 struct BoxRay {
-    vec3 low_origin;
-    vec3 high_origin;
     vec3 inverse;
+    vec3 start;
+    vec3 slack;
 };
-const float gamma_sideways = 9.5367523e-7;  // 16 u / (1 - 16 u), u = 2^-24
-// A computed distance is off by a factor of at most 1 +- gamma(3); 1 + 2 gamma(3) on the far side makes up for both sides
-// [Ize 2013, Robust BVH ray traversal].
-const float far_widening = 1.00000036;
+const float gamma_sideways = 1.1324896e-6;  // gamma(19) = 19 u / (1 - 19 u), u = 2^-24: 16, 2, and 1 for the slack itself
+// Scaled: the inverse is off by 2.5 units in the last place, which are 5 u, half the way and the sum by 2 u and u. Twice
+// 8 u on the far side makes up for both sides [Ize 2013, Robust BVH ray traversal].
+const float far_widening = 1.00000096;
 
 BoxRay box_ray(Ray ray) {
     const vec3 magnitude = abs(ray.origin);
@@ -31,14 +36,17 @@ BoxRay box_ray(Ray ray) {
     const float least = 1.0e-18;
     const vec3 d = mix(ray.direction, mix(vec3(-least), vec3(least), greaterThanEqual(ray.direction, vec3(0.0))),
         lessThan(abs(ray.direction), vec3(least)));
-    return BoxRay(ray.origin + pad, ray.origin - pad, 1.0 / d);
+    const vec3 inverse = 1.0 / d;
+    precise vec3 start = -ray.origin * inverse;
+    return BoxRay(inverse, start, pad * abs(inverse));
 }
 
 // Whether the ray meets the box before `limit`, and where it enters. No quotient is NaN, as the inverse is finite.
-bool meets_box(BoxRay ray, vec3 low, vec3 high, float limit, out float entry) {
-    precise vec3 a = (low - ray.low_origin) * ray.inverse;
-    precise vec3 b = (high - ray.high_origin) * ray.inverse;
-    const vec3 near = min(a, b), far = max(a, b);
+bool meets_box(BoxRay ray, vec3 centre, vec3 half_extent, float limit, out float entry) {
+    precise vec3 middle = fma(centre, ray.inverse, ray.start);
+    precise vec3 half_way = fma(half_extent, abs(ray.inverse), ray.slack);
+    precise vec3 near = middle - half_way;
+    precise vec3 far = middle + half_way;
     entry = max(max(near.x, near.y), max(near.z, 0.0));
     precise float last = min(min(far.x, far.y), min(far.z, limit)) * far_widening;
     return entry <= last;
@@ -57,8 +65,8 @@ uint bvh_descend(uint current, BoxRay ray, float limit) {
     while (current < bvh_leaf) {
         const BvhNode node = bvh_nodes[current];
         float entry0, entry1;
-        const bool meets0 = meets_box(ray, node.low0, node.high0, limit, entry0);
-        const bool meets1 = meets_box(ray, node.low1, node.high1, limit, entry1);
+        const bool meets0 = meets_box(ray, node.centre0, node.half0, limit, entry0);
+        const bool meets1 = meets_box(ray, node.centre1, node.half1, limit, entry1);
         if (meets0 && meets1) {
             const bool first = entry0 <= entry1;
             if (PLANTED(box_skipped) && (current & 127u) == 5u) {

@@ -59,18 +59,19 @@ vec2 cuboid_span(uint i, Convex cuboid, Ray ray, SlabRay slabs) {
     return cube_span(to_unit_space(cuboid, ray), vec3(cuboid.to_world0.w, cuboid.to_world1.w, cuboid.to_world2.w));
 }
 
+// Entry above exit: none.
 vec2 cuboid_distances(uint i, Convex cuboid, Ray ray, SlabRay slabs, uint how) {
     const vec2 span = cuboid_span(i, cuboid, ray, slabs);
     if (how == meets_exit) return vec2(-1.0, max(span.y, 0.0));
-    return how == meets_both && span.x <= span.y ? span : vec2(-1.0);
+    return how == meets_both ? span : vec2(1.0, 0.0);
 }
 
-void keep_triangle(uint slot, Triangle triangle, vec3 edges, Ray ray, uint own, bool in_order, inout Hit best) {
+void keep_triangle(uint slot, Triangle triangle, Seen seen, Ray ray, uint own, bool in_order, inout Hit best) {
     float t;
     vec3 weights;
     if (slot == own && !PLANTED(self_hit_not_excluded)) return;
     if (PLANTED(primitive_lost) && slot % 64u == 9u) return;
-    if (meets_triangle(triangle, at_rest(ray, slot), edges, t, weights) && is_closer(t, slot, best, in_order))
+    if (meets_triangle(triangle, at_rest(ray, slot), seen, t, weights) && is_closer(t, slot, best, in_order))
         best = Hit(t, slot, 0, weights);
 }
 
@@ -86,10 +87,10 @@ void try_sphere(uint i, Ray ray, uint own, bool inside, bool in_order, inout Hit
 // best.face: 1 where the ray leaves the cuboid, until the hit is located.
 void try_cuboid(uint i, Convex cuboid, Ray ray, SlabRay slabs, uint own, bool inside, bool in_order, inout Hit best) {
     const uint slot = triangle_total() + sphere_total() + i;
-    const vec2 ts = cuboid_distances(i, cuboid, at_rest(ray, slot), slabs, meeting(slot == own, inside));
-    const bool enters = ts.x >= ray_min;
-    const float t = enters ? ts.x : ts.y;
-    if (is_closer(t, slot, best, in_order)) best = Hit(t, slot, enters ? 0 : 1, vec3(0.0));
+    const vec2 span = cuboid_distances(i, cuboid, at_rest(ray, slot), slabs, meeting(slot == own, inside));
+    const bool enters = span.x >= ray_min;
+    const float t = enters ? span.x : span.y;
+    if (span.x <= span.y && is_closer(t, slot, best, in_order)) best = Hit(t, slot, enters ? 0 : 1, vec3(0.0));
 }
 
 // The face is the one whose plane the point is nearest to, on the side that the ray comes from or goes to. The point is
@@ -127,7 +128,7 @@ Hit closest_triangle(Ray ray, uint own, float limit) {
         uint current = bvh_start(triangle_root);
         while ((current = bvh_descend(current, boxes, best.t)) != bvh_done) {
             const uint slot = current & slot_mask;
-            keep_triangle(slot, triangle_at(slot), edges_of(triangle_at(slot), at_rest(ray, slot), frame), ray, own, false, best);
+            keep_triangle(slot, triangle_at(slot), seen_by(triangle_at(slot), at_rest(ray, slot), frame), ray, own, false, best);
             current = bvh_pop();
         }
     } else if (unrolled) {
@@ -135,18 +136,19 @@ Hit closest_triangle(Ray ray, uint own, float limit) {
             // Threads of a subgroup meet different triangles, each few: what follows the edges is for those alone.
             uint within = 0;
             [[unroll]] for (uint i = 0; i < fixed_triangles; ++i)
-                if (is_within(shared_edges(i, at_rest(ray, i), frame))) within |= 1u << i;
+                if (may_be_within(shared_seen(i, at_rest(ray, i), frame).edges)) within |= 1u << i;
+            if (own < fixed_triangles && !PLANTED(self_hit_not_excluded)) within &= ~(1u << own);
             for (; within != 0; within &= within - 1) {
                 const uint i = findLSB(within);
-                keep_triangle(i, triangles[i], edges_of(triangles[i], at_rest(ray, i), frame), ray, own, true, best);
+                keep_triangle(i, triangles[i], seen_by(triangles[i], at_rest(ray, i), frame), ray, own, true, best);
             }
         } else {
             [[unroll]] for (uint i = 0; i < fixed_triangles; ++i)
-                keep_triangle(i, triangle_at(i), shared_edges(i, at_rest(ray, i), frame), ray, own, true, best);
+                keep_triangle(i, triangle_at(i), shared_seen(i, at_rest(ray, i), frame), ray, own, true, best);
         }
     } else {
         for (uint i = 0; i < settings.triangle_count; ++i)
-            keep_triangle(i, triangle_at(i), edges_of(triangle_at(i), at_rest(ray, i), frame), ray, own, true, best);
+            keep_triangle(i, triangle_at(i), seen_by(triangle_at(i), at_rest(ray, i), frame), ray, own, true, best);
     }
     best.local = vec3(best.local.xy / best.local.z, 0.0);
     return best;

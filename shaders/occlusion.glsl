@@ -5,10 +5,10 @@
 
 bool blocks(float t, float t_max) { return t >= ray_min && t <= t_max; }
 
-bool triangle_blocks(uint slot, vec3 edges, Ray ray, float t_max, uint own, uint light) {
+bool triangle_blocks(uint slot, Seen seen, Ray ray, float t_max, uint own, uint light) {
     float t;
     vec3 weights;
-    return slot != light && slot != own && meets_triangle(triangle_at(slot), at_rest(ray, slot), edges, t, weights) &&
+    return slot != light && slot != own && meets_triangle(triangle_at(slot), at_rest(ray, slot), seen, t, weights) &&
         blocks(t, t_max);
 }
 
@@ -20,8 +20,8 @@ bool sphere_blocks(uint i, Ray ray, float t_max, uint own, bool inside, uint lig
 
 bool cuboid_blocks(uint i, Convex cuboid, Ray ray, SlabRay slabs, float t_max, uint own, bool inside, uint light) {
     const uint slot = triangle_total() + sphere_total() + i;
-    const vec2 ts = cuboid_distances(i, cuboid, at_rest(ray, slot), slabs, meeting(slot == own, inside));
-    return slot != light && (blocks(ts.x, t_max) || blocks(ts.y, t_max));
+    const vec2 span = cuboid_distances(i, cuboid, at_rest(ray, slot), slabs, meeting(slot == own, inside));
+    return slot != light && span.x <= span.y && (blocks(span.x, t_max) || blocks(span.y, t_max));
 }
 
 bool any_triangle_blocks(Ray ray, float t_max, uint own, uint light) {
@@ -32,17 +32,17 @@ bool any_triangle_blocks(Ray ray, float t_max, uint own, uint light) {
         uint current = bvh_start(triangle_root);
         while (!blocked && (current = bvh_descend(current, boxes, t_max)) != bvh_done) {
             const uint slot = current & slot_mask;
-            blocked = triangle_blocks(slot, edges_of(triangle_at(slot), at_rest(ray, slot), frame), ray, t_max, own, light);
+            blocked = triangle_blocks(slot, seen_by(triangle_at(slot), at_rest(ray, slot), frame), ray, t_max, own, light);
             current = bvh_pop();
         }
     } else if (unrolled) {
         [[unroll]] for (uint i = 0; i < fixed_triangles; ++i) {
-            const vec3 edges = shared_edges(i, at_rest(ray, i), frame);
-            if (!blocked) blocked = triangle_blocks(i, edges, ray, t_max, own, light);
+            const Seen seen = shared_seen(i, at_rest(ray, i), frame);
+            if (!blocked) blocked = triangle_blocks(i, seen, ray, t_max, own, light);
         }
     } else {
         for (uint i = 0; i < settings.triangle_count && !blocked; ++i)
-            blocked = triangle_blocks(i, edges_of(triangle_at(i), at_rest(ray, i), frame), ray, t_max, own, light);
+            blocked = triangle_blocks(i, seen_by(triangle_at(i), at_rest(ray, i), frame), ray, t_max, own, light);
     }
     return blocked;
 }

@@ -60,15 +60,15 @@ struct Convex {
     GEOMETRY_VEC4 to_world2;
 };
 
-// Two boxes and what they hold (shaders/bvh.glsl).
+// Two boxes, [centre - half, centre + half], and what they hold (shaders/bvh.glsl).
 struct BvhNode {
-    vec3 low0;
+    vec3 centre0;
     uint child0;
-    vec3 high0;
+    vec3 half0;
     uint child1;
-    vec3 low1;
+    vec3 centre1;
     uint unused0;
-    vec3 high1;
+    vec3 half1;
     uint unused1;
 };
 

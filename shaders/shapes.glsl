@@ -44,11 +44,19 @@ float edge(vec2 a, vec2 b) {
     return area;
 }
 
-vec3 edges_of(Triangle triangle, Ray ray, mat3 frame) {
+// A triangle as the ray sees it: its projected corners, and the edge functions across from corners 0, 1 and 2.
+struct Seen {
+    vec2 corner0;
+    vec2 corner1;
+    vec2 corner2;
+    vec3 edges;
+};
+
+Seen seen_by(Triangle triangle, Ray ray, mat3 frame) {
     const vec2 a = project(triangle.corner0.xyz, ray, frame);
     const vec2 b = project(triangle.corner1.xyz, ray, frame);
     const vec2 c = project(triangle.corner2.xyz, ray, frame);
-    return vec3(edge(b, c), edge(c, a), edge(a, b));
+    return Seen(a, b, c, vec3(edge(b, c), edge(c, a), edge(a, b)));
 }
 
 // Whether the ray passes between the three edges, on either side.
@@ -56,29 +64,40 @@ bool is_within(vec3 edges) {
     return !((edges.x < 0.0 || edges.y < 0.0 || edges.z < 0.0) && (edges.x > 0.0 || edges.y > 0.0 || edges.z > 0.0));
 }
 
-// Where a triangle is as small as the rounding of its distance from the ray, its edge functions may have any signs. A ray
-// that meets it is no farther from corner 0 than the longer side there; subtraction, dot product and the way along the ray
-// round by less than 16 u of the way and of the origin.
-bool is_near(Triangle triangle, Ray ray) {
-    const vec3 corner = triangle.corner0.xyz, way = corner - ray.origin;
-    const vec3 d = ray.direction;
-    const vec3 beside = way - dot(way, d) / dot(d, d) * d;
-    const float side = max(length(triangle.corner1.xyz - corner), length(triangle.corner2.xyz - corner));
-    return length(beside) <= side + 16.0 * unit_roundoff * (length(way) + length(ray.origin));
+// True where is_within is, and where the edge of the other sign is so short that rounding hides it. Numbers of one sign sum
+// to the same size with and without their signs, rounding included; adding is cheaper than comparing on GPUs.
+bool may_be_within(vec3 edges) {
+    precise float sum = edges.x + edges.y + edges.z;
+    precise float size = abs(edges.x) + abs(edges.y) + abs(edges.z);
+    return !(abs(sum) < size);
 }
 
-// edges: the three edge functions, across from corners 0, 1 and 2.
-bool watertight_triangle(Triangle triangle, Ray ray, vec3 edges, out float t, out vec3 weights) {
+float sum_of_sizes(vec3 v) { return abs(v.x) + abs(v.y) + abs(v.z); }
+
+// Where a triangle is as small as the rounding of its distance from the ray, its edge functions may have any signs. A ray
+// that meets it passes corner 0 no farther off than the longer projected side there. All corners are projected by one map,
+// under which inside stays inside; subtraction and sum of products put each by less than 8 u of its distance elsewhere, which
+// counts for corner 0 itself and for both ends of the side.
+bool is_near(Triangle triangle, Ray ray, Seen seen) {
+    const vec2 side1 = seen.corner1 - seen.corner0, side2 = seen.corner2 - seen.corner0;
+    const float beside = dot(seen.corner0, seen.corner0), side = max(dot(side1, side1), dot(side2, side2));
+    if (beside <= side) return true;
+    const float far = max(sum_of_sizes(triangle.corner1.xyz - ray.origin), sum_of_sizes(triangle.corner2.xyz - ray.origin));
+    const float reach = sqrt(side) + 8.0 * unit_roundoff * (2.0 * sum_of_sizes(triangle.corner0.xyz - ray.origin) + far);
+    return beside <= reach * reach;
+}
+
+bool watertight_triangle(Triangle triangle, Ray ray, Seen seen, out float t, out vec3 weights) {
     t = 0.0;
     weights = vec3(0.0);
-    const float v = edges.y, w = edges.z;
-    const float u = PLANT(triangle_edge_lost, edges.x - planted_amount * (edges.x + v + w), edges.x);
+    const float v = seen.edges.y, w = seen.edges.z;
+    const float u = PLANT(triangle_edge_lost, seen.edges.x - planted_amount * (seen.edges.x + v + w), seen.edges.x);
     if (!is_within(vec3(u, v, w))) return false;
     const vec3 normal = vec3(triangle.corner0.w, triangle.corner1.w, triangle.corner2.w);
     precise float sum = u + v + w;
     precise float steepness = dot(ray.direction, normal);
     if (sum == 0.0 || steepness == 0.0) return false;  // seen edge-on, or of zero area
-    if (!is_near(triangle, ray)) return false;
+    if (!is_near(triangle, ray, seen)) return false;
     precise float height = dot(triangle.corner0.xyz - ray.origin, normal);
     t = height / steepness;
     weights = vec3(v, w, sum);
@@ -134,11 +153,11 @@ bool baldwin_weber_triangle(Triangle triangle, Ray ray, out float t, out vec3 we
     return true;
 }
 
-// edges: edges_of, unread by the kernels that can do without.
-bool meets_triangle(Triangle triangle, Ray ray, vec3 edges, out float t, out vec3 weights) {
+// seen: unread by the kernels that can do without.
+bool meets_triangle(Triangle triangle, Ray ray, Seen seen, out float t, out vec3 weights) {
     if (triangle_kernel == kernel_moller_trumbore) return moller_trumbore_triangle(triangle, ray, t, weights);
     if (triangle_kernel == kernel_baldwin_weber) return baldwin_weber_triangle(triangle, ray, t, weights);
-    return watertight_triangle(triangle, ray, edges, t, weights);
+    return watertight_triangle(triangle, ray, seen, t, weights);
 }
 
 Ray to_unit_space(Convex shape, Ray ray) {

@@ -50,14 +50,15 @@ vec2 projected[unrolled ? 3 * fixed_triangles + 1 : 1];
 
 float shared_edge(uint a, uint b) { return a < b ? edge(projected[a], projected[b]) : -edge(projected[b], projected[a]); }
 
-// The edge functions of triangle i, after those of all lower triangles.
-vec3 shared_edges(uint i, Ray ray, mat3 frame) {
+// Triangle i as the ray sees it, after all lower triangles.
+Seen shared_seen(uint i, Ray ray, mat3 frame) {
     const Triangle triangle = triangle_at(i);
     const uint a = first_corner(i, 0), b = first_corner(i, 1), c = first_corner(i, 2);
     if (a == 3 * i) projected[a] = project(triangle.corner0.xyz, ray, frame);
     if (b == 3 * i + 1) projected[b] = project(triangle.corner1.xyz, ray, frame);
     if (c == 3 * i + 2) projected[c] = project(triangle.corner2.xyz, ray, frame);
-    return vec3(shared_edge(b, c), shared_edge(c, a), shared_edge(a, b));
+    return Seen(projected[a], projected[b], projected[c],
+        vec3(shared_edge(b, c), shared_edge(c, a), shared_edge(a, b)));
 }
 
 #endif

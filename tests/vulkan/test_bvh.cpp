@@ -29,9 +29,12 @@ Tree tree_of(const std::vector<Box>& boxes) {
     return tree;
 }
 
-bool holds(const gpu::Vec3& low, const gpu::Vec3& high, const Box& box) {
-    return low.x <= box.low.x && low.y <= box.low.y && low.z <= box.low.z && high.x >= box.high.x &&
-           high.y >= box.high.y && high.z >= box.high.z;
+bool holds(double centre, double half, double low, double high) {
+    return centre - half <= low && centre + half >= high;
+}
+bool holds(const gpu::Vec3& centre, const gpu::Vec3& half, const Box& box) {
+    return holds(centre.x, half.x, box.low.x, box.high.x) && holds(centre.y, half.y, box.low.y, box.high.y) &&
+           holds(centre.z, half.z, box.low.z, box.high.z);
 }
 
 // Levels of inner nodes below `child`; counts each leaf and checks that the boxes on the way hold it.
@@ -46,13 +49,13 @@ struct Walk {
         if ((child & bvh_leaf) != 0) {
             const std::uint32_t leaf = child & ~bvh_leaf;
             ++seen.at(leaf);
-            for (const auto& [low, high] : path) all_held = all_held && holds(low, high, boxes[leaf]);
+            for (const auto& [centre, half] : path) all_held = all_held && holds(centre, half, boxes[leaf]);
             return 0;
         }
         const gpu::BvhNode& node = tree.nodes.at(child);
-        path.emplace_back(node.low0, node.high0);
+        path.emplace_back(node.centre0, node.half0);
         const std::uint32_t below0 = levels(node.child0);
-        path.back() = {node.low1, node.high1};
+        path.back() = {node.centre1, node.half1};
         const std::uint32_t below1 = levels(node.child1);
         path.pop_back();
         return 1 + std::max(below0, below1);

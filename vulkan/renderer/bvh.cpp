@@ -28,13 +28,25 @@ struct Bounds : Box {
     }
 };
 
-float round_down(double x) {
-    const auto rounded = static_cast<float>(x);
-    return rounded > x ? std::nextafterf(rounded, -std::numeric_limits<float>::infinity()) : rounded;
+// What the shader's arithmetic displaces a box's planes by, of the box's distance from 0 (shaders/bvh.glsl): 2 u, with
+// a third for what half the extent is off by itself.
+constexpr double displaced = 3.0 * 0x1p-24;
+
+gpu::Vec3 centre_of(const Bounds& box) {
+    const glm::vec3 centre(0.5 * box.low + 0.5 * box.high);
+    return {centre.x, centre.y, centre.z};
 }
 
-gpu::Vec3 round_down(const glm::dvec3& v) { return {round_down(v.x), round_down(v.y), round_down(v.z)}; }
-gpu::Vec3 round_up(const glm::dvec3& v) { return {-round_down(-v.x), -round_down(-v.y), -round_down(-v.z)}; }
+float half_extent(double low, double high, double centre) {
+    const double half = std::max(high - centre, centre - low) + displaced * std::max(std::abs(low), std::abs(high));
+    const auto rounded = static_cast<float>(half);
+    return rounded < half ? std::nextafterf(rounded, std::numeric_limits<float>::infinity()) : rounded;
+}
+
+gpu::Vec3 half_extent(const Bounds& box, const gpu::Vec3& centre) {
+    return {half_extent(box.low.x, box.high.x, centre.x), half_extent(box.low.y, box.high.y, centre.y),
+        half_extent(box.low.z, box.high.z, centre.z)};
+}
 
 std::uint32_t levels_needed(std::size_t count) { return static_cast<std::uint32_t>(std::bit_width(count - 1)); }
 
@@ -132,8 +144,8 @@ private:
         const std::size_t left = partition(range, level);
         const Bounds bounds0 = bounds(range.first(left)), bounds1 = bounds(range.subspan(left));
         const auto node = static_cast<std::uint32_t>(nodes_.size());
-        nodes_.push_back({round_down(bounds0.low), 0, round_up(bounds0.high), 0, round_down(bounds1.low), 0,
-            round_up(bounds1.high), 0});
+        const gpu::Vec3 centre0 = centre_of(bounds0), centre1 = centre_of(bounds1);
+        nodes_.push_back({centre0, 0, half_extent(bounds0, centre0), 0, centre1, 0, half_extent(bounds1, centre1), 0});
         const std::uint32_t child0 = build(range.first(left), level + 1);
         const std::uint32_t child1 = build(range.subspan(left), level + 1);
         nodes_[node].child0 = child0;

@@ -53,13 +53,13 @@ struct DoubleConvex {
 };
 
 struct BvhNode {
-    alignas(16) Vec3 low0;
+    alignas(16) Vec3 centre0;
     std::uint32_t child0 = 0;
-    alignas(16) Vec3 high0;
+    alignas(16) Vec3 half0;
     std::uint32_t child1 = 0;
-    alignas(16) Vec3 low1;
+    alignas(16) Vec3 centre1;
     std::uint32_t unused0 = 0;
-    alignas(16) Vec3 high1;
+    alignas(16) Vec3 half1;
     std::uint32_t unused1 = 0;
 };
 
