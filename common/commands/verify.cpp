@@ -42,6 +42,7 @@ struct VerifyArguments {
 struct CompareArguments {
     std::vector<std::string> images, reference, candidate;
     CriteriaArguments criteria;
+    std::string negligible, tile_negligible;
     std::string variance_of = "sample";
     bool same_estimator = false;
 };
@@ -318,6 +319,10 @@ ExitStatus compare(CompareArguments arguments, const CommandContext& context) {
     CompareOptions options;
     options.criteria = criteria_from(arguments.criteria, CompareOptions::comparison_criteria());
     options.criteria.same_estimator = arguments.same_estimator;
+    Negligible& negligible = options.criteria.negligible;
+    if (!arguments.negligible.empty()) negligible.image = fraction_from(arguments.negligible, "--negligible");
+    if (!arguments.tile_negligible.empty())
+        negligible.tile = fraction_from(arguments.tile_negligible, "--tile-negligible");
     options.variance_of = arguments.variance_of == "mean" ? VarianceOf::mean : VarianceOf::sample;
     const std::vector<std::filesystem::path> reference(arguments.reference.begin(), arguments.reference.end());
     const std::vector<std::filesystem::path> candidate(arguments.candidate.begin(), arguments.candidate.end());
@@ -384,10 +389,22 @@ void add_compare_command(CLI::App& app, CommandContext& context) {
         ->capture_default_str();
     command->add_flag("--same-estimator", arguments->same_estimator,
         "Both sides sample in one way, so different noise is a fault too");
-    add_criteria(*command, arguments->criteria, CompareOptions::comparison_criteria());
+    const Criteria defaults = CompareOptions::comparison_criteria();
+    command
+        ->add_option("--negligible", arguments->negligible,
+            fmt::format("Disagreement means: image mean surely off by more than this (default {}, what half precision "
+                        "rounds); smaller finds smaller faults, given the samples",
+                percent(defaults.negligible.image)))
+        ->type_name("FRACTION");
+    command
+        ->add_option("--tile-negligible", arguments->tile_negligible,
+            fmt::format("... or a tile by more than this (default {})", percent(defaults.negligible.tile)))
+        ->type_name("FRACTION");
+    add_criteria(*command, arguments->criteria, defaults);
     add_common_options(*command, context,
         "  tandem compare ours.exr theirs.exr             one image a side, with variance channels\n"
         "  tandem compare a1.exr a2.exr vs b1.exr b2.exr  independent seeds a side\n"
+        "  tandem compare a*.exr vs b*.exr --negligible 0.01%   see one bounce fewer on the classic box (0.034 %)\n"
         "A side is one image with variance channels and a sample count, or two or more images of independent seeds.");
     command->callback(
         [&context, arguments] { context.action = [&context, arguments] { return compare(*arguments, context); }; });

@@ -6,6 +6,7 @@
 #include <chrono>
 
 #include "common/error.h"
+#include "common/validation/pixel_correlation.h"
 
 namespace tandem {
 
@@ -78,11 +79,33 @@ void check_sides(const std::vector<NamedImage>& reference, const std::vector<Nam
     check_seeds(reference, candidate);
 }
 
+double variance_of_means(const SampledImage& side) {
+    double sum = 0.0;
+    for (const PixelStatistics& pixel : side.pixels) sum += pixel.variance / pixel.count;
+    return sum;
+}
+
+// A side of one image does not tell how far its pixels go together; the difference of both sides does, of which the
+// other's share is known where it has several images.
+void estimate_correlation(
+    SampledImage& reference, bool reference_alone, SampledImage& candidate, bool candidate_alone) {
+    if (!reference_alone && !candidate_alone) return;
+    const double both = neighbour_correlation(reference, candidate);
+    if (reference_alone && candidate_alone) {
+        reference.correlation = candidate.correlation = both;
+        return;
+    }
+    SampledImage &alone = reference_alone ? reference : candidate, &known = reference_alone ? candidate : reference;
+    const double of_alone = variance_of_means(alone), of_known = variance_of_means(known);
+    if (of_alone > 0.0)
+        alone.correlation = std::max(1.0, (both * (of_alone + of_known) - known.correlation * of_known) / of_alone);
+}
+
 }  // namespace
 
 Criteria CompareOptions::comparison_criteria() {
     Criteria criteria;
-    criteria.negligible.image = 1e-3;
+    criteria.negligible.image = 0x1p-10;
     criteria.negligible.tile = 1e-2;
     criteria.negligible.pixel = 2e-2;
     criteria.same_estimator = false;
@@ -102,6 +125,7 @@ SceneVerdict compare_images(
     verdict.reference_info.backend = verdict.candidate_info.backend = "image";
     verdict.reference = sampled_image_of(reference, options.variance_of);
     verdict.candidate = sampled_image_of(candidate, options.variance_of);
+    estimate_correlation(verdict.reference, reference.size() == 1, verdict.candidate, candidate.size() == 1);
     verdict.settings.width = verdict.reference.width;
     verdict.settings.height = verdict.reference.height;
     const LookShare share{options.criteria.false_alarm, options.criteria.doubt};

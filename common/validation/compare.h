@@ -19,8 +19,12 @@ struct CompareOptions {
     VarianceOf variance_of = VarianceOf::sample;
     std::string reference_name = "A", candidate_name = "B";
 
-    // Two renderers that share no text: what is called negligible is wider (0.1 % of the image, 1 % of a tile, 2 % of a
-    // pixel), other estimators may have other variances, and equal pixels are equal to half precision (2^-10).
+    // Two renderers that share no text. Images of half precision are rounded by 2^-11 a side: equal pixels are equal
+    // to 2^-10, and the image's mean may differ by as much (`negligible`; options say otherwise where files hold
+    // floats). Other estimators may have other variances. Places where two programs put a film sample, or the facets of
+    // a curved surface, are taken to differ by up to 0.05 pixel, what registration calls a shift: an edge with a step C
+    // of the scale moves 0.05 C/8 of the smallest tile, so 1 % is C = 1.6. A pixel of an edge may differ by 5 % C; 2 %
+    // is what is not called a fault where a step is as large as 0.4 of the pixel.
     [[nodiscard]] static Criteria comparison_criteria();
 };
 
@@ -35,7 +39,9 @@ struct NamedImage {
 // channels are left out. A side
 // of one image needs its variance and its number of samples: the channel `count`, or the metadata "samples" or
 // "samplesPerPixel"; variances of the mean go without one (`assumed_count` then). A side of k >= 2 images takes its
-// variance from their scatter, and from it also how far neighbouring pixels go together (pixel filters, samplers).
+// variance from their scatter, and from it also how far neighbouring pixels go together (pixel filters, samplers); that
+// of a side of one image is taken from the difference of both sides (pixel_correlation.h), for images of 32x32 pixels
+// and more.
 //
 // Throws InputError, naming what differs or is missing: sizes, windows, channels, colour spaces, a single image without
 // variance, images that are the same bits, on one side or on both (no variance, and no evidence), the same seed on both

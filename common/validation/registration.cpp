@@ -55,7 +55,8 @@ std::vector<Equation> equations_of(const SampledImage& a, const SampledImage& b)
             equation.noise = 0.25 * glm::dvec3(variance[i], 0.25 * (variance[left] + variance[right]),
                                         0.25 * (variance[i - row] + variance[i + row]));
             equation.difference = b.pixels[i].mean - a.pixels[i].mean;
-            // A hundredth of the mean beside the noise, so that pixels without noise do not decide alone.
+            // A hundredth of the mean beside the noise (Negligible::pixel), so that pixels without noise do not decide
+            // alone.
             const double floor = 0.01 * means_a[i % channel_count];
             equation.variance = variance[i];
             equation.weight = 1.0 / (variance[i] + floor * floor + 1e-300);
@@ -130,13 +131,15 @@ Registration register_images(const SampledImage& reference, const SampledImage& 
     result.shift_x_error = error(1);
     result.shift_y_error = error(2);
     result.explained = before > noise ? std::clamp((before - after) / (before - noise), 0.0, 1.0) : 0.0;
+    constexpr double sigmas = 5.0, least_shift = 0.05, least_exposure = 1e-3, least_exposure_beside_shift = 5e-3;
     const auto found = [](double value, double sigma, double least) {
-        return std::abs(value) > std::max(5.0 * sigma, least);
+        return std::abs(value) > std::max(sigmas * sigma, least);
     };
-    result.shift_found =
-        found(result.shift_x, result.shift_x_error, 0.05) || found(result.shift_y, result.shift_y_error, 0.05);
+    result.shift_found = found(result.shift_x, result.shift_x_error, least_shift) ||
+                         found(result.shift_y, result.shift_y_error, least_shift);
     // Beside a shift, what first order leaves of sharp edges looks like a few thousandths of exposure.
-    result.exposure_found = found(result.exposure - 1.0, result.exposure_error, result.shift_found ? 5e-3 : 1e-3) &&
+    result.exposure_found = found(result.exposure - 1.0, result.exposure_error,
+                                result.shift_found ? least_exposure_beside_shift : least_exposure) &&
                             (result.shift_found || is_constant(reference, candidate, result.exposure));
     result.text = describe(result);
     return result;

@@ -22,7 +22,12 @@ struct Registration {
 // Weighted least squares of candidate - reference on the mean image and its two central differences, all channels
 // together. The noise of the mean of both sides is independent of that of their difference (equal variances), so it
 // only weakens the regressors; its part is taken out of the normal matrix. Errors after Huber and White (no model of
-// the residuals). Found means: five standard errors, an effect worth a name (0.1 %, 0.5 % beside a shift, 0.05 pixel),
+// the residuals). Found means: five standard errors (of three normal figures one is found by chance in 6e5 images, and
+// of any distribution, after Chebyshev, in 8), and an effect worth a name:
+// - a shift of 0.05 pixel. First order misses s^2/2 of the second derivative, 2.5 % of it at edges a pixel wide;
+// - an exposure of 0.1 %, what `compare` calls no fault (2^-10). Beside a shift s of up to half a pixel the second
+// order
+//   looks like one: on a pattern of period L pixels s^2/2 (2 pi/L)^2, 0.5 % at s = 0.5 and L = 31, so 0.5 % there;
 // and for an exposure without a shift that no 16x16 tile differs once it is taken out.
 [[nodiscard]] Registration register_images(const SampledImage& reference, const SampledImage& candidate);
 

@@ -52,9 +52,10 @@ json criteria_json(const Criteria& criteria) {
         {"channel_floor_relative", m.channel_floor}, {"negligible_image_relative", n.image},
         {"negligible_tile_relative", n.tile}, {"negligible_pixel_relative", n.pixel},
         {"negligible_paired_image_relative", n.paired_image}, {"negligible_paired_tile_relative", n.paired_tile},
-        {"negligible_variance_ratio", n.variance_ratio}, {"false_alarm", criteria.false_alarm},
-        {"doubt", criteria.doubt}, {"discovery_rate", criteria.discovery_rate}, {"power", criteria.power},
-        {"fixed_tolerance_relative", criteria.fixed_tolerance}, {"same_estimator", criteria.same_estimator}};
+        {"negligible_paired_pixel_relative", n.paired_pixel}, {"negligible_variance_ratio", n.variance_ratio},
+        {"false_alarm", criteria.false_alarm}, {"doubt", criteria.doubt}, {"discovery_rate", criteria.discovery_rate},
+        {"power", criteria.power}, {"fixed_tolerance_relative", criteria.fixed_tolerance},
+        {"same_estimator", criteria.same_estimator}};
 }
 
 json looks_json(const std::vector<Look>& looks) {

@@ -6,7 +6,9 @@
 #include <numbers>
 
 #include "common/error.h"
+#include "common/statistics/distributions.h"
 #include "common/validation/compare.h"
+#include "common/validation/pixel_correlation.h"
 #include "common/validation/verdict_json.h"
 #include "tests/common/synthetic_renderer.h"
 #include "tests/temporary_folder.h"
@@ -166,6 +168,159 @@ TEST_CASE("images whose neighbouring pixels go together get wider intervals") {
     const Sampler sampler = scene_of(1.0, 0.0);
     CHECK(sampled_image_of({plain(sampler, 1), plain(sampler, 2), plain(sampler, 3)}, VarianceOf::sample).correlation ==
           1.0);
+}
+
+namespace {
+
+// Splats of a Gaussian of deviation `width` pixels, cut at 3 pixels, of sum 1.
+std::vector<double> gaussian(double width) {
+    std::vector<double> weights;
+    double sum = 0.0;
+    for (int y = -3; y <= 3; ++y)
+        for (int x = -3; x <= 3; ++x) sum += weights.emplace_back(std::exp(-0.5 * (x * x + y * y) / (width * width)));
+    for (double& weight : weights) weight /= sum;
+    return weights;
+}
+
+// An image whose noise, of relative `deviation` in each pixel, went through a pixel filter, with the right variance of
+// each pixel's mean.
+NamedImage filtered(
+    const std::vector<double>& weights, std::uint64_t seed, double exposure = 1.0, double deviation = 0.02) {
+    constexpr std::uint32_t edge = 64, border = edge + 6;
+    double squares = 0.0;
+    for (const double weight : weights) squares += weight * weight;
+    std::vector<double> noise;
+    for (std::uint64_t i = 0; i < std::uint64_t{border} * border; ++i) {
+        SampleRandom random(seed, i, 0);
+        double sum = 0.0;
+        for (int k = 0; k < 16; ++k) sum += random.triangular() / 4.0;
+        noise.push_back(deviation / std::sqrt(squares) * sum);
+    }
+    Image image;
+    image.width = image.height = edge;
+    image.channels = {"R", "G", "B", "variance.R", "variance.G", "variance.B"};
+    for (std::uint32_t y = 0; y < edge; ++y)
+        for (std::uint32_t x = 0; x < edge; ++x) {
+            double relative = 0.0;
+            for (std::uint32_t k = 0; k < weights.size(); ++k)
+                relative += weights[k] * noise[(y + k / 7) * border + x + k % 7];
+            for (const bool variance : {false, true})
+                for (const double channel : {1.0, 0.7, 0.4}) {
+                    const double mean = exposure * channel * pattern(x, y);
+                    image.pixels.push_back(
+                        static_cast<float>(variance ? deviation * deviation * mean * mean : mean * (1.0 + relative)));
+                }
+        }
+    return {"filtered " + std::to_string(seed), image};
+}
+
+// Of `runs` pairs of equal images, how many are called different: with pixels taken as independent, and as compared.
+struct FalseAlarms {
+    unsigned before = 0, after = 0;
+};
+FalseAlarms false_alarms(const std::vector<double>& weights, unsigned runs, double declared) {
+    CompareOptions options;
+    options.variance_of = VarianceOf::mean;
+    options.criteria.false_alarm = declared;
+    FalseAlarms alarms;
+    for (unsigned run = 0; run < runs; ++run) {
+        const std::vector<NamedImage> a{filtered(weights, 2 * run + 1, 1.0, 0.15)},
+            b{filtered(weights, 2 * run + 2, 1.0, 0.15)};
+        const Judgement before = judge(sampled_image_of(a, VarianceOf::mean), sampled_image_of(b, VarianceOf::mean),
+            nullptr, options.criteria, {declared, 0.05});
+        if (before.verdict == Verdict::disagree) ++alarms.before;
+        if (compare_images(a, b, options).verdict == Verdict::disagree) ++alarms.after;
+    }
+    return alarms;
+}
+
+}  // namespace
+
+TEST_CASE("pixel filters raise no false alarms with one image a side") {
+    constexpr double declared = 0.05;
+    for (const auto& [width, runs] : {std::pair{0.5, 200u}, {1.0, 40u}}) {  // a usual Gaussian filter, and a wide one
+        const FalseAlarms alarms = false_alarms(gaussian(width), runs, declared);
+        MESSAGE("deviation ", width, ": ", alarms.before, " of ", runs, " with pixels taken as independent, ",
+            alarms.after, " as compared");
+        CHECK(clopper_pearson_interval(alarms.before, runs, 0.002).low > declared);  // what this test is for
+        CHECK(clopper_pearson_interval(alarms.after, runs, 0.002).low <= declared);
+    }
+}
+
+TEST_CASE("how far pixels go together is seen in one image a side") {
+    const auto seen = [](const std::vector<double>& a, const std::vector<double>& b, std::uint64_t seed,
+                          double exposure) {
+        return neighbour_correlation(sampled_image_of({filtered(a, seed)}, VarianceOf::mean),
+            sampled_image_of({filtered(b, seed + 1, exposure)}, VarianceOf::mean));
+    };
+    const std::vector<double> box = gaussian(0.01);
+    unsigned wider = 0;
+    for (std::uint64_t seed = 1; seed <= 100; seed += 2)
+        if (seen(box, box, seed, 1.0) > 1.0) ++wider;
+    CHECK(wider <= 6);  // 2.3 % of 50
+    for (const double width : {0.5, 0.7, 1.0}) {
+        const std::vector<double> filter = gaussian(width);
+        double squares = 0.0, sum = 0.0;
+        for (const double weight : filter) squares += weight * weight;
+        for (std::uint64_t seed = 1; seed <= 20; seed += 2) sum += seen(filter, filter, seed, 1.0) / 10.0;
+        CAPTURE(width);
+        CHECK(sum == doctest::Approx(1.0 / squares).epsilon(0.1));
+        // Half of the variance goes together.
+        double mixed = 0.0;
+        for (std::uint64_t seed = 1; seed <= 20; seed += 2) mixed += seen(filter, box, seed, 1.0) / 10.0;
+        CHECK(mixed == doctest::Approx(0.5 + 0.5 / squares).epsilon(0.1));
+    }
+    CHECK(seen(box, box, 7, 1.05) < 1.2);  // a true difference is no noise
+}
+
+TEST_CASE("a light 1 % brighter is found through a pixel filter") {
+    CompareOptions options;
+    options.variance_of = VarianceOf::mean;
+    const std::vector<double> filter = gaussian(0.5);
+    for (std::uint64_t seed = 1; seed <= 20; seed += 2) {
+        const SceneVerdict verdict =
+            compare_images({filtered(filter, seed)}, {filtered(filter, seed + 1, 1.01)}, options);
+        CHECK(verdict.verdict == Verdict::disagree);
+        CHECK(verdict.reference.correlation > 1.9);  // of 2.4 the nearest neighbours make 2.2
+    }
+}
+
+TEST_CASE("a fault below what is negligible is found where less is called so") {
+    // As much as one bounce fewer on the classic box, seen with noise of 0.003 % of the image.
+    const auto quiet = [](std::uint64_t seed, double exposure) {
+        NamedImage named = filtered(gaussian(0.01), seed, exposure);
+        for (std::size_t i = 0; i < named.image.pixels.size(); i += 6) {
+            const double x = static_cast<double>(i / 6 % 64), y = static_cast<double>(i / 6 / 64);
+            for (std::size_t c = 0; c < 3; ++c) {
+                const double mean = exposure * pattern(x, y) * std::array{1.0, 0.7, 0.4}.at(c);
+                named.image.pixels[i + c] = static_cast<float>(mean + 0.1 * (named.image.pixels[i + c] - mean));
+                named.image.pixels[i + 3 + c] *= 0.01f;
+            }
+        }
+        return named;
+    };
+    CompareOptions options;
+    options.variance_of = VarianceOf::mean;
+    const std::vector<NamedImage> a{quiet(1, 1.0)}, b{quiet(2, 1.00034)};
+    CHECK(compare_images(a, b, options).verdict == Verdict::agree);
+    options.criteria.negligible.image = 1e-4;
+    CHECK(compare_images(a, b, options).verdict == Verdict::disagree);
+}
+
+TEST_CASE("where one side has several images the other's correlation is what is left") {
+    CompareOptions options;
+    options.variance_of = VarianceOf::mean;
+    const std::vector<double> filter = gaussian(0.7), box = gaussian(0.01);
+    double squares = 0.0;
+    for (const double weight : filter) squares += weight * weight;
+    double sum = 0.0;
+    for (std::uint64_t seed = 1; seed <= 40; seed += 4) {
+        const SceneVerdict verdict = compare_images({filtered(filter, seed)},
+            {filtered(box, seed + 1), filtered(box, seed + 2), filtered(box, seed + 3)}, options);
+        CHECK(verdict.candidate.correlation < 1.5);  // as its own images tell, 1 but for chance
+        sum += verdict.reference.correlation / 10.0;
+    }
+    CHECK(sum == doctest::Approx(1.0 / squares).epsilon(0.15));
 }
 
 TEST_CASE("the variance of the mean is taken as such where asked for") {
