@@ -269,6 +269,34 @@ class Commands(unittest.TestCase):
         # Without variances one image is no evidence of anything; several scramblings are.
         self.refused(tandem("compare", self.folder / "out.exr", "vs", self.folder / "out.exr"), "out.exr")
 
+    def test_what_compare_calls_negligible_is_an_option(self):
+        images = [self.folder / "a.exr", self.folder / "b.exr"]
+        for seed, image in enumerate(images):
+            tandem("render", self.scene, "-o", image, "--seed", seed)
+        figures = self.folder / "out.json"
+        tandem("compare", *images, "--negligible", "0.01%", "--tile-negligible", "0.002", "--json", figures)
+        criteria = json.loads(figures.read_text())["scenes"][0]["criteria"]
+        self.assertAlmostEqual(criteria["negligible_image_relative"], 1e-4)
+        self.assertAlmostEqual(criteria["negligible_tile_relative"], 2e-3)
+        self.refused(tandem("compare", *images, "--negligible", "-1"), "--negligible")
+
+    def test_a_second_interrupt_ends_the_program_at_once(self):
+        pipe = self.folder / "pipe.json"
+        os.mkfifo(pipe)  # nobody reads: the program waits to open it, where it heeds no wish to stop
+        with subprocess.Popen([TANDEM, "devices", "--json", pipe], stdout=subprocess.PIPE) as running:
+            try:
+                running.stdout.readline()  # devices are told before the file is written
+                time.sleep(1.0)
+                for _ in range(2):  # one wish, told twice
+                    running.send_signal(signal.SIGINT)
+                    time.sleep(0.3)
+                self.assertIsNone(running.poll())
+                time.sleep(1.0)
+                running.send_signal(signal.SIGINT)
+                self.assertEqual(running.wait(timeout=10), -signal.SIGINT)
+            finally:
+                running.kill()
+
     def test_interrupt_keeps_what_was_rendered(self):
         out, figures = self.folder / "out.exr", self.folder / "out.json"
         with subprocess.Popen([TANDEM, "render", SCENES / "cornell-classic.json", "-o", out, "--size", "64", "--samples",
