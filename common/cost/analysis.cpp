@@ -6,12 +6,24 @@
 #include <numeric>
 #include <random>
 
-#include "common/experiment/paired_effect.h"
 #include "common/statistics/distributions.h"
 #include "common/statistics/multiple_tests.h"
 #include "common/statistics/sample_moments.h"
 
 namespace tandem {
+
+PairedEffect paired_seconds(const ArmTrials& arm, const ArmTrials& other) {
+    std::vector<double> differences;
+    const auto seconds_a_sample = [](const ArmTrials& one, const Replicate& replicate) {
+        return std::max(replicate.seconds.back(), 1e-9) / static_cast<double>(one.samples.back());
+    };
+    for (const Replicate& replicate : arm.replicates) {
+        const auto same = std::ranges::find(other.replicates, replicate.round, &Replicate::round);
+        if (same != other.replicates.end())
+            differences.push_back(std::log(seconds_a_sample(arm, replicate) / seconds_a_sample(other, *same)));
+    }
+    return differences.empty() ? PairedEffect{} : paired_effect({differences});
+}
 
 namespace {
 
@@ -251,20 +263,6 @@ ArmFigures figures_of(const CostArm& arm, const ArmTrials& samples, const CostRe
     return figures;
 }
 
-// Ratio of an arm's seconds a sample to the baseline's, over the rounds of both.
-PairedEffect paired_seconds(const ArmTrials& arm, const ArmTrials& baseline) {
-    std::vector<double> differences;
-    const auto seconds_a_sample = [](const ArmTrials& one, const Replicate& replicate) {
-        return std::max(replicate.seconds.back(), 1e-9) / static_cast<double>(one.samples.back());
-    };
-    for (const Replicate& replicate : arm.replicates) {
-        const auto same = std::ranges::find(baseline.replicates, replicate.round, &Replicate::round);
-        if (same != baseline.replicates.end())
-            differences.push_back(std::log(seconds_a_sample(arm, replicate) / seconds_a_sample(baseline, *same)));
-    }
-    return differences.empty() ? PairedEffect{} : paired_effect({differences});
-}
-
 // p of "this arm's cost is the baseline's".
 double compare(const ArmTrials& samples, const ArmTrials& baseline, const ArmFigures& base, ArmFigures& figures) {
     const PairedEffect time = paired_seconds(samples, baseline);
@@ -395,6 +393,22 @@ bool exclude_each_other(const CostArm& a, const CostArm& b) {
 }
 
 }  // namespace
+
+const ArmFigures* soonest(const std::vector<ArmFigures>& figures, double relative_error) {
+    const ArmFigures* best = nullptr;
+    double least = 0.0;
+    for (const ArmFigures& arm : figures) {
+        const bool baseline = &arm == figures.data();
+        const TimeToError time = arm.time_to(relative_error);
+        if (!time.seconds || (!baseline && !arm.is_safe_at(relative_error)) ||
+            (!baseline && !arm.cost_differs && best == figures.data()))
+            continue;
+        if (best != nullptr && time.seconds->value >= least) continue;
+        best = &arm;
+        least = time.seconds->value;
+    }
+    return best;
+}
 
 std::vector<std::size_t> best_settings(const std::vector<ArmFigures>& figures) {
     std::vector<std::size_t> best;

@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "common/cost/measure.h"
+#include "common/experiment/paired_effect.h"
 #include "common/validation/convergence.h"
 
 namespace tandem {
@@ -56,6 +57,13 @@ struct ArmFigures {
 
 // Arms with fewer than fewest_replicates replicates are left out. arms[0] is the baseline.
 [[nodiscard]] std::vector<ArmFigures> analyse_cost(const std::vector<CostArm>& arms, const CostSamples& samples);
+
+// Ratio of an arm's seconds a sample to another's, as the logarithm, over the rounds of both.
+[[nodiscard]] PairedEffect paired_seconds(const ArmTrials& arm, const ArmTrials& other);
+
+// The figures that reach `relative_error` soonest: the baseline (figures[0]), unless another is significantly sooner.
+// Nothing: none reaches it.
+[[nodiscard]] const ArmFigures* soonest(const std::vector<ArmFigures>& figures, double relative_error);
 
 // The best of each knob together: of knobs of which some setting beats the baseline significantly and has no floor. Of
 // bounces and roulette the better one.

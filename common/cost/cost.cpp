@@ -69,7 +69,49 @@ std::string sentence_on_cost(const ArmFigures& arm) {
     return fmt::format("{} times later than the baseline's", factor(arm.cost_ratio));
 }
 
+const Confirmation* confirmation_of(const CostReport& report, double error) {
+    const auto found = std::ranges::find(report.confirmations, error, &Confirmation::relative_error);
+    return found == report.confirmations.end() ? nullptr : &*found;
+}
+
+std::string sentence_on(const Confirmation& confirmation) {
+    const Rival& nearest = confirmation.rivals.front();
+    const std::string anew = fmt::format("Measured anew in {} rounds it takes {} ({} to {}); ", confirmation.rounds,
+        duration(confirmation.seconds.value), duration(confirmation.seconds.low), duration(confirmation.seconds.high));
+    switch (confirmation.outcome) {
+        case Confirmed::shown:
+            return anew + fmt::format("it is the fastest: {} takes {} times as long.", nearest.name,
+                              factor(nearest.time_ratio));
+        case Confirmed::refuted:
+            return anew + fmt::format("it was faster than {}, which had been found soonest before: {} of its time.",
+                              confirmation.first, factor(nearest.time_ratio));
+        case Confirmed::open:
+            break;
+    }
+    // Those that are not told apart from it.
+    std::string names;
+    for (const Rival& rival : confirmation.rivals)
+        if (rival.time_ratio.low <= 1.0)
+            names += fmt::format(
+                "{}{} ({} times its time)", names.empty() ? "" : ", ", rival.name, factor(rival.time_ratio));
+    return anew + "nothing is faster, but these may be as fast: " + names + ".";
+}
+
+std::string_view outcome_name(Confirmed outcome) {
+    return outcome == Confirmed::shown ? "shown" : outcome == Confirmed::open ? "open" : "refuted";
+}
+
 json to_json(const Estimated& figure) { return {{"value", figure.value}, {"low", figure.low}, {"high", figure.high}}; }
+
+json to_json(const Confirmation& confirmation) {
+    json rivals = json::array();
+    for (const Rival& rival : confirmation.rivals)
+        rivals.push_back({{"arm", rival.name}, {"time_ratio", to_json(rival.time_ratio)}});
+    return {{"relative_error", confirmation.relative_error}, {"first", confirmation.first},
+        {"recommended", confirmation.recommended}, {"outcome", outcome_name(confirmation.outcome)},
+        {"seconds", confirmation.seconds.value}, {"seconds_low", confirmation.seconds.low},
+        {"seconds_high", confirmation.seconds.high}, {"rounds", confirmation.rounds}, {"rivals", rivals}};
+}
 
 json to_json(const ArmFigures& arm) {
     json points = json::array();
@@ -114,20 +156,11 @@ json to_json(const ArmFigures& arm) {
 
 }  // namespace
 
-const ArmFigures* soonest(const std::vector<ArmFigures>& figures, double relative_error) {
-    const ArmFigures* best = nullptr;
-    double least = 0.0;
-    for (const ArmFigures& arm : figures) {
-        const bool baseline = &arm == figures.data();
-        const TimeToError time = arm.time_to(relative_error);
-        if (!time.seconds || (!baseline && !arm.is_safe_at(relative_error)) ||
-            (!baseline && !arm.cost_differs && best == figures.data()))
-            continue;
-        if (best != nullptr && time.seconds->value >= least) continue;
-        best = &arm;
-        least = time.seconds->value;
-    }
-    return best;
+const ArmFigures* recommended(const CostReport& report, double relative_error) {
+    if (const Confirmation* confirmation = confirmation_of(report, relative_error))
+        for (const ArmFigures& arm : report.figures)
+            if (arm.arm.name() == confirmation->recommended) return &arm;
+    return soonest(report.figures, relative_error);
 }
 
 std::vector<std::string> recommendations(const CostReport& report) {
@@ -135,16 +168,18 @@ std::vector<std::string> recommendations(const CostReport& report) {
     if (report.figures.empty()) return sentences;
     const ArmFigures& baseline = report.figures.front();
     for (const double error : cost_errors) {
-        const ArmFigures* best = soonest(report.figures, error);
+        const Confirmation* confirmation = confirmation_of(report, error);
+        const ArmFigures* best = recommended(report, error);
         if (best == nullptr) {
             sentences.push_back(fmt::format("No setting here reaches {}.", percent(error)));
             continue;
         }
         const TimeToError time = best->time_to(error);
-        sentences.push_back(fmt::format("To {}: `tandem render {} {}{}--samples {:.0f}`, {}{}{}.", percent(error),
+        sentences.push_back(fmt::format("To {}: `tandem render {} {}{}--samples {:.0f}`, {}{}{}. {}", percent(error),
             report.scene_file, best->arm.options, best->arm.options.empty() ? "" : " ", std::ceil(*time.samples),
             duration(time.seconds->value), time.extrapolated ? " (extrapolated)" : "",
-            time.floor_unknown ? "; a floor as high is not excluded, and none assumed" : ""));
+            time.floor_unknown ? "; a floor as high is not excluded, and none assumed" : "",
+            confirmation == nullptr ? "It was not measured anew." : sentence_on(*confirmation)));
     }
     for (const ArmFigures& arm : report.figures) {
         if (&arm == &baseline) {
@@ -160,7 +195,8 @@ std::vector<std::string> recommendations(const CostReport& report) {
 }
 
 json to_json(const CostReport& report) {
-    json arms = json::array(), skipped = json::array();
+    json arms = json::array(), skipped = json::array(), confirmations = json::array();
+    for (const Confirmation& one : report.confirmations) confirmations.push_back(to_json(one));
     for (const ArmFigures& arm : report.figures) arms.push_back(to_json(arm));
     for (const SkippedArm& arm : report.skipped)
         skipped.push_back({{"knob", arm.knob}, {"setting", arm.setting}, {"reason", arm.reason}});
@@ -173,8 +209,8 @@ json to_json(const CostReport& report) {
             {{"samples", report.reference.samples}, {"relative_uncertainty", report.reference.relative_uncertainty()},
                 {"image_mean", report.reference.image_mean()}, {"backend", report.reference_backend},
                 {"options", report.reference.options}, {"seconds", report.reference.seconds}}},
-        {"arms", arms}, {"not_measured", skipped}, {"recommendations", recommendations(report)},
-        {"seconds", report.seconds}};
+        {"arms", arms}, {"not_measured", skipped}, {"confirmations", confirmations},
+        {"recommendations", recommendations(report)}, {"seconds", report.seconds}};
 }
 
 std::string to_text(const CostReport& report) {

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "common/cost/analysis.h"
+#include "common/cost/confirm.h"
 
 namespace tandem {
 
@@ -16,13 +16,16 @@ struct CostReport {
     std::string reference_backend;
     std::vector<ArmFigures> figures;  // [0] is the baseline
     std::vector<SkippedArm> skipped;
+    std::vector<Confirmation> confirmations;  // of what is soonest; none for errors that were not measured anew
     double seconds = 0.0;
 };
 
-// Sentences that a person can act on: what each knob buys and costs, and the command to the errors of cost_errors.
+// Sentences that a person can act on: what each knob buys and costs, and the command to the errors of cost_errors, with
+// what measuring anew had to say to it.
 [[nodiscard]] std::vector<std::string> recommendations(const CostReport& report);
-// The figures that reach `relative_error` soonest: the baseline, unless another is significantly sooner.
-[[nodiscard]] const ArmFigures* soonest(const std::vector<ArmFigures>& figures, double relative_error);
+
+// What they recommend for an error: the soonest, unless measuring anew has refuted it. Nothing: none reaches it.
+[[nodiscard]] const ArmFigures* recommended(const CostReport& report, double relative_error);
 
 [[nodiscard]] nlohmann::json to_json(const CostReport& report);
 [[nodiscard]] std::string to_text(const CostReport& report);

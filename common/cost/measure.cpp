@@ -140,7 +140,7 @@ double mean_variance(const Estimate& estimate) {
 // own.
 bool render_replicate(
     RenderJob& job, std::uint64_t round, const CostReference& reference, const CostControl& control, ArmTrials& arm) {
-    const std::uint64_t begin = arm.replicates.size() << replicate_shift;
+    const std::uint64_t begin = (arm.first_replicate + arm.replicates.size()) << replicate_shift;
     Replicate replicate;
     replicate.round = round;
     Estimate whole;

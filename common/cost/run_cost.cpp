@@ -16,8 +16,9 @@ namespace tandem {
 
 namespace {
 
-// Shares of the time: the reference, and of the rest what the arms of mixed knobs get.
-constexpr double reference_share = 0.35, mix_share = 0.2;
+// Shares of the time: the reference, and of the rest what the arms of mixed knobs get, and what is measured anew.
+constexpr double reference_share = 0.35, mix_share = 0.2, confirmation_share = 0.15;
+constexpr double mix_begin = 1.0 - mix_share - confirmation_share, confirmation_begin = 1.0 - confirmation_share;
 constexpr std::uint64_t reference_seed = 0x7265666572656e63u;  // "referenc": unlike any that a user gives
 
 std::string hash_of(const std::string& text) {
@@ -198,18 +199,28 @@ CostReport run_cost(const Scene& scene, CostRequest request, const CostControl& 
         };
 
     const double left = request.seconds - (now() - start);
-    experiment.measure(names_of(experiment.arms()), std::max(0.0, left * (1.0 - mix_share)), samples,
-        within(saving, reference_share, 1.0 - mix_share));
+    experiment.measure(names_of(experiment.arms()), std::max(0.0, left * mix_begin), samples,
+        within(saving, reference_share, mix_begin));
     std::vector<ArmFigures> figures = analyse_cost(experiment.arms(), samples);
     const CostArm mix = mixed(figures, knob_settings(scene, request.baseline, request.backend, mean), request);
     if (!mix.setting.empty() && !control.stop.stop_requested() && experiment.add(mix)) {
         std::vector<std::string> names{"baseline", mix.name()};
         for (const std::size_t best : best_settings(figures)) names.push_back(figures[best].arm.name());
-        const double rest = std::max(0.5 * mix_share * request.seconds, request.seconds - (now() - start));
-        experiment.measure(names, rest, samples, within(saving, 1.0 - mix_share, 1.0));
+        const double rest =
+            std::max(0.5 * mix_share * request.seconds, confirmation_begin * request.seconds - (now() - start));
+        experiment.measure(names, rest, samples, within(saving, mix_begin, confirmation_begin));
         figures = analyse_cost(experiment.arms(), samples);
     }
     if (figures.empty()) throw Error("stopped before the baseline was known; nothing to report");
+    if (const std::vector<std::string> names = arms_to_confirm(figures);
+        !names.empty() && !control.stop.stop_requested()) {
+        CostSamples anew = trials_to_confirm(names, samples);
+        CostControl unsaved = control;  // it is of use to no later measurement
+        unsaved.save = {};
+        const double rest = std::max(0.5 * confirmation_share * request.seconds, request.seconds - (now() - start));
+        experiment.measure(names, rest, anew, within(unsaved, confirmation_begin, 1.0));
+        report.confirmations = confirm(figures, experiment.arms(), anew);
+    }
     report.figures = std::move(figures);
     report.skipped.insert(report.skipped.end(), experiment.skipped().begin(), experiment.skipped().end());
     report.reference = samples.reference;

@@ -1,4 +1,5 @@
-// The whole of `tandem cost` on one scene and backend: reference, single knobs, the best of them together.
+// The whole of `tandem cost` on one scene and backend: reference, single knobs, the best of them together, and what is
+// recommended measured anew.
 #pragma once
 
 #include <filesystem>

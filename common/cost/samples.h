@@ -39,6 +39,7 @@ struct Replicate {
 struct ArmTrials {
     std::string name;                    // "integrator next-event": unique
     std::vector<std::uint64_t> samples;  // ascending powers of two
+    std::uint64_t first_replicate = 0;   // the number of replicates[0]: what its random numbers are
     std::vector<Replicate> replicates;
     // Of the images at the greatest sample count, less the reference's mean: sums over replicates.
     PixelValues sum, sum_of_squares;

@@ -1,0 +1,165 @@
+#include "common/cost/confirm.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+
+#include "common/statistics/distributions.h"
+
+namespace tandem {
+
+namespace {
+
+constexpr std::uint64_t fresh_replicates = std::uint64_t{1} << 20;  // more than any measurement gets to
+constexpr double level = 0.05;
+
+const ArmFigures* named(const std::vector<ArmFigures>& figures, const std::string& name) {
+    const auto found = std::ranges::find_if(figures, [&](const ArmFigures& one) { return one.arm.name() == name; });
+    return found == figures.end() ? nullptr : &*found;
+}
+
+bool is_baseline(const std::vector<ArmFigures>& figures, const ArmFigures& arm) { return &arm == figures.data(); }
+
+// Other arms that are to be had for the error, the nearest first; the baseline is among them, whatever its time.
+std::vector<const ArmFigures*> rivals_of(const std::vector<ArmFigures>& figures, const ArmFigures& best, double error) {
+    std::vector<const ArmFigures*> rivals;
+    for (const ArmFigures& arm : figures)
+        if (&arm != &best && arm.variance > 0.0 && arm.time_to(error).seconds &&
+            (is_baseline(figures, arm) || arm.is_safe_at(error)))
+            rivals.push_back(&arm);
+    const auto time = [&](const ArmFigures* arm) { return arm->time_to(error).seconds->value; };
+    std::ranges::stable_sort(rivals, {}, time);
+    const auto kept = static_cast<std::ptrdiff_t>(std::min(rivals.size(), most_rivals));
+    const auto base = std::find(rivals.begin() + kept, rivals.end(), figures.data());
+    const bool far_baseline = base != rivals.end();
+    rivals.resize(static_cast<std::size_t>(kept));
+    if (far_baseline) rivals.push_back(figures.data());
+    return rivals;
+}
+
+// The arm's figures with noise and times as they were measured anew. Its floor and slope are what all replicates say.
+ArmFigures renewed(const ArmFigures& before, const ArmFigures& anew) {
+    ArmFigures figures = anew;
+    figures.has_floor = before.has_floor;
+    figures.squared_bias = before.squared_bias;
+    figures.slope = before.slope;
+    return figures;
+}
+
+double log_half_of(const Estimated& positive) {
+    if (!(positive.low > 0.0)) return std::numeric_limits<double>::infinity();
+    return 0.5 * std::log(positive.high / positive.low);
+}
+
+// Of log time: noise, and with a floor all that time_to has to say.
+double log_half_of_noise(const ArmFigures& arm, const TimeToError& time) {
+    return arm.has_floor ? log_half_of(*time.seconds) : arm.log_half_of_variance;
+}
+
+struct Renewed {
+    ArmFigures figures;
+    TimeToError time;
+    const ArmTrials* trials;
+};
+
+std::optional<Renewed> renew(
+    const ArmFigures& before, const std::vector<ArmFigures>& all, const CostSamples& anew, double error) {
+    const ArmFigures* now = named(all, before.arm.name());
+    const auto trials = std::ranges::find(anew.arms, before.arm.name(), &ArmTrials::name);
+    if (now == nullptr || trials == anew.arms.end() || !(now->variance > 0.0)) return std::nullopt;
+    Renewed result{renewed(before, *now), {}, &*trials};
+    result.time = result.figures.time_to(error);
+    if (!result.time.seconds) return std::nullopt;
+    return result;
+}
+
+// Seconds a sample are compared round by round, where what the machine does to both cancels.
+Rival compare(const Renewed& rival, const Renewed& best, std::size_t rivals) {
+    const PairedEffect paired = paired_seconds(*rival.trials, *best.trials);
+    const double ratio = std::log(rival.time.seconds->value / best.time.seconds->value);
+    const double widened = normal_quantile(1.0 - 0.5 * level / static_cast<double>(rivals)) / normal_quantile(0.975);
+    const double half =
+        widened * std::hypot(0.5 * (paired.high - paired.low), log_half_of_noise(rival.figures, rival.time),
+                      log_half_of_noise(best.figures, best.time));
+    return {rival.figures.arm.name(), {std::exp(ratio), std::exp(ratio - half), std::exp(ratio + half)}};
+}
+
+std::optional<Confirmation> confirm_at(
+    double error, const std::vector<ArmFigures>& figures, const std::vector<ArmFigures>& now, const CostSamples& anew) {
+    const ArmFigures* first = soonest(figures, error);
+    if (first == nullptr) return std::nullopt;
+    const std::optional<Renewed> best = renew(*first, now, anew, error);
+    if (!best) return std::nullopt;
+    Confirmation result;
+    result.relative_error = error;
+    result.first = result.recommended = first->arm.name();
+    result.seconds = *best->time.seconds;
+    result.rounds = best->trials->replicates.size();
+    const std::vector<const ArmFigures*> rivals = rivals_of(figures, *first, error);
+    for (const ArmFigures* rival : rivals) {
+        const std::optional<Renewed> again = renew(*rival, now, anew, error);
+        if (!again) continue;
+        result.rivals.push_back(compare(*again, *best, rivals.size()));
+        const Rival& last = result.rivals.back();
+        if (last.time_ratio.high < 1.0 && again->time.seconds->value < result.seconds.value) {
+            result.recommended = last.name;
+            result.seconds = *again->time.seconds;
+        }
+    }
+    if (result.rivals.empty()) return std::nullopt;
+    std::ranges::stable_sort(result.rivals, {}, [](const Rival& rival) { return rival.time_ratio.value; });
+    const bool all_slower = std::ranges::all_of(result.rivals, [](const Rival& r) { return r.time_ratio.low > 1.0; });
+    result.outcome = result.recommended != result.first ? Confirmed::refuted
+                     : all_slower                       ? Confirmed::shown
+                                                        : Confirmed::open;
+    return result;
+}
+
+}  // namespace
+
+std::vector<std::string> arms_to_confirm(const std::vector<ArmFigures>& figures) {
+    std::vector<std::string> names;
+    const auto add = [&](const ArmFigures& arm) {
+        if (std::ranges::find(names, arm.arm.name()) == names.end()) names.push_back(arm.arm.name());
+    };
+    for (const double error : cost_errors) {
+        const ArmFigures* best = soonest(figures, error);
+        if (best == nullptr || !(best->variance > 0.0)) continue;
+        const std::vector<const ArmFigures*> rivals = rivals_of(figures, *best, error);
+        if (rivals.empty()) continue;
+        add(*best);
+        for (const ArmFigures* rival : rivals) add(*rival);
+    }
+    return names;
+}
+
+CostSamples trials_to_confirm(const std::vector<std::string>& names, const CostSamples& samples) {
+    CostSamples anew;
+    anew.reference = samples.reference;
+    for (const ArmTrials& arm : samples.arms) {
+        if (std::ranges::find(names, arm.name) == names.end()) continue;
+        ArmTrials fresh;
+        fresh.name = arm.name;
+        fresh.samples = arm.samples;
+        fresh.first_replicate = fresh_replicates;
+        fresh.sum.assign(arm.sum.size(), 0.0);
+        fresh.sum_of_squares = fresh.sum;
+        anew.arms.push_back(std::move(fresh));
+    }
+    return anew;
+}
+
+std::vector<Confirmation> confirm(
+    const std::vector<ArmFigures>& figures, const std::vector<CostArm>& arms, const CostSamples& anew) {
+    std::vector<CostArm> measured;
+    for (const CostArm& arm : arms)
+        if (std::ranges::find(anew.arms, arm.name(), &ArmTrials::name) != anew.arms.end()) measured.push_back(arm);
+    const std::vector<ArmFigures> now = analyse_cost(measured, anew);
+    std::vector<Confirmation> result;
+    for (const double error : cost_errors)
+        if (auto one = confirm_at(error, figures, now, anew)) result.push_back(std::move(*one));
+    return result;
+}
+
+}  // namespace tandem
