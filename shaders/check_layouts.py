@@ -8,8 +8,9 @@ usage: check_layouts.py OUT.h REFLECTION.json...
 import json
 import sys
 
-SHARED = {"PrimitiveSource", "EntityTransform", "Placed", "Triangle", "Convex", "DoubleTriangle", "DoubleConvex", "BvhNode", "Material", "Texture", "Medium", "Light",
-          "Environment", "SceneHeader", "Camera", "Settings"}
+SHARED = {"PrimitiveSource", "EntityTransform", "Placed", "Triangle", "Convex", "BvhNode", "Material", "Texture", "Medium", "Light",
+          "Environment", "SceneHeader", "Camera", "Settings", "DoubleEntityTransform", "DoubleTriangle", "DoubleConvex",
+          "DoubleMedium", "DoubleLight", "DoubleCamera", "DoubleMaterial", "DoubleTexture", "DoubleSceneHeader"}
 
 
 def collect(reflection, asserts):

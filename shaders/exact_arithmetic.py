@@ -17,15 +17,15 @@ import sys
 HEADER_WORDS = 5
 EXT_INST_IMPORT, EXT_INST, TYPE_FLOAT, TYPE_VECTOR, TYPE_MATRIX = 11, 12, 22, 23, 24
 DECORATE, MEMBER_DECORATE, COMPOSITE_CONSTRUCT, COMPOSITE_EXTRACT = 71, 72, 80, 81
-F_NEGATE, F_SUB, F_MUL, VECTOR_TIMES_SCALAR = 127, 131, 133, 142
+F_NEGATE, F_SUB, F_MUL, F_DIV, VECTOR_TIMES_SCALAR = 127, 131, 133, 136, 142
 VECTOR_TIMES_MATRIX, MATRIX_TIMES_VECTOR, DOT = 144, 145, 148
 NO_CONTRACTION = 42
 # OpFNegate, OpFAdd, OpFSub, OpFMul, OpFDiv, OpFRem, OpFMod, products of vectors, scalars and matrices
 ARITHMETIC = {127, 129, 131, 133, 136, 140, 141, 142, 143, 144, 145, 146, 147, 148}
 # Of GLSL.std.450: those below, and those that round once, or not at all, or to the device's own accuracy.
-SQRT, INVERSE_SQRT, F_MIX, FMA, LENGTH, CROSS, NORMALIZE = 31, 32, 46, 50, 66, 68, 69
+SQRT, INVERSE_SQRT, F_MIX, FMA, PACK_DOUBLE, LENGTH, CROSS, NORMALIZE = 31, 32, 46, 50, 59, 66, 68, 69
 LIBRARY = set(range(13, 31))  # sin to log2: in planted bugs alone, as a test makes sure
-SIMPLE = LIBRARY | {1, 2, 3, 4, 5, 6, 7, 8, 9, 10, SQRT, INVERSE_SQRT, 37, 38, 39, 40, 41, 42, 43, 44, 45, FMA, 53, 73, 74, 75, 79, 80, 81}
+SIMPLE = LIBRARY | {1, 2, 3, 4, 5, 6, 7, 8, 9, 10, SQRT, INVERSE_SQRT, 37, 38, 39, 40, 41, 42, 43, 44, 45, FMA, 53, PACK_DOUBLE, 73, 74, 75, 79, 80, 81}
 
 
 def instructions(words):
@@ -42,7 +42,9 @@ class Expansion:
     def __init__(self, bound):
         self.bound, self.code = bound, []
         self.vectors, self.matrices, self.type_of = {}, {}, {}  # type: (its part's type, count); value: type
-        self.float_type = self.glsl = None
+        self.glsl = None
+        self.scalars = set()  # types: float, and double where there is one
+        self.doubles = set()  # double and its vectors
 
     def new_id(self):
         self.bound += 1
@@ -55,10 +57,11 @@ class Expansion:
         return result
 
     def scalar(self, opcode, *operands, result=None):
-        return self.emit(opcode, self.float_type, *operands, result=result)
+        """Of the operands' type."""
+        return self.emit(opcode, self.type_of[operands[0]], *operands, result=result)
 
     def function(self, number, *operands, result=None):
-        return self.scalar(EXT_INST, self.glsl, number, *operands, result=result)
+        return self.emit(EXT_INST, self.type_of[operands[0]], self.glsl, number, *operands, result=result)
 
     def parts(self, value):
         part_type, count = (self.vectors | self.matrices)[self.type_of[value]]
@@ -66,7 +69,7 @@ class Expansion:
 
     def each(self, result, make, *values):
         """make(scalars) for each component of the vectors, or once for scalars."""
-        if self.type_of[values[0]] == self.float_type:
+        if self.type_of[values[0]] in self.scalars:
             return make(*values, result=result)
         parts = [make(*scalars) for scalars in zip(*map(self.parts, values))]
         return self.emit(COMPOSITE_CONSTRUCT, self.type_of[values[0]], *parts, result=result)
@@ -91,9 +94,18 @@ class Expansion:
         left = self.function(FMA, self.scalar(F_NEGATE, share), x, x)
         return self.function(FMA, share, y, left, result=result)
 
-    def is_single(self, result_type):
-        """Doubles are the geometry of given rays alone, and stay as they are."""
-        return result_type == self.float_type or self.vectors.get(result_type, [None])[0] == self.float_type
+    def normalize(self, v, result_type, result):
+        if result_type not in self.doubles:
+            factor = self.function(INVERSE_SQRT, self.square_length(v))
+            self.emit(VECTOR_TIMES_SCALAR, result_type, v, factor, result=result)
+            return
+        # Of inverse roots in double Vulkan asks no more than of those in float.
+        length = self.function(SQRT, self.square_length(v))
+        self.emit(COMPOSITE_CONSTRUCT, result_type, *[self.scalar(F_DIV, part, length) for part in self.parts(v)],
+                  result=result)
+
+    def is_real(self, result_type):
+        return result_type in self.scalars or self.vectors.get(result_type, [None])[0] in self.scalars
 
     def expand(self, opcode, instruction):
         """Whether the instruction has become others."""
@@ -111,8 +123,7 @@ class Expansion:
         elif opcode == EXT_INST and operands[0] == self.glsl:
             number, operands = operands[1], operands[2:]
             if number == NORMALIZE:
-                factor = self.function(INVERSE_SQRT, self.square_length(operands[0]))
-                self.emit(VECTOR_TIMES_SCALAR, result_type, operands[0], factor, result=result)
+                self.normalize(*operands, result_type, result)
             elif number == LENGTH and self.type_of[operands[0]] in self.vectors:
                 self.function(SQRT, self.square_length(operands[0]), result=result)
             elif number == CROSS:
@@ -130,13 +141,17 @@ class Expansion:
     def take(self, opcode, instruction):
         if opcode == EXT_INST_IMPORT:
             self.glsl = instruction[1]
-        elif opcode == TYPE_FLOAT and instruction[2] == 32:
-            self.float_type = instruction[1]
+        elif opcode == TYPE_FLOAT:
+            self.scalars.add(instruction[1])
+            if instruction[2] == 64:
+                self.doubles.add(instruction[1])
         elif opcode in (TYPE_VECTOR, TYPE_MATRIX):
             (self.vectors if opcode == TYPE_VECTOR else self.matrices)[instruction[1]] = instruction[2:]
-        if len(instruction) > 2 and instruction[1] in (self.float_type, *self.vectors, *self.matrices):
+            if instruction[2] in self.doubles:
+                self.doubles.add(instruction[1])
+        if len(instruction) > 2 and (instruction[1] in self.scalars or instruction[1] in self.vectors or instruction[1] in self.matrices):
             self.type_of[instruction[2]] = instruction[1]
-        compound = opcode in (DOT, MATRIX_TIMES_VECTOR, VECTOR_TIMES_MATRIX, EXT_INST) and self.is_single(instruction[1])
+        compound = opcode in (DOT, MATRIX_TIMES_VECTOR, VECTOR_TIMES_MATRIX, EXT_INST) and self.is_real(instruction[1])
         if not (compound and self.expand(opcode, instruction)):
             self.code.append(instruction)
 

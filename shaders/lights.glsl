@@ -1,6 +1,7 @@
 // Light sampling and its density (MODEL.md section 9.2).
 #ifndef LIGHTS_GLSL
 #define LIGHTS_GLSL
+#include "geometry_types.glsl"
 
 // Where a receiver stands: its own slot and whether it is inside its own convex primitive settle on which side of that
 // primitive it is, which rounding could not.
@@ -218,14 +219,16 @@ Incident incident_light(Receiver receiver, vec3 v, float time) {
         return Incident(
             -light.axis, -light.axis, settings.ray_max, light.intensity, light.probability, true, shadow_far);
     if (has_sampled_background && light.kind == kind_background) {
-        const vec3 direction = sample_background(v.yz);
-        const float density = light.probability * background_density(direction);
+        const vec3 direction = sample_background(shaded(v.yz));
+        const float density = light.probability * background_density(shaded(direction));
         if (density <= 0.0) return no_incident;  // a rounding beside what was chosen
-        return Incident(direction, direction, settings.ray_max, background(direction), density, false, shadow_far);
+        return Incident(direction, direction, settings.ray_max, background(shaded(direction)), density, false, shadow_far);
     }
     if (!has_triangle_lights && !has_sphere_lights && !has_ellipsoid_lights && !has_cuboid_lights) return no_incident;
     return from_primitive(light, has_entity_motion ? beside_rest(receiver, light, time) : receiver, v.yz);
 }
+
+#include "shading_types.glsl"
 
 // How a vertex answers to light from a direction: colour times f_cosine is f |cos theta| (a phase function for a medium),
 // density that of scattering into the direction.
@@ -253,18 +256,18 @@ Response conductor_response(Material material, vec3 n_f, vec3 d, vec3 direction)
 }
 
 Response medium_response(Medium medium, vec3 d, vec3 direction) {
-    const float value = phase(medium.anisotropy, dot(d, direction));
+    const float value = phase(shaded(medium.anisotropy), dot(d, direction));
     return Response(vec3(1.0), value, value);
 }
 
 // The light that a vertex sends on, per unit of its throughput, weighted against what scattering will find (9.2).
 vec3 answered_light(Incident incident, Response response) {
     const bool alone = incident.is_delta || (has_direct_only && settings.direct_only != 0);
-    float weight = alone ? 1.0 : power_heuristic(incident.density, response.density);
-    if (PLANTED(balance_on_one_side) && !alone) weight = incident.density / (incident.density + response.density);
+    float weight = alone ? 1.0 : shaded(power_heuristic(incident.density, response.density));
+    if (PLANTED(balance_on_one_side) && !alone) weight = shaded(incident.density / (incident.density + response.density));
     weight = PLANT_SCALE(next_event_scaled, weight);
     if (PLANTED(mis_weights_unequal) && settings.light_count > 1) weight *= 0.5;
-    return response.colour * incident.radiance * (response.f_cosine * weight / incident.density);
+    return response.colour * shaded(incident.radiance) * shaded(response.f_cosine * weight / incident.density);
 }
 
 #endif

@@ -2,6 +2,7 @@
 #ifndef MEDIA_GLSL
 #define MEDIA_GLSL
 #include "planted.glsl"
+#include "geometry_types.glsl"
 
 // How far a ray goes until the integral of the density along it is `depth`: `reached` if that was asked for and found.
 struct Passage {
@@ -70,28 +71,30 @@ Passage walk(Medium medium, Ray ray, float end, float wanted) {
     return wanted < end && wanted < no_depth ? Passage(wanted, wanted, true) : Passage(end, end, false);
 }
 
+#include "shading_types.glsl"
+
 vec3 transmittance_of(Medium medium, float depth) {
-    return exp_minus((medium.absorption + medium.scattering) * PLANT_SCALE(extinction_scaled, depth));
+    return exp_minus(shaded(medium.absorption + medium.scattering) * PLANT_SCALE(extinction_scaled, depth));
 }
 
-vec3 transmittance(Medium medium, Ray ray, float end) {
-    return transmittance_of(medium, walk(medium, ray, end, no_depth).depth);
+vec3 transmittance(Medium medium, Ray ray, real end) {
+    return transmittance_of(medium, shaded(walk(medium, ray, end, no_depth).depth));
 }
 
 // Takes the ray to its end, or to where the medium scatters it (true, at `distance`), and weighs it for that.
-bool is_scattered(Medium medium, Ray ray, float end, vec2 m, inout vec3 throughput, out float distance) {
+bool is_scattered(Medium medium, Ray ray, real end, vec2 m, inout vec3 throughput, out real distance) {
     distance = end;
     if (!has_medium_scattering || medium.scattering == vec3(0.0)) {
         throughput *= transmittance(medium, ray, end);
         return false;
     }
-    const vec3 extinction = medium.absorption + medium.scattering;
+    const vec3 extinction = shaded(medium.absorption + medium.scattering);
     const float chosen = extinction[min(2, int(3.0 * m.x))];
     const Passage way = walk(medium, ray, end, chosen > 0.0 ? min(no_depth, minus_log(1.0 - m.y) / chosen) : no_depth);
     distance = way.distance;
-    const vec3 through = transmittance_of(medium, way.depth);
+    const vec3 through = transmittance_of(medium, shaded(way.depth));
     if (way.reached) {
-        const vec3 scattering = PLANT(absorption_scattering_swapped, medium.absorption, medium.scattering);
+        const vec3 scattering = shaded(PLANT(absorption_scattering_swapped, medium.absorption, medium.scattering));
         if (!PLANTED(free_path_unweighted)) throughput *= scattering * through / (dot(extinction * through, vec3(1.0)) / 3.0);
         return true;
     }

@@ -3,8 +3,22 @@
 #ifndef PIXEL_SAMPLES_GLSL
 #define PIXEL_SAMPLES_GLSL
 
-layout(std430, set = 3, binding = 0) readonly restrict buffer SumsIn { vec4 sums_in[]; };
-layout(std430, set = 3, binding = 1) writeonly restrict buffer SumsOut { vec4 sums_out[]; };
+#ifdef DOUBLE_SHADING
+// The sum and that of squares, without rests; otherwise as film.glsl has it.
+#define Moments dvec2
+dvec2 add_sample(dvec2 moments, double x) { return moments + dvec2(x, x * x); }
+dvec3 summand(dvec3 radiance, out bool invalid) {
+    summand(vec3(radiance), invalid);
+    invalid = invalid || any(lessThan(radiance, dvec3(0.0)));
+    if (invalid) return dvec3(0.0);
+    return clamps ? min(radiance, dvec3(clamp_at)) : radiance;
+}
+#else
+#define Moments vec4
+#endif
+
+layout(std430, set = 3, binding = 0) readonly restrict buffer SumsIn { Moments sums_in[]; };
+layout(std430, set = 3, binding = 1) writeonly restrict buffer SumsOut { Moments sums_out[]; };
 layout(std430, set = 3, binding = 2) restrict buffer Counters { uint invalid_samples, unfinished; };
 
 const uint samples_per_block = 64;  // MODEL.md section 11
@@ -35,10 +49,10 @@ bool advance(inout Path path) {
 
 // The samples of the pixel at `place` of the tile.
 void render_pixel(uint place) {
-    vec4 sums[3];
+    Moments sums[3];
     for (uint channel = 0; channel < 3; ++channel)
         sums[channel] = settings.sample_index.x % samples_per_block == 0
-            ? vec4(0.0) : sums_in[channel * settings.pixel_count + place];
+            ? Moments(0.0) : sums_in[channel * settings.pixel_count + place];
     uint done = 0, invalid_here = 0;
     Path path = begin_path(settings.first_pixel + place, done);
     while (true) {
@@ -48,7 +62,7 @@ void render_pixel(uint place) {
         }
         if (advance(path)) continue;
         bool invalid;
-        const vec3 radiance = summand(path.radiance, invalid);
+        const shading_real3 radiance = summand(path.radiance, invalid);
         if (invalid) ++invalid_here;
         for (uint channel = 0; channel < 3; ++channel) sums[channel] = add_sample(sums[channel], radiance[channel]);
         path = begin_path(path.pixel, ++done);

@@ -4,13 +4,13 @@
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require
 #define DOUBLE_GEOMETRY
+#define GIVEN_INTERVALS
 #include "settings.glsl"
 #include "intersection_choices.glsl"
 #define LOOPS_OVER_PRIMITIVES
 #include "scene_set.glsl"
 #include "random.glsl"
 #include "double.glsl"
-double ray_min, ray_max;  // of the ray in hand
 #include "sampling.glsl"
 #include "shapes.glsl"
 #include "closest_hit.glsl"

@@ -7,10 +7,10 @@
 #include "scene_structs.glsl"
 
 layout(std140, set = 0, binding = 0) uniform SceneHeader {
-    vec3 background_down;
-    float extent;  // greatest extent of the scene: test builds' epsilon alone
-    vec3 background_up;
-    float background_probability;  // with which light sampling chooses the background; 0: it is not sampled
+    shading_real3 background_down;
+    shading_real extent;  // greatest extent of the scene: test builds' epsilon alone
+    shading_real3 background_up;
+    shading_real background_probability;  // with which light sampling chooses the background; 0: it is not sampled
     Environment environment;
     uint medium;               // around everything, or no_index
     uint texture_coordinates;  // in tables: three pairs a triangle
@@ -72,6 +72,7 @@ Convex cuboid_at(uint i) {
     return cuboids[i];
 }
 #else
+void preload_primitives() {}
 Triangle triangle_at(uint i) { return triangles[i]; }
 Convex sphere_at(uint i) { return spheres[i]; }
 Convex cuboid_at(uint i) { return cuboids[i]; }

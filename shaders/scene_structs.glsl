@@ -3,6 +3,25 @@
 #ifndef SCENE_STRUCTS_GLSL
 #define SCENE_STRUCTS_GLSL
 
+// What says where things are may be held in double, in double precision also what they are made of.
+#include "real.glsl"
+#ifdef DOUBLE_GEOMETRY
+#define GEOMETRY_VEC4 dvec4
+#define EntityTransform DoubleEntityTransform
+#define Triangle DoubleTriangle
+#define Convex DoubleConvex
+#define Medium DoubleMedium
+#define Light DoubleLight
+#define Camera DoubleCamera
+#else
+#define GEOMETRY_VEC4 vec4
+#endif
+#ifdef DOUBLE_SHADING
+#define Material DoubleMaterial
+#define Texture DoubleTexture
+#define SceneHeader DoubleSceneHeader
+#endif
+
 // A primitive in object space.
 struct PrimitiveSource {
     uint kind;
@@ -16,14 +35,14 @@ struct PrimitiveSource {
 // Rows of an entity's object_to_world, and of the inverse of its linear part; the sign of its determinant; its world
 // displacement from the shutter's opening to its closing (MODEL.md section 6).
 struct EntityTransform {
-    vec4 to_world0;
-    vec4 to_world1;
-    vec4 to_world2;
-    vec3 to_object0;
-    float determinant_sign;
-    vec3 to_object1;
-    vec3 to_object2;
-    vec3 motion;
+    GEOMETRY_VEC4 to_world0;
+    GEOMETRY_VEC4 to_world1;
+    GEOMETRY_VEC4 to_world2;
+    real3 to_object0;
+    real determinant_sign;
+    real3 to_object1;
+    real3 to_object2;
+    real3 motion;
 };
 
 struct Placed {
@@ -32,15 +51,6 @@ struct Placed {
     uint entity;
     uint light;  // index into lights, or no_light
 };
-
-// World primitives are the only ones that may be held in double (ray_batch_double.comp).
-#ifdef DOUBLE_GEOMETRY
-#define GEOMETRY_VEC4 dvec4
-#define Triangle DoubleTriangle
-#define Convex DoubleConvex
-#else
-#define GEOMETRY_VEC4 vec4
-#endif
 
 // A triangle's world corners; the w parts are its normal (v1 - v0) x (v2 - v0), towards the front.
 struct Triangle {
@@ -75,17 +85,17 @@ struct BvhNode {
 const uint no_index = 0xffffffffu;  // in place of an index: none
 
 struct Material {
-    vec3 colour;
-    float alpha;
-    vec3 radiance;
-    float fuzz;
-    float refractive_index;
+    shading_real3 colour;
+    shading_real alpha;
+    shading_real3 radiance;
+    shading_real fuzz;
+    shading_real refractive_index;
     uint kind;
     uint flags;
     uint colour_texture;  // in place of the colour, or no_index
-    vec3 eta;        // of conductors
-    float roughness;
-    vec3 k;
+    shading_real3 eta;        // of conductors
+    shading_real roughness;
+    shading_real3 k;
     int priority;
     uint interior;   // a medium, or no_index
 };
@@ -94,15 +104,15 @@ const uint flag_translucent = 1, flag_schlick = 2, flag_front_only = 4, flag_tra
 
 // MODEL.md section 7.0.
 struct Texture {
-    vec3 first;
+    shading_real3 first;
     uint kind;
-    vec3 second;
+    shading_real3 second;
     uint space;
-    vec3 frequency;
+    shading_real3 frequency;
     uint style;
     uint octaves;
     uint seed;
-    float amount;
+    shading_real amount;
     uint texels;  // in tables
     uint width;
     uint height;
@@ -113,13 +123,13 @@ const uint noise_smooth = 0, noise_turbulence = 1, noise_marble = 2;
 
 // MODEL.md section 10.
 struct Medium {
-    vec3 absorption;
-    float anisotropy;
-    vec3 scattering;
+    real3 absorption;
+    real anisotropy;
+    real3 scattering;
     uint densities;  // in tables; no_index: 1 everywhere
-    vec3 low;
+    real3 low;
     uint cells_x;
-    vec3 high;
+    real3 high;
     uint cells_y;
     uint cells_z;
 };
@@ -128,20 +138,20 @@ struct Medium {
 struct Light {
     uint slot;
     uint kind;
-    float cumulative;   // P_0 + … + P_i
-    float probability;  // P_i
-    vec3 centre;        // sphere; point, spot: the position
-    float radius;       // ellipsoid: of the sphere of equal volume
-    float area;  // world
-    float face0;  // cuboid: cumulative shares of the faces -x +x -y +y -z, the sixth being 1
-    float face1;
-    float face2;
-    float face3;
-    float face4;
-    vec3 axis;       // spot, sun: in which its light travels
-    float outer;     // spot: cosines of the outer and the inner half angle
-    vec3 intensity;  // point, spot: radiant intensity; sun: irradiance
-    float inner;
+    real cumulative;   // P_0 + … + P_i
+    real probability;  // P_i
+    real3 centre;        // sphere; point, spot: the position
+    real radius;       // ellipsoid: of the sphere of equal volume
+    real area;  // world
+    real face0;  // cuboid: cumulative shares of the faces -x +x -y +y -z, the sixth being 1
+    real face1;
+    real face2;
+    real face3;
+    real face4;
+    real3 axis;       // spot, sun: in which its light travels
+    real outer;     // spot: cosines of the outer and the inner half angle
+    real3 intensity;  // point, spot: radiant intensity; sun: irradiance
+    real inner;
 };
 const uint no_light = 0xffffffffu;
 const uint kind_triangle = 0, kind_sphere = 1, kind_cuboid = 2;

@@ -22,8 +22,16 @@ layout(constant_id = 12) const uint triangle_root = 0;
 layout(constant_id = 13) const uint sphere_root = 0;
 layout(constant_id = 14) const uint cuboid_root = 0;
 #ifdef GIVEN_INTERVALS
+#ifdef DOUBLE_GEOMETRY
+double ray_min, ray_max;
+#else
 float ray_min, ray_max;  // of the ray in hand (ray_batch.comp)
-#elif !defined(DOUBLE_GEOMETRY)
+#endif
+#elif defined(DOUBLE_GEOMETRY)
+layout(constant_id = 15) const float told_ray_min = 0.0;
+layout(constant_id = 16) const float told_ray_max = 0.0;
+const double ray_min = told_ray_min, ray_max = told_ray_max;
+#else
 layout(constant_id = 15) const float ray_min = 0.0;  // those of Settings
 layout(constant_id = 16) const float ray_max = 0.0;
 #endif
@@ -79,6 +87,10 @@ uint sphere_total() { return fixed_spheres == told ? settings.sphere_count : fix
 
 #include "planted.glsl"
 
+#ifdef DOUBLE_SHADING
+const double pi = 3.14159265358979324lf;
+#else
 const float pi = 3.14159265358979;
+#endif
 
 #endif

@@ -36,19 +36,19 @@ vec2 texture_coordinates(uint slot, uint face, vec3 local) {
     // The object's axes: a sphere's map to unit space is one factor for all.
     if (has_spheres && kind == kind_sphere)
         return vec2(0.5 + turn_of(-local.z, local.x), 2.0 * turn_of(length(local.xz), -local.y));
-    const vec3 extent = convex_extent(convex_at(slot));
+    const vec3 extent = shaded(convex_extent(convex_at(slot)));
     const vec3 place = mix(vec3(0.0), 0.5 * local + 0.5, notEqual(extent, vec3(0.0)));
     return face < 2 ? place.yz : face < 4 ? place.xz : place.xy;
 }
 
-vec3 object_point(uint slot, vec3 rest) {
+real3 object_point(uint slot, real3 rest) {
     const EntityTransform m = transforms[placed[slot].entity];
-    const vec3 p = rest - vec3(m.to_world0.w, m.to_world1.w, m.to_world2.w);
-    return vec3(dot(m.to_object0, p), dot(m.to_object1, p), dot(m.to_object2, p));
+    const real3 p = rest - real3(m.to_world0.w, m.to_world1.w, m.to_world2.w);
+    return real3(dot(m.to_object0, p), dot(m.to_object1, p), dot(m.to_object2, p));
 }
 
 // The colour of the texture `index` at a hit; `rest` is the hit point with the entity's motion taken out.
-vec3 texture_colour(uint index, uint slot, uint face, vec3 local, vec3 rest) {
+vec3 texture_colour(uint index, uint slot, uint face, vec3 local, real3 rest) {
     const Texture pattern = textures[index];
     const bool by_coordinates = has_texture_coordinates && pattern.space == texture_space_coordinates;
     vec2 uv = vec2(0.0);
@@ -60,7 +60,7 @@ vec3 texture_colour(uint index, uint slot, uint face, vec3 local, vec3 rest) {
         const vec3 colour = table_image(pattern.texels, uvec2(pattern.width, pattern.height), uv, false);
         return PLANT(gamma_twice, pow(colour, vec3(2.2)), colour);
     }
-    const vec3 q = pattern.frequency * (by_coordinates ? vec3(uv, 0.0) : object_point(slot, rest));
+    const vec3 q = shaded(pattern.frequency * (by_coordinates ? real3(uv, 0.0) : object_point(slot, rest)));
     if (has_noise && pattern.kind == texture_noise) return noise_colour(pattern, q);
     return checker_colour(pattern, q);
 }

@@ -8,12 +8,17 @@
 #include "scene_set.glsl"
 #include "random.glsl"
 #include "time.glsl"
+#include "geometry_types.glsl"
 #include "sampling.glsl"
 #include "shapes.glsl"
 #include "camera.glsl"
 #include "closest_hit.glsl"
 #include "occlusion.glsl"
 #include "surface.glsl"
+#include "shading_types.glsl"
+#if defined(DOUBLE_GEOMETRY) && !defined(DOUBLE_SHADING)
+#include "sampling.glsl"
+#endif
 #include "elementary.glsl"
 #include "tables.glsl"
 #include "noise.glsl"
@@ -26,6 +31,7 @@
 #include "lights.glsl"
 #include "vertex_events.glsl"
 
+#include "single.glsl"
 layout(std430, set = 3, binding = 1) writeonly restrict buffer Records { uvec4 records[]; };
 
 // PathEnd of common/path_trace.h. `absorbed` also stands for what roulette chose to end: the host asks again without it.
@@ -42,7 +48,7 @@ uint end_of(Path path, Hit hit, Arrival at) {
     }
     if (path.segment == settings.bounces) return end_bounces;
     if (ends_here() && receives) return end_direct_light;
-    return isnan(path.radiance.x) ? end_invalid : end_absorbed;
+    return isnan(as_float(path.radiance).x) ? end_invalid : end_absorbed;
 }
 
 uvec4 word(vec3 v, uint w) { return uvec4(floatBitsToUint(v), w); }
@@ -50,31 +56,31 @@ uvec4 word(vec3 v, float w) { return word(v, floatBitsToUint(w)); }
 
 // One segment and the vertex at its end; false: the path has ended. `at`: where its record begins.
 bool advance(inout Path path, uint at_record) {
-    const vec3 origin = path.origin, direction = path.direction;
+    const real3 origin = path.origin, direction = path.direction;
     const Hit hit = closest_hit(Ray(origin, direction), path.word & slot_mask, (path.word & ray_inside) != 0u);
     const Arrival at = arrival(path, hit, ray_time);
-    const vec3 throughput = path.throughput;
+    const vec3 throughput = as_float(path.throughput);
     const bool on_surface = !at.missed && !at.in_medium;
-    vec3 position = vec3(0.0), normal = vec3(0.0);
+    real3 position = real3(0.0), normal = real3(0.0);
     if (on_surface) position = at.surface.point;
     if (on_surface) normal = at.surface.normal;
     if (at.in_medium) position = medium_point(path, at);
     const Departure leaving = leave(path, hit, at);
     vec3 brought = vec3(0.0), towards_light = vec3(0.0);
     if (has_shadow(leaving) && is_lit(leaving.origin, leaving.word, leaving.shadow)) {
-        brought = leaving.contribution;
-        towards_light = normalize(leaving.shadow.offset);
+        brought = as_float(leaving.contribution);
+        towards_light = as_float(normalize(leaving.shadow.offset));
         path.radiance += leaving.contribution;
     }
     const uint end = goes_on(leaving) ? end_none : end_of(path, hit, at);
-    records[at_record] = word(origin, at.in_medium ? at.distance : hit.t);
-    records[at_record + 1] = word(direction, on_surface ? placed[hit.slot].id : no_index);
-    records[at_record + 2] = word(position, on_surface ? placed[hit.slot].material : no_index);
-    records[at_record + 3] = word(normal, end);
+    records[at_record] = word(as_float(origin), as_float(at.in_medium ? at.distance : hit.t));
+    records[at_record + 1] = word(as_float(direction), on_surface ? placed[hit.slot].id : no_index);
+    records[at_record + 2] = word(as_float(position), on_surface ? placed[hit.slot].material : no_index);
+    records[at_record + 3] = word(as_float(normal), end);
     records[at_record + 4] = word(throughput, at.in_medium ? 1u : 0u);
-    records[at_record + 5] = word(path.radiance, leaving.density);
-    records[at_record + 6] = word(leaving.direction, 0u);
-    records[at_record + 7] = word(path.throughput, 0u);
+    records[at_record + 5] = word(as_float(path.radiance), as_float(leaving.density));
+    records[at_record + 6] = word(as_float(leaving.direction), 0u);
+    records[at_record + 7] = word(as_float(path.throughput), 0u);
     records[at_record + 8] = word(towards_light, 0u);
     records[at_record + 9] = word(brought, 0u);
     path.origin = leaving.origin;
@@ -99,5 +105,5 @@ void main() {
         no_index);
     const uint head = i * (1 + words_per_vertex * (settings.bounces + 1));
     while (advance(path, head + 1 + words_per_vertex * path.segment)) {}
-    records[head] = word(path.radiance, path.segment);
+    records[head] = word(as_float(path.radiance), path.segment);
 }

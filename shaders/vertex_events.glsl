@@ -12,9 +12,9 @@ struct Path {
     uint segment;       // k of section 9
     vec3 throughput;
     vec3 radiance;   // gathered so far
-    vec3 origin;     // of the ray; unknown unless keeps_origin
+    real3 origin;    // of the ray; unknown unless keeps_origin
     uint word;       // that the ray left with (hit.glsl)
-    vec3 direction;  // of the ray
+    real3 direction;  // of the ray
     float density;   // of the scattering that chose it; 0: none
     uvec2 bodies;    // that the ray is in (interiors.glsl)
     uint medium;     // that the ray is in, or no_index
@@ -23,9 +23,9 @@ const bool keeps_origin = has_light_sampling || has_medium_absorption;
 
 // What leaves a vertex: a ray, a shadow ray, both or neither.
 struct Departure {
-    vec3 origin;
-    uint word;       // of the ray (hit.glsl)
-    vec3 direction;  // zero: the path ends
+    real3 origin;
+    uint word;        // of the ray (hit.glsl)
+    real3 direction;  // zero: the path ends
     float density;
     vec3 contribution;  // zero: no shadow ray
     ShadowRay shadow;
@@ -34,7 +34,7 @@ struct Departure {
 bool goes_on(Departure leaving) { return leaving.direction != vec3(0.0); }
 bool has_shadow(Departure leaving) { return has_light_sampling && leaving.contribution != vec3(0.0); }
 
-Departure departure_from(vec3 origin, uint word) {
+Departure departure_from(real3 origin, uint word) {
     return Departure(origin, word, vec3(0.0), 0.0, vec3(0.0), ShadowRay(vec3(0.0), 0));
 }
 
@@ -44,12 +44,13 @@ float scattering_weight(Path path, uint slot, Surface surface) {
     if (index == no_light || path.density == 0.0) return 1.0;
     const Light light = lights[index];
     Receiver receiver = Receiver(path.origin, path.origin, path.word & slot_mask, (path.word & ray_inside) != 0u);
-    const vec3 offset = surface.point - receiver.point;
-    const float cosine = abs(dot(surface.normal, path.direction));
+    const real3 offset = surface.point - receiver.point;
+    const real cosine = abs(dot(surface.normal, path.direction));
     if (has_entity_motion) receiver = beside_rest(receiver, light, path_time(path.pixel, path.sample_index));
-    const float chance = PLANT(mixture_ignored, light.probability * float(settings.light_count), light.probability);
-    const float density = chance * light_density(light, receiver, offset, cosine);
-    return PLANT(heuristic_swapped, power_heuristic(density, path.density), power_heuristic(path.density, density));
+    const real chance = PLANT(mixture_ignored, light.probability * float(settings.light_count), light.probability);
+    const real density = chance * light_density(light, receiver, offset, cosine);
+    return shaded(
+        PLANT(heuristic_swapped, power_heuristic(density, path.density), power_heuristic(path.density, density)));
 }
 
 void leave_scene(inout Path path) {
@@ -57,8 +58,8 @@ void leave_scene(inout Path path) {
     float weight = 1.0;
     if (has_sampled_background && path.density > 0.0 && scene.background_probability > 0.0)
         weight =
-            power_heuristic(path.density, scene.background_probability * background_density(path.direction));
-    path.radiance += path.throughput * background(path.direction) * weight;
+            shaded(power_heuristic(path.density, scene.background_probability * background_density(shaded(path.direction))));
+    path.radiance += path.throughput * background(shaded(path.direction)) * weight;
 }
 
 // Roulette after scattering event k + 1 (9.3); false: the path ends.
@@ -102,7 +103,7 @@ vec3 after_roulette(inout Path path, vec3 direction, float u) {
 bool ends_here() { return has_direct_only && settings.direct_only != 0; }
 
 // A vertex within the medium of the ray (10).
-Departure meet_medium(inout Path path, vec3 point) {
+Departure meet_medium(inout Path path, real3 point) {
     Departure leaving = departure_from(point, no_slot);
     if (path.segment == settings.bounces) return leaving;
     const Medium medium = media[path.medium];
@@ -110,13 +111,13 @@ Departure meet_medium(inout Path path, vec3 point) {
         const Receiver receiver = Receiver(point, point, no_slot, false);
         const Incident incident = next_event(path, receiver);
         if (incident.radiance != vec3(0.0))
-            aim_shadow_ray(
-                path, incident, receiver, medium_response(medium, path.direction, incident.direction), leaving);
+            aim_shadow_ray(path, incident, receiver,
+                medium_response(medium, shaded(path.direction), shaded(incident.direction)), leaving);
     }
     if (!ends_here()) {
         const vec4 u = scatter_numbers(path);
-        const vec3 direction = normalize(sample_phase(medium.anisotropy, path.direction, u.xy));
-        leaving.density = phase(medium.anisotropy, dot(path.direction, direction));
+        const vec3 direction = normalize(sample_phase(shaded(medium.anisotropy), shaded(path.direction), u.xy));
+        leaving.density = phase(shaded(medium.anisotropy), dot(shaded(path.direction), direction));
         leaving.direction = after_roulette(path, direction, u.w);
     }
     return leaving;
@@ -143,17 +144,17 @@ bool is_there(Path path, Material material, uint body, bool front, out float out
 bool is_tracked(Material material) { return has_interiors && has_flag(material, flag_tracked); }
 
 // The next event of a diffuse or rough conductor vertex (9.2).
-void sample_lights(Path path, Material material, Surface surface, uint slot, vec3 n_f, bool front,
+void sample_lights(Path path, Material material, Surface surface, uint slot, real3 n_f, bool front,
     inout Departure leaving) {
     const Receiver receiver = Receiver(offset_ray_origin(surface, n_f), surface.point, slot, !front);
     const Incident incident = next_event(path, receiver);
     if (incident.radiance == vec3(0.0)) return;
     if (has_rough_conductor && material.kind == material_conductor)
         aim_shadow_ray(path, incident, receiver,
-            conductor_response(material, n_f, path.direction, incident.direction), leaving);
+            conductor_response(material, shaded(n_f), shaded(path.direction), shaded(incident.direction)), leaving);
     else if (has_diffuse)
         aim_shadow_ray(path, incident, receiver,
-            diffuse_response(absorbed(material, vec3(1.0)), n_f, incident.direction), leaving);
+            diffuse_response(absorbed(material, vec3(1.0)), shaded(n_f), shaded(incident.direction)), leaving);
 }
 
 Departure meet_surface(inout Path path, Hit hit, Surface surface) {
@@ -161,10 +162,10 @@ Departure meet_surface(inout Path path, Hit hit, Surface surface) {
     Departure leaving = departure_from(vec3(0.0), slot);
     const uint material_index = placed[slot].material;
     Material material = materials[material_index];
-    const vec3 d = path.direction;
+    const vec3 d = shaded(path.direction);
     const bool front = dot(d, surface.normal) < 0.0;
-    const vec3 n_f = front ? surface.normal : -surface.normal;
-    const float c = min(1.0, -dot(d, n_f));  // a rounding above 1 would make sines negative
+    const real3 n_f = front ? surface.normal : -surface.normal;
+    const float c = min(1.0, shaded(-dot(d, n_f)));  // a rounding above 1 would make sines negative
     const bool translucent = has_translucent && has_flag(material, flag_translucent);
     const bool emissive = material.kind == material_emissive;
     float outside = 1.0;
@@ -178,7 +179,7 @@ Departure meet_surface(inout Path path, Hit hit, Surface surface) {
     }
     if (path.segment == settings.bounces || (emissive && !translucent)) return leaving;
     if ((has_checker || has_noise || has_image_texture) && material.colour_texture != no_index)
-        material.colour = texture_colour(material.colour_texture, slot, hit.face, hit.local, surface.rest);
+        material.colour = texture_colour(material.colour_texture, slot, hit.face, shaded(hit.local), surface.rest);
 
     const bool diffuse = has_diffuse && material.kind == material_diffuse;
     const bool rough = has_rough_conductor && material.kind == material_conductor && material.roughness > 0.0;
@@ -190,7 +191,7 @@ Departure meet_surface(inout Path path, Hit hit, Surface surface) {
         const vec4 u = scatter_numbers(path);
         Scattering scattering = Scattering(d, vec3(1.0), 0.0);
         if (there) {
-            scattering = scatter_at(material, d, n_f, c, front, outside, u);
+            scattering = scatter_at(material, d, shaded(n_f), c, front, outside, u);
             const bool conducts = (has_smooth_conductor || has_rough_conductor) && material.kind == material_conductor;
             const bool passes = has_boundary && material.kind == material_boundary;
             if (!conducts && !passes) path.throughput = absorbed(material, path.throughput);
@@ -216,12 +217,12 @@ Departure meet_surface(inout Path path, Hit hit, Surface surface) {
 struct Arrival {
     bool missed;
     bool in_medium;  // scattered there, before any surface
-    float distance;  // in_medium: along the ray
+    real distance;   // in_medium: along the ray
     Surface surface;
 };
 
 // The surface at `time`, and the medium on the way there, which weighs the path.
-Arrival arrival(inout Path path, Hit hit, float time) {
+Arrival arrival(inout Path path, Hit hit, real time) {
     Arrival at;
     at.missed = hit.slot == hit_none;
     at.in_medium = false;
@@ -230,13 +231,13 @@ Arrival arrival(inout Path path, Hit hit, float time) {
     path.medium = medium_in(path.bodies);
     if (path.medium == no_index) return at;
     const Ray ray = Ray(path.origin, path.direction);
-    const float end = at.missed ? ray_max : max(0.0, dot(at.surface.point - ray.origin, ray.direction));
+    const real end = at.missed ? ray_max : max(0.0, dot(at.surface.point - ray.origin, ray.direction));
     const vec2 m = random_block(settings.seed, path.pixel, path.sample_index, block_medium(path.segment)).xy;
     at.in_medium = is_scattered(media[path.medium], ray, end, m, path.throughput, at.distance);
     return at;
 }
 
-vec3 medium_point(Path path, Arrival at) { return path.origin + at.distance * path.direction; }
+real3 medium_point(Path path, Arrival at) { return path.origin + at.distance * path.direction; }
 
 // The vertex there. What does not go on and leaves no shadow ray has ended, its sample being path.radiance.
 Departure leave(inout Path path, Hit hit, Arrival at) {
@@ -246,7 +247,7 @@ Departure leave(inout Path path, Hit hit, Arrival at) {
     return departure_from(vec3(0.0), 0);
 }
 
-Departure arrive(inout Path path, Hit hit, float time) {
+Departure arrive(inout Path path, Hit hit, real time) {
     const Arrival at = arrival(path, hit, time);
     return leave(path, hit, at);
 }

@@ -14,7 +14,7 @@ namespace tandem {
 namespace {
 
 struct TraceArguments {
-    std::string scene, device, precision;
+    std::string scene, device, precision, vulkan_precision;
     std::vector<std::string> backends;  // empty: all that can follow the path
     std::vector<std::uint32_t> pixel;
     std::uint64_t sample = 0;
@@ -195,6 +195,7 @@ Traced trace_by(const Backend& backend, const TraceArguments& arguments, const R
     BackendOptions options;
     if (backend.name == "vulkan") options.device = arguments.device;
     if (backend.name == "cpu") options.precision = precision_from(arguments.precision);
+    if (backend.name == "vulkan") options.precision = precision_from(arguments.vulkan_precision);
     const auto renderer = backend.create(options);
     return {backend.name, renderer->info(),
         renderer->prepare(result.scene, result.settings)
@@ -258,6 +259,8 @@ void add_trace_command(CLI::App& app, CommandContext& context) {
         ->type_name("NAMES");
     command->add_option("--device", arguments->device, "Vulkan device: index or part of its name (see tandem devices)");
     command->add_option("--precision", arguments->precision, "Of the cpu backend: single or double");
+    command->add_option("--vulkan-precision", arguments->vulkan_precision,
+        "Of the vulkan backend: single, double, contracted or mixed; records are in float");
     add_render_options(*command, arguments->options);
     add_common_options(*command, context,
         "  tandem trace scenes/cornell-thesis.json --size 128 --pixel 64,90 --sample 5\n"

@@ -204,6 +204,7 @@ std::string trace_command(const VerifyArguments& arguments, const std::string& s
     };
     const std::string device = chosen("vulkan", arguments.device, arguments.reference_device);
     const std::string precision = chosen("cpu", arguments.precision, arguments.reference_precision);
+    const std::string of_gpu = chosen("vulkan", arguments.precision, arguments.reference_precision);
     add("--integrator", render.integrator, !render.integrator.empty());
     add("--bounces", std::to_string(settings.bounces), render.bounces.has_value());
     add("--roulette", std::to_string(render.roulette.value_or(0)), render.roulette.has_value());
@@ -217,6 +218,7 @@ std::string trace_command(const VerifyArguments& arguments, const std::string& s
     add("--fresnel", render.fresnel, !render.fresnel.empty());
     add("--device", "'" + device + "'", !device.empty());
     add("--precision", precision, !precision.empty());
+    add("--vulkan-precision", of_gpu, !of_gpu.empty());
     return command;
 }
 

@@ -47,6 +47,16 @@ TEST_CASE("No kernel leaves a compiler to choose how a sum of products is rounde
         CHECK(counts.transcendental == 0);
         CHECK(counts.known > 0);
     }
+    CHECK(count(shader_code(Stage::ray_batch_double)).compound == 0);
+    for (const ShaderVariant variant : {ShaderVariant::mixed, ShaderVariant::in_double})
+        for (const Stage stage : {Stage::megakernel, Stage::trace}) {
+            CAPTURE(static_cast<int>(variant));
+            CAPTURE(static_cast<int>(stage));
+            const Counts counts = count(shader_variant(stage, variant));
+            CHECK(counts.compound == 0);
+            CHECK(counts.transcendental == 0);
+            CHECK(counts.known > 0);
+        }
     CHECK(count(shader_code(Stage::post_process)).compound == 0);
 }
 

@@ -10,6 +10,7 @@
 #include <numbers>
 
 #include "common/random.h"
+#include "double_function_probe.h"
 #include "function_probe.h"
 #include "grid_probe.h"
 #include "tests/vulkan/probe.h"
@@ -151,6 +152,45 @@ TEST_CASE("exponential, logarithm and arc tangent on the device are within a few
     CHECK(worst_exp < 4.0 * 0x1p-23);
     CHECK(worst_log < 4.0 * 0x1p-23);
     CHECK(worst_turn < 2.0 * 0x1p-24);
+}
+
+TEST_CASE("in double the device's own functions are as good as double") {
+    std::vector<std::uint32_t> words;
+    std::vector<std::array<double, 4>> arguments;
+    constexpr std::uint32_t count = 20'000;
+    for (std::uint32_t i = 0; i < count; ++i) {
+        // Exponents to 600; logarithms down to 2^-24, many next to 0; turns of all directions, and angles in [0, 1/2).
+        const double x = 600.0 * std::pow(number(i, 0), 6.0);
+        const double y =
+            i % 2 == 0 ? 1.0 - number(i, 1) * std::exp2(-20.0 * number(i, 2)) : std::exp2(-24.0 * number(i, 1));
+        const double scale = std::exp2(8.0 * number(i, 2) - 8.0);
+        arguments.push_back({x, y, scale * (number(i, 4) - 0.5), number(i, 5) - 0.5});
+        for (const double a : arguments.back()) {
+            words.push_back(static_cast<std::uint32_t>(std::bit_cast<std::uint64_t>(a)));
+            words.push_back(static_cast<std::uint32_t>(std::bit_cast<std::uint64_t>(a) >> 32));
+        }
+    }
+    const std::vector<std::uint32_t> output = run_probe(double_function_probe_code, words, 10 * count, count);
+    double worst_exp = 0.0, worst_log = 0.0, worst_turn = 0.0, worst_circle = 0.0;
+    for (std::size_t i = 0; i < count; ++i) {
+        const auto [x, y, a, b] = arguments[i];
+        const auto result = [&](std::size_t k) {
+            const std::size_t at = 10 * i + 2 * k;
+            return std::bit_cast<double>(output[at] | std::uint64_t{output[at + 1]} << 32);
+        };
+        worst_exp = std::max(worst_exp, std::abs(result(0) / std::exp(-x) - 1.0));
+        if (y < 1.0) worst_log = std::max(worst_log, std::abs(result(1) / -std::log(y) - 1.0));
+        worst_turn = std::max(worst_turn, std::abs(result(2) - std::atan2(a, b) / (2.0 * std::numbers::pi)));
+        const double angle = 2.0 * std::numbers::pi * std::abs(b);
+        worst_circle =
+            std::max({worst_circle, std::abs(result(3) - std::cos(angle)), std::abs(result(4) - std::sin(angle))});
+    }
+    MESSAGE("relative errors of exp and log, absolute of turns, cosines and sines: ", worst_exp, ", ", worst_log, ", ",
+        worst_turn, ", ", worst_circle);
+    CHECK(worst_exp < 4.0 * 0x1p-52);
+    CHECK(worst_log < 4.0 * 0x1p-52);
+    CHECK(worst_turn < 2.0 * 0x1p-53);
+    CHECK(worst_circle < 2.0 * 0x1p-52);
 }
 
 TEST_CASE("pcg3d on the device is the published hash") {

@@ -3,6 +3,8 @@
 
 #include <cmath>
 #include <limits>
+#include <span>
+#include <vector>
 
 #include "common/error.h"
 #include "tests/scene_builder.h"
@@ -13,9 +15,17 @@
 using namespace tandem;
 
 TEST_CASE("every operation of floating-point arithmetic in the shipped SPIR-V bears NoContraction") {
+    std::vector<std::span<const std::uint32_t>> shipped;
     for (std::uint32_t stage = 0; stage <= static_cast<std::uint32_t>(Stage::ray_batch_double); ++stage) {
-        CAPTURE(stage);
-        const auto code = shader_code(static_cast<Stage>(stage));
+        shipped.push_back(shader_code(static_cast<Stage>(stage)));
+        for (std::uint32_t variant = 1; variant <= static_cast<std::uint32_t>(ShaderVariant::in_double); ++variant) {
+            const auto code = shader_variant(static_cast<Stage>(stage), static_cast<ShaderVariant>(variant));
+            if (!code.empty()) shipped.push_back(code);
+        }
+    }
+    for (std::size_t i = 0; i < shipped.size(); ++i) {
+        CAPTURE(i);
+        const std::span<const std::uint32_t> code = shipped[i];
         const ContractionCount count = count_no_contraction(code);
         CHECK(count.decorated == count.arithmetic);
         const std::vector<std::uint32_t> bare = without_no_contraction(code);
@@ -24,6 +34,9 @@ TEST_CASE("every operation of floating-point arithmetic in the shipped SPIR-V be
     }
     CHECK(count_no_contraction(shader_code(Stage::intersect)).arithmetic > 100);
     CHECK(count_no_contraction(shader_code(Stage::ray_batch)).arithmetic > 100);
+    for (const ShaderVariant variant : {ShaderVariant::mixed, ShaderVariant::in_double})
+        for (const Stage stage : {Stage::megakernel, Stage::trace})
+            CHECK(count_no_contraction(shader_variant(stage, variant)).arithmetic > 1000);
 }
 
 TEST_CASE("given rays in double are answered in double, in mixed precision in float from double geometry") {

@@ -156,7 +156,8 @@ TEST_CASE("roulette leaves the mean as it is") {
 TEST_CASE("what the backend does not offer is refused with its reason") {
     BackendOptions options;
     for (const Precision precision : {Precision::double_precision, Precision::mixed}) {
-        options.precision = precision;  // of given rays alone
+        options.precision = precision;
+        options.kernel = "stages";  // hand rays on in float
         const Scene scene = full_scene();
         const RenderSettings settings = settings_of(24, 5, Integrator::next_event, 13);
         CHECK_THROWS_AS(
@@ -193,6 +194,21 @@ TEST_CASE("a camera without a frame is refused") {
     Scene scene = full_scene();
     scene.camera.target = scene.camera.position;
     CHECK_THROWS_AS(static_cast<void>(render(scene, settings_of(4, 1), 1)), InputError);
+}
+
+TEST_CASE("specialised and general kernels give the same bits in every precision") {
+    const Scene scene = full_scene();
+    RenderSettings settings = settings_of(8, 4, Integrator::next_event, 17);
+    for (const Precision precision : {Precision::double_precision, Precision::mixed}) {
+        BackendOptions options;
+        options.precision = precision;
+        const auto renderer = vulkan_backend().create(options);
+        settings.effects.reset();
+        const std::vector<double> lean = mean_of(renderer->prepare(scene, settings)->render({0, 4}).estimate);
+        settings.effects = EffectSet::all();
+        const std::vector<double> general = mean_of(renderer->prepare(scene, settings)->render({0, 4}).estimate);
+        CHECK(lean == general);
+    }
 }
 
 TEST_CASE("an empty scene shows its background") {

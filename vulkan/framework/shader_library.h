@@ -30,7 +30,8 @@ inline constexpr std::array<const char*, stage_count> stage_names{
 [[nodiscard]] std::span<const std::uint32_t> shader_code(Stage stage);
 
 // Stages compiled otherwise, as patterns want them (vulkan/patterns.h): parameters from elsewhere than push constants,
-// ray state in arrays of descriptors, rays that stay at their pixels' places.
+// ray state in arrays of descriptors, rays that stay at their pixels' places. Or for another precision
+// (shaders/real.glsl).
 enum class ShaderVariant : std::uint32_t {
     plain,
     uniform,
@@ -39,7 +40,9 @@ enum class ShaderVariant : std::uint32_t {
     specialised,
     arrays,
     arrays_nonuniform,
-    in_place
+    in_place,
+    mixed,
+    in_double
 };
 
 // Empty where the stage has no such variant, or this build none at all (those with planted bugs).

@@ -3,6 +3,8 @@
 #include <glm/geometric.hpp>
 #include <glm/matrix.hpp>
 
+#include "vulkan/renderer/light_table.h"
+
 namespace tandem {
 
 namespace {
@@ -37,11 +39,72 @@ gpu::DoubleConvex convex(const dmat4& m, const dvec3& centre, const dvec3& half_
         row(to_world[2] * half_size, extent.z)};
 }
 
+gpu::Vec3Of<double> vec3(const dvec3& v) { return {v.x, v.y, v.z}; }
+
+gpu::DoubleMedium medium(const Medium& described, const gpu::Medium& flattened) {
+    gpu::DoubleMedium result;
+    result.absorption = vec3(described.absorption);
+    result.anisotropy = described.anisotropy;
+    result.scattering = vec3(described.scattering);
+    result.densities = flattened.densities;
+    if (flattened.densities != gpu::no_index) {
+        result.low = vec3(described.grid->low);
+        result.high = vec3(described.grid->high);
+    }
+    result.cells_x = flattened.cells_x;
+    result.cells_y = flattened.cells_y;
+    result.cells_z = flattened.cells_z;
+    return result;
+}
+
+gpu::DoubleMaterial material(const Material& described, const gpu::Material& flattened) {
+    gpu::DoubleMaterial result;
+    result.colour = vec3(described.colour);
+    result.alpha = described.alpha;
+    result.radiance = vec3(described.radiance);
+    result.fuzz = described.fuzz;
+    result.refractive_index = described.refractive_index;
+    result.kind = flattened.kind;
+    result.flags = flattened.flags;
+    result.colour_texture = flattened.colour_texture;
+    result.eta = vec3(described.eta);
+    result.roughness = described.roughness;
+    result.k = vec3(described.k);
+    result.priority = flattened.priority;
+    result.interior = flattened.interior;
+    return result;
+}
+
+gpu::DoubleTexture texture(const Texture& described, const gpu::Texture& flattened) {
+    gpu::DoubleTexture result;
+    result.first = vec3(described.first);
+    result.kind = flattened.kind;
+    result.second = vec3(described.second);
+    result.space = flattened.space;
+    result.frequency = vec3(described.frequency);
+    result.style = flattened.style;
+    result.octaves = flattened.octaves;
+    result.seed = flattened.seed;
+    result.amount = described.amount;
+    result.texels = flattened.texels;
+    result.width = flattened.width;
+    result.height = flattened.height;
+    return result;
+}
+
 }  // namespace
 
-DoubleGeometry place_in_double(const Scene& scene, const SceneData& flattened, bool from_floats) {
+DoubleGeometry place_in_double(
+    const Scene& scene, const RenderSettings& settings, const SceneData& flattened, bool from_floats) {
     const std::vector<PlacedPrimitive> all = placed_primitives(scene);
     DoubleGeometry result;
+    result.camera = flatten_camera<double>(scene.camera, settings);
+    for (const Entity& entity : scene.entities) result.transforms.push_back(flatten_transform<double>(entity));
+    if (!flattened.lights.empty())
+        result.lights =
+            make_light_table<double>(scene, flattened.placed, flattened.header.background_probability > 0.0F);
+    for (std::size_t i = 0; i < flattened.tables.media.size(); ++i)
+        result.media.push_back(medium(scene.media[i], flattened.tables.media[i]));
     for (const gpu::Placed& placed : flattened.placed) {
         const PlacedPrimitive& place = all[placed.id];
         const Primitive& primitive = scene.primitives[place.primitive];
@@ -61,6 +124,24 @@ DoubleGeometry place_in_double(const Scene& scene, const SceneData& flattened, b
         else
             result.cuboids.push_back(convex(m, 0.5 * (p[0] + p[1]), 0.5 * (p[1] - p[0])));
     }
+    return result;
+}
+
+DoubleGeometry::Shading shading_in_double(
+    const Scene& scene, const SceneData& flattened, const std::vector<gpu::DoubleLight>& lights) {
+    DoubleGeometry::Shading result;
+    result.header.background_down = vec3(scene.background.down);
+    result.header.background_up = vec3(scene.background.up);
+    result.header.extent = double{flattened.header.extent};
+    if (flattened.header.background_probability > 0.0F)
+        result.header.background_probability = lights.back().probability;
+    result.header.environment = flattened.header.environment;
+    result.header.medium = flattened.header.medium;
+    result.header.texture_coordinates = flattened.header.texture_coordinates;
+    for (std::size_t i = 0; i < flattened.materials.size(); ++i)
+        result.materials.push_back(material(scene.materials[i], flattened.materials[i]));
+    for (std::size_t i = 0; i < flattened.tables.textures.size(); ++i)
+        result.textures.push_back(texture(scene.textures[i], flattened.tables.textures[i]));
     return result;
 }
 

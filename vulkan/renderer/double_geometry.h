@@ -1,4 +1,4 @@
-// The world primitives in double, for ray_batch_double.comp.
+// A scene's geometry in double, for kernels of DOUBLE_GEOMETRY (shaders/real.glsl).
 #pragma once
 
 #include "common/scene.h"
@@ -6,8 +6,12 @@
 
 namespace tandem {
 
-// By slot, as `flattened` orders them. `from_floats`: of vertices and transforms rounded to float, as in single
-// precision.
-[[nodiscard]] DoubleGeometry place_in_double(const Scene& scene, const SceneData& flattened, bool from_floats);
+// In the order of what `flatten` made of the same scene and settings, without what shading alone reads. `from_floats`:
+// primitives of vertices and transforms rounded to float, as in single precision.
+[[nodiscard]] DoubleGeometry place_in_double(
+    const Scene& scene, const RenderSettings& settings, const SceneData& flattened, bool from_floats);
+
+[[nodiscard]] DoubleGeometry::Shading shading_in_double(
+    const Scene& scene, const SceneData& flattened, const std::vector<gpu::DoubleLight>& lights);
 
 }  // namespace tandem

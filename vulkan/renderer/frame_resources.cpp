@@ -32,6 +32,26 @@ SceneBuffer filled(const char* name, const std::vector<T>& data) {
 
 constexpr std::size_t bvh_nodes = 10;  // among the scene's buffers, the first after the world primitives
 
+// As it is in float or, where geometry is in double, in that.
+template <class Single, class Doubled>
+SceneBuffer either(const char* name, const std::vector<Single>& single, const SceneData& scene,
+    std::vector<Doubled> DoubleGeometry::*doubled) {
+    return scene.in_double ? filled(name, (*scene.in_double).*doubled) : filled(name, single);
+}
+
+template <class Single, class Doubled>
+SceneBuffer either(const char* name, const std::vector<Single>& single, const SceneData& scene,
+    std::vector<Doubled> DoubleGeometry::Shading::*doubled) {
+    const bool in_double = scene.in_double && scene.in_double->shading;
+    return in_double ? filled(name, (*scene.in_double->shading).*doubled) : filled(name, single);
+}
+
+SceneBuffer header_of(const SceneData& scene) {
+    const bool in_double = scene.in_double && scene.in_double->shading;
+    if (in_double) return {"scene-header", &scene.in_double->shading->header, sizeof(gpu::DoubleSceneHeader)};
+    return {"scene-header", &scene.header, sizeof scene.header};
+}
+
 // World primitives that the vertex stage fills, or the host in double.
 template <class Single, class Doubled>
 SceneBuffer world(
@@ -42,20 +62,28 @@ SceneBuffer world(
 
 // Bindings 0 … 9 and, after the uniform views of 7, 8 and 9, bindings 13 … 16.
 std::array<SceneBuffer, 14> scene_list(const SceneData& scene) {
-    return {{{"scene-header", &scene.header, sizeof scene.header}, filled("vertices", scene.vertices),
-        filled("primitive-sources", scene.sources), filled("transforms", scene.transforms),
-        filled("placed-primitives", scene.placed), filled("materials", scene.materials), filled("lights", scene.lights),
+    return {{header_of(scene), filled("vertices", scene.vertices), filled("primitive-sources", scene.sources),
+        either("transforms", scene.transforms, scene, &DoubleGeometry::transforms),
+        filled("placed-primitives", scene.placed),
+        either("materials", scene.materials, scene, &DoubleGeometry::Shading::materials),
+        either("lights", scene.lights, scene, &DoubleGeometry::lights),
         world<gpu::Triangle>("world-triangles", scene.triangle_count, scene, &DoubleGeometry::triangles),
         world<gpu::Convex>("world-spheres", scene.sphere_count, scene, &DoubleGeometry::spheres),
         world<gpu::Convex>("world-cuboids", scene.cuboid_count, scene, &DoubleGeometry::cuboids),
-        filled("tree-nodes", scene.trees.nodes), filled("textures", scene.tables.textures),
-        filled("tables", scene.tables.numbers), filled("media", scene.tables.media)}};
+        filled("tree-nodes", scene.trees.nodes),
+        either("textures", scene.tables.textures, scene, &DoubleGeometry::Shading::textures),
+        filled("tables", scene.tables.numbers), either("media", scene.tables.media, scene, &DoubleGeometry::media)}};
+}
+
+SceneBuffer camera_of(const SceneData& scene) {
+    if (scene.in_double) return {"camera", &scene.in_double->camera, sizeof scene.in_double->camera};
+    return {"camera", &scene.camera, sizeof scene.camera};
 }
 
 std::vector<BufferSpec> scene_specs(const SceneData& scene) {
     std::vector<BufferSpec> specs;
     for (const SceneBuffer& buffer : scene_list(scene)) {
-        if (buffer.data == &scene.header)
+        if (buffer.data == header_of(scene).data)
             specs.push_back({buffer.bytes, Usage::eUniformBuffer | Usage::eTransferDst});
         else if (specs.size() + uniform_views >= bvh_nodes && specs.size() < bvh_nodes)
             specs.push_back({std::max<vk::DeviceSize>(buffer.bytes, uniform_block_bytes),
@@ -114,7 +142,7 @@ std::vector<BufferSpec> upload_specs(const SceneData& scene) {
     std::vector<BufferSpec> specs;
     for (const SceneBuffer& buffer : scene_list(scene))
         if (buffer.data != nullptr && buffer.bytes > 0) specs.push_back({buffer.bytes, Usage::eTransferSrc});
-    specs.push_back({sizeof scene.camera, Usage::eTransferSrc});
+    specs.push_back({camera_of(scene).bytes, Usage::eTransferSrc});
     return specs;
 }
 
@@ -122,8 +150,8 @@ std::vector<BufferSpec> readback_specs(std::uint64_t pixels) {
     return {{pixels * sums_per_pixel * element, Usage::eTransferDst}, {element, Usage::eTransferDst}};
 }
 
-std::array<BufferSpec, 1> camera_specs() {
-    return {BufferSpec{sizeof(gpu::Camera), Usage::eUniformBuffer | Usage::eTransferDst}};
+std::array<BufferSpec, 1> camera_specs(const SceneData& scene) {
+    return {BufferSpec{camera_of(scene).bytes, Usage::eUniformBuffer | Usage::eTransferDst}};
 }
 
 SharedMemory shared_memory(const SceneData& scene, const std::optional<PathState>& path, std::uint32_t bounces,
@@ -131,7 +159,7 @@ SharedMemory shared_memory(const SceneData& scene, const std::optional<PathState
     SharedMemory shared;
     if (memory != MemoryLayout::one_block) return shared;
     shared.reserve(MemoryDomain::device, scene_specs(scene));
-    shared.reserve(MemoryDomain::device, camera_specs());
+    shared.reserve(MemoryDomain::device, camera_specs(scene));
     shared.reserve(MemoryDomain::device, ray_specs(path, pixels, bounces));
     shared.reserve(MemoryDomain::device, image_specs(pixels));
     shared.reserve(MemoryDomain::upload, upload_specs(scene));
@@ -199,7 +227,7 @@ FrameResources::FrameResources(const Device& device, const SceneData& scene, con
     std::uint32_t bounces, std::uint32_t tile_pixels, MemoryLayout memory)
     : shared_(shared_memory(scene, path, bounces, tile_pixels, memory)),
       scene_(device, MemoryDomain::device, scene_specs(scene), layout_of(memory, false), &shared_),
-      camera_(device, MemoryDomain::device, camera_specs(), layout_of(memory, false), &shared_),
+      camera_(device, MemoryDomain::device, camera_specs(scene), layout_of(memory, false), &shared_),
       rays_(device, MemoryDomain::device, ray_specs(path, tile_pixels, bounces), layout_of(memory, true), &shared_),
       image_(device, MemoryDomain::device, image_specs(tile_pixels), layout_of(memory, true), &shared_),
       upload_(device, MemoryDomain::upload, upload_specs(scene), layout_of(memory, false), &shared_),
@@ -211,7 +239,7 @@ FrameResources::FrameResources(const Device& device, const SceneData& scene, con
     const auto list = scene_list(scene);
     for (std::size_t i = 0; i < list.size(); ++i)
         if (list[i].data != nullptr && list[i].bytes > 0) stage(list[i].data, list[i].bytes, i);
-    stage(&scene.camera, sizeof scene.camera, 0);
+    stage(camera_of(scene).data, camera_of(scene).bytes, 0);
 }
 
 std::vector<vk::DescriptorBufferInfo> FrameResources::buffers(SetIndex set, std::uint32_t parity) const {
@@ -277,7 +305,7 @@ std::vector<JobFacts::Part> buffer_parts(
     for (const SceneBuffer& buffer : scene_list(scene))
         if (buffer.data != scene.tables.numbers.data() || buffer.data == nullptr) add(buffer.name, buffer.bytes);
     for (const SceneTables::Part& part : scene.tables.parts) add(part.name, part.floats * sizeof(float));
-    add("camera", sizeof scene.camera);
+    add("camera", camera_of(scene).bytes);
     const auto list = ray_list(path);
     for (std::size_t i = 0; i < list.size(); ++i)
         add(list[i].name, tile_pixels * list[i].bytes * (is_ping_ponged(i) ? 2 : 1));

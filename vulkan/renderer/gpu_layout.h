@@ -7,50 +7,54 @@
 
 namespace tandem::gpu {
 
-struct alignas(16) Vec4 {
-    float x = 0, y = 0, z = 0, w = 0;
+// What says where things are and what they are made of is there in float and in double (shaders/real.glsl).
+template <class Real>
+struct alignas(4 * sizeof(Real)) Vec4Of {
+    Real x = 0, y = 0, z = 0, w = 0;
 };
-struct Vec3 {
-    float x = 0, y = 0, z = 0;
+template <class Real>
+struct Vec3Of {
+    Real x = 0, y = 0, z = 0;
 };
+using Vec4 = Vec4Of<float>;
+using Vec3 = Vec3Of<float>;
+using DoubleVec4 = Vec4Of<double>;
 
 struct PrimitiveSource {
     std::uint32_t kind = 0, index0 = 0, index1 = 0, index2 = 0, entity = 0;
     float radius = 0;
 };
 
-struct EntityTransform {
-    Vec4 to_world0, to_world1, to_world2;
-    alignas(16) Vec3 to_object0;
-    float determinant_sign = 1;
-    alignas(16) Vec3 to_object1;
-    alignas(16) Vec3 to_object2;
-    alignas(16) Vec3 motion;
+template <class Real>
+struct EntityTransformOf {
+    Vec4Of<Real> to_world0, to_world1, to_world2;
+    alignas(4 * sizeof(Real)) Vec3Of<Real> to_object0;
+    Real determinant_sign = 1;
+    alignas(4 * sizeof(Real)) Vec3Of<Real> to_object1;
+    alignas(4 * sizeof(Real)) Vec3Of<Real> to_object2;
+    alignas(4 * sizeof(Real)) Vec3Of<Real> motion;
 };
+using EntityTransform = EntityTransformOf<float>;
+using DoubleEntityTransform = EntityTransformOf<double>;
 
 struct Placed {
     std::uint32_t id = 0, material = 0, entity = 0, light = 0;
 };
 inline constexpr std::uint32_t no_light = 0xffffffffu;
 
-struct Triangle {
-    Vec4 corner0, corner1, corner2;
+template <class Real>
+struct TriangleOf {
+    Vec4Of<Real> corner0, corner1, corner2;
 };
+using Triangle = TriangleOf<float>;
+using DoubleTriangle = TriangleOf<double>;
 
-struct Convex {
-    Vec4 to_unit0, to_unit1, to_unit2, to_world0, to_world1, to_world2;
+template <class Real>
+struct ConvexOf {
+    Vec4Of<Real> to_unit0, to_unit1, to_unit2, to_world0, to_world1, to_world2;
 };
-
-// The world primitives in double (shaders/ray_batch_double.comp).
-struct alignas(32) DoubleVec4 {
-    double x = 0, y = 0, z = 0, w = 0;
-};
-struct DoubleTriangle {
-    DoubleVec4 corner0, corner1, corner2;
-};
-struct DoubleConvex {
-    DoubleVec4 to_unit0, to_unit1, to_unit2, to_world0, to_world1, to_world2;
-};
+using Convex = ConvexOf<float>;
+using DoubleConvex = ConvexOf<double>;
 
 struct BvhNode {
     alignas(16) Vec3 centre0;
@@ -65,54 +69,66 @@ struct BvhNode {
 
 inline constexpr std::uint32_t no_index = 0xffffffffu;
 
-struct alignas(16) Material {
-    Vec3 colour;
-    float alpha = 1;
-    Vec3 radiance;
-    float fuzz = 0;
-    float refractive_index = 1;
+template <class Real>
+struct alignas(4 * sizeof(Real)) MaterialOf {
+    alignas(4 * sizeof(Real)) Vec3Of<Real> colour;
+    Real alpha = 1;
+    alignas(4 * sizeof(Real)) Vec3Of<Real> radiance;
+    Real fuzz = 0;
+    Real refractive_index = 1;
     std::uint32_t kind = 0, flags = 0, colour_texture = no_index;
-    Vec3 eta;
-    float roughness = 0;
-    Vec3 k;
+    alignas(4 * sizeof(Real)) Vec3Of<Real> eta;
+    Real roughness = 0;
+    alignas(4 * sizeof(Real)) Vec3Of<Real> k;
     std::int32_t priority = 0;
     std::uint32_t interior = no_index;
 };
+using Material = MaterialOf<float>;
+using DoubleMaterial = MaterialOf<double>;
 inline constexpr std::uint32_t flag_translucent = 1, flag_schlick = 2, flag_front_only = 4, flag_tracked = 8;
 
-struct alignas(16) Texture {
-    Vec3 first;
+template <class Real>
+struct alignas(4 * sizeof(Real)) TextureOf {
+    alignas(4 * sizeof(Real)) Vec3Of<Real> first;
     std::uint32_t kind = 0;
-    Vec3 second;
+    alignas(4 * sizeof(Real)) Vec3Of<Real> second;
     std::uint32_t space = 0;
-    Vec3 frequency;
+    alignas(4 * sizeof(Real)) Vec3Of<Real> frequency;
     std::uint32_t style = 0, octaves = 0, seed = 0;
-    float amount = 0;
+    Real amount = 0;
     std::uint32_t texels = 0, width = 0, height = 0;
 };
+using Texture = TextureOf<float>;
+using DoubleTexture = TextureOf<double>;
 
-struct alignas(16) Medium {
-    Vec3 absorption;
-    float anisotropy = 0;
-    Vec3 scattering;
+template <class Real>
+struct alignas(4 * sizeof(Real)) MediumOf {
+    alignas(4 * sizeof(Real)) Vec3Of<Real> absorption;
+    Real anisotropy = 0;
+    alignas(4 * sizeof(Real)) Vec3Of<Real> scattering;
     std::uint32_t densities = no_index;
-    Vec3 low;
+    alignas(4 * sizeof(Real)) Vec3Of<Real> low;
     std::uint32_t cells_x = 0;
-    Vec3 high;
+    alignas(4 * sizeof(Real)) Vec3Of<Real> high;
     std::uint32_t cells_y = 0, cells_z = 0;
 };
+using Medium = MediumOf<float>;
+using DoubleMedium = MediumOf<double>;
 
-struct alignas(16) Light {
+template <class Real>
+struct alignas(4 * sizeof(Real)) LightOf {
     std::uint32_t slot = 0, kind = 0;
-    float cumulative = 1, probability = 1;
-    Vec3 centre;
-    float radius = 0, area = 0;
-    float face0 = 0, face1 = 0, face2 = 0, face3 = 0, face4 = 0;
-    alignas(16) Vec3 axis;
-    float outer = 0;
-    Vec3 intensity;
-    float inner = 0;
+    Real cumulative = 1, probability = 1;
+    alignas(4 * sizeof(Real)) Vec3Of<Real> centre;
+    Real radius = 0, area = 0;
+    Real face0 = 0, face1 = 0, face2 = 0, face3 = 0, face4 = 0;
+    alignas(4 * sizeof(Real)) Vec3Of<Real> axis;
+    Real outer = 0;
+    alignas(4 * sizeof(Real)) Vec3Of<Real> intensity;
+    Real inner = 0;
 };
+using Light = LightOf<float>;
+using DoubleLight = LightOf<double>;
 // After the kinds of primitives.
 inline constexpr std::uint32_t kind_point = 3, kind_spot = 4, kind_sun = 5, kind_background = 6, kind_ellipsoid = 7;
 
@@ -122,32 +138,38 @@ struct alignas(16) Environment {
     std::array<float, 2> rotation{1, 0};
 };
 
-struct SceneHeader {
-    alignas(16) Vec3 background_down;
-    float extent = 0;
-    alignas(16) Vec3 background_up;
-    float background_probability = 0;
+template <class Real>
+struct SceneHeaderOf {
+    alignas(4 * sizeof(Real)) Vec3Of<Real> background_down;
+    Real extent = 0;
+    alignas(4 * sizeof(Real)) Vec3Of<Real> background_up;
+    Real background_probability = 0;
     Environment environment;
     std::uint32_t medium = no_index, texture_coordinates = 0;
 };
+using SceneHeader = SceneHeaderOf<float>;
+using DoubleSceneHeader = SceneHeaderOf<double>;
 
-struct Camera {
-    alignas(16) Vec3 position;
-    float lens_radius = 0;
-    alignas(16) Vec3 forward;
-    float focus_distance = 0;
-    alignas(16) Vec3 film_right;
-    float film_width = 0;
-    alignas(16) Vec3 film_up;
-    float film_height = 0;
-    alignas(16) Vec3 right;
+template <class Real>
+struct CameraOf {
+    alignas(4 * sizeof(Real)) Vec3Of<Real> position;
+    Real lens_radius = 0;
+    alignas(4 * sizeof(Real)) Vec3Of<Real> forward;
+    Real focus_distance = 0;
+    alignas(4 * sizeof(Real)) Vec3Of<Real> film_right;
+    Real film_width = 0;
+    alignas(4 * sizeof(Real)) Vec3Of<Real> film_up;
+    Real film_height = 0;
+    alignas(4 * sizeof(Real)) Vec3Of<Real> right;
     std::uint32_t moves = 0;
-    alignas(16) Vec3 up;
-    alignas(16) Vec3 view;
-    alignas(16) Vec3 scene_up;
-    alignas(16) Vec3 position_motion;
-    alignas(16) Vec3 view_motion;
+    alignas(4 * sizeof(Real)) Vec3Of<Real> up;
+    alignas(4 * sizeof(Real)) Vec3Of<Real> view;
+    alignas(4 * sizeof(Real)) Vec3Of<Real> scene_up;
+    alignas(4 * sizeof(Real)) Vec3Of<Real> position_motion;
+    alignas(4 * sizeof(Real)) Vec3Of<Real> view_motion;
 };
+using Camera = CameraOf<float>;
+using DoubleCamera = CameraOf<double>;
 
 struct Settings {
     std::array<std::uint32_t, 2> seed{}, sample_index{};

@@ -5,12 +5,14 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <cstring>
 #include <limits>
 #include <utility>
 
 #include "common/error.h"
 #include "vulkan/core/device_selection.h"
 #include "vulkan/framework/spirv_optimizer.h"
+#include "vulkan/renderer/double_geometry.h"
 #include "vulkan/renderer/kernel_shape.h"
 #include "vulkan/renderer/ray_batch.h"
 
@@ -59,21 +61,33 @@ Specialisation specialise(const Device& device, const Scene& described, const Sc
     const bool general = effects != needed_effects(described, settings);
     const SceneTrees& trees = scene.trees;
     const bool has_trees = trees.triangles || trees.spheres || trees.cuboids;
-    const bool unrolled =
-        !general && !has_trees && scene.triangle_count + scene.sphere_count + scene.cuboid_count <= most_unrolled;
+    // Corners that are the same in float may not be in double.
+    const bool unrolled = !general && !has_trees && !scene.in_double &&
+                          scene.triangle_count + scene.sphere_count + scene.cuboid_count <= most_unrolled;
     const bool fit = scene.triangle_count <= uniform_block_bytes / sizeof(gpu::Triangle) &&
                      std::max(scene.sphere_count, scene.cuboid_count) <= uniform_block_bytes / sizeof(gpu::Convex);
     // Not on a CPU: it gathers lane by lane from uniform blocks, unrolled loops have their primitives in registers, and
     // Mesa 22.3's lavapipe crashes on loops over several of the blocks.
-    const bool on_cpu = device.description().type == DeviceType::cpu;
+    // In double there are no such blocks.
+    const bool from_blocks = device.description().type != DeviceType::cpu && !scene.in_double;
     const auto count = [&](std::uint32_t primitives) { return general ? told_at_run_time : primitives; };
     return {fault.bug == PlantedBug::stale_constant ? without_one(effects) : effects,
-        path_state(effects, general, scene), fit && !on_cpu && !general,
+        path_state(effects, general, scene), fit && from_blocks && !general,
         unrolled ? std::optional(describe_unrolled(scene)) : std::nullopt, count(scene.triangle_count),
         count(scene.sphere_count), count(scene.cuboid_count), trees.triangles, trees.spheres, trees.cuboids,
         to_distance(settings.ray_min), to_distance(settings.ray_max), fault, settings.intersection, false,
         std::isfinite(settings.clamp) ? std::optional(static_cast<float>(settings.clamp)) : std::nullopt,
         settings.generator};
+}
+
+SceneData flatten_for(
+    const Scene& scene, const RenderSettings& settings, Acceleration acceleration, GeometryPrecision precision) {
+    SceneData result = flatten(scene, settings, acceleration);
+    if (precision != GeometryPrecision::single_precision)
+        result.in_double = place_in_double(scene, settings, result, false);
+    if (precision == GeometryPrecision::double_precision)
+        result.in_double->shading = shading_in_double(scene, result, result.in_double->lights);
+    return result;
 }
 
 RenderSettings checked(RenderSettings settings) {
@@ -111,17 +125,19 @@ struct VulkanJob::Progress {
 };
 
 VulkanJob::VulkanJob(const Instance& instance, const Device& device, Stages& stages, const Scene& scene,
-    const RenderSettings& settings, Acceleration acceleration, PlantedFault planted_bug, const Patterns& patterns)
+    const RenderSettings& settings, Acceleration acceleration, PlantedFault planted_bug, const Patterns& patterns,
+    GeometryPrecision precision)
     : instance_(instance),
       device_(device),
       patterns_(patterns),
+      precision_(precision),
       settings_(mutated(checked(settings), planted_bug)),
-      scene_(flatten(scene, settings_, acceleration)),
+      scene_(flatten_for(scene, settings_, acceleration, precision)),
       specialisation_(with_parameters(specialise(device, scene, scene_, settings_, planted_bug))),
       kept_(traces_whole_paths(patterns.kernel) ? std::nullopt : std::optional(specialisation_.path)),
       stages_(stages),
-      layout_(stages.layout(KernelForm(patterns))),
-      pipelines_(stages.pipelines(specialisation_, KernelForm(patterns))),
+      layout_(stages.layout(KernelForm(patterns, precision))),
+      pipelines_(stages.pipelines(specialisation_, KernelForm(patterns, precision))),
       tile_pixels_(std::min(tile_size(device, part().pixel_count, kept_),
           patterns.tile_pixels > 0 ? patterns.tile_pixels : std::numeric_limits<std::uint32_t>::max())),
       resources_(device, scene_, kept_, settings_.bounces, tile_pixels_, patterns.memory),
@@ -221,6 +237,7 @@ void VulkanJob::record_scene(
     resources_.record_upload(commands);
     resources_.record_clear_counters(commands);
     barrier(commands, transfer_write, compute_access);
+    if (scene_.in_double) return;
     record(commands, {Stage::vertex, settings, 0, sum_parity},
         scene_.triangle_count + scene_.sphere_count + scene_.cuboid_count);
     // Later barriers order all that was written before; those of single buffers leave out what is written but once.
@@ -318,9 +335,15 @@ JobFacts VulkanJob::facts() const {
     JobFacts facts;
     facts.effects = specialisation_.effects;
     const std::vector<SpecialisationConstant> constants = specialisation_.constants();
-    for (const Stage stage : kernels_of(patterns_.kernel))
-        facts.kernels.push_back({stage_names[static_cast<std::size_t>(stage)],
-            count_instructions(optimised_spirv(shader_code(stage), constants))});
+    for (const Stage stage : kernels_of(patterns_.kernel)) {
+        if (stage == Stage::vertex && scene_.in_double) continue;
+        const std::span<const std::uint32_t> code =
+            precision_ == GeometryPrecision::single_precision
+                ? shader_code(stage)
+                : shader_variant(stage, KernelForm(patterns_, precision_).variant());
+        facts.kernels.push_back(
+            {stage_names[static_cast<std::size_t>(stage)], count_instructions(optimised_spirv(code, constants))});
+    }
     facts.buffers = buffer_parts(scene_, kept_, settings_.bounces, tile_pixels_);
     facts.bytes_per_path = bytes_per_path(kept_);
     facts.kernel_seconds = pipelines_->seconds;
@@ -414,7 +437,8 @@ std::vector<PathTrace> VulkanJob::trace(std::uint32_t x, std::uint32_t y, Sample
     Specialisation usual = specialisation_;
     usual.workgroup = workgroup_size;
     usual.parameters.clear();
-    if (!tracing_) tracing_ = std::make_unique<PathTracing>(device_, stages_, scene_, usual, settings_.bounces);
+    if (!tracing_)
+        tracing_ = std::make_unique<PathTracing>(device_, stages_, scene_, usual, settings_.bounces, precision_);
     std::vector<PathTrace> traces = tracing_->trace(y * settings_.width + x, samples, stage_settings({}, 0));
     instance_.log().raise();
     return traces;
@@ -426,6 +450,13 @@ void VulkanJob::collect(Tile tile, Estimate::Plane& plane) const {
         const gpu::Vec4* of_channel = sums + channel * tile.pixel_count;
         Moments* target = &plane[std::size_t{tile.first_pixel} * channel_count + channel];
         for (std::size_t i = 0; i < tile.pixel_count; ++i) {
+            if (precision_ == GeometryPrecision::double_precision) {  // shaders/pixel_samples.glsl
+                std::array<double, 2> moments;
+                static_assert(sizeof moments == sizeof of_channel[i]);
+                std::memcpy(moments.data(), &of_channel[i], sizeof moments);
+                target[i * channel_count] = {moments[0], moments[1]};
+                continue;
+            }
             const gpu::Vec4& pair = of_channel[i];
             target[i * channel_count] = {double{pair.x} + double{pair.y}, double{pair.z} + double{pair.w}};
         }

@@ -14,7 +14,7 @@ class VulkanJob : public RenderJob {
 public:
     VulkanJob(const Instance& instance, const Device& device, Stages& stages, const Scene& scene,
         const RenderSettings& settings, Acceleration acceleration, PlantedFault planted_bug,
-        const Patterns& patterns = {});
+        const Patterns& patterns = {}, GeometryPrecision precision = GeometryPrecision::single_precision);
 
     [[nodiscard]] JobFacts facts() const override;
     [[nodiscard]] RenderResult render(SampleRange range, const RenderControl& control) override;
@@ -77,6 +77,7 @@ private:
     const Instance& instance_;
     const Device& device_;
     Patterns patterns_;
+    GeometryPrecision precision_;
     RenderSettings settings_;
     SceneData scene_;
     Specialisation specialisation_;

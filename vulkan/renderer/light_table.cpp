@@ -12,16 +12,18 @@ namespace tandem {
 namespace {
 
 // A light before probabilities are known.
+template <class Real>
 struct Candidate {
-    gpu::Light light;
+    gpu::LightOf<Real> light;
     double power = 0.0;  // what the choice among near lights is proportional to; of a far one 1
     bool far = false;
 };
 
 double channel_sum(const glm::dvec3& colour) { return colour.x + colour.y + colour.z; }
 
-gpu::Vec3 to_float(const glm::dvec3& v) {
-    return {static_cast<float>(v.x), static_cast<float>(v.y), static_cast<float>(v.z)};
+template <class Real>
+gpu::Vec3Of<Real> rounded(const glm::dvec3& v) {
+    return {static_cast<Real>(v.x), static_cast<Real>(v.y), static_cast<Real>(v.z)};
 }
 
 double triangle_area(const Scene& scene, const Primitive& primitive, const glm::dmat3& m) {
@@ -31,31 +33,33 @@ double triangle_area(const Scene& scene, const Primitive& primitive, const glm::
 }
 
 // World areas of the faces, and their cumulative shares into the light.
-double cuboid_area(const Scene& scene, const Primitive& primitive, const glm::dmat3& m, gpu::Light& light) {
+template <class Real>
+double cuboid_area(const Scene& scene, const Primitive& primitive, const glm::dmat3& m, gpu::LightOf<Real>& light) {
     const glm::dvec3 size = scene.vertices[primitive.index[1]] - scene.vertices[primitive.index[0]];
     const glm::dvec3 x = m[0] * size.x, y = m[1] * size.y, z = m[2] * size.z;
     const std::array areas{glm::length(glm::cross(y, z)), glm::length(glm::cross(z, x)), glm::length(glm::cross(x, y))};
     const double total = 2.0 * (areas[0] + areas[1] + areas[2]);
     double before = 0.0;
-    const std::array<float*, 5> shares{&light.face0, &light.face1, &light.face2, &light.face3, &light.face4};
+    const std::array<Real*, 5> shares{&light.face0, &light.face1, &light.face2, &light.face3, &light.face4};
     for (std::size_t face = 0; face < shares.size(); ++face) {
         before += areas[face / 2];
         double after = 0.0;
         for (std::size_t other = face + 1; other < 6; ++other) after += areas[other / 2];
         // Exactly 1 where only empty faces follow, so that rounding never chooses one of a flat cuboid.
-        *shares[face] = after == 0.0 ? 1.0f : static_cast<float>(before / total);
+        *shares[face] = after == 0.0 ? Real(1) : static_cast<Real>(before / total);
     }
     return total;
 }
 
 // The light that the primitive in `slot` makes, of power 0 if it is not a sampled light.
-Candidate candidate(const Scene& scene, std::uint32_t slot, const PlacedPrimitive& placed) {
+template <class Real>
+Candidate<Real> candidate(const Scene& scene, std::uint32_t slot, const PlacedPrimitive& placed) {
     const Entity& entity = scene.entities[placed.entity];
     const Material& material = scene.materials[entity.material];
     const Primitive& primitive = scene.primitives[placed.primitive];
     const glm::dmat3 linear(entity.object_to_world);
-    Candidate result;
-    gpu::Light& light = result.light;
+    Candidate<Real> result;
+    gpu::LightOf<Real>& light = result.light;
     light.slot = slot;
     light.kind = static_cast<std::uint32_t>(primitive.kind);
     const double radiance = channel_sum(material.radiance) * (material.translucent ? material.alpha : 1.0);
@@ -69,25 +73,26 @@ Candidate candidate(const Scene& scene, std::uint32_t slot, const PlacedPrimitiv
         const double radius = primitive.radius * std::cbrt(std::abs(glm::determinant(linear)));
         const glm::dvec3 centre(entity.object_to_world * glm::dvec4(scene.vertices[primitive.index[0]], 1.0));
         if (!is_similarity(entity.object_to_world)) light.kind = gpu::kind_ellipsoid;
-        light.centre = to_float(centre);
-        light.radius = static_cast<float>(radius);
+        light.centre = rounded<Real>(centre);
+        light.radius = static_cast<Real>(radius);
         area = 4.0 * std::numbers::pi * radius * radius;
     }
-    light.area = static_cast<float>(area);
+    light.area = static_cast<Real>(area);
     result.power = area * radiance;
     return result;
 }
 
-Candidate candidate(const PunctualLight& punctual) {
-    Candidate result;
-    gpu::Light& light = result.light;
+template <class Real>
+Candidate<Real> candidate(const PunctualLight& punctual) {
+    Candidate<Real> result;
+    gpu::LightOf<Real>& light = result.light;
     light.slot = gpu::no_index;
-    light.centre = to_float(punctual.position);
-    light.axis = to_float(punctual.direction);
-    light.intensity = to_float(punctual.intensity);
+    light.centre = rounded<Real>(punctual.position);
+    light.axis = rounded<Real>(punctual.direction);
+    light.intensity = rounded<Real>(punctual.intensity);
     const double outer = std::cos(glm::radians(punctual.outer_degrees));
-    light.outer = static_cast<float>(outer);
-    light.inner = static_cast<float>(std::cos(glm::radians(punctual.inner_degrees)));
+    light.outer = static_cast<Real>(outer);
+    light.inner = static_cast<Real>(std::cos(glm::radians(punctual.inner_degrees)));
     const double sum = channel_sum(punctual.intensity);
     switch (punctual.kind) {
         case PunctualKind::point:
@@ -107,20 +112,22 @@ Candidate candidate(const PunctualLight& punctual) {
     return result;
 }
 
-std::vector<Candidate> candidates_of(const Scene& scene, const std::vector<gpu::Placed>& placed, bool background) {
+template <class Real>
+std::vector<Candidate<Real>> candidates_of(
+    const Scene& scene, const std::vector<gpu::Placed>& placed, bool background) {
     const std::vector<PlacedPrimitive> all = placed_primitives(scene);
     std::vector<std::uint32_t> slot_of(all.size());
     for (std::uint32_t slot = 0; slot < placed.size(); ++slot) slot_of[placed[slot].id] = slot;
-    std::vector<Candidate> candidates;
-    const auto add = [&](const Candidate& found) {
+    std::vector<Candidate<Real>> candidates;
+    const auto add = [&](const Candidate<Real>& found) {
         if (found.power > 0.0) candidates.push_back(found);
     };
-    for (std::size_t id = 0; id < all.size(); ++id) add(candidate(scene, slot_of[id], all[id]));
+    for (std::size_t id = 0; id < all.size(); ++id) add(candidate<Real>(scene, slot_of[id], all[id]));
     for (const bool suns : {false, true})
         for (const PunctualLight& light : scene.lights)
-            if ((light.kind == PunctualKind::sun) == suns) add(candidate(light));
+            if ((light.kind == PunctualKind::sun) == suns) add(candidate<Real>(light));
     if (background) {
-        Candidate found{{}, 1.0, true};
+        Candidate<Real> found{{}, 1.0, true};
         found.light.slot = gpu::no_index;
         found.light.kind = gpu::kind_background;
         add(found);
@@ -130,23 +137,28 @@ std::vector<Candidate> candidates_of(const Scene& scene, const std::vector<gpu::
 
 }  // namespace
 
-std::vector<gpu::Light> make_light_table(const Scene& scene, const std::vector<gpu::Placed>& placed, bool background) {
-    std::vector<Candidate> candidates = candidates_of(scene, placed, background);
+template <class Real>
+std::vector<gpu::LightOf<Real>> make_light_table(
+    const Scene& scene, const std::vector<gpu::Placed>& placed, bool background) {
+    std::vector<Candidate<Real>> candidates = candidates_of<Real>(scene, placed, background);
     double near = 0.0, far = 0.0;
-    for (const Candidate& found : candidates) (found.far ? far : near) += found.power;
+    for (const Candidate<Real>& found : candidates) (found.far ? far : near) += found.power;
     const double group = near > 0.0 && far > 0.0 ? 0.5 : 1.0;  // the share of each that there is
-    std::vector<gpu::Light> lights;
+    std::vector<gpu::LightOf<Real>> lights;
     double near_before = 0.0, far_before = 0.0;
-    for (Candidate& found : candidates) {
+    for (Candidate<Real>& found : candidates) {
         const double total = found.far ? far : near;
         double& before = found.far ? far_before : near_before;
         before += found.power;
-        found.light.probability = static_cast<float>(group * (found.power / total));
+        found.light.probability = static_cast<Real>(group * (found.power / total));
         const double of_near = found.far && near > 0.0 ? group : 0.0;  // far lights come after all near ones
-        found.light.cumulative = static_cast<float>(of_near + group * (before / total));
+        found.light.cumulative = static_cast<Real>(of_near + group * (before / total));
         lights.push_back(found.light);
     }
     return lights;
 }
+
+template std::vector<gpu::Light> make_light_table<float>(const Scene&, const std::vector<gpu::Placed>&, bool);
+template std::vector<gpu::DoubleLight> make_light_table<double>(const Scene&, const std::vector<gpu::Placed>&, bool);
 
 }  // namespace tandem

@@ -25,6 +25,12 @@ std::uint32_t words_of_path(std::uint32_t bounces) {
     return 1 + words_per_vertex * (bounces + 1);
 }
 
+ShaderVariant variant_of(GeometryPrecision precision) {
+    KernelForm form;
+    form.precision = precision;
+    return form.variant();
+}
+
 glm::dvec3 vector_of(const gpu::Vec4& word) { return {word.x, word.y, word.z}; }
 std::uint32_t bits_of(const gpu::Vec4& word) {
     std::uint32_t bits = 0;
@@ -60,12 +66,12 @@ TracedVertex vertex_of(const gpu::Vec4* words) {
 }  // namespace
 
 PathTracing::PathTracing(const Device& device, const Stages& stages, const SceneData& scene,
-    const Specialisation& specialisation, std::uint32_t bounces)
-    : primitives_(scene.triangle_count + scene.sphere_count + scene.cuboid_count),
+    const Specialisation& specialisation, std::uint32_t bounces, GeometryPrecision precision)
+    : primitives_(scene.in_double ? 0 : scene.triangle_count + scene.sphere_count + scene.cuboid_count),
       words_(words_of_path(bounces)),
       most_samples_(std::max(1u, most_words / words_)),
-      vertex_(stages.make(Stage::vertex, specialisation.constants())),
-      trace_(stages.make(Stage::trace, specialisation.constants())),
+      vertex_(primitives_ > 0 ? stages.make(Stage::vertex, specialisation.constants()) : nullptr),
+      trace_(stages.make(Stage::trace, specialisation.constants(), variant_of(precision))),
       resources_(device, scene, {}, 0, most_samples_ * words_ / words_per_pixel + 1, MemoryLayout::per_set),
       bindings_(device, stages.layout(), resources_),
       submission_(device, {}) {}

@@ -8,12 +8,12 @@
 
 namespace tandem {
 
-// Buffers and pipelines of its own: what a job renders is not touched.
+// Buffers and pipelines of its own: what a job renders is not touched. Records are in float, whatever computes them.
 class PathTracing {
 public:
     // What is referred to must outlive it. Throws UnsupportedError for paths that are too long to be kept whole.
     PathTracing(const Device& device, const Stages& stages, const SceneData& scene,
-        const Specialisation& specialisation, std::uint32_t bounces);
+        const Specialisation& specialisation, std::uint32_t bounces, GeometryPrecision precision);
 
     // Samples of one pixel; `settings` as every stage is told them.
     [[nodiscard]] std::vector<PathTrace> trace(std::uint32_t pixel, SampleRange samples, gpu::Settings settings);

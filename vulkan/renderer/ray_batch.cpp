@@ -31,7 +31,7 @@ SceneData flatten_for(
     const Scene& scene, const RenderSettings& settings, Acceleration acceleration, GeometryPrecision precision) {
     SceneData result = flatten(scene, settings, acceleration);
     if (precision != GeometryPrecision::single_precision)
-        result.in_double = place_in_double(scene, result, precision == GeometryPrecision::mixed);
+        result.in_double = place_in_double(scene, settings, result, precision == GeometryPrecision::mixed);
     return result;
 }
 

@@ -7,9 +7,6 @@
 
 namespace tandem {
 
-// mixed: given in float and answered in float, by geometry in double.
-enum class GeometryPrecision { single_precision, mixed, double_precision };
-
 class VulkanIntersector : public RayIntersector {
 public:
     VulkanIntersector(const Instance& instance, const Device& device, Stages& stages, const Scene& scene,

@@ -59,16 +59,14 @@ public:
     }
 
     [[nodiscard]] std::unique_ptr<RenderJob> prepare(const Scene& given, const RenderSettings& settings) override {
-        if (geometry_ != GeometryPrecision::single_precision)
-            throw UnsupportedError(
-                "the Vulkan renderer traces given rays in double (tandem stability), but paths in float: few devices "
-                "have fast doubles; use --precision single, or the cpu or oracle backend in double");
         const std::optional<Scene> changed = changed_by(settings, given);
         const Scene& scene = changed ? *changed : given;
         Patterns patterns;
-        patterns.kernel = shape_.value_or(fastest_shape(device_->description().type));
+        const bool in_double = geometry_ != GeometryPrecision::single_precision;  // by the megakernel alone
+        patterns.kernel =
+            shape_.value_or(in_double ? KernelShape::megakernel : fastest_shape(device_->description().type));
         return std::make_unique<VulkanJob>(
-            instance_, *device_, *stages_, scene, settings, acceleration_, planted_bug_, patterns);
+            instance_, *device_, *stages_, scene, settings, acceleration_, planted_bug_, patterns, geometry_);
     }
 
     [[nodiscard]] std::unique_ptr<ArithmeticProbe> arithmetic() override {
@@ -94,7 +92,7 @@ private:
 }  // namespace
 
 Backend vulkan_backend(Acceleration acceleration) {
-    return {"vulkan", "Vulkan compute kernels, in float, on any Vulkan 1.2 device",
+    return {"vulkan", "Vulkan compute kernels, in float (or double where the device has it), on any Vulkan 1.2 device",
         [acceleration](const BackendOptions& options) -> std::unique_ptr<Renderer> {
             return std::make_unique<VulkanRenderer>(options, acceleration);
         }};

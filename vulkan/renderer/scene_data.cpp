@@ -17,49 +17,23 @@ namespace tandem {
 
 namespace {
 
-gpu::Vec3 to_float(const glm::dvec3& v) {
-    return {static_cast<float>(v.x), static_cast<float>(v.y), static_cast<float>(v.z)};
+template <class Real>
+gpu::Vec3Of<Real> rounded(const glm::dvec3& v) {
+    return {static_cast<Real>(v.x), static_cast<Real>(v.y), static_cast<Real>(v.z)};
 }
 
-gpu::Vec4 to_float(const glm::dvec3& v, double w) {
-    return {static_cast<float>(v.x), static_cast<float>(v.y), static_cast<float>(v.z), static_cast<float>(w)};
+template <class Real>
+gpu::Vec4Of<Real> rounded(const glm::dvec3& v, double w) {
+    return {static_cast<Real>(v.x), static_cast<Real>(v.y), static_cast<Real>(v.z), static_cast<Real>(w)};
 }
+
+gpu::Vec3 to_float(const glm::dvec3& v) { return rounded<float>(v); }
 
 // The least of |a + t b| over t in [0, 1].
 double least_length(const glm::dvec3& a, const glm::dvec3& b) {
     const double b2 = glm::dot(b, b);
     const double t = b2 > 0.0 ? glm::clamp(-glm::dot(a, b) / b2, 0.0, 1.0) : 0.0;
     return glm::length(a + t * b);
-}
-
-// MODEL.md section 4.
-gpu::Camera flatten(const Camera& camera, const RenderSettings& settings) {
-    const glm::dvec3 view = camera.target - camera.position, moved = camera.target_motion - camera.position_motion;
-    const glm::dvec3 side = glm::cross(view, camera.up);
-    // Below this the frame's axes are rounding noise.
-    const double noise = 1e-12 * (glm::length(view) + glm::length(moved)) * glm::length(camera.up);
-    if (!(least_length(side, glm::cross(moved, camera.up)) > noise))
-        throw InputError(
-            "the camera has no frame: its target is its position or its up vector is along its view; move one");
-    const glm::dvec3 f = glm::normalize(view), r = glm::normalize(side), v = glm::cross(r, f);
-    const double h = std::tan(glm::radians(camera.vertical_field_degrees) / 2.0);
-    gpu::Camera result;
-    result.position = to_float(camera.position);
-    result.lens_radius = static_cast<float>(camera.lens_radius);
-    result.forward = to_float(f);
-    result.focus_distance = static_cast<float>(camera.focus_distance);
-    result.film_width = static_cast<float>(h * settings.width / settings.height);
-    result.film_height = static_cast<float>(h);
-    result.film_right = to_float(h * settings.width / settings.height * r);
-    result.film_up = to_float(h * v);
-    result.right = to_float(r);
-    result.up = to_float(v);
-    result.moves = camera.position_motion != glm::dvec3(0.0) || camera.target_motion != glm::dvec3(0.0);
-    result.view = to_float(view);
-    result.scene_up = to_float(glm::normalize(camera.up));
-    result.position_motion = to_float(camera.position_motion);
-    result.view_motion = to_float(moved);
-    return result;
 }
 
 // Squares of samples are summed in float pairs, whose exponent ends at 1.8e19 squared.
@@ -93,24 +67,6 @@ gpu::Material flatten(const Material& material, EffectSet needed) {
                    (material.sides == EmittingSides::front ? gpu::flag_front_only : 0) |
                    (tracked ? gpu::flag_tracked : 0);
     check_brightness(material.radiance, fmt::format("material '{}'", material.name));
-    return result;
-}
-
-gpu::EntityTransform flatten(const Entity& entity) {
-    const glm::dmat4& m = entity.object_to_world;
-    const glm::dmat3 linear(m);
-    const glm::dmat3 inverse = glm::inverse(linear);
-    const auto row = [&](int i) { return to_float(glm::dvec3(m[0][i], m[1][i], m[2][i]), m[3][i]); };
-    const auto inverse_row = [&](int i) { return to_float(glm::dvec3(inverse[0][i], inverse[1][i], inverse[2][i])); };
-    gpu::EntityTransform result;
-    result.to_world0 = row(0);
-    result.to_world1 = row(1);
-    result.to_world2 = row(2);
-    result.to_object0 = inverse_row(0);
-    result.to_object1 = inverse_row(1);
-    result.to_object2 = inverse_row(2);
-    result.motion = to_float(entity.motion);
-    result.determinant_sign = glm::determinant(linear) < 0.0 ? -1.0f : 1.0f;
     return result;
 }
 
@@ -185,6 +141,62 @@ SceneTrees grow_trees(const Scene& scene, const SceneData& data, Acceleration ac
 
 }  // namespace
 
+template <class Real>
+gpu::CameraOf<Real> flatten_camera(const Camera& camera, const RenderSettings& settings) {
+    const glm::dvec3 view = camera.target - camera.position, moved = camera.target_motion - camera.position_motion;
+    const glm::dvec3 side = glm::cross(view, camera.up);
+    // Below this the frame's axes are rounding noise.
+    const double noise = 1e-12 * (glm::length(view) + glm::length(moved)) * glm::length(camera.up);
+    if (!(least_length(side, glm::cross(moved, camera.up)) > noise))
+        throw InputError(
+            "the camera has no frame: its target is its position or its up vector is along its view; move one");
+    const glm::dvec3 f = glm::normalize(view), r = glm::normalize(side), v = glm::cross(r, f);
+    const double h = std::tan(glm::radians(camera.vertical_field_degrees) / 2.0);
+    gpu::CameraOf<Real> result;
+    result.position = rounded<Real>(camera.position);
+    result.lens_radius = static_cast<Real>(camera.lens_radius);
+    result.forward = rounded<Real>(f);
+    result.focus_distance = static_cast<Real>(camera.focus_distance);
+    result.film_width = static_cast<Real>(h * settings.width / settings.height);
+    result.film_height = static_cast<Real>(h);
+    result.film_right = rounded<Real>(h * settings.width / settings.height * r);
+    result.film_up = rounded<Real>(h * v);
+    result.right = rounded<Real>(r);
+    result.up = rounded<Real>(v);
+    result.moves = camera.position_motion != glm::dvec3(0.0) || camera.target_motion != glm::dvec3(0.0);
+    result.view = rounded<Real>(view);
+    result.scene_up = rounded<Real>(glm::normalize(camera.up));
+    result.position_motion = rounded<Real>(camera.position_motion);
+    result.view_motion = rounded<Real>(moved);
+    return result;
+}
+
+template <class Real>
+gpu::EntityTransformOf<Real> flatten_transform(const Entity& entity) {
+    const glm::dmat4& m = entity.object_to_world;
+    const glm::dmat3 linear(m);
+    const glm::dmat3 inverse = glm::inverse(linear);
+    const auto row = [&](int i) { return rounded<Real>(glm::dvec3(m[0][i], m[1][i], m[2][i]), m[3][i]); };
+    const auto inverse_row = [&](int i) {
+        return rounded<Real>(glm::dvec3(inverse[0][i], inverse[1][i], inverse[2][i]));
+    };
+    gpu::EntityTransformOf<Real> result;
+    result.to_world0 = row(0);
+    result.to_world1 = row(1);
+    result.to_world2 = row(2);
+    result.to_object0 = inverse_row(0);
+    result.to_object1 = inverse_row(1);
+    result.to_object2 = inverse_row(2);
+    result.motion = rounded<Real>(entity.motion);
+    result.determinant_sign = glm::determinant(linear) < 0.0 ? Real(-1) : Real(1);
+    return result;
+}
+
+template gpu::Camera flatten_camera<float>(const Camera&, const RenderSettings&);
+template gpu::DoubleCamera flatten_camera<double>(const Camera&, const RenderSettings&);
+template gpu::EntityTransform flatten_transform<float>(const Entity&);
+template gpu::DoubleEntityTransform flatten_transform<double>(const Entity&);
+
 SceneData flatten(const Scene& scene, const RenderSettings& settings, Acceleration acceleration) {
     const EffectSet needed = needed_effects(scene, settings);
     if (needed.has(Effect::interiors) && scene.materials.size() >= 0xffff)
@@ -195,15 +207,16 @@ SceneData flatten(const Scene& scene, const RenderSettings& settings, Accelerati
     data.header.background_up = to_float(scene.background.up);
     data.header.extent = static_cast<float>(extent_of(scene));
     if (needed.has(Effect::medium_absorption)) data.header.medium = scene.medium;
-    data.camera = flatten(scene.camera, settings);
-    for (const glm::dvec3& vertex : scene.vertices) data.vertices.push_back(to_float(vertex, 1.0));
-    for (const Entity& entity : scene.entities) data.transforms.push_back(flatten(entity));
+    data.camera = flatten_camera<float>(scene.camera, settings);
+    for (const glm::dvec3& vertex : scene.vertices) data.vertices.push_back(rounded<float>(vertex, 1.0));
+    for (const Entity& entity : scene.entities) data.transforms.push_back(flatten_transform<float>(entity));
     for (const Material& material : scene.materials) data.materials.push_back(flatten(material, needed));
     for (const PunctualLight& light : scene.lights)
         check_brightness(light.intensity, fmt::format("light '{}'", light.name));
     place_primitives(scene, data);
     const bool samples_background = needed.has(Effect::sampled_background);
-    if (needed.has(Effect::light_sampling)) data.lights = make_light_table(scene, data.placed, samples_background);
+    if (needed.has(Effect::light_sampling))
+        data.lights = make_light_table<float>(scene, data.placed, samples_background);
     for (std::uint32_t i = 0; i < data.lights.size(); ++i)
         if (data.lights[i].slot != gpu::no_index) data.placed[data.lights[i].slot].light = i;
     if (samples_background) data.header.background_probability = data.lights.back().probability;

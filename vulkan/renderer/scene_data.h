@@ -17,10 +17,22 @@ struct SceneTrees {
     std::optional<std::uint32_t> triangles, spheres, cuboids;
 };
 
-// World primitives that the host has placed, in double, in place of those that the vertex stage places.
+// What kernels with geometry in double read in place of its like in float; the host has placed the world primitives,
+// where the vertex stage places those in float.
 struct DoubleGeometry {
     std::vector<gpu::DoubleTriangle> triangles;
     std::vector<gpu::DoubleConvex> spheres, cuboids;
+    gpu::DoubleCamera camera;
+    std::vector<gpu::DoubleEntityTransform> transforms;
+    std::vector<gpu::DoubleLight> lights;
+    std::vector<gpu::DoubleMedium> media;
+    // Of kernels that shade in double as well.
+    struct Shading {
+        gpu::DoubleSceneHeader header;
+        std::vector<gpu::DoubleMaterial> materials;
+        std::vector<gpu::DoubleTexture> textures;
+    };
+    std::optional<Shading> shading;
 };
 
 struct SceneData {
@@ -41,5 +53,16 @@ struct SceneData {
 
 // Throws InputError for a camera that MODEL.md section 4 refuses and UnsupportedError for what float cannot hold.
 [[nodiscard]] SceneData flatten(const Scene& scene, const RenderSettings& settings, Acceleration acceleration);
+
+// MODEL.md sections 4 and 6. Throws InputError for a camera without a frame.
+template <class Real>
+[[nodiscard]] gpu::CameraOf<Real> flatten_camera(const Camera& camera, const RenderSettings& settings);
+template <class Real>
+[[nodiscard]] gpu::EntityTransformOf<Real> flatten_transform(const Entity& entity);
+
+extern template gpu::Camera flatten_camera<float>(const Camera&, const RenderSettings&);
+extern template gpu::DoubleCamera flatten_camera<double>(const Camera&, const RenderSettings&);
+extern template gpu::EntityTransform flatten_transform<float>(const Entity&);
+extern template gpu::DoubleEntityTransform flatten_transform<double>(const Entity&);
 
 }  // namespace tandem

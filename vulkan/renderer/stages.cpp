@@ -36,14 +36,16 @@ std::vector<SpecialisationConstant> Specialisation::constants() const {
     return result;
 }
 
-KernelForm::KernelForm(const Patterns& patterns)
-    : shape(patterns.kernel), parameters(patterns.parameters), descriptors(patterns.descriptors) {
+KernelForm::KernelForm(const Patterns& patterns, GeometryPrecision chosen)
+    : shape(patterns.kernel), parameters(patterns.parameters), descriptors(patterns.descriptors), precision(chosen) {
     // What differs in the host's doing alone.
     if (descriptors == DescriptorPattern::rewritten || descriptors == DescriptorPattern::templates)
         descriptors = DescriptorPattern::per_combination;
 }
 
 ShaderVariant KernelForm::variant() const {
+    if (precision == GeometryPrecision::mixed) return ShaderVariant::mixed;
+    if (precision == GeometryPrecision::double_precision) return ShaderVariant::in_double;
     if (shape == KernelShape::image_stages) return ShaderVariant::in_place;
     if (descriptors == DescriptorPattern::arrays) return ShaderVariant::arrays;
     if (descriptors == DescriptorPattern::arrays_nonuniform) return ShaderVariant::arrays_nonuniform;
@@ -124,6 +126,10 @@ void check(const Device& device, const KernelForm& form, const std::vector<SetBi
         throw UnsupportedError(name + " lets a stage see " +
                                std::to_string(device.limits().maxPerStageDescriptorStorageBuffers) +
                                " storage buffers, this takes " + std::to_string(storage_buffers(sets)));
+    if (form.precision != GeometryPrecision::single_precision && form.shape != KernelShape::megakernel)
+        throw UnsupportedError(
+            "paths in mixed and double precision are traced by the megakernel alone: the stages hand rays on in float; "
+            "leave --kernel out");
     const bool default_form =
         form.parameters == ParameterPattern::push_constants && form.descriptors == DescriptorPattern::per_combination;
     if (form.shape != KernelShape::stages && !default_form)
@@ -182,8 +188,12 @@ vk::raii::Pipeline Stages::make_fragment(
     return contracted_ ? build(without_no_contraction(code)) : build(code);
 }
 
-vk::raii::Pipeline Stages::make(Stage stage, const std::vector<SpecialisationConstant>& constants) const {
-    return make(layout_, shader_code(stage), constants);
+vk::raii::Pipeline Stages::make(
+    Stage stage, const std::vector<SpecialisationConstant>& constants, ShaderVariant variant) const {
+    if (variant == ShaderVariant::plain) return make(layout_, shader_code(stage), constants);
+    const std::span<const std::uint32_t> code = shader_variant(stage, variant);
+    if (code.empty()) throw UnsupportedError("this build has no such variant of the kernel");
+    return make(layout_, code, constants);
 }
 
 std::shared_ptr<const Stages::RayPipelines> Stages::ray_pipelines(const Specialisation& specialisation) {
@@ -222,6 +232,8 @@ std::shared_ptr<const Stages::Pipelines> Stages::pipelines(
     bool any_variant = false;
     for (const Stage stage : kernels_of(form.shape)) {
         const auto i = static_cast<std::size_t>(stage);
+        // What is held in double the host places.
+        if (stage == Stage::vertex && form.precision != GeometryPrecision::single_precision) continue;
         std::span<const std::uint32_t> code = shader_variant(stage, form.variant());
         const bool plain = code.empty();
         any_variant = any_variant || !plain;
@@ -231,7 +243,7 @@ std::shared_ptr<const Stages::Pipelines> Stages::pipelines(
             stage == Stage::fragment ? make_fragment(form_layout, constants) : make(form_layout, code, constants);
     }
     if (form.variant() != ShaderVariant::plain && !any_variant)
-        throw UnsupportedError("this build has no kernels for the pattern");
+        throw UnsupportedError("this build has no kernels for the pattern or the precision");
     made.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     kept = std::make_shared<const Pipelines>(std::move(made));
     return kept;

@@ -16,6 +16,10 @@
 
 namespace tandem {
 
+// What computes positions, and in double precision light as well (MODEL.md section 5.3). Of given rays, mixed: given in
+// float and answered in float.
+enum class GeometryPrecision { single_precision, mixed, double_precision };
+
 // What a path carries from vertex to vertex besides its ray and throughput.
 struct PathState {
     bool next_events = false;  // a pending shadow ray and what it would bring
@@ -62,9 +66,10 @@ struct KernelForm {
     KernelShape shape = KernelShape::stages;
     ParameterPattern parameters = ParameterPattern::push_constants;
     DescriptorPattern descriptors = DescriptorPattern::per_combination;
+    GeometryPrecision precision = GeometryPrecision::single_precision;
 
     KernelForm() = default;
-    explicit KernelForm(const Patterns& patterns);
+    explicit KernelForm(const Patterns& patterns, GeometryPrecision precision = GeometryPrecision::single_precision);
     auto operator<=>(const KernelForm&) const = default;
     [[nodiscard]] bool has_arrays() const {
         return descriptors == DescriptorPattern::arrays || descriptors == DescriptorPattern::arrays_nonuniform;
@@ -93,7 +98,9 @@ public:
     [[nodiscard]] std::shared_ptr<const Pipelines> pipelines(
         const Specialisation& specialisation, const KernelForm& form);
     [[nodiscard]] const FullscreenPass& fullscreen_pass();
-    [[nodiscard]] vk::raii::Pipeline make(Stage stage, const std::vector<SpecialisationConstant>& constants) const;
+    // Throws UnsupportedError where this build has no such variant of the stage.
+    [[nodiscard]] vk::raii::Pipeline make(Stage stage, const std::vector<SpecialisationConstant>& constants,
+        ShaderVariant variant = ShaderVariant::plain) const;
 
     struct RayPipelines {
         vk::raii::Pipeline vertex, ray_batch;

@@ -1,0 +1,142 @@
+// Every precision of every backend against the processor's double: the numbers are the same, so are the paths, but for
+// those that rounding parts. And what geometry in double buys, far from the origin and on a planet.
+#include <glm/gtc/matrix_transform.hpp>
+
+#include "common/scene_loader.h"
+#include "tests/suite/witnesses.h"
+
+using namespace tandem;
+using namespace tandem::test;
+
+namespace {
+
+std::unique_ptr<Renderer> make(const Backend& backend, Precision precision) {
+    BackendOptions options;
+    options.precision = precision;
+    return backend.create(options);
+}
+
+std::vector<double> image(Renderer& renderer, const Scene& scene, const RenderSettings& settings) {
+    const Estimate estimate = renderer.prepare(scene, settings)->render({0, 16}).estimate;
+    CHECK(estimate.invalid() == 0);
+    return mean_of(estimate);
+}
+
+// The part of pixels and channels that are further apart than `tolerance` of the reference or, in the dark, of its
+// mean.
+double apart(const std::vector<double>& a, const std::vector<double>& reference, double tolerance) {
+    double mean = 0.0;
+    for (const double x : reference) mean += x / static_cast<double>(reference.size());
+    std::size_t count = 0;
+    for (std::size_t i = 0; i < a.size(); ++i)
+        if (!(std::abs(a[i] - reference[i]) <= tolerance * std::max(reference[i], mean))) ++count;
+    return static_cast<double>(count) / static_cast<double>(a.size());
+}
+
+// The root of the mean squared difference, as a part of the mean.
+double root_mean_square(const std::vector<double>& a, const std::vector<double>& reference) {
+    double sum = 0.0, squares = 0.0;
+    for (std::size_t i = 0; i < a.size(); ++i) {
+        sum += reference[i];
+        squares += (a[i] - reference[i]) * (a[i] - reference[i]);
+    }
+    const auto count = static_cast<double>(a.size());
+    return std::sqrt(squares / count) / (sum / count);
+}
+
+Scene shipped(const std::string& name) {
+    return load_scene(std::string(TANDEM_SOURCE_DIR) + "/scenes/" + name + ".json");
+}
+
+RenderSettings small(const Scene& scene) {
+    RenderSettings settings = with_longer_side(default_settings(scene), 16);
+    settings.bounces = 6;
+    return settings;
+}
+
+Scene moved(Scene scene, const dvec3& way) {
+    for (Entity& entity : scene.entities)
+        entity.object_to_world = glm::translate(glm::dmat4(1.0), way) * entity.object_to_world;
+    for (PunctualLight& light : scene.lights) light.position += way;
+    scene.camera.position += way;
+    scene.camera.target += way;
+    return scene;
+}
+
+struct Arm {
+    std::string name;
+    std::unique_ptr<Renderer> renderer;
+};
+
+}  // namespace
+
+TEST_CASE("in double both backends see the same light, in mixed precision but for few pixels") {
+    const auto reference = make(cpu_backend(), Precision::double_precision);
+    const auto in_double = make(vulkan_backend(), Precision::double_precision);
+    std::vector<Arm> mixed;
+    mixed.push_back({"vulkan mixed", make(vulkan_backend(), Precision::mixed)});
+    for (const std::string name : {"cornell-classic", "nested-glass", "textures", "cloud"}) {
+        CAPTURE(name);
+        const Scene scene = shipped(name);
+        const std::vector<double> expected = image(*reference, scene, small(scene));
+        const std::vector<double> found = image(*in_double, scene, small(scene));
+        MESSAGE(name, ": in double ", apart(found, expected, 1e-9), " of all values are more than 1e-9 apart, ",
+            apart(found, expected, 1e-6), " more than 1e-6");
+        CHECK(apart(found, expected, 1e-6) <= 0.01);
+        for (Arm& arm : mixed) {
+            CAPTURE(arm.name);
+            const std::vector<double> other = image(*arm.renderer, scene, small(scene));
+            MESSAGE(
+                name, ": ", arm.name, ": ", apart(other, expected, 1e-4), " of all values are more than 1e-4 apart");
+            CHECK(apart(other, expected, 1e-4) <= 0.05);
+        }
+    }
+}
+
+TEST_CASE("geometry in double takes away what float loses far from the origin and on a planet") {
+    std::vector<Arm> single, mixed;
+    single.push_back({"cpu single", make(cpu_backend(), Precision::single_precision)});
+    single.push_back({"vulkan single", make(vulkan_backend(), Precision::single_precision)});
+    mixed.push_back({"vulkan mixed", make(vulkan_backend(), Precision::mixed)});
+    const auto reference = make(cpu_backend(), Precision::double_precision);
+
+    const Scene box = shipped("cornell-classic");
+    const double size = glm::length(box.camera.target - box.camera.position);
+    // A pebble and its shadow on a ball as large as the earth.
+    constexpr double earth = 6.371e6;
+    SceneBuilder builder;
+    builder.sphere(diffuse(dvec3(0.5)), {0, -earth, 0}, earth)
+        .sphere(diffuse(dvec3(0.8, 0.3, 0.2)), {0, 0.1, 0}, 0.1)
+        .camera({0, 0.4, 1.2}, {0, 0.05, 0}, 30.0)
+        .background(dvec3(0.2));
+    Scene planet = builder.scene();
+    PunctualLight sun;
+    sun.kind = PunctualKind::sun;
+    sun.direction = glm::normalize(dvec3(-1.0, -1.0, -0.5));
+    sun.intensity = dvec3(2.0);
+    planet.lights.push_back(sun);
+    struct Case {
+        std::string name;
+        Scene far, near;
+    };
+    const Case cases[]{{"a room 10^5 times its size away", moved(box, 1e5 * size * dvec3(1.0, -0.7, 0.4)), box},
+        {"a planet", planet, planet}};
+    for (const Case& c : cases) {
+        CAPTURE(c.name);
+        RenderSettings settings = small(c.near);
+        settings.integrator = Integrator::next_event;
+        const std::vector<double> expected = image(*reference, c.near, settings);
+        for (Arm& arm : single) {
+            CAPTURE(arm.name);
+            const double floor = root_mean_square(image(*arm.renderer, c.far, settings), expected);
+            MESSAGE(c.name, ": ", arm.name, " is ", floor, " of the mean off");
+            CHECK(floor > 0.05);
+        }
+        for (Arm& arm : mixed) {
+            CAPTURE(arm.name);
+            const double floor = root_mean_square(image(*arm.renderer, c.far, settings), expected);
+            MESSAGE(c.name, ": ", arm.name, " is ", floor, " of the mean off");
+            CHECK(floor < 0.001);
+        }
+    }
+}
