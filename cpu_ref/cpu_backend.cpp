@@ -51,10 +51,9 @@ public:
         if (options.planted_bug != PlantedFault())
             throw UnsupportedError("planted bugs exist in test builds only; this is none");
 #endif
-        if (options.precision == Precision::contracted || options.precision == Precision::mixed)
+        if (options.precision == Precision::contracted)
             throw UnsupportedError(
-                "the cpu backend rounds every operation, in single or double precision throughout; contracted and "
-                "mixed are the vulkan backend's");
+                "the cpu backend rounds every operation by itself; contracted arithmetic is the vulkan backend's");
         if (!device_)
             throw Error(
                 fmt::format("Embree could not be started (error {})", static_cast<int>(rtcGetDeviceError(nullptr))));

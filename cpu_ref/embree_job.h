@@ -59,20 +59,43 @@ private:
 };
 
 // One thread's tools.
-template <class Real, std::uint64_t effects>
+template <class Real, std::uint64_t effects, class Shade>
 struct Worker {
-    Worker(const Tables<Real>& tables, const Accelerator<Real>& accelerator) : tracer(tables, accelerator) {}
-    PathTracer<Real, effects> tracer;
+    Worker(const Tables<Real>& tables, const Tables<Shade>& shading, const Accelerator<Real>& accelerator)
+        : tracer(tables, shading, accelerator) {}
+    PathTracer<Real, effects, NoRecorder, Shade> tracer;
     std::vector<std::array<Real, 3>> radiance;
 };
 
-template <class Real, std::uint64_t effects>
+// The tables that shading reads: geometry's own, or others where the precisions differ.
+template <class Real, class Shade>
+class ShadingTables {
+public:
+    ShadingTables(const Tables<Real>&, const Scene& scene, const RenderSettings& settings)
+        : own_(make_tables<Shade>(scene, settings)) {}
+    [[nodiscard]] const Tables<Shade>& get() const { return own_; }
+
+private:
+    Tables<Shade> own_;
+};
+template <class Real>
+class ShadingTables<Real, Real> {
+public:
+    ShadingTables(const Tables<Real>& tables, const Scene&, const RenderSettings&) : tables_(tables) {}
+    [[nodiscard]] const Tables<Real>& get() const { return tables_; }
+
+private:
+    const Tables<Real>& tables_;
+};
+
+template <class Real, std::uint64_t effects, class Shade>
 class EmbreeJob final : public RenderJob {
 public:
     EmbreeJob(RTCDevice device, const Scene& scene, const RenderSettings& settings, unsigned threads)
         : tables_(make_tables<Real>(scene, settings)),
+          shading_(tables_, scene, settings),
           accelerator_(device, tables_),
-          workers_([this] { return Worker<Real, effects>(tables_, accelerator_); }),
+          workers_([this] { return Worker<Real, effects, Shade>(tables_, shading_.get(), accelerator_); }),
           thread_limit_(tbb::global_control::max_allowed_parallelism,
               std::max(threads, std::max(1u, std::thread::hardware_concurrency()))),
           arena_(threads == 0 ? tbb::task_arena::automatic : static_cast<int>(threads)) {}
@@ -82,7 +105,7 @@ public:
         // The general variant leaves out at run time what the job does not simulate; the others have no such switches.
         const EffectSet compiled = EffectSet::from_bits(effects);
         facts.effects = compiled == variants::general ? tables_.settings.effects.value_or(compiled) : compiled;
-        facts.bytes_per_path = PathTracer<Real, effects>::bytes_per_path();
+        facts.bytes_per_path = PathTracer<Real, effects, NoRecorder, Shade>::bytes_per_path();
         return facts;
     }
 
@@ -103,7 +126,7 @@ public:
     }
 
     std::vector<PathTrace> trace(std::uint32_t x, std::uint32_t y, SampleRange samples) override {
-        return traced_paths(tables_, accelerator_, x, y, samples);
+        return traced_paths(tables_, shading_.get(), accelerator_, x, y, samples);
     }
 
 private:
@@ -150,7 +173,7 @@ private:
             if (stop.stop_requested()) return;
             const std::uint32_t first = index * batch_pixels;
             const Batch batch{first, std::min(batch_pixels, pixels - first), pass.begin, samples};
-            Worker<Real, effects>& worker = workers_.local();
+            Worker<Real, effects, Shade>& worker = workers_.local();
             worker.radiance.resize(batch.paths());
             worker.tracer.run(batch, worker.radiance, stop);
             if (stop.stop_requested()) return;
@@ -187,16 +210,17 @@ private:
     }
 
     Tables<Real> tables_;
+    ShadingTables<Real, Shade> shading_;
     Accelerator<Real> accelerator_;
-    tbb::enumerable_thread_specific<Worker<Real, effects>> workers_;
+    tbb::enumerable_thread_specific<Worker<Real, effects, Shade>> workers_;
     tbb::global_control thread_limit_;  // else no more threads than processors
     tbb::task_arena arena_;
     double seconds_per_sample_ = 0.0;
 };
 
-template <class Real, std::uint64_t effects>
+template <class Real, std::uint64_t effects, class Shade>
 std::unique_ptr<RenderJob> make_embree_job(const JobParts& parts) {
-    return std::make_unique<EmbreeJob<Real, effects>>(parts.device, parts.scene, parts.settings, parts.threads);
+    return std::make_unique<EmbreeJob<Real, effects, Shade>>(parts.device, parts.scene, parts.settings, parts.threads);
 }
 
 }  // namespace tandem::cpu

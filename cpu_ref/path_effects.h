@@ -7,17 +7,17 @@
 namespace tandem::cpu {
 
 // What a vertex does with light from a direction: f cos is colour times transfer; density is that of scattering there.
-template <class Real, std::uint64_t effects, class Recorder>
-struct PathTracer<Real, effects, Recorder>::Response {
-    Vec3<V> colour;
-    V transfer, density;
+template <class Real, std::uint64_t effects, class Recorder, class Shade>
+struct PathTracer<Real, effects, Recorder, Shade>::Response {
+    Vec3<S> colour;
+    S transfer, density;
 };
 
-template <class Real, std::uint64_t effects, class Recorder>
-struct PathTracer<Real, effects, Recorder>::Outcome {
-    Vec3<V> direction, absorbed;
-    V density;
-    M alive;
+template <class Real, std::uint64_t effects, class Recorder, class Shade>
+struct PathTracer<Real, effects, Recorder, Shade>::Outcome {
+    Vec3<S> direction, absorbed;
+    S density;
+    ShadeMask alive;
 };
 
 template <class Real>
@@ -41,20 +41,20 @@ void for_each_lane(Mask<Real> mask, Visit visit) {
 }
 
 // Section 10: weights the throughput by the medium on the way. Returns which paths scatter there, before their hits.
-template <class Real, std::uint64_t effects, class Recorder>
-Mask<Real> PathTracer<Real, effects, Recorder>::cross_media(
+template <class Real, std::uint64_t effects, class Recorder, class Shade>
+Mask<Real> PathTracer<Real, effects, Recorder, Shade>::cross_media(
     Vertex& at, std::uint32_t first, const Ray<V>& ray, const Hit<Real>& hit, M active) const {
     at.more.in_medium = M{};
     at.more.medium_distance = V(Real(0));
-    at.more.anisotropy = V(Real(0));
-    at.more.outside_index = V(Real(1));
+    at.more.anisotropy = S(Shade(0));
+    at.more.outside_index = S(Shade(1));
     if (!on(Effect::medium_absorption)) return at.more.in_medium;
     const I medium = load_ints<Real>(&paths_.interiors.medium[first]);
     const M within = active & !(medium == I(U{no_index}));
     if (none(within)) return at.more.in_medium;
     const RandomLanes<Real> m = random_numbers<Real>(tables_.settings, at.id,
         at.number * I(U{dimension::blocks_per_vertex}) + I(U{dimension::first_vertex + medium_of_vertex}));
-    Vec3<V> weight{V(Real(1)), V(Real(1)), V(Real(1))};
+    Vec3<S> weight{S(Shade(1)), S(Shade(1)), S(Shade(1))};
     unsigned scattered = 0;
     for_each_lane(within, [&](int lane) {
         const MediumForm& form = tables_.media[medium[lane]];
@@ -67,7 +67,7 @@ Mask<Real> PathTracer<Real, effects, Recorder>::cross_media(
         if (!step.scattered) return;
         scattered |= 1u << lane;
         at.more.medium_distance.v[lane] = static_cast<Real>(step.t - lead);
-        at.more.anisotropy.v[lane] = static_cast<Real>(form.anisotropy());
+        at.more.anisotropy.v[lane] = static_cast<Shade>(form.anisotropy());
     });
     at.throughput = at.throughput * weight;
     at.more.in_medium = M::from_bits(scattered);
@@ -75,8 +75,8 @@ Mask<Real> PathTracer<Real, effects, Recorder>::cross_media(
 }
 
 // Surface and motion.
-template <class Real, std::uint64_t effects, class Recorder>
-void PathTracer<Real, effects, Recorder>::find_surface(
+template <class Real, std::uint64_t effects, class Recorder, class Shade>
+void PathTracer<Real, effects, Recorder, Shade>::find_surface(
     Vertex& at, std::uint32_t first, const Ray<V>& ray, const Hit<Real>& hit) const {
     at.more.shift = Vec3<V>{V(Real(0)), V(Real(0)), V(Real(0))};
     if constexpr (moving) {
@@ -90,8 +90,8 @@ void PathTracer<Real, effects, Recorder>::find_surface(
 }
 
 // Textures, bodies, and vertices in media, which look like points of a surface that faces the ray.
-template <class Real, std::uint64_t effects, class Recorder>
-void PathTracer<Real, effects, Recorder>::find_vertex(
+template <class Real, std::uint64_t effects, class Recorder, class Shade>
+void PathTracer<Real, effects, Recorder, Shade>::find_vertex(
     Vertex& at, std::uint32_t first, const Ray<V>& ray, const Hit<Real>& hit) const {
     if constexpr (textured) {
         const M lanes = hit.found & has_bit(at.bits, U{material_bits::textured});
@@ -103,20 +103,21 @@ void PathTracer<Real, effects, Recorder>::find_vertex(
     }
     const M in_medium = at.more.in_medium;
     if (none(in_medium)) return;
-    const V zero(Real(0)), one(Real(1));
+    const V zero(Real(0));
+    const S one(Shade(1));
     at.surface.point = select(in_medium, along(ray.origin, at.more.medium_distance, ray.direction), at.surface.point);
     at.surface.normal = select(in_medium, -at.direction, at.surface.normal);
     at.surface.error_bound = select(in_medium, zero, at.surface.error_bound);
     at.surface.primitive = select(in_medium, I(U{no_primitive}), at.surface.primitive);
     at.facing = select(in_medium, -at.direction, at.facing);
     at.front = at.front | in_medium;
-    at.cosine = select(in_medium, one, at.cosine);
+    at.cosine = select(shaded(in_medium), one, at.cosine);
     at.bits = select(in_medium, I(U{material_bits::medium}), at.bits);
-    at.colour = select(in_medium, Vec3<V>{one, one, one}, at.colour);
+    at.colour = select(shaded(in_medium), Vec3<S>{one, one, one}, at.colour);
 }
 
-template <class Real, std::uint64_t effects, class Recorder>
-void PathTracer<Real, effects, Recorder>::apply_textures(Vertex& at, const Hit<Real>& hit, M lanes) const {
+template <class Real, std::uint64_t effects, class Recorder, class Shade>
+void PathTracer<Real, effects, Recorder, Shade>::apply_textures(Vertex& at, const Hit<Real>& hit, M lanes) const {
     const Vec3<V> at_rest = at.surface.point - at.more.shift;
     for_each_lane(lanes, [&](int lane) {
         const auto primitive = static_cast<std::uint32_t>(at.surface.primitive[lane]);
@@ -125,8 +126,8 @@ void PathTracer<Real, effects, Recorder>::apply_textures(Vertex& at, const Hit<R
     });
 }
 
-template <class Real, std::uint64_t effects, class Recorder>
-InteriorList PathTracer<Real, effects, Recorder>::interior_list(std::uint32_t slot) const {
+template <class Real, std::uint64_t effects, class Recorder, class Shade>
+InteriorList PathTracer<Real, effects, Recorder, Shade>::interior_list(std::uint32_t slot) const {
     InteriorList list;
     list.count = static_cast<std::uint32_t>(paths_.interiors.count[slot]);
     for (std::uint32_t i = 0; i < list.count; ++i)
@@ -135,20 +136,21 @@ InteriorList PathTracer<Real, effects, Recorder>::interior_list(std::uint32_t sl
 }
 
 // Section 9.4: a surface that is not there is a boundary; else the index on its outside.
-template <class Real, std::uint64_t effects, class Recorder>
-void PathTracer<Real, effects, Recorder>::meet_interfaces(Vertex& at, std::uint32_t first, M lanes) const {
+template <class Real, std::uint64_t effects, class Recorder, class Shade>
+void PathTracer<Real, effects, Recorder, Shade>::meet_interfaces(Vertex& at, std::uint32_t first, M lanes) const {
     for_each_lane(lanes, [&](int lane) {
         const auto slot = first + static_cast<std::uint32_t>(lane);
         const Interface found = interface_at(interior_list(slot), tables_.bodies,
             static_cast<std::uint32_t>(at.surface.material[lane]), has_lane(at.front, lane));
-        at.more.outside_index.v[lane] = static_cast<Real>(found.outside_index);
+        at.more.outside_index.v[lane] = static_cast<Shade>(found.outside_index);
         if (!found.present) at.bits.v[lane] = material_bits::boundary | material_bits::tracked;
     });
 }
 
 // The list after paths went through surfaces, and the medium that they are in now.
-template <class Real, std::uint64_t effects, class Recorder>
-void PathTracer<Real, effects, Recorder>::change_interiors(Vertex& at, std::uint32_t first, M crossing, M& alive) {
+template <class Real, std::uint64_t effects, class Recorder, class Shade>
+void PathTracer<Real, effects, Recorder, Shade>::change_interiors(
+    Vertex& at, std::uint32_t first, M crossing, M& alive) {
     for_each_lane(crossing, [&](int lane) {
         const auto slot = first + static_cast<std::uint32_t>(lane);
         const auto material = static_cast<std::uint32_t>(at.surface.material[lane]);
@@ -156,7 +158,7 @@ void PathTracer<Real, effects, Recorder>::change_interiors(Vertex& at, std::uint
         if (!has_lane(at.front, lane)) {
             list.remove(material);
         } else if (!list.append(material)) {  // the sample is invalid
-            at.radiance.x.v[lane] = std::numeric_limits<Real>::quiet_NaN();
+            at.radiance.x.v[lane] = std::numeric_limits<Shade>::quiet_NaN();
             alive = alive & !M::from_bits(1u << lane);
             return;
         }
@@ -168,43 +170,45 @@ void PathTracer<Real, effects, Recorder>::change_interiors(Vertex& at, std::uint
 }
 
 // f cos and the density of scattering, of diffuse, rough conductor and medium vertices.
-template <class Real, std::uint64_t effects, class Recorder>
-typename PathTracer<Real, effects, Recorder>::Response PathTracer<Real, effects, Recorder>::respond(
-    const Vertex& at, const Vec3<V>& direction, V cosine, M lanes) const {
-    const V diffuse = cosine * V(static_cast<Real>(inverse_pi));
+template <class Real, std::uint64_t effects, class Recorder, class Shade>
+typename PathTracer<Real, effects, Recorder, Shade>::Response PathTracer<Real, effects, Recorder, Shade>::respond(
+    const Vertex& at, const Vec3<S>& direction, S cosine, ShadeMask lanes) const {
+    using W = UnsignedOf<Shade>;
+    const S diffuse = cosine * S(static_cast<Shade>(inverse_pi));
     Response response{at.colour, diffuse, diffuse};
     if constexpr (has(Effect::rough_conductor)) {
-        const M conductor = lanes & has_bit(at.bits, U{material_bits::rough_conductor});
+        const ShadeMask conductor = lanes & has_bit(shaded(at.bits), W{material_bits::rough_conductor});
         if (any(conductor)) {
-            const Frame<V> frame = frame_about(at.facing);
-            const I material = at.surface.material;
-            const Reflection<V> reflection = ggx_reflection(
-                frame.to_local(-at.direction), frame.to_local(direction), tables_.materials.ggx_alpha[material]);
+            const Frame<S> frame = frame_about(shaded(at.facing));
+            const ShadeInts material = shaded(at.surface.material);
+            const Reflection<S> reflection = ggx_reflection(frame.to_local(-shaded(at.direction)),
+                frame.to_local(direction), shading_.materials.ggx_alpha[material]);
             response.colour = select(conductor, reflectance(material, reflection.cosine), response.colour);
             response.transfer = select(conductor, reflection.transfer, response.transfer);
             response.density = select(conductor, reflection.density, response.density);
         }
     }
-    if (any(lanes & at.more.in_medium)) {
-        const V phase = phase_density(at.direction, direction, at.more.anisotropy);
-        response.transfer = select(at.more.in_medium, phase, response.transfer);
-        response.density = select(at.more.in_medium, phase, response.density);
+    const ShadeMask in_medium = shaded(at.more.in_medium);
+    if (any(lanes & in_medium)) {
+        const S phase = phase_density(shaded(at.direction), direction, at.more.anisotropy);
+        response.transfer = select(in_medium, phase, response.transfer);
+        response.density = select(in_medium, phase, response.density);
     }
     return response;
 }
 
-template <class Real, std::uint64_t effects, class Recorder>
-Vec3<Lanes<Real>> PathTracer<Real, effects, Recorder>::reflectance(I material, V cosine) const {
-    const Vec3<V> eta = tables_.materials.eta[material], k = tables_.materials.k[material];
+template <class Real, std::uint64_t effects, class Recorder, class Shade>
+Vec3<Lanes<Shade>> PathTracer<Real, effects, Recorder, Shade>::reflectance(ShadeInts material, S cosine) const {
+    const Vec3<S> eta = shading_.materials.eta[material], k = shading_.materials.k[material];
     return {conductor_reflectance(cosine, eta.x, k.x), conductor_reflectance(cosine, eta.y, k.y),
         conductor_reflectance(cosine, eta.z, k.z)};
 }
 
 // T over `distance` of the medium that the paths are in.
-template <class Real, std::uint64_t effects, class Recorder>
-Vec3<Lanes<Real>> PathTracer<Real, effects, Recorder>::transmittance(
+template <class Real, std::uint64_t effects, class Recorder, class Shade>
+Vec3<Lanes<Shade>> PathTracer<Real, effects, Recorder, Shade>::transmittance(
     std::uint32_t first, const Vec3<V>& origin, const Vec3<V>& direction, V distance, M lanes) const {
-    Vec3<V> result{V(Real(1)), V(Real(1)), V(Real(1))};
+    Vec3<S> result{S(Shade(1)), S(Shade(1)), S(Shade(1))};
     if (!on(Effect::medium_absorption) || planted(PlantedBug::medium_shadow_ignored)) return result;
     const I medium = load_ints<Real>(&paths_.interiors.medium[first]);
     for_each_lane(lanes & !(medium == I(U{no_index})), [&](int lane) {
@@ -216,51 +220,55 @@ Vec3<Lanes<Real>> PathTracer<Real, effects, Recorder>::transmittance(
 }
 
 // Conductors (7.6), rough glass (7.7), boundaries (7.8) and media (10).
-template <class Real, std::uint64_t effects, class Recorder>
-void PathTracer<Real, effects, Recorder>::scatter_specially(
-    Vertex& at, M lanes, const RandomLanes<Real>& u, Outcome& outcome) const {
+template <class Real, std::uint64_t effects, class Recorder, class Shade>
+void PathTracer<Real, effects, Recorder, Shade>::scatter_specially(
+    Vertex& at, ShadeMask lanes, const RandomLanes<Shade>& u, Outcome& outcome) const {
     if (none(lanes)) return;
-    const V one(Real(1));
-    const Vec3<V> white{one, one, one};
-    const I material = at.surface.material;
-    const auto of = [&](unsigned bit) { return lanes & has_bit(at.bits, U{bit}); };
-    const M boundary = of(material_bits::boundary), medium = of(material_bits::medium);
+    using W = UnsignedOf<Shade>;
+    const Vec3<S> arriving = shaded(at.direction), facing = shaded(at.facing);
+    const ShadeMask front = shaded(at.front);
+    const ShadeInts bits = shaded(at.bits);
+    const S one(Shade(1));
+    const Vec3<S> white{one, one, one};
+    const ShadeInts material = shaded(at.surface.material);
+    const auto of = [&](unsigned bit) { return lanes & has_bit(bits, W{bit}); };
+    const ShadeMask boundary = of(material_bits::boundary), medium = of(material_bits::medium);
     if (any(boundary)) {
-        outcome.direction = select(boundary, at.direction, outcome.direction);
+        outcome.direction = select(boundary, arriving, outcome.direction);
         if (planted(PlantedBug::boundary_refracts)) {
-            const V eta = select(at.front, V(static_cast<Real>(1.0 / 1.1)), V(static_cast<Real>(1.1)));
-            const auto [reflectance, ct, total] = dielectric(at.cosine, eta, M{});
-            const Vec3<V> bent = unit(along(at.direction * eta, V(eta * at.cosine - ct), at.facing));
+            const S eta = select(front, S(static_cast<Shade>(1.0 / 1.1)), S(static_cast<Shade>(1.1)));
+            const auto [reflectance, ct, total] = dielectric(at.cosine, eta, ShadeMask{});
+            const Vec3<S> bent = unit(along(arriving * eta, S(eta * at.cosine - ct), facing));
             outcome.direction = select(boundary & !total, bent, outcome.direction);
         }
     }
     outcome.absorbed = select(boundary | medium, white, outcome.absorbed);
     if (any(medium)) {
-        const V g = planted(PlantedBug::phase_sign) ? -at.more.anisotropy : at.more.anisotropy;
-        const Vec3<V> w = sample_phase(at.direction, g, u[0], u[1]);
+        const S g = planted(PlantedBug::phase_sign) ? -at.more.anisotropy : at.more.anisotropy;
+        const Vec3<S> w = sample_phase(arriving, g, u[0], u[1]);
         outcome.direction = select(medium, w, outcome.direction);
-        outcome.density = select(medium, phase_density(at.direction, w, at.more.anisotropy), outcome.density);
+        outcome.density = select(medium, phase_density(arriving, w, at.more.anisotropy), outcome.density);
     }
-    const M smooth = of(material_bits::smooth_conductor);
+    const ShadeMask smooth = of(material_bits::smooth_conductor);
     if (any(smooth)) {
-        const Vec3<V> mirrored = unit(along(at.direction, V(at.cosine + at.cosine), at.facing));
+        const Vec3<S> mirrored = unit(along(arriving, S(at.cosine + at.cosine), facing));
         outcome.direction = select(smooth, mirrored, outcome.direction);
         outcome.absorbed = select(smooth, reflectance(material, at.cosine), outcome.absorbed);
     }
-    const M rough = of(material_bits::rough_conductor);
+    const ShadeMask rough = of(material_bits::rough_conductor);
     if (any(rough)) {
-        const Microfaceted<Real> scattered =
-            scatter_conductor(at.direction, at.facing, tables_.materials.ggx_alpha[material], u);
+        const Microfaceted<Shade> scattered =
+            scatter_conductor(arriving, facing, shading_.materials.ggx_alpha[material], u);
         outcome.direction = select(rough, scattered.direction, outcome.direction);
         outcome.absorbed = select(rough, reflectance(material, scattered.cosine) * scattered.weight, outcome.absorbed);
         outcome.density = select(rough, scattered.density, outcome.density);
         outcome.alive = outcome.alive & ((!rough) | scattered.alive);
     }
-    const M glass = of(material_bits::rough_translucent);
+    const ShadeMask glass = of(material_bits::rough_translucent);
     if (any(glass)) {
-        const V eta = relative_index(tables_, material, at.front, &at.more.outside_index);
-        const Microfaceted<Real> scattered = scatter_rough_translucent(at.direction, at.facing,
-            tables_.materials.ggx_alpha[material], eta, has_bit(at.bits, U{material_bits::schlick}), u);
+        const S eta = relative_index(shading_, material, front, &at.more.outside_index);
+        const Microfaceted<Shade> scattered = scatter_rough_translucent(
+            arriving, facing, shading_.materials.ggx_alpha[material], eta, has_bit(bits, W{material_bits::schlick}), u);
         outcome.direction = select(glass, scattered.direction, outcome.direction);
         outcome.absorbed = select(glass, outcome.absorbed * scattered.weight, outcome.absorbed);
         outcome.alive = outcome.alive & ((!glass) | scattered.alive);

@@ -13,6 +13,7 @@
 #include "cpu_ref/accelerator.h"
 #include "cpu_ref/camera.h"
 #include "cpu_ref/distant_lights.h"
+#include "cpu_ref/mixed.h"
 #include "cpu_ref/path_recorder.h"
 #include "cpu_ref/phase.h"
 #include "cpu_ref/scattering.h"
@@ -31,11 +32,13 @@ struct Batch {
 // Not used by a variant: no state.
 struct NoState {};
 
-template <class Real, std::uint64_t effects, class Recorder = NoRecorder>
+// Real: of what says where things are. Shade: of how they look.
+template <class Real, std::uint64_t effects, class Recorder = NoRecorder, class Shade = Real>
 class PathTracer {
 public:
-    PathTracer(const Tables<Real>& tables, const Accelerator<Real>& accelerator)
+    PathTracer(const Tables<Real>& tables, const Tables<Shade>& shading, const Accelerator<Real>& accelerator)
         : tables_(tables),
+          shading_(shading),
           accelerator_(accelerator),
           simulated_(tables.settings.effects.value_or(compiled)),
           samples_lights_(tables.settings.integrator != Integrator::path && tables.lights.count > 0) {}
@@ -70,6 +73,9 @@ private:
     using U = UnsignedOf<Real>;
     using I = Ints<Real>;
     using M = Mask<Real>;
+    using S = Lanes<Shade>;
+    using ShadeInts = Ints<Shade>;
+    using ShadeMask = Mask<Shade>;
     static constexpr std::uint32_t width = lane_count<Real>;
     static constexpr std::uint32_t slot_count = 8 * width;
     static constexpr U idle = static_cast<U>(~U{0});
@@ -121,12 +127,22 @@ private:
     void refill();
     bool advance(std::uint32_t first);
     struct Vertex;
-    [[nodiscard]] Vec3<V> background(const Vec3<V>& direction, std::uint32_t first, M lanes) const;
+    template <class Geometric>
+    TANDEM_INLINE static auto shaded(const Geometric& a) {
+        return lanes_as<Shade>(a);
+    }
+    template <class Shaded>
+    TANDEM_INLINE static auto geometric(const Shaded& a) {
+        return lanes_as<Real>(a);
+    }
+    // Block `use` of the vertex.
+    TANDEM_INLINE RandomLanes<Shade> shading_numbers(const Vertex& at, std::uint32_t use) const;
+    [[nodiscard]] Vec3<S> background(const Vec3<V>& direction, std::uint32_t first, M lanes) const;
     void meet_vertex(Vertex& at, std::uint32_t first, const Ray<V>& ray, const Hit<Real>& hit) const;
     void add_emission(Vertex& at, std::uint32_t first, const Hit<Real>& hit, const Ray<V>& ray) const;
     void add_direct_light(Vertex& at, M lanes, std::uint32_t first);
     void scatter(Vertex& at, M lanes, std::uint32_t first);
-    void play_roulette(const Vertex& at, V number, Vec3<V>& throughput, M& alive) const;
+    void play_roulette(const Vertex& at, S number, Vec3<S>& throughput, ShadeMask& alive) const;
     void retire(std::uint32_t first, M ended);
 
     // path_effects.h
@@ -137,22 +153,25 @@ private:
     [[gnu::noinline]] void apply_textures(Vertex& at, const Hit<Real>& hit, M lanes) const;
     [[gnu::noinline]] void meet_interfaces(Vertex& at, std::uint32_t first, M lanes) const;
     struct Response;
-    [[nodiscard, gnu::noinline]] Response respond(const Vertex& at, const Vec3<V>& direction, V cosine, M lanes) const;
-    [[nodiscard]] Vec3<V> reflectance(I material, V cosine) const;
-    [[nodiscard, gnu::noinline]] Vec3<V> transmittance(
+    [[nodiscard, gnu::noinline]] Response respond(
+        const Vertex& at, const Vec3<S>& direction, S cosine, ShadeMask lanes) const;
+    [[nodiscard]] Vec3<S> reflectance(ShadeInts material, S cosine) const;
+    [[nodiscard, gnu::noinline]] Vec3<S> transmittance(
         std::uint32_t first, const Vec3<V>& origin, const Vec3<V>& direction, V distance, M lanes) const;
     struct Outcome;
-    [[gnu::noinline]] void scatter_specially(Vertex& at, M lanes, const RandomLanes<Real>& u, Outcome& outcome) const;
+    [[gnu::noinline]] void scatter_specially(
+        Vertex& at, ShadeMask lanes, const RandomLanes<Shade>& u, Outcome& outcome) const;
     [[gnu::noinline]] void change_interiors(Vertex& at, std::uint32_t first, M crossing, M& alive);
     [[nodiscard]] InteriorList interior_list(std::uint32_t slot) const;
 
     // traced_path.cpp.in: for recorders that record.
-    [[nodiscard]] static M any_light(const Vec3<V>& throughput);
-    void record_light(const Vec3<V>& direction, const Vec3<V>& brought, M lit);
+    [[nodiscard]] static ShadeMask any_light(const Vec3<S>& throughput);
+    void record_light(const Vec3<V>& direction, const Vec3<S>& brought, M lit);
     void record(const Vertex& at, std::uint32_t first, const Ray<V>& ray, const Hit<Real>& hit, M missed, M active);
     [[nodiscard]] PathEnd end_of(const Vertex& at, int lane) const;
 
     const Tables<Real>& tables_;
+    const Tables<Shade>& shading_;
     const Accelerator<Real>& accelerator_;
     const EffectSet simulated_;
     const bool samples_lights_;
@@ -165,32 +184,41 @@ private:
 };
 
 // Everything about the vertices of one packet.
-template <class Real, std::uint64_t effects, class Recorder>
-struct PathTracer<Real, effects, Recorder>::Vertex {
+template <class Real, std::uint64_t effects, class Recorder, class Shade>
+struct PathTracer<Real, effects, Recorder, Shade>::Vertex {
     Surface<Real> surface;
     Vec3<V> direction, facing;  // incoming; normal of the side it comes from
-    V cosine;
+    S cosine;
     M front;
     I bits, number;
-    Vec3<V> colour, throughput, radiance;
+    Vec3<S> colour, throughput, radiance;
     SampleId<Real> id;
     struct More {
         M in_medium;
         V medium_distance;
-        V anisotropy;
-        V outside_index;
+        S anisotropy;
+        S outside_index;
         Vec3<V> shift;  // of the entity at the path's time
     };
     [[no_unique_address]] std::conditional_t<general, More, NoState> more;
 };
 
-template <class Real, std::uint64_t effects, class Recorder>
-constexpr std::uint64_t PathTracer<Real, effects, Recorder>::bytes_per_path() {
+template <class Real, std::uint64_t effects, class Recorder, class Shade>
+TANDEM_INLINE RandomLanes<Shade> PathTracer<Real, effects, Recorder, Shade>::shading_numbers(
+    const Vertex& at, std::uint32_t use) const {
+    using W = UnsignedOf<Shade>;
+    const SampleId<Shade> id{shaded(at.id.pixel), shaded(at.id.sample_low), shaded(at.id.sample_high)};
+    return random_numbers<Shade>(tables_.settings, id,
+        shaded(at.number) * ShadeInts(W{dimension::blocks_per_vertex}) + ShadeInts(W{dimension::first_vertex} + use));
+}
+
+template <class Real, std::uint64_t effects, class Recorder, class Shade>
+constexpr std::uint64_t PathTracer<Real, effects, Recorder, Shade>::bytes_per_path() {
     return sizeof(Pool) / slot_count;
 }
 
-template <class Real, std::uint64_t effects, class Recorder>
-void PathTracer<Real, effects, Recorder>::refill() {
+template <class Real, std::uint64_t effects, class Recorder, class Shade>
+void PathTracer<Real, effects, Recorder, Shade>::refill() {
     while (!free_.empty() && next_path_ < batch_.paths()) {
         const std::uint32_t count =
             std::min({width, static_cast<std::uint32_t>(free_.size()), batch_.paths() - next_path_});
@@ -241,8 +269,8 @@ void PathTracer<Real, effects, Recorder>::refill() {
     }
 }
 
-template <class Real, std::uint64_t effects, class Recorder>
-void PathTracer<Real, effects, Recorder>::retire(std::uint32_t first, M ended) {
+template <class Real, std::uint64_t effects, class Recorder, class Shade>
+void PathTracer<Real, effects, Recorder, Shade>::retire(std::uint32_t first, M ended) {
     for (unsigned left = ended.to_bits(); left != 0; left &= left - 1) {
         const std::uint32_t slot = first + static_cast<std::uint32_t>(std::countr_zero(left));
         std::array<Real, 3>& sum = radiance_[paths_.path[slot]];
@@ -253,24 +281,24 @@ void PathTracer<Real, effects, Recorder>::retire(std::uint32_t first, M ended) {
 }
 
 // Section 8: B, and W_k where it is a light (section 9.2).
-template <class Real, std::uint64_t effects, class Recorder>
-Vec3<Lanes<Real>> PathTracer<Real, effects, Recorder>::background(
+template <class Real, std::uint64_t effects, class Recorder, class Shade>
+Vec3<Lanes<Shade>> PathTracer<Real, effects, Recorder, Shade>::background(
     const Vec3<V>& direction, [[maybe_unused]] std::uint32_t first, [[maybe_unused]] M lanes) const {
     if constexpr (!has(Effect::background_image) && !has(Effect::sampled_background))
-        return mixed_background(tables_, direction);
-    const Vec3<V> light = background_radiance(tables_, direction, lanes);
+        return mixed_background(shading_, shaded(direction));
+    const Vec3<S> light = background_radiance(shading_, shaded(direction), shaded(lanes));
     if (!samples_lights_ || !on(Effect::sampled_background)) return light;
     const V zero(Real(0)), one(Real(1)), scattered = load<Real>(&paths_.density[first]);
     const M found = lanes & (scattered > zero);
     if (none(found)) return light;
     const V sampled = background_density(tables_, direction, found);
     const M weighted = found & (sampled > zero);
-    return light * select(weighted, power_heuristic(scattered, sampled), one);
+    return light * shaded(select(weighted, power_heuristic(scattered, sampled), one));
 }
 
 // What the vertex is made of.
-template <class Real, std::uint64_t effects, class Recorder>
-TANDEM_INLINE void PathTracer<Real, effects, Recorder>::meet_vertex(
+template <class Real, std::uint64_t effects, class Recorder, class Shade>
+TANDEM_INLINE void PathTracer<Real, effects, Recorder, Shade>::meet_vertex(
     Vertex& at, std::uint32_t first, const Ray<V>& ray, const Hit<Real>& hit) const {
     if constexpr (general) {
         find_surface(at, first, ray, hit);
@@ -280,9 +308,9 @@ TANDEM_INLINE void PathTracer<Real, effects, Recorder>::meet_vertex(
     const V projection = dot(at.direction, at.surface.normal);
     at.front = projection < V(Real(0));
     at.facing = select(at.front, at.surface.normal, -at.surface.normal);
-    at.cosine = absolute(projection);
+    at.cosine = shaded(absolute(projection));
     at.bits = tables_.materials.bits[at.surface.material];
-    at.colour = tables_.materials.colour[at.surface.material];
+    at.colour = shading_.materials.colour[shaded(at.surface.material)];
     if constexpr (general) {
         find_vertex(at, first, ray, hit);
     } else {
@@ -292,8 +320,8 @@ TANDEM_INLINE void PathTracer<Real, effects, Recorder>::meet_vertex(
 }
 
 // One pass of the loop of section 9 for the paths in slots [first, first + width). False if all of them are idle.
-template <class Real, std::uint64_t effects, class Recorder>
-bool PathTracer<Real, effects, Recorder>::advance(std::uint32_t first) {
+template <class Real, std::uint64_t effects, class Recorder, class Shade>
+bool PathTracer<Real, effects, Recorder, Shade>::advance(std::uint32_t first) {
     Vertex at;
     at.number = load_ints<Real>(&paths_.vertex[first]);
     const M active = !(at.number == I(idle));
@@ -307,8 +335,8 @@ bool PathTracer<Real, effects, Recorder>::advance(std::uint32_t first) {
         hit = accelerator_.closest(ray, departure, active, load<Real>(&paths_.motion.time[first]));
     else
         hit = accelerator_.closest(ray, departure, active);
-    at.throughput = load3(paths_.throughput, first);
-    at.radiance = load3(paths_.radiance, first);
+    at.throughput = shaded(load3(paths_.throughput, first));
+    at.radiance = shaded(load3(paths_.radiance, first));
     M missed = active & !hit.found, found = hit.found;
     if constexpr (general) {
         at.id = {load_ints<Real>(&paths_.pixel[first]), load_ints<Real>(&paths_.sample[first]),
@@ -321,7 +349,7 @@ bool PathTracer<Real, effects, Recorder>::advance(std::uint32_t first) {
     if (planted(PlantedBug::background_late_missing)) missed = missed & !(at.number == I(U{2}));
     if (any(missed))
         at.radiance =
-            select(missed, at.radiance + at.throughput * background(at.direction, first, missed), at.radiance);
+            select(shaded(missed), at.radiance + at.throughput * background(at.direction, first, missed), at.radiance);
     M ended = active & !found;
     if (any(found)) {
         meet_vertex(at, first, ray, hit);
@@ -346,20 +374,20 @@ bool PathTracer<Real, effects, Recorder>::advance(std::uint32_t first) {
             ended = active;
         }
     }
-    store3(paths_.radiance, first, at.radiance);
+    store3(paths_.radiance, first, geometric(at.radiance));
     if constexpr (Recorder::records) record(at, first, ray, hit, missed, active);
     if (any(ended)) retire(first, ended);
     return true;
 }
 
 // Adds A L_e W_k.
-template <class Real, std::uint64_t effects, class Recorder>
-void PathTracer<Real, effects, Recorder>::add_emission(
+template <class Real, std::uint64_t effects, class Recorder, class Shade>
+void PathTracer<Real, effects, Recorder, Shade>::add_emission(
     Vertex& at, std::uint32_t first, const Hit<Real>& hit, const Ray<V>& ray) const {
     const M emits = hit.found & has_bit(at.bits, U{material_bits::emits}) &
                     (at.front | has_bit(at.bits, U{material_bits::both_sides}));
     if (none(emits)) return;
-    Vec3<V> light = tables_.materials.radiance[at.surface.material];
+    Vec3<S> light = shading_.materials.radiance[shaded(at.surface.material)];
     if constexpr (has(Effect::light_sampling)) {
         const V zero(Real(0)), one(Real(1)), scattered = load<Real>(&paths_.density[first]);
         const I primitive = load_ints<Real>(&paths_.primitive[first]);
@@ -377,17 +405,18 @@ void PathTracer<Real, effects, Recorder>::add_emission(
         if (any(weighted)) {
             const bool swapped = planted(PlantedBug::heuristic_swapped);
             light =
-                light * select(weighted,
-                            swapped ? power_heuristic(sampled, scattered) : power_heuristic(scattered, sampled), one);
+                light * shaded(select(weighted,
+                            swapped ? power_heuristic(sampled, scattered) : power_heuristic(scattered, sampled), one));
         }
     }
-    light = light * V(static_cast<Real>(planted_scale(PlantedBug::emission_scaled)));
-    at.radiance = select(emits, at.radiance + at.throughput * light, at.radiance);
+    light = light * S(static_cast<Shade>(planted_scale(PlantedBug::emission_scaled)));
+    at.radiance = select(shaded(emits), at.radiance + at.throughput * light, at.radiance);
 }
 
 // Next event estimation of section 9.2.
-template <class Real, std::uint64_t effects, class Recorder>
-void PathTracer<Real, effects, Recorder>::add_direct_light(Vertex& at, M lanes, [[maybe_unused]] std::uint32_t first) {
+template <class Real, std::uint64_t effects, class Recorder, class Shade>
+void PathTracer<Real, effects, Recorder, Shade>::add_direct_light(
+    Vertex& at, M lanes, [[maybe_unused]] std::uint32_t first) {
     if (none(lanes)) return;
     const V zero(Real(0));
     const RandomLanes<Real> v = random_numbers<Real>(tables_.settings, at.id,
@@ -420,112 +449,121 @@ void PathTracer<Real, effects, Recorder>::add_direct_light(Vertex& at, M lanes, 
     const Departure<V> departure{departed, receiver.inside};
     const M lit = reachable & !accelerator_.occluded(shadow, departure, sample.primitive, reachable, time);
     if (none(lit)) return;
-    V scattered = cosine * V(static_cast<Real>(inverse_pi));  // f's C/pi times cos, and the density of scattering
-    V transfer = scattered;
-    Vec3<V> colour = at.colour;
+    const S s_cosine = shaded(cosine), density = shaded(sample.density);
+    const ShadeMask s_lit = shaded(lit);
+    S scattered = s_cosine * S(static_cast<Shade>(inverse_pi));  // f's C/pi times cos, and the density of scattering
+    S transfer = scattered;
+    Vec3<S> colour = at.colour;
     if constexpr (general) {
-        const Response response = respond(at, sample.direction, cosine, lit);
+        const Response response = respond(at, shaded(sample.direction), s_cosine, s_lit);
         scattered = response.density;
         transfer = response.transfer;
         const V lead = select(sample.delta, zero, at.surface.error_bound * cosine);
         colour =
             response.colour * transmittance(first, at.surface.point, sample.direction, sample.distance + lead, lit);
     }
-    V weight = power_heuristic(sample.density, scattered);
-    if (planted(PlantedBug::balance_on_one_side)) weight = sample.density / (sample.density + scattered);
-    weight = weight * V(static_cast<Real>(planted_scale(PlantedBug::next_event_scaled)));
-    if (planted(PlantedBug::mis_weights_unequal) && tables_.lights.count > 1) weight = weight * V(Real(0.5));
-    if (planted(PlantedBug::cosine_dropped)) transfer = V(static_cast<Real>(inverse_pi));
-    if (planted(PlantedBug::inverse_pi_dropped)) transfer = cosine;
+    S weight = power_heuristic(density, scattered);
+    if (planted(PlantedBug::balance_on_one_side)) weight = density / (density + scattered);
+    weight = weight * S(static_cast<Shade>(planted_scale(PlantedBug::next_event_scaled)));
+    if (planted(PlantedBug::mis_weights_unequal) && tables_.lights.count > 1) weight = weight * S(Shade(0.5));
+    if (planted(PlantedBug::cosine_dropped)) transfer = S(static_cast<Shade>(inverse_pi));
+    if (planted(PlantedBug::inverse_pi_dropped)) transfer = s_cosine;
     if constexpr (general) {
         const bool all_of_it = tables_.settings.integrator == Integrator::whitted;
-        const V whole(static_cast<Real>(planted_scale(PlantedBug::next_event_scaled)));
-        weight = all_of_it ? whole : select(sample.delta, whole, weight);
-        const Vec3<V> light = sample.radiance * V(transfer / sample.density * weight);
-        const Vec3<V> brought = at.throughput * colour * light;
+        const S whole(static_cast<Shade>(planted_scale(PlantedBug::next_event_scaled)));
+        weight = all_of_it ? whole : select(shaded(sample.delta), whole, weight);
+        const Vec3<S> light = shaded(sample.radiance) * S(transfer / density * weight);
+        const Vec3<S> brought = at.throughput * colour * light;
         if constexpr (Recorder::records) record_light(sample.direction, brought, lit);
-        at.radiance = select(lit, at.radiance + brought, at.radiance);
+        at.radiance = select(s_lit, at.radiance + brought, at.radiance);
     } else {
-        const Vec3<V> light = tables_.materials.radiance[sample.material] * V(transfer / sample.density * weight);
-        at.radiance = select(lit, at.radiance + at.throughput * colour * light, at.radiance);
+        const Vec3<S> light = shading_.materials.radiance[shaded(sample.material)] * S(transfer / density * weight);
+        at.radiance = select(s_lit, at.radiance + at.throughput * colour * light, at.radiance);
     }
 }
 
 // Ends paths without throughput, and those that roulette chooses (section 9.3).
-template <class Real, std::uint64_t effects, class Recorder>
-TANDEM_INLINE void PathTracer<Real, effects, Recorder>::play_roulette(
-    const Vertex& at, V number, Vec3<V>& throughput, M& alive) const {
-    const V zero(Real(0)), one(Real(1));
-    const V strongest = greatest(greatest(throughput.x, throughput.y), throughput.z);
+template <class Real, std::uint64_t effects, class Recorder, class Shade>
+TANDEM_INLINE void PathTracer<Real, effects, Recorder, Shade>::play_roulette(
+    const Vertex& at, S number, Vec3<S>& throughput, ShadeMask& alive) const {
+    const S zero(Shade(0)), one(Shade(1));
+    const S strongest = greatest(greatest(throughput.x, throughput.y), throughput.z);
     alive = alive & !(strongest == zero);
     if (tables_.settings.roulette_start != no_roulette) {
         // Event number k + 1 is the vertex number plus one.
         const U late = planted(PlantedBug::roulette_late) ? 1 : 0;
-        const M played = !(at.number + I(U{1}) < I(U{tables_.settings.roulette_start} + late));
-        const V survival = least(one, strongest);
+        const ShadeMask played = shaded(!(at.number + I(U{1}) < I(U{tables_.settings.roulette_start} + late)));
+        const S survival = least(one, strongest);
         alive = alive & ((!played) | (number < survival));
         if (!planted(PlantedBug::roulette_not_divided))
-            throughput = select(played, throughput * V(one / survival), throughput);
+            throughput = select(played, throughput * S(one / survival), throughput);
     }
 }
 
 // Scattering, absorption and roulette; stores the state of paths that go on, with the next vertex number.
-template <class Real, std::uint64_t effects, class Recorder>
-void PathTracer<Real, effects, Recorder>::scatter(Vertex& at, M lanes, std::uint32_t first) {
-    const V zero(Real(0)), one(Real(1));
-    const RandomLanes<Real> u = random_numbers<Real>(tables_.settings, at.id,
-        at.number * I(U{dimension::blocks_per_vertex}) + I(U{dimension::first_vertex + dimension::scatter}));
-    const M diffuse = has_bit(at.bits, U{material_bits::diffuse}) & lanes;
-    Vec3<V> direction = at.facing;
-    V density = zero;
-    M alive = lanes;
+template <class Real, std::uint64_t effects, class Recorder, class Shade>
+void PathTracer<Real, effects, Recorder, Shade>::scatter(Vertex& at, M lanes, std::uint32_t first) {
+    using W = UnsignedOf<Shade>;
+    const S zero(Shade(0)), one(Shade(1));
+    const RandomLanes<Shade> u = shading_numbers(at, dimension::scatter);
+    const ShadeMask all = shaded(lanes);
+    const ShadeInts bits = shaded(at.bits), material = shaded(at.surface.material);
+    const Vec3<S> facing = shaded(at.facing);
+    const ShadeMask diffuse = has_bit(bits, W{material_bits::diffuse}) & all;
+    Vec3<S> turned = facing;
+    S density = zero;
+    ShadeMask goes_on = all;
     if (any(diffuse)) {
-        direction = scatter_diffuse<Real>(at.facing, u);
-        density = select(diffuse, sqrt(V(one - u[0])) * V(static_cast<Real>(inverse_pi)), zero);
+        turned = scatter_diffuse<Shade>(facing, u);
+        density = select(diffuse, sqrt(S(one - u[0])) * S(static_cast<Shade>(inverse_pi)), zero);
     }
-    M specular = lanes & !diffuse;
+    ShadeMask specular = all & !diffuse;
     if constexpr (general)
-        specular = specular & has_bit(at.bits, U{material_bits::specular}) &
-                   !has_bit(at.bits, U{material_bits::rough_translucent});
+        specular =
+            specular & has_bit(bits, W{material_bits::specular}) & !has_bit(bits, W{material_bits::rough_translucent});
     if (any(specular)) {
-        const V* outside = nullptr;
+        const S* outside = nullptr;
         if constexpr (general) outside = &at.more.outside_index;
-        const Scattered<Real> scattered = scatter_specular(tables_, at.surface.material, at.bits, specular,
-            at.direction, at.surface.normal, at.facing, at.cosine, at.front, u, outside);
-        direction = select(diffuse, direction, scattered.direction);
-        alive = (lanes & !specular) | scattered.alive;
+        const Scattered<Shade> scattered = scatter_specular(shading_, material, bits, specular, shaded(at.direction),
+            shaded(at.surface.normal), facing, at.cosine, shaded(at.front), u, outside);
+        turned = select(diffuse, turned, scattered.direction);
+        goes_on = (all & !specular) | scattered.alive;
     }
-    Vec3<V> absorbed = tables_.any_specular ? absorption(tables_, at.surface.material, at.bits, at.colour) : at.colour;
+    Vec3<S> absorbed = tables_.any_specular ? absorption(shading_, material, bits, at.colour) : at.colour;
     if constexpr (general) {
-        Outcome outcome{direction, absorbed, density, alive};
-        scatter_specially(at, lanes & !(diffuse | specular), u, outcome);
-        direction = outcome.direction;
+        Outcome outcome{turned, absorbed, density, goes_on};
+        scatter_specially(at, all & !(diffuse | specular), u, outcome);
+        turned = outcome.direction;
         absorbed = outcome.absorbed;
         density = outcome.density;
-        alive = outcome.alive;
+        goes_on = outcome.alive;
     }
     if (planted(PlantedBug::albedo_twice)) absorbed = select(diffuse, absorbed * at.colour, absorbed);
-    Vec3<V> throughput = at.throughput * absorbed;
-    if constexpr (Recorder::records) recorder_.scattered = (alive & any_light(throughput)).to_bits();
-    play_roulette(at, u[3], throughput, alive);
+    Vec3<S> throughput = at.throughput * absorbed;
+    if constexpr (Recorder::records)
+        recorder_.scattered = geometric(ShadeMask(goes_on & any_light(throughput))).to_bits();
+    play_roulette(at, u[3], throughput, goes_on);
+    M alive = geometric(goes_on);
     if (none(alive)) return;
+    const Vec3<V> direction = geometric(turned);
     const V side = dot(direction, at.surface.normal);
-    M inside = side < zero;
+    M inside = side < V(Real(0));
     if constexpr (general) {
         inside = inside & !at.more.in_medium;
         store<Real>(&paths_.interiors.lead[first], at.surface.error_bound * absolute(side));
         const M tracked = alive & has_bit(at.bits, U{material_bits::tracked});
         if (any(tracked))
             change_interiors(at, first,
-                tracked & ((dot(direction, at.facing) < zero) | has_bit(at.bits, U{material_bits::boundary})), alive);
+                tracked & ((dot(direction, at.facing) < V(Real(0))) | has_bit(at.bits, U{material_bits::boundary})),
+                alive);
     }
     const Vec3<V> origin = leaving_origin(tables_, at.surface, select(inside, -at.surface.normal, at.surface.normal));
     I primitive = at.surface.primitive;
     if (planted(PlantedBug::self_hit_not_excluded)) primitive = I(U{no_primitive});
     store3(paths_.origin, first, origin);
     store3(paths_.direction, first, direction);
-    store3(paths_.throughput, first, throughput);
-    store<Real>(&paths_.density[first], density);
+    store3(paths_.throughput, first, geometric(throughput));
+    store<Real>(&paths_.density[first], geometric(density));
     store_ints<Real>(&paths_.primitive[first], primitive);
     store_ints<Real>(&paths_.inside[first], select(inside, I(U{1}), I(U{0})));
     store_ints<Real>(&paths_.vertex[first], select(alive, at.number + I(U{1}), at.number));

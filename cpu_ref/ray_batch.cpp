@@ -112,6 +112,9 @@ private:
 std::unique_ptr<RayIntersector> make_intersector(
     RTCDevice device, const Scene& scene, const RenderSettings& settings, Precision precision, unsigned threads) {
     check_kernels(settings.intersection, precision);
+    if (precision == Precision::mixed)
+        throw UnsupportedError(
+            "the cpu backend traces whole paths in mixed precision; rays that are given it traces in single or double");
     if (precision == Precision::single_precision)
         return std::make_unique<EmbreeIntersector<float>>(device, scene, settings, threads);
     return std::make_unique<EmbreeIntersector<double>>(device, scene, settings, threads);

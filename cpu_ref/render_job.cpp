@@ -15,6 +15,8 @@ std::unique_ptr<RenderJob> make_in(Precision precision, const JobParts& parts) {
 }  // namespace
 
 std::unique_ptr<RenderJob> make_render_job(const JobParts& parts, Precision precision) {
+    // Mixed precision has the general variant alone, which simulates every set.
+    if (precision == Precision::mixed) return make_embree_job<double, variants::general.bits(), float>(parts);
     const EffectSet simulated = parts.settings.effects.value_or(variants::general);
     if (variants::lean_path.covers(simulated)) return make_in<variants::lean_path.bits()>(precision, parts);
     if (variants::lean_next_event.covers(simulated)) return make_in<variants::lean_next_event.bits()>(precision, parts);

@@ -19,7 +19,8 @@ struct JobParts {
 [[nodiscard]] std::unique_ptr<RenderJob> make_render_job(const JobParts& parts, Precision precision);
 
 // One variant (variants.h), defined in a file of its own, as each takes long to compile (variant.cpp.in).
-template <class Real, std::uint64_t effects>
+// Real: of geometry; Shade: of shading.
+template <class Real, std::uint64_t effects, class Shade = Real>
 [[nodiscard]] std::unique_ptr<RenderJob> make_embree_job(const JobParts& parts);
 
 }  // namespace tandem::cpu

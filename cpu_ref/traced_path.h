@@ -8,8 +8,8 @@ namespace tandem::cpu {
 
 // The paths of samples of pixel (x, y), by the general variant of the path tracer, whose bits are those of the others.
 // Defined in a file a precision (traced_path.cpp.in), as it takes long to compile.
-template <class Real>
-[[nodiscard]] std::vector<PathTrace> traced_paths(const Tables<Real>& tables, const Accelerator<Real>& accelerator,
-    std::uint32_t x, std::uint32_t y, SampleRange samples);
+template <class Real, class Shade>
+[[nodiscard]] std::vector<PathTrace> traced_paths(const Tables<Real>& tables, const Tables<Shade>& shading,
+    const Accelerator<Real>& accelerator, std::uint32_t x, std::uint32_t y, SampleRange samples);
 
 }  // namespace tandem::cpu

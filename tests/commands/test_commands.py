@@ -536,7 +536,7 @@ class Commands(unittest.TestCase):
         catalogue = SCENES / "hard" / "catalogue.json"
         self.refused(tandem("stability", "--catalogue", catalogue, "--case", "nonsense"), "nonsense")
         self.refused(tandem("stability", "--catalogue", self.folder / "no.json"), "no.json", "--catalogue")
-        self.refused(tandem("stability", "--catalogue", catalogue, "--backend", "cpu", "--precision", "mixed"), "mixed")
+        self.refused(tandem("stability", "--catalogue", catalogue, "--backend", "cpu", "--precision", "contracted"), "contracted")
 
     def test_kernels_and_guards_that_a_backend_lacks_are_refused_with_the_reason(self):
         out = self.folder / "out.pfm"
