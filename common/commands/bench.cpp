@@ -15,6 +15,7 @@
 #include "common/experiment/compare_results.h"
 #include "common/experiment/results.h"
 #include "common/experiment/thesis.h"
+#include "common/image_io.h"
 #include "common/scene_loader.h"
 
 namespace tandem {
@@ -230,10 +231,9 @@ unsigned run_all(const std::vector<Family>& families, const BenchArguments& argu
     return arguments.makings;
 }
 
-// Goes on from `earlier`, if any. A --json file gets what there is between experiments, so that a killed run loses
-// little.
-BenchResults measure(const BenchArguments& arguments, const CommandContext& context, const BenchTarget& target,
-    const std::vector<Family>& families, std::optional<BenchResults> earlier = {}) {
+// Before anything is measured: with the readings of `earlier`, if any.
+BenchResults begin_results(const BenchArguments& arguments, const CommandContext& context, const BenchTarget& target,
+    const std::vector<Family>& families, std::optional<BenchResults> earlier) {
     BenchResults results;
     results.device = target.device;
     results.command = context.command_line;
@@ -242,14 +242,25 @@ BenchResults measure(const BenchArguments& arguments, const CommandContext& cont
     for (const Family& family : families) results.families.push_back(texts_of(family));
     results.empty_submissions = target.empty_submissions(200);
     if (earlier) merge(results, std::move(*earlier), arguments.resume);
+    return results;
+}
+
+// Writes what there is so far to the --json file. A stream takes one document only, the last.
+void keep(const CommandContext& context, const BenchTarget& target, const BenchResults& results) {
+    if (std::filesystem::exists(context.json_file) && !std::filesystem::is_regular_file(context.json_file)) return;
+    write_json(context, to_json(results, target.claims));
+}
+
+// Goes on from `earlier`, if any. A --json file gets what there is between experiments, so that a killed run loses
+// little.
+BenchResults measure(const BenchArguments& arguments, const CommandContext& context, const BenchTarget& target,
+    const std::vector<Family>& families, std::optional<BenchResults> earlier = {}) {
+    BenchResults results = begin_results(arguments, context, target, families, std::move(earlier));
     double kept = now();
     const unsigned rounds = run_all(families, arguments, context, results, [&] {
         constexpr double often = 20.0;  // seconds
-        // A stream takes one document only.
-        if (now() - kept < often ||
-            (std::filesystem::exists(context.json_file) && !std::filesystem::is_regular_file(context.json_file)))
-            return;
-        write_json(context, to_json(results, target.claims));
+        if (now() - kept < often) return;
+        keep(context, target, results);
         kept = now();
     });
     if (rounds < arguments.makings)
@@ -260,10 +271,11 @@ BenchResults measure(const BenchArguments& arguments, const CommandContext& cont
     return results;
 }
 
-// The same command in a process of its own, for its share of the time.
-BenchResults measure_in_child(const BenchArguments& arguments, unsigned number) {
-    const TemporaryFile file;
-    std::vector<std::string> words{"bench", "--scene", arguments.scene, "--json", file.name(), "--time",
+// The same command in a process of its own, for its share of the time: goes on from the file `known`, and writes
+// `file`. Returns its exit status.
+int measure_in_child(
+    const BenchArguments& arguments, unsigned number, const std::string& known, const std::string& file) {
+    std::vector<std::string> words{"bench", "--scene", arguments.scene, "--resume", known, "--json", file, "--time",
         fmt::format("{}", arguments.seconds / arguments.processes), "--narrow", fmt::format("{}", arguments.narrow),
         "--seed", fmt::format("{}", arguments.seed + 1'000'000ull * (number + 1)), "--makings",
         fmt::format("{}", (arguments.makings + arguments.processes - 1) / arguments.processes)};
@@ -274,9 +286,28 @@ BenchResults measure_in_child(const BenchArguments& arguments, unsigned number) 
     add("--family", arguments.families);
     add("--arm", arguments.arms);
     add("--size", arguments.sizes);
-    const int status = run_self(words);
-    if (status != 0) throw Error(fmt::format("process {} of --processes ended with status {}", number + 1, status));
-    return load_results(file.name());
+    return run_self(words);
+}
+
+// Process after process, each with the readings of those before. The --json file gets what there is after each, also
+// where one of them fails, so that --resume can go on from there.
+BenchResults measure_in_processes(const BenchArguments& arguments, const CommandContext& context,
+    const BenchTarget& target, const std::vector<Family>& families, std::optional<BenchResults> earlier) {
+    BenchResults results = begin_results(arguments, context, target, families, std::move(earlier));
+    ProgressLine line;
+    for (unsigned i = 0; i < arguments.processes && !context.stop.stop_requested(); ++i) {
+        line.update(static_cast<double>(i) / arguments.processes, fmt::format("process {}", i + 1));
+        const TemporaryFile known, file;
+        write_text_file(known.name(), to_json(results, {}).dump());
+        const int status = measure_in_child(arguments, i, known.name(), file.name());
+        // It wrote while it ran, too.
+        if (std::filesystem::file_size(file.name()) > 0) results.samples = load_results(file.name()).samples;
+        keep(context, target, results);
+        if (status != 0)
+            throw Error(fmt::format("process {} of --processes ended with status {}{}", i + 1, status,
+                context.json_file.empty() ? "" : "; the file of --json has what was measured: go on with --resume"));
+    }
+    return results;
 }
 
 ExitStatus measure_patterns(const BenchArguments& arguments, const CommandContext& context) {
@@ -289,22 +320,9 @@ ExitStatus measure_patterns(const BenchArguments& arguments, const CommandContex
         print_list(families);
         return ExitStatus::fine;
     }
-    BenchResults results;
-    if (arguments.processes == 1) {
-        results = measure(arguments, context, target, families, std::move(earlier));
-    } else {
-        ProgressLine line;
-        for (unsigned i = 0; i < arguments.processes && !context.stop.stop_requested(); ++i) {
-            line.update(static_cast<double>(i) / arguments.processes, fmt::format("process {}", i + 1));
-            BenchResults one = measure_in_child(arguments, i);
-            if (i == 0)
-                results = std::move(one);
-            else
-                merge(results, std::move(one), "the child process");
-        }
-        results.command = context.command_line;
-        if (earlier) merge(results, std::move(*earlier), arguments.resume);
-    }
+    const BenchResults results = arguments.processes == 1
+                                     ? measure(arguments, context, target, families, std::move(earlier))
+                                     : measure_in_processes(arguments, context, target, families, std::move(earlier));
     write_json(context, to_json(results, target.claims));
     fmt::print("{}", to_text(results, target.claims));
     return ExitStatus::fine;

@@ -497,6 +497,24 @@ class Commands(unittest.TestCase):
         self.assertEqual({arm["arm"] for arm in json.loads(out.read_text())["arms"]}, set(arms))
         self.refused(tandem("bench", "--compare", first, self.scene), "scene.json")
 
+    def test_bench_of_several_processes_keeps_what_each_measured(self):
+        out, again = (self.folder / name for name in ("out.json", "again.json"))
+        arguments = ["bench", "--scene", self.scene, "--family", "waiting", "--size", "8x8", "--time", "60",
+                     "--narrow", "0.9", "--makings", "3", "--processes", "3"]
+        killed = subprocess.Popen([TANDEM, *map(str, arguments), "--json", out], stdout=subprocess.DEVNULL,
+                                  stderr=subprocess.DEVNULL, start_new_session=True)
+        self.addCleanup(killed.wait)
+        deadline = time.monotonic() + 100
+        while not out.exists() and killed.poll() is None and time.monotonic() < deadline:
+            time.sleep(0.01)
+        os.killpg(killed.pid, signal.SIGKILL)  # with the process that it started
+        self.assertTrue(out.exists())
+        kept = len(json.loads(out.read_text())["raw"])
+        self.assertIn(kept, (1, 2, 3))
+        result = tandem(*arguments, "--resume", out, "--json", again)
+        self.assertEqual(result.returncode, 0, result.stderr)
+        self.assertEqual(len(json.loads(again.read_text())["raw"]), kept + 3)
+
     def test_bench_refuses_what_it_does_not_know(self):
         self.refused(tandem("bench", "--scene", self.scene, "--family", "magic"), "magic", "memory")
         self.refused(tandem("bench", "--scene", self.scene, "--arm", "magic"), "magic")
