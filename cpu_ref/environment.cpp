@@ -34,6 +34,12 @@ Choice choose(const double* cumulative, std::size_t count, double v) {
     return {index, std::clamp(within, 0.0, std::nextafter(1.0, 0.0))};
 }
 
+// Of densities: 1, or the row's sine where that bug is planted, as if all rows were as wide as the equator.
+double row_factor(std::size_t row, std::size_t height) {
+    if (!planted(PlantedBug::sky_sine_missing)) return 1.0;
+    return std::sin(pi * (static_cast<double>(row) + 0.5) / static_cast<double>(height));
+}
+
 }  // namespace
 
 ImageEnvironment::ImageEnvironment(const Background& background)
@@ -90,8 +96,8 @@ ImageEnvironment::Sample ImageEnvironment::sample(double v1, double v2) const {
     const double u = (static_cast<double>(column.index) + column.within) / static_cast<double>(width);
     const double azimuth = 2.0 * pi * (u - 0.5), x = rho * std::cos(azimuth), z = -rho * std::sin(azimuth);
     const dvec3 direction(x * cosine_ + z * sine_, y, z * cosine_ - x * sine_);  // turned back
-    const double angle = solid_angle(planted(PlantedBug::sky_sine_missing) ? height / 2 : row.index);
-    return {direction, shares_[row.index * width + column.index] / (angle * total_)};
+    return {direction,
+        shares_[row.index * width + column.index] / (solid_angle(row.index) * total_) * row_factor(row.index, height)};
 }
 
 double ImageEnvironment::density(const dvec3& direction) const {
@@ -100,8 +106,7 @@ double ImageEnvironment::density(const dvec3& direction) const {
         return std::min(static_cast<std::size_t>(std::max(0.0, fraction * count)), std::size_t{count} - 1);
     };
     const std::size_t row = cell(1.0 - place.y, image_->height), column = cell(place.x, image_->width);
-    const double angle = solid_angle(planted(PlantedBug::sky_sine_missing) ? image_->height / 2 : row);
-    return shares_[row * image_->width + column] / (angle * total_);
+    return shares_[row * image_->width + column] / (solid_angle(row) * total_) * row_factor(row, image_->height);
 }
 
 }  // namespace tandem::cpu

@@ -78,20 +78,14 @@ bool has_passing_emission(const Scene& scene) {
     });
 }
 
+// The diagonal of the box around everything.
 double extent_of(const Scene& scene) {
-    glm::dvec3 low(0.0), high(0.0);
-    bool first = true;
+    Box all{glm::dvec3(INFINITY), glm::dvec3(-INFINITY)};
     for (const PlacedPrimitive& placed : placed_primitives(scene)) {
-        const Primitive& primitive = scene.primitives[placed.primitive];
-        for (const std::uint32_t index : primitive.index) {
-            const glm::dvec3 p(scene.entities[placed.entity].object_to_world * glm::dvec4(scene.vertices[index], 1.0));
-            low = first ? p : glm::min(low, p);
-            high = first ? p : glm::max(high, p);
-            first = false;
-            if (primitive.kind == PrimitiveKind::sphere) break;
-        }
+        const Box box = world_box(scene, placed);
+        all = {glm::min(all.low, box.low), glm::max(all.high, box.high)};
     }
-    return std::max({high.x - low.x, high.y - low.y, high.z - low.z});
+    return all.low.x <= all.high.x ? glm::length(all.high - all.low) : 0.0;
 }
 
 // Slots: triangles, spheres, cuboids, in id order within a kind.
