@@ -25,4 +25,11 @@ struct Mutant {
 // Every bug with each of its amounts in each of its backends, and in both where a closed form knows its effect.
 [[nodiscard]] const std::vector<Mutant>& catalogue();
 
+// The bugs that are not planted in both, in the catalogue's order, and why.
+struct NotInBoth {
+    PlantedBug bug = PlantedBug::none;
+    std::string reason;
+};
+[[nodiscard]] std::vector<NotInBoth> not_in_both();
+
 }  // namespace tandem::test

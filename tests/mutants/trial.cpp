@@ -17,12 +17,15 @@ std::unique_ptr<Renderer> renderer(const Backend& backend, const PlantedFault& f
     return backend.create(options);
 }
 
-std::string most_significant_level(const Judgement& judgement) {
+bool is_closed_form(const LevelResult& level) { return level.name.starts_with("closed form"); }
+
+// Of the closed form's levels, or of the others; empty: none is significant.
+std::string most_significant_level(const Judgement& judgement, bool closed_form) {
     const LevelResult* most = nullptr;
     for (const LevelResult& level : judgement.levels)
-        if (level.significant && (most == nullptr || level.p < most->p)) most = &level;
-    if (most != nullptr) return most->name;
-    return judgement.fixed.mismatches > 0 ? "fixed pixels" : "invalid samples";
+        if (level.significant && is_closed_form(level) == closed_form && (most == nullptr || level.p < most->p))
+            most = &level;
+    return most == nullptr ? "" : most->name;
 }
 
 }  // namespace
@@ -56,11 +59,23 @@ SceneVerdict verdict_of(const PlantedFault& fault, Planting planting, const std:
     return verify_scene(scene, cpu_is_mutant ? *vulkan : *cpu, cpu_is_mutant ? *cpu : *vulkan, options);
 }
 
-Trial trial_of(const SceneVerdict& verdict, const std::string& scene) {
+Trial trial_of(const SceneVerdict& verdict, Planting planting, const std::string& scene) {
     Trial trial;
     trial.scene = scene;
-    trial.caught = verdict.verdict == Verdict::disagree;
-    if (trial.caught) trial.level = most_significant_level(verdict.judgement);
+    const Judgement& judgement = verdict.judgement;
+    for (const LevelResult& level : judgement.levels)
+        if (level.significant) trial.levels.push_back(level.name);
+    if (verdict.verdict == Verdict::disagree) {
+        const std::string by_form = most_significant_level(judgement, true);
+        std::string by_backends = most_significant_level(judgement, false);
+        if (by_backends.empty() && judgement.fixed.mismatches > 0) by_backends = "fixed pixels";
+        if (by_backends.empty() && verdict.reference.invalid + verdict.candidate.invalid > 0)
+            by_backends = "invalid samples";
+        const bool form = planting == Planting::both || by_backends.empty();
+        trial.level = form ? by_form : by_backends;
+        trial.caught = !trial.level.empty();
+        if (trial.caught) trial.witness = form ? "closed form" : "backends";
+    }
     trial.samples = std::min(verdict.reference.samples, verdict.candidate.samples);
     trial.width = verdict.settings.width;
     trial.height = verdict.settings.height;

@@ -21,11 +21,17 @@ struct Effort {
 // From little to that of `tandem verify` itself.
 inline constexpr std::array efforts{Effort{64, 512, 2, 3600.0}, Effort{128, 2048, 3, 3600.0}, Effort{128, 0, 6, 120.0}};
 
+// Who told a bug: the two backends, by how they differ, or the closed form, by how it differs from a side. Backends
+// that have the same bug may still differ, where what it does is a matter of rounding (which rays meet their own
+// surface); but that they are not alike is no merit of the suite, so a bug in both counts as caught by the closed form
+// alone.
 struct Trial {
     std::string scene;
     bool caught = false;
-    std::string level;          // the most significant, or "fixed pixels", "invalid samples"; empty: none
-    std::uint64_t samples = 0;  // a pixel and side at the last look, the paired ones not counted
+    std::string witness;              // "backends" or "closed form"; empty: not caught
+    std::string level;                // its most significant, or "fixed pixels", "invalid samples"; empty: none
+    std::vector<std::string> levels;  // all that are significant, of either witness
+    std::uint64_t samples = 0;        // a pixel and side at the last look, the paired ones not counted
     std::uint32_t width = 0, height = 0;
     double seconds = 0.0;
     std::string sentence;
@@ -37,6 +43,6 @@ struct Trial {
 // The side without the bug is the reference; with a bug in both, the CPU is.
 [[nodiscard]] SceneVerdict verdict_of(
     const PlantedFault& fault, Planting planting, const std::string& scene, const Effort& effort);
-[[nodiscard]] Trial trial_of(const SceneVerdict& verdict, const std::string& scene);
+[[nodiscard]] Trial trial_of(const SceneVerdict& verdict, Planting planting, const std::string& scene);
 
 }  // namespace tandem::test

@@ -2,7 +2,8 @@
 // makes the table of it.
 //
 //     mutants list                        ids and plantings, a line each
-//     mutants run ID PLANTING [EFFORTS]   one of them on its scenes: effort by effort, the cheapest scene first, until
+//     mutants reasons                     which bugs are not planted in both, and why
+//     mutants run ID PLANTING [EFFORTS]   one of them on its scenes, effort by effort, cheapest scene first, till
 //     caught mutants sound SCENE [EFFORT]        two sound backends: what the scene can see
 #include <fmt/format.h>
 
@@ -18,9 +19,9 @@ using nlohmann::json;
 namespace {
 
 json to_json(const Trial& trial, std::size_t effort) {
-    return {{"scene", trial.scene}, {"effort", effort}, {"caught", trial.caught}, {"level", trial.level},
-        {"samples", trial.samples}, {"width", trial.width}, {"height", trial.height}, {"seconds", trial.seconds},
-        {"sentence", trial.sentence}};
+    return {{"scene", trial.scene}, {"effort", effort}, {"caught", trial.caught}, {"witness", trial.witness},
+        {"level", trial.level}, {"levels", trial.levels}, {"samples", trial.samples}, {"width", trial.width},
+        {"height", trial.height}, {"seconds", trial.seconds}, {"sentence", trial.sentence}};
 }
 
 void print(const json& line) {
@@ -35,7 +36,7 @@ void run(const Mutant& mutant, std::size_t effort_count) {
     for (std::size_t effort = 0; effort < effort_count && !line["caught"]; ++effort)
         for (const std::string& scene : mutant.scenes) {
             const SceneVerdict verdict = verdict_of(mutant.fault, mutant.planting, scene, efforts.at(effort));
-            const Trial trial = trial_of(verdict, scene);
+            const Trial trial = trial_of(verdict, mutant.planting, scene);
             line["trials"].push_back(to_json(trial, effort));
             line["caught"] = trial.caught;
             if (trial.caught) break;
@@ -43,10 +44,19 @@ void run(const Mutant& mutant, std::size_t effort_count) {
     print(line);
 }
 
+// How near the verdict came to a false alarm: below 1 it is one.
+double least_p_of_threshold(const Judgement& judgement) {
+    double least = std::numeric_limits<double>::infinity();
+    for (const LevelResult& level : judgement.levels)
+        if (level.threshold > 0.0) least = std::min(least, level.p / level.threshold);
+    return least;
+}
+
 void sound(const std::string& scene, std::size_t effort) {
     const SceneVerdict verdict = verdict_of({}, Planting::vulkan, scene, efforts.at(effort));
-    json line = to_json(trial_of(verdict, scene), effort);
+    json line = to_json(trial_of(verdict, Planting::vulkan, scene), effort);
     line["verdict"] = name_of(verdict.verdict);
+    line["least_p_of_threshold"] = least_p_of_threshold(verdict.judgement);
     line["diverged_fraction"] = verdict.paired.diverged_fraction;
     for (const LevelResult& level : verdict.judgement.levels)
         line["detectable_relative"][level.name] = level.minimum_detectable_relative;
@@ -67,6 +77,11 @@ int main(int argc, char** argv) {
             for (const Mutant& mutant : catalogue()) fmt::print("{} {}\n", mutant.id(), name_of(mutant.planting));
             return 0;
         }
+        if (command == "reasons" && arguments.size() == 1) {
+            for (const NotInBoth& bug : not_in_both())
+                fmt::print("{}: {}\n", planted_bug_names.at(static_cast<std::size_t>(bug.bug)), bug.reason);
+            return 0;
+        }
         if (command == "sound" && arguments.size() > 1) {
             sound(arguments[1], count_from(arguments, 2, 1));
             return 0;
@@ -81,6 +96,6 @@ int main(int argc, char** argv) {
         fmt::print(stderr, "mutants: {}\n", error.what());
         return 1;
     }
-    fmt::print(stderr, "usage: mutants list | run ID PLANTING [EFFORTS] | sound SCENE [EFFORT]\n");
+    fmt::print(stderr, "usage: mutants list | reasons | run ID PLANTING [EFFORTS] | sound SCENE [EFFORT]\n");
     return 2;
 }
