@@ -203,6 +203,7 @@ Hit closer(Hit a, Hit b) {
     return a;
 }
 
+#ifndef RAY_TRACING
 Hit closest_hit(Ray ray, uint own, bool inside) {
     Hit best = Hit(ray_max, hit_none, 0, vec3(0.0));
     if (!is_sound(ray)) return best;
@@ -213,5 +214,6 @@ Hit closest_hit(Ray ray, uint own, bool inside) {
     if (has_cuboids && best.slot != hit_none && best.slot >= triangle_total() + sphere_total()) locate_cuboid(best, ray);
     return best;
 }
+#endif
 
 #endif

@@ -4,30 +4,7 @@
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require
 #define NOT_COMPUTE
-#include "settings.glsl"
-#define LOOPS_OVER_PRIMITIVES
-#include "scene_set.glsl"
-#include "random.glsl"
-#include "time.glsl"
-#include "sampling.glsl"
-#include "shapes.glsl"
-#include "camera.glsl"
-#include "closest_hit.glsl"
-#include "occlusion.glsl"
-#include "surface.glsl"
-#include "elementary.glsl"
-#include "tables.glsl"
-#include "noise.glsl"
-#include "textures.glsl"
-#include "materials.glsl"
-#include "environment.glsl"
-#include "background.glsl"
-#include "media.glsl"
-#include "interiors.glsl"
-#include "lights.glsl"
-#include "vertex_events.glsl"
-#include "film.glsl"
-#include "pixel_samples.glsl"
+#include "whole_paths.glsl"
 
 void main() {
     preload_primitives();

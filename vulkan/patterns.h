@@ -13,6 +13,7 @@ enum class KernelShape : std::uint32_t {
     megakernel,    // an invocation a pixel, its paths in registers
     image_stages,  // the thesis's six as they were: each over the whole image, rays at their pixels' places
     fragment,      // the megakernel's work in the fragment shader of a render pass
+    ray_tracing,   // the same in a ray-tracing pipeline, whose traversal finds hits (VK_KHR_ray_tracing_pipeline)
 };
 
 // Where buffers live.

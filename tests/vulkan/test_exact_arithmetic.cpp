@@ -40,7 +40,8 @@ Counts count(std::span<const std::uint32_t> code) {
 // That none of what remains may be contracted is tested in test_ray_batch.cpp.
 TEST_CASE("No kernel leaves a compiler to choose how a sum of products is rounded") {
     for (const Stage stage : {Stage::vertex, Stage::ray_gen, Stage::intersect, Stage::scatter, Stage::megakernel,
-             Stage::fragment, Stage::trace, Stage::ray_batch}) {
+             Stage::fragment, Stage::rt_paths, Stage::rt_triangle, Stage::rt_sphere, Stage::rt_cuboid,
+             Stage::rt_nearest, Stage::trace, Stage::ray_batch}) {
         CAPTURE(static_cast<int>(stage));
         const Counts counts = count(shader_code(stage));
         CHECK(counts.compound == 0);

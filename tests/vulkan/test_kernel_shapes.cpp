@@ -120,5 +120,6 @@ TEST_CASE("an unknown kernel shape is refused, naming those there are") {
     BackendOptions options;
     options.kernel = "octopus";
     CHECK_THROWS_WITH_AS(static_cast<void>(vulkan_backend().create(options)),
-        "--kernel: no kernel shape 'octopus'; choose one of stages, megakernel, image-stages, fragment", InputError);
+        "--kernel: no kernel shape 'octopus'; choose one of stages, megakernel, image-stages, fragment, ray-tracing",
+        InputError);
 }

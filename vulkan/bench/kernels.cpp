@@ -32,17 +32,6 @@ Patterns with_kernel(KernelShape kernel) {
     return patterns;
 }
 
-// Named, so that a reader of the results sees that it was thought of.
-Arm ray_tracing_arm(const SharedDevice& device) {
-    return {
-        "ray-tracing", "a ray-tracing pipeline (VK_KHR_ray_tracing_pipeline)", [device]() -> std::unique_ptr<ArmRun> {
-            for (const vk::ExtensionProperties& one : device->device().physical().enumerateDeviceExtensionProperties())
-                if (one.extensionName == std::string_view(VK_KHR_RAY_TRACING_PIPELINE_EXTENSION_NAME))
-                    throw UnsupportedError("Tandem has no ray-tracing pipeline yet, though the device has them");
-            throw UnsupportedError(device->device().description().name + " has no VK_KHR_ray_tracing_pipeline");
-        }};
-}
-
 }  // namespace
 
 Family kernels_family(const SharedDevice& device) {
@@ -66,7 +55,8 @@ Family kernels_family(const SharedDevice& device) {
                 with_kernel(KernelShape::image_stages)),
             arm("megakernel", "an invocation a pixel, its paths in registers", with_kernel(KernelShape::megakernel)),
             arm("fragment", "the same in the fragment shader of a render pass", with_kernel(KernelShape::fragment)),
-            ray_tracing_arm(device),
+            arm("ray-tracing", "a ray-tracing pipeline (VK_KHR_ray_tracing_pipeline)",
+                with_kernel(KernelShape::ray_tracing)),
             arm("tiles", "wavefront, an eighth of the image after the other, in the same buffers", tiles),
             general_arm(device, workload, "wavefront-general", "wavefront, its kernels made for any scene", {}),
             general_arm(device, workload, "megakernel-general", "megakernel, made for any scene",

@@ -16,6 +16,14 @@ inline constexpr StageAccess compute_access{vk::PipelineStageFlagBits::eComputeS
     vk::AccessFlagBits::eShaderRead | vk::AccessFlagBits::eShaderWrite | vk::AccessFlagBits::eUniformRead};
 inline constexpr StageAccess fragment_write{vk::PipelineStageFlagBits::eFragmentShader, compute_write.access};
 inline constexpr StageAccess fragment_access{vk::PipelineStageFlagBits::eFragmentShader, compute_access.access};
+// Of the shaders of ray-tracing pipelines.
+inline constexpr StageAccess tracing_write{vk::PipelineStageFlagBits::eRayTracingShaderKHR, compute_write.access};
+inline constexpr StageAccess tracing_access{vk::PipelineStageFlagBits::eRayTracingShaderKHR,
+    compute_access.access | vk::AccessFlagBits::eAccelerationStructureReadKHR};
+inline constexpr StageAccess acceleration_write{
+    vk::PipelineStageFlagBits::eAccelerationStructureBuildKHR, vk::AccessFlagBits::eAccelerationStructureWriteKHR};
+inline constexpr StageAccess acceleration_read{
+    vk::PipelineStageFlagBits::eAccelerationStructureBuildKHR, vk::AccessFlagBits::eAccelerationStructureReadKHR};
 // With the arguments of indirect dispatches.
 inline constexpr StageAccess dispatch_access{compute_access.stage | vk::PipelineStageFlagBits::eDrawIndirect,
     compute_access.access | vk::AccessFlagBits::eIndirectCommandRead};

@@ -1,6 +1,7 @@
 #include "vulkan/core/device.h"
 
 #include <algorithm>
+#include <array>
 #include <string_view>
 
 #include "common/error.h"
@@ -37,9 +38,13 @@ bool offers(const vk::raii::PhysicalDevice& physical, std::string_view extension
         extensions, [&](const vk::ExtensionProperties& one) { return one.extensionName == extension; });
 }
 
+constexpr std::array ray_tracing_extensions{VK_KHR_ACCELERATION_STRUCTURE_EXTENSION_NAME,
+    VK_KHR_RAY_TRACING_PIPELINE_EXTENSION_NAME, VK_KHR_DEFERRED_HOST_OPERATIONS_EXTENSION_NAME};
+
 DeviceFeatures features_of(const vk::raii::PhysicalDevice& physical) {
     const auto chain = physical.getFeatures2<vk::PhysicalDeviceFeatures2, vk::PhysicalDeviceVulkan12Features,
-        vk::PhysicalDeviceSynchronization2FeaturesKHR>();
+        vk::PhysicalDeviceSynchronization2FeaturesKHR, vk::PhysicalDeviceAccelerationStructureFeaturesKHR,
+        vk::PhysicalDeviceRayTracingPipelineFeaturesKHR>();
     const auto& plain = chain.get<vk::PhysicalDeviceFeatures2>().features;
     const auto& newer = chain.get<vk::PhysicalDeviceVulkan12Features>();
     DeviceFeatures features;
@@ -50,6 +55,11 @@ DeviceFeatures features_of(const vk::raii::PhysicalDevice& physical) {
     features.doubles = plain.shaderFloat64;
     features.fragment_stores = plain.fragmentStoresAndAtomics;
     features.buffer_addresses = newer.bufferDeviceAddress;
+    features.ray_tracing =
+        features.buffer_addresses &&
+        std::ranges::all_of(ray_tracing_extensions, [&](const char* name) { return offers(physical, name); }) &&
+        chain.get<vk::PhysicalDeviceAccelerationStructureFeaturesKHR>().accelerationStructure &&
+        chain.get<vk::PhysicalDeviceRayTracingPipelineFeaturesKHR>().rayTracingPipeline;
     features.storage_arrays = plain.shaderStorageBufferArrayDynamicIndexing;
     features.storage_arrays_nonuniform = features.storage_arrays && newer.shaderStorageBufferArrayNonUniformIndexing;
     return features;
@@ -73,6 +83,8 @@ vk::raii::Device make_device(const vk::raii::PhysicalDevice& physical, const Dev
     std::vector<const char*> extensions;
     if (has.synchronization2) extensions.push_back(VK_KHR_SYNCHRONIZATION_2_EXTENSION_NAME);
     if (has.push_descriptors) extensions.push_back(VK_KHR_PUSH_DESCRIPTOR_EXTENSION_NAME);
+    if (has.ray_tracing)
+        for (const char* extension : ray_tracing_extensions) extensions.push_back(extension);
     vk::PhysicalDeviceFeatures plain;
     plain.shaderFloat64 = has.doubles;
     plain.shaderStorageBufferArrayDynamicIndexing = has.storage_arrays;
@@ -82,8 +94,13 @@ vk::raii::Device make_device(const vk::raii::PhysicalDevice& physical, const Dev
     newer.bufferDeviceAddress = has.buffer_addresses;
     newer.shaderStorageBufferArrayNonUniformIndexing = has.storage_arrays_nonuniform;
     vk::StructureChain info(vk::DeviceCreateInfo({}, queues, {}, extensions, &plain), newer,
-        vk::PhysicalDeviceSynchronization2FeaturesKHR(true));
+        vk::PhysicalDeviceSynchronization2FeaturesKHR(true), vk::PhysicalDeviceAccelerationStructureFeaturesKHR(true),
+        vk::PhysicalDeviceRayTracingPipelineFeaturesKHR(true));
     if (!has.synchronization2) info.unlink<vk::PhysicalDeviceSynchronization2FeaturesKHR>();
+    if (!has.ray_tracing) {
+        info.unlink<vk::PhysicalDeviceAccelerationStructureFeaturesKHR>();
+        info.unlink<vk::PhysicalDeviceRayTracingPipelineFeaturesKHR>();
+    }
     return vk::raii::Device(physical, info.get<vk::DeviceCreateInfo>());
 }
 

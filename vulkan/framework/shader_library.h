@@ -7,8 +7,9 @@
 
 namespace tandem {
 
-// The thesis's stages, in the order in which a frame runs them, and the kernels of other shapes; then what no frame
-// runs by itself: single paths, written down, rays of the caller, and the triangle whose fragments are kernels.
+// The thesis's stages, in the order in which a frame runs them, and the kernels of other shapes, the last of which are
+// stages of one ray-tracing pipeline; then what no frame runs by itself: single paths, written down, rays of the
+// caller, the triangle whose fragments are kernels, and what happens to rays that meet nothing.
 enum class Stage : std::uint32_t {
     pre_process,
     vertex,
@@ -18,14 +19,21 @@ enum class Stage : std::uint32_t {
     post_process,
     megakernel,
     fragment,
+    rt_paths,
+    rt_triangle,
+    rt_sphere,
+    rt_cuboid,
+    rt_nearest,
     trace,
     ray_batch,
     ray_batch_double,
-    fullscreen
+    fullscreen,
+    rt_nothing
 };
-inline constexpr std::size_t stage_count = 8;  // of frames
-inline constexpr std::array<const char*, stage_count> stage_names{
-    "pre-process", "vertex", "ray-gen", "intersect", "scatter", "post-process", "megakernel", "fragment"};
+inline constexpr std::size_t stage_count = 13;  // of frames
+inline constexpr std::array<const char*, stage_count> stage_names{"pre-process", "vertex", "ray-gen", "intersect",
+    "scatter", "post-process", "megakernel", "fragment", "rt-paths", "rt-triangle", "rt-sphere", "rt-cuboid",
+    "rt-nearest"};
 
 [[nodiscard]] std::span<const std::uint32_t> shader_code(Stage stage);
 

@@ -29,6 +29,9 @@ float to_distance(double distance) {
     return static_cast<float>(std::min(distance, double{std::numeric_limits<float>::max()}));
 }
 
+// The acceleration structure's: in place of the set of settings, which the ray-tracing pipeline has pushed.
+constexpr auto traced_set = static_cast<std::uint32_t>(SetIndex::settings);
+
 // In place of a count, for kernels that serve any scene (shaders/settings.glsl).
 constexpr std::uint32_t told_at_run_time = 0xffffffffu;
 
@@ -132,7 +135,9 @@ VulkanJob::VulkanJob(const Instance& instance, const Device& device, Stages& sta
       patterns_(patterns),
       precision_(precision),
       settings_(mutated(checked(settings), planted_bug)),
-      scene_(flatten_for(scene, settings_, acceleration, precision)),
+      // A ray-tracing pipeline brings its own trees.
+      scene_(flatten_for(scene, settings_,
+          patterns.kernel == KernelShape::ray_tracing ? Acceleration::loops : acceleration, precision)),
       specialisation_(with_parameters(specialise(device, scene, scene_, settings_, planted_bug))),
       kept_(traces_whole_paths(patterns.kernel) ? std::nullopt : std::optional(specialisation_.path)),
       stages_(stages),
@@ -148,6 +153,7 @@ VulkanJob::VulkanJob(const Instance& instance, const Device& device, Stages& sta
     if (patterns_.parts == 0 || patterns_.part >= patterns_.parts || part().pixel_count == 0)
         throw UnsupportedError("the image has too few pixels for so many parts");
     if (patterns_.kernel == KernelShape::fragment) prepare_fragments(stages);
+    if (patterns_.kernel == KernelShape::ray_tracing) prepare_rays(scene);
     if (patterns_.segments_per_submission > 0) batch_ = patterns_.segments_per_submission;
     instance_.log().raise();
 }
@@ -159,6 +165,13 @@ void VulkanJob::prepare_fragments(Stages& stages) {
     framebuffer_ = pass_->make_framebuffer(settings_.width, settings_.height);
 }
 
+void VulkanJob::prepare_rays(const Scene& scene) {
+    if (const std::string reason = untraceable(scene, settings_); !reason.empty()) throw UnsupportedError(reason);
+    if (patterns_.queue.kind != QueueKind::rendering)
+        throw UnsupportedError("acceleration structures belong to the queues that build them, which render");
+    traced_world_.emplace(device_, traced_boxes(scene, scene_), layout_.set(traced_set));
+}
+
 Specialisation VulkanJob::with_parameters(Specialisation specialisation) const {
     const vk::PhysicalDeviceLimits& limits = device_.limits();
     specialisation.workgroup = patterns_.workgroup;
@@ -166,6 +179,10 @@ Specialisation VulkanJob::with_parameters(Specialisation specialisation) const {
         patterns_.workgroup > limits.maxComputeWorkGroupSize[0])
         throw UnsupportedError(
             fmt::format("{} has no workgroups of {} invocations", device_.description().name, patterns_.workgroup));
+    if (patterns_.kernel == KernelShape::ray_tracing) {
+        specialisation.unrolled.reset();  // nor are there loops
+        specialisation.few_primitives = false;
+    }
     if (patterns_.parameters == ParameterPattern::specialisation)
         specialisation.parameters = fixed_parameters(stage_settings({}, 0));
     return specialisation;
@@ -297,9 +314,11 @@ void VulkanJob::add_post_processing(Tile tile, std::uint64_t sample) {
 // A block's first share finds no sums and begins them.
 void VulkanJob::add_megakernel(Tile tile, std::uint64_t first_sample, const MegakernelShare& share) {
     const bool first = !std::exchange(scene_uploaded_, true);
-    const bool fragments = patterns_.kernel == KernelShape::fragment;
-    Dispatch dispatch{fragments ? Stage::fragment : Stage::megakernel,
-        stage_settings(tile, first_sample + share.first_sample), 0, sum_parity_};
+    const KernelShape shape = patterns_.kernel;
+    const Stage stage = shape == KernelShape::fragment      ? Stage::fragment
+                        : shape == KernelShape::ray_tracing ? Stage::rt_paths
+                                                            : Stage::megakernel;
+    Dispatch dispatch{stage, stage_settings(tile, first_sample + share.first_sample), 0, sum_parity_};
     dispatch.settings.sample_count = static_cast<std::uint32_t>(share.samples);
     dispatch.settings.first_invocation = share.first_invocation;
     dispatch.settings.invocations = share.invocations;
@@ -311,8 +330,10 @@ void VulkanJob::add_megakernel(Tile tile, std::uint64_t first_sample, const Mega
         if (first) record_scene(commands, dispatch.settings, dispatch.sum_parity);
         ordering_.after_dispatches(
             commands, compute_access);  // after the vertex stage, or the share before, whose sums this one may read
-        if (fragments)
+        if (stage == Stage::fragment)
             record_fragments(commands, dispatch);
+        else if (stage == Stage::rt_paths)
+            record_rays(commands, dispatch);
         else
             record(commands, dispatch, share.invocations);
     });
@@ -329,6 +350,17 @@ void VulkanJob::record_fragments(const vk::raii::CommandBuffer& commands, const 
     const std::uint32_t last = first + dispatch.settings.invocations - 1;
     pass_->draw(commands, *framebuffer_, settings_.width, first / settings_.width, last / settings_.width + 1);
     barrier(commands, fragment_write, compute_access);
+}
+
+// Likewise.
+void VulkanJob::record_rays(const vk::raii::CommandBuffer& commands, const Dispatch& dispatch) const {
+    constexpr vk::PipelineBindPoint point = vk::PipelineBindPoint::eRayTracingKHR;
+    barrier(commands, compute_write, tracing_access);
+    commands.bindPipeline(point, pipelines_->rays->handle());
+    bindings_.bind(commands, dispatch.settings, dispatch.ray_parity, dispatch.sum_parity, true, point);
+    commands.bindDescriptorSets(point, layout_.handle(), traced_set, traced_world_->descriptors(), {});
+    pipelines_->rays->trace(commands, dispatch.settings.invocations);
+    barrier(commands, tracing_write, compute_access);
 }
 
 JobFacts VulkanJob::facts() const {

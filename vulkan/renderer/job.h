@@ -7,6 +7,7 @@
 #include "vulkan/renderer/bindings.h"
 #include "vulkan/renderer/megakernel_plan.h"
 #include "vulkan/renderer/path_tracing.h"
+#include "vulkan/renderer/traced_world.h"
 
 namespace tandem {
 
@@ -64,7 +65,9 @@ private:
     void bind(const vk::raii::CommandBuffer& commands, const Dispatch& dispatch) const;
     void record_queue(const vk::raii::CommandBuffer& commands, const Dispatch& dispatch, std::uint32_t places) const;
     void record_fragments(const vk::raii::CommandBuffer& commands, const Dispatch& dispatch) const;
+    void record_rays(const vk::raii::CommandBuffer& commands, const Dispatch& dispatch) const;
     void prepare_fragments(Stages& stages);
+    void prepare_rays(const Scene& scene);
     [[nodiscard]] std::vector<Tile> tiles() const;
     void record(const vk::raii::CommandBuffer& commands, const Dispatch& dispatch, std::uint32_t invocations) const;
     [[nodiscard]] gpu::Settings stage_settings(Tile tile, std::uint64_t sample) const;
@@ -92,6 +95,7 @@ private:
     Submission submission_;
     const FullscreenPass* pass_ = nullptr;  // of fragments, as is the framebuffer
     vk::raii::Framebuffer framebuffer_ = nullptr;
+    std::optional<TracedWorld> traced_world_;  // of the ray-tracing pipeline
     bool scene_uploaded_ = false;
     std::uint32_t sum_parity_ = 0;  // the half of the sums that holds the current ones
     std::uint64_t batch_ = 1;       // path segments a submission, over one or several samples

@@ -10,7 +10,7 @@ namespace tandem {
 
 namespace {
 
-constexpr std::array<std::string_view, 4> names{"stages", "megakernel", "image-stages", "fragment"};
+constexpr std::array<std::string_view, 5> names{"stages", "megakernel", "image-stages", "fragment", "ray-tracing"};
 
 }  // namespace
 

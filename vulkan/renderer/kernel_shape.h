@@ -14,7 +14,7 @@ namespace tandem {
 
 // Whether an invocation follows paths to their end, with nothing of them in buffers.
 [[nodiscard]] constexpr bool traces_whole_paths(KernelShape shape) {
-    return shape == KernelShape::megakernel || shape == KernelShape::fragment;
+    return shape == KernelShape::megakernel || shape == KernelShape::fragment || shape == KernelShape::ray_tracing;
 }
 
 // The one that was measured to be the fastest on devices of this type (README.md).

@@ -84,6 +84,7 @@ std::vector<SetBindings> set_bindings(const KernelForm& form) {
     if (form.parameters == ParameterPattern::uniform) sets.push_back({Type::eUniformBuffer});
     if (form.parameters == ParameterPattern::dynamic_uniform) sets.push_back({Type::eUniformBufferDynamic});
     if (form.parameters == ParameterPattern::storage) sets.push_back({Type::eStorageBuffer});
+    if (form.shape == KernelShape::ray_tracing) sets.push_back({Type::eAccelerationStructureKHR});
     return sets;
 }
 
@@ -106,6 +107,8 @@ std::uint32_t most_push_descriptors(const Device& device) {
 void check(const Device& device, const KernelForm& form, const std::vector<SetBindings>& sets) {
     const std::string& name = device.description().name;
     const DeviceFeatures& has = device.features();
+    if (form.shape == KernelShape::ray_tracing && !has.ray_tracing)
+        throw UnsupportedError(name + " has no VK_KHR_ray_tracing_pipeline");
     if (form.parameters == ParameterPattern::device_address && !has.buffer_addresses)
         throw UnsupportedError(name + " has no buffer addresses (bufferDeviceAddress)");
     if (form.descriptors == DescriptorPattern::push && !has.push_descriptors)
@@ -156,10 +159,12 @@ const PipelineLayout& Stages::layout(const KernelForm& form) {
     const std::vector<SetBindings> sets = set_bindings(form);
     check(device_, form, sets);
     const bool pushed = form.descriptors == DescriptorPattern::push;
-    const bool fragments = form.shape == KernelShape::fragment;
-    vk::ShaderStageFlags visible = vk::ShaderStageFlagBits::eCompute;
-    if (fragments) visible |= vk::ShaderStageFlagBits::eFragment;
-    if (!fragments && !pushed && !form.has_arrays() && sets.size() == set_bindings({}).size()) return layout_;
+    using Bit = vk::ShaderStageFlagBits;
+    vk::ShaderStageFlags visible = Bit::eCompute;
+    if (form.shape == KernelShape::fragment) visible |= Bit::eFragment;
+    if (form.shape == KernelShape::ray_tracing) visible |= Bit::eRaygenKHR | Bit::eIntersectionKHR | Bit::eAnyHitKHR;
+    if (visible == Bit::eCompute && !pushed && !form.has_arrays() && sets.size() == set_bindings({}).size())
+        return layout_;
     return layouts_
         .try_emplace(form, device_, sets, static_cast<std::uint32_t>(sizeof(gpu::Settings)),
             pushed ? static_cast<std::size_t>(SetIndex::rays) : PipelineLayout::no_set, visible)
@@ -186,6 +191,19 @@ vk::raii::Pipeline Stages::make_fragment(
     };
     const std::span<const std::uint32_t> code = shader_code(Stage::fragment);
     return contracted_ ? build(without_no_contraction(code)) : build(code);
+}
+
+RayPipeline Stages::make_rays(
+    const PipelineLayout& layout, const std::vector<SpecialisationConstant>& constants) const {
+    const auto code = [&](Stage stage) {
+        const std::span<const std::uint32_t> words = shader_code(stage);
+        return contracted_ ? without_no_contraction(words) : std::vector(words.begin(), words.end());
+    };
+    const std::vector<std::uint32_t> paths = code(Stage::rt_paths), triangle = code(Stage::rt_triangle),
+                                     sphere = code(Stage::rt_sphere), cuboid = code(Stage::rt_cuboid),
+                                     nearest = code(Stage::rt_nearest);
+    return RayPipeline(device_, layout.handle(),
+        {paths, shader_code(Stage::rt_nothing), {triangle, sphere, cuboid}, nearest}, constants);
 }
 
 vk::raii::Pipeline Stages::make(
@@ -216,6 +234,9 @@ std::shared_ptr<const Stages::RayPipelines> Stages::double_ray_pipelines(const S
 std::vector<Stage> kernels_of(KernelShape shape) {
     if (shape == KernelShape::megakernel) return {Stage::vertex, Stage::megakernel};
     if (shape == KernelShape::fragment) return {Stage::vertex, Stage::fragment};
+    if (shape == KernelShape::ray_tracing)
+        return {
+            Stage::vertex, Stage::rt_paths, Stage::rt_triangle, Stage::rt_sphere, Stage::rt_cuboid, Stage::rt_nearest};
     return {Stage::pre_process, Stage::vertex, Stage::ray_gen, Stage::intersect, Stage::scatter, Stage::post_process};
 }
 
@@ -230,7 +251,9 @@ std::shared_ptr<const Stages::Pipelines> Stages::pipelines(
     made.plain.resize(stage_count);
     for (std::size_t stage = 0; stage < stage_count; ++stage) made.stages.emplace_back(nullptr);
     bool any_variant = false;
+    if (form.shape == KernelShape::ray_tracing) made.rays.emplace(make_rays(form_layout, constants));
     for (const Stage stage : kernels_of(form.shape)) {
+        if (stage >= Stage::rt_paths && stage <= Stage::rt_nearest) continue;  // of the one pipeline
         const auto i = static_cast<std::size_t>(stage);
         // What is held in double the host places.
         if (stage == Stage::vertex && form.precision != GeometryPrecision::single_precision) continue;

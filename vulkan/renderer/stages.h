@@ -9,6 +9,7 @@
 #include "common/renderer.h"
 #include "vulkan/core/device_selection.h"
 #include "vulkan/framework/fullscreen.h"
+#include "vulkan/framework/ray_pipeline.h"
 #include "vulkan/framework/shader_library.h"
 #include "vulkan/patterns.h"
 #include "vulkan/renderer/scene_data.h"
@@ -84,7 +85,8 @@ struct KernelForm {
 class Stages {
 public:
     struct Pipelines {
-        std::vector<vk::raii::Pipeline> stages;  // by Stage; null: not one of the shape's
+        std::vector<vk::raii::Pipeline> stages;  // by Stage; null: not one of the shape's, or a part of
+        std::optional<RayPipeline> rays;
         std::vector<bool> plain;  // by Stage: it has not the form's variant and is told by push constants
         double seconds = 0.0;     // that making them took
     };
@@ -115,6 +117,8 @@ private:
 
     [[nodiscard]] vk::raii::Pipeline make_fragment(
         const PipelineLayout& layout, const std::vector<SpecialisationConstant>& constants);
+    [[nodiscard]] RayPipeline make_rays(
+        const PipelineLayout& layout, const std::vector<SpecialisationConstant>& constants) const;
 
     const Device& device_;
     PipelineLayout layout_;  // of forms that need no other
