@@ -15,7 +15,8 @@
 namespace tandem {
 
 // Seconds by clock of one run of an arm: "total" (wall clock) always; "record", "record-cpu", "submit", "wait",
-// "device", "prepare" where the arm has such phases.
+// "device", "prepare" where the arm has such phases; "submit-to-start", "end-to-known", "overlap" and "clock-deviation"
+// where device and host have related clocks.
 using ClockReadings = std::map<std::string, double>;
 
 // What an arm computes, for the identity gate.

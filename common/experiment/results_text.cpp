@@ -19,6 +19,18 @@ std::string line_of(const ArmResult& arm) {
         name_of(arm.identity));
 }
 
+// Empty for results from before the clocks were related.
+std::string clocks_line(const nlohmann::json& device) {
+    if (!device.contains("calibrated_clocks")) return {};
+    const nlohmann::json& clocks = device.at("calibrated_clocks");
+    if (clocks.contains("not_applicable"))
+        return fmt::format(
+            "Device's clock beside the host's: not applicable, {}\n", clocks.at("not_applicable").get<std::string>());
+    return fmt::format("Device's clock beside the host's: known to {:.3g} us (median; greatest {:.3g})\n",
+        1e-3 * clocks.value("deviation_nanoseconds_median", 0.0),
+        1e-3 * clocks.value("deviation_nanoseconds_greatest", 0.0));
+}
+
 }  // namespace
 
 std::string to_text(const BenchResults& results, const std::vector<Claim>& claims) {
@@ -30,6 +42,7 @@ std::string to_text(const BenchResults& results, const std::vector<Claim>& claim
         text += fmt::format("A submission of nothing and its wait: {:.3g} ms (median; never subtracted)\n",
             1e3 * sorted[sorted.size() / 2]);
     }
+    text += clocks_line(results.device);
     const std::vector<ArmResult> arms = analyse(results.samples);
     for (const nlohmann::json& family : results.families) {
         const std::string name = family.at("name");

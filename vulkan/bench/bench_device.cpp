@@ -2,7 +2,11 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <chrono>
+#include <limits>
+
+#include "common/error.h"
 
 namespace tandem {
 
@@ -28,12 +32,15 @@ public:
         : device_(std::move(device)),
           work_(work),
           fresh_(fresh),
-          job_(device_->job(work.size, work.bounces, patterns, effects)) {}
+          job_(device_->job(work.size, work.bounces, patterns, effects)),
+          host_times_(device_) {}
 
     [[nodiscard]] ClockReadings run() override {
         const double start = steady_seconds();
         const SubmissionTimes times = job_->frame(work_.samples, fresh_);
-        return readings_of(times, steady_seconds() - start);
+        ClockReadings readings = readings_of(times, steady_seconds() - start);
+        host_times_.add_to(readings, times);
+        return readings;
     }
 
     [[nodiscard]] std::optional<ArmOutput> output() override {
@@ -46,6 +53,7 @@ private:
     RenderWork work_;
     bool fresh_;
     std::unique_ptr<VulkanJob> job_;
+    HostTimes host_times_;
 };
 
 class FunctionRun : public ArmRun {
@@ -57,6 +65,14 @@ private:
     std::function<ClockReadings()> run_;
 };
 
+std::optional<DeviceClock> clock_of(const Device& device) {
+    try {
+        return DeviceClock(device);
+    } catch (const UnsupportedError&) {
+        return std::nullopt;
+    }
+}
+
 }  // namespace
 
 double steady_seconds() {
@@ -67,6 +83,7 @@ BenchDevice::BenchDevice(const BenchRequest& request)
     : scene_(request.scene),
       instance_(validation_wanted(false)),
       device_(instance_, request.device, Queues::all),
+      clock_(clock_of(device_)),
       stages_(device_),
       sizes_(sizes_for(request, device_)) {}
 
@@ -111,6 +128,43 @@ ClockReadings readings_of(const SubmissionTimes& times, double total) {
         {"submit", times.submit}, {"wait", times.wait}};
     if (times.device) readings["device"] = *times.device;
     return readings;
+}
+
+HostTimes::HostTimes(const SharedDevice& device) : device_(device) {
+    if (device_->clock()) last_ = device_->clock()->now();
+}
+
+void HostTimes::add_to(ClockReadings& readings, const SubmissionTimes& times) {
+    if (!last_ || !times.moments) return;
+    const ClockPair before = *last_, after = device_->clock()->now();
+    const SubmissionTimes::Moments& at = *times.moments;
+    readings["submit-to-start"] = host_seconds(before, after, at.first_stamp, at.stamp_bits) - at.submitted;
+    readings["end-to-known"] = at.known - host_seconds(before, after, at.last_stamp, at.stamp_bits);
+    readings["clock-deviation"] = std::max(before.deviation, after.deviation);
+    last_ = after;
+}
+
+void HostTimes::add_to(ClockReadings& readings, const std::vector<SubmissionTimes>& times) {
+    const auto has_moments = [](const SubmissionTimes& one) { return one.moments.has_value(); };
+    if (!last_ || !std::ranges::all_of(times, has_moments)) return;
+    const ClockPair before = *last_, after = device_->clock()->now();
+    std::vector<std::pair<double, double>> spans;
+    for (const SubmissionTimes& one : times)
+        spans.emplace_back(host_seconds(before, after, one.moments->first_stamp, one.moments->stamp_bits),
+            host_seconds(before, after, one.moments->last_stamp, one.moments->stamp_bits));
+    readings["overlap"] = overlap_of(std::move(spans));
+    readings["clock-deviation"] = std::max(before.deviation, after.deviation);
+    last_ = after;
+}
+
+double overlap_of(std::vector<std::pair<double, double>> spans) {
+    std::ranges::sort(spans);
+    double overlap = 0.0, end = -std::numeric_limits<double>::infinity();
+    for (const auto& [first, last] : spans) {
+        overlap += std::max(0.0, std::min(end, last) - first);
+        end = std::max(end, last);
+    }
+    return overlap;
 }
 
 std::unique_ptr<ArmRun> run_of(std::function<ClockReadings()> run) {

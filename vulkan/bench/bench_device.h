@@ -2,6 +2,7 @@
 #pragma once
 
 #include "common/experiment/bench.h"
+#include "vulkan/core/device_clock.h"
 #include "vulkan/renderer/job.h"
 
 namespace tandem {
@@ -23,6 +24,8 @@ public:
     // Of the six stages for the scene, and the layout that goes with it.
     [[nodiscard]] const Specialisation& specialisation();
     [[nodiscard]] vk::PipelineLayout layout() { return stages_.layout().handle(); }
+    // The device's clock beside the host's; none where they cannot be related, as facts_of() says why.
+    [[nodiscard]] const std::optional<DeviceClock>& clock() const { return clock_; }
     // Small, middle and large images, fit for the device or as asked for.
     [[nodiscard]] const std::vector<ImageSize>& sizes() const { return sizes_; }
     [[nodiscard]] std::uint32_t bounces() const { return 12; }  // the thesis's
@@ -31,6 +34,7 @@ private:
     Scene scene_;
     Instance instance_;
     Device device_;
+    std::optional<DeviceClock> clock_;
     Stages stages_;
     std::vector<ImageSize> sizes_;
     std::optional<Specialisation> specialisation_;
@@ -50,6 +54,26 @@ struct RenderWork {
 // Times frames of an unchanged scene, or of one that is sent anew for each frame; the gate compares whole renders.
 [[nodiscard]] Arm render_arm(const SharedDevice& device, const Workload& workload, std::string name, std::string text,
     const Patterns& patterns, bool fresh = false, std::optional<EffectSet> effects = {});
+
+// When submissions began and ended by the host's clock. What a device cannot say is left out. Readings of both clocks
+// are taken outside of what is timed: the last ones of an earlier run serve as this one's first.
+class HostTimes {
+public:
+    explicit HostTimes(const SharedDevice& device);
+    // After a run: adds "submit-to-start", from before vkQueueSubmit to the first stamp, "end-to-known", from the last
+    // stamp to when the host's wait was over, and "clock-deviation", by how much either may be wrong.
+    void add_to(ClockReadings& readings, const SubmissionTimes& times);
+    // The same of several submissions that were under way together: adds "overlap", the time that they had in common,
+    // as the sum of what each took less the time in which any was at work, and "clock-deviation".
+    void add_to(ClockReadings& readings, const std::vector<SubmissionTimes>& times);
+
+private:
+    SharedDevice device_;
+    std::optional<ClockPair> last_;
+};
+
+// The sum of the lengths of spans (first, last), less that of their union.
+[[nodiscard]] double overlap_of(std::vector<std::pair<double, double>> spans);
 
 // Clocks of a frame as readings.
 [[nodiscard]] ClockReadings readings_of(const SubmissionTimes& times, double total);

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
+#include "common/error.h"
+#include "vulkan/core/device_clock.h"
 #include "vulkan/framework/shader_library.h"
 
 namespace tandem {
@@ -32,6 +34,21 @@ nlohmann::json queue_families(const vk::raii::PhysicalDevice& device) {
         list.push_back({{"flags", vk::to_string(family.queueFlags)}, {"queues", family.queueCount},
             {"timestamp_bits", family.timestampValidBits}});
     return list;
+}
+
+// How well the device's clock is known beside the host's, or why not.
+nlohmann::json calibrated_clocks(const Device& device) {
+    try {
+        constexpr std::size_t readings = 50;
+        const DeviceClock clock(device);
+        std::vector<double> deviations;
+        for (std::size_t i = 0; i < readings; ++i) deviations.push_back(1e9 * clock.now().deviation);
+        std::ranges::sort(deviations);
+        return {{"deviation_nanoseconds_median", deviations[readings / 2]},
+            {"deviation_nanoseconds_greatest", deviations.back()}};
+    } catch (const UnsupportedError& refusal) {
+        return {{"not_applicable", refusal.what()}};
+    }
 }
 
 nlohmann::json memory_types(const vk::raii::PhysicalDevice& device) {
@@ -64,7 +81,8 @@ nlohmann::json facts_of(const Device& device) {
         {"memory_types", memory_types(device.physical())}, {"timestamp_bits", description.abilities.timestamp_bits},
         {"timestamp_period_nanoseconds", device.limits().timestampPeriod},
         {"storage_buffer_offset_alignment", std::uint64_t{device.limits().minStorageBufferOffsetAlignment}},
-        {"allocations", device.limits().maxMemoryAllocationCount}, {"spirv_hash", spirv_hash()}};
+        {"calibrated_clocks", calibrated_clocks(device)}, {"allocations", device.limits().maxMemoryAllocationCount},
+        {"spirv_hash", spirv_hash()}};
 }
 
 }  // namespace tandem

@@ -38,6 +38,7 @@ class PartsRun : public ArmRun {
 public:
     PartsRun(SharedDevice device, const RenderWork& work, std::vector<QueueSlot> queues) : device_(std::move(device)) {
         samples_ = work.samples;
+        host_times_.emplace(device_);
         for (std::uint32_t part = 0; part < queues.size(); ++part) {
             Patterns patterns;
             patterns.queue = queues[part];
@@ -51,8 +52,14 @@ public:
         const double start = steady_seconds();
         for (const std::unique_ptr<VulkanJob>& job : jobs_) job->start_frame(samples_);
         SubmissionTimes times;
-        for (const std::unique_ptr<VulkanJob>& job : jobs_) times.add(job->finish_frame());
-        return readings_of(times, steady_seconds() - start);
+        std::vector<SubmissionTimes> parts;
+        for (const std::unique_ptr<VulkanJob>& job : jobs_) {
+            parts.push_back(job->finish_frame());
+            times.add(parts.back());
+        }
+        ClockReadings readings = readings_of(times, steady_seconds() - start);
+        host_times_->add_to(readings, parts);
+        return readings;
     }
     [[nodiscard]] std::optional<ArmOutput> output() override { return image_of(jobs_); }
 
@@ -60,6 +67,7 @@ private:
     SharedDevice device_;
     std::uint32_t samples_ = 1;
     Jobs jobs_;
+    std::optional<HostTimes> host_times_;
 };
 
 // A row of frames, each by the next of so many jobs in turn: a frame begins as soon as the job that it takes is free.

@@ -18,6 +18,8 @@ double seconds_between(Clock::time_point start, Clock::time_point end) {
     return std::chrono::duration<double>(end - start).count();
 }
 
+double seconds_of(Clock::time_point moment) { return std::chrono::duration<double>(moment.time_since_epoch()).count(); }
+
 // Pre-recorded command buffers are kept up to so many; renders of many samples never use one twice.
 constexpr std::size_t most_recorded = 4096;
 
@@ -97,6 +99,7 @@ void SubmissionTimes::add(const SubmissionTimes& other) {
         *device += *other.device;
     else
         device.reset();
+    moments = submissions == 0 ? other.moments : std::nullopt;
     submissions += other.submissions;
     command_buffers += other.command_buffers;
 }
@@ -248,14 +251,16 @@ void Submission::wait() {
     }
 }
 
-std::optional<double> Submission::device_seconds() const {
-    if (!*stamps_) return std::nullopt;
+void Submission::read_stamps() {
+    times_.device.reset();
+    if (!*stamps_) return;
     const auto [result, stamps] = stamps_.getResults<std::uint64_t>(0, 2, 2 * sizeof(std::uint64_t),
         sizeof(std::uint64_t), vk::QueryResultFlagBits::e64 | vk::QueryResultFlagBits::eWait);
-    if (result != vk::Result::eSuccess) return std::nullopt;
+    if (result != vk::Result::eSuccess) return;
     const std::uint64_t mask = stamp_bits_ >= 64 ? ~std::uint64_t{0} : (std::uint64_t{1} << stamp_bits_) - 1;
     const std::uint64_t ticks = (stamps[1] - stamps[0]) & mask;  // right across one wrap of the counter
-    return static_cast<double>(ticks) * static_cast<double>(device_.limits().timestampPeriod) * 1e-9;
+    times_.device = static_cast<double>(ticks) * static_cast<double>(device_.limits().timestampPeriod) * 1e-9;
+    times_.moments = {submitted_, known_, stamps[0], stamps[1], stamp_bits_};
 }
 
 void Submission::start() {
@@ -278,6 +283,7 @@ void Submission::start() {
         handles.push_back(*stamp_buffers_[1]);
     }
     const auto recorded = Clock::now();
+    submitted_ = seconds_of(recorded);
     submit(handles);
     started_ = true;
     times.record = seconds_between(start, recorded);
@@ -290,8 +296,10 @@ SubmissionTimes Submission::finish() {
     started_ = false;
     const auto start = Clock::now();
     wait();
-    times_.wait = seconds_between(start, Clock::now());
-    times_.device = device_seconds();
+    const auto known = Clock::now();
+    known_ = seconds_of(known);
+    times_.wait = seconds_between(start, known);
+    read_stamps();
     return times_;
 }
 

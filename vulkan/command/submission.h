@@ -22,6 +22,14 @@ struct SubmissionTimes {
     double wait = 0.0;                   // from there until the host knew that the device had finished
     std::optional<double> device = 0.0;  // between the first and the last command, by the device's clock if it has one
     std::uint64_t submissions = 0, command_buffers = 0;
+    // Of a single submission: when by the steady clock, in seconds, it was handed over and known to have finished, and
+    // the device's stamps at its begin and end (device_clock.h).
+    struct Moments {
+        double submitted = 0.0, known = 0.0;
+        std::uint64_t first_stamp = 0, last_stamp = 0;
+        std::uint32_t stamp_bits = 0;
+    };
+    std::optional<Moments> moments;
 
     void add(const SubmissionTimes& other);
 };
@@ -72,7 +80,8 @@ private:
     void record_primary(std::vector<vk::CommandBuffer>& handles);
     void submit(const std::vector<vk::CommandBuffer>& handles);
     void wait();
-    [[nodiscard]] std::optional<double> device_seconds() const;
+    // Reads the stamps, if there are any.
+    void read_stamps();
 
     const Device& device_;
     Patterns patterns_;
@@ -91,7 +100,8 @@ private:
     vk::raii::Semaphore timeline_;
     std::uint64_t timeline_value_ = 0;
     bool started_ = false;
-    SubmissionTimes times_;  // of the submission that was started
+    double submitted_ = 0.0, known_ = 0.0;  // seconds by the steady clock
+    SubmissionTimes times_;                 // of the submission that was started
 };
 
 }  // namespace tandem

@@ -52,6 +52,7 @@ DeviceFeatures features_of(const vk::raii::PhysicalDevice& physical) {
     features.synchronization2 = offers(physical, VK_KHR_SYNCHRONIZATION_2_EXTENSION_NAME) &&
                                 chain.get<vk::PhysicalDeviceSynchronization2FeaturesKHR>().synchronization2;
     features.push_descriptors = offers(physical, VK_KHR_PUSH_DESCRIPTOR_EXTENSION_NAME);
+    features.calibrated_timestamps = offers(physical, VK_EXT_CALIBRATED_TIMESTAMPS_EXTENSION_NAME);
     features.doubles = plain.shaderFloat64;
     features.fragment_stores = plain.fragmentStoresAndAtomics;
     features.buffer_addresses = newer.bufferDeviceAddress;
@@ -83,6 +84,7 @@ vk::raii::Device make_device(const vk::raii::PhysicalDevice& physical, const Dev
     std::vector<const char*> extensions;
     if (has.synchronization2) extensions.push_back(VK_KHR_SYNCHRONIZATION_2_EXTENSION_NAME);
     if (has.push_descriptors) extensions.push_back(VK_KHR_PUSH_DESCRIPTOR_EXTENSION_NAME);
+    if (has.calibrated_timestamps) extensions.push_back(VK_EXT_CALIBRATED_TIMESTAMPS_EXTENSION_NAME);
     if (has.ray_tracing)
         for (const char* extension : ray_tracing_extensions) extensions.push_back(extension);
     vk::PhysicalDeviceFeatures plain;
