@@ -259,6 +259,11 @@ EffectSet effects_to_simulate(
     const EffectSet needed = needed_effects(scene, settings);
     const bool punctual =
         std::ranges::any_of(scene.lights, [](const PunctualLight& light) { return !black(light.intensity); });
+    if (!settings.mis && settings.integrator != Integrator::next_event)
+        throw UnsupportedError(
+            "leaving out MIS (--mis off) is of the integrator next-event alone: there are no two ways to a light to "
+            "weigh in path and whitted, and no paths without weights in bidirectional; add --integrator next-event or "
+            "leave it out");
     if (punctual && settings.integrator == Integrator::path)
         throw UnsupportedError(
             "the path integrator cannot find point, spot and sun lights; choose one that samples lights (next-event)");

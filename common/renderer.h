@@ -35,7 +35,8 @@ struct RenderSettings {
     std::uint32_t width = 512, height = 512;  // pixels, each in [1, 65536], their product below 2^32
     std::uint64_t seed = 0;
     Integrator integrator = Integrator::path;
-    std::uint32_t bounces = 12;                  // scattering events at most: bounces + 1 segments
+    bool mis = true;             // of next_event; false: next events alone find the lights that they sample (9.2)
+    std::uint32_t bounces = 12;  // scattering events at most: bounces + 1 segments
     std::uint32_t roulette_start = no_roulette;  // scattering events before roulette may end a path
     double ray_min = 0.0;                        // inclusive interval of ray parameters, scene units
     double ray_max = std::numeric_limits<double>::infinity();

@@ -142,8 +142,8 @@ struct Film {
 };
 
 // path: scattering alone finds the light, as the thesis does; next_event: light sampling, combined with scattering by
-// multiple importance sampling; whitted: direct light and specular chains alone; bidirectional: paths from both ends
-// (MODEL.md section 9).
+// multiple importance sampling (unless RenderSettings::mis says otherwise); whitted: direct light and specular chains
+// alone; bidirectional: paths from both ends (MODEL.md section 9).
 enum class Integrator : std::uint32_t { path = 0, next_event = 1, whitted = 2, bidirectional = 3 };
 
 // Value of a roulette start that means: never (MODEL.md section 9.3).

@@ -41,7 +41,8 @@ public:
           shading_(shading),
           accelerator_(accelerator),
           simulated_(tables.settings.effects.value_or(compiled)),
-          samples_lights_(tables.settings.integrator != Integrator::path && tables.lights.count > 0) {}
+          samples_lights_(tables.settings.integrator != Integrator::path && tables.lights.count > 0),
+          weighs_(tables.settings.mis && tables.settings.integrator != Integrator::whitted) {}
 
     // Of the state of one path, between two vertices.
     static constexpr std::uint64_t bytes_per_path();
@@ -175,6 +176,7 @@ private:
     const Accelerator<Real>& accelerator_;
     const EffectSet simulated_;
     const bool samples_lights_;
+    const bool weighs_;  // next events against scattering; else what is sampled is left to next events
     Batch batch_;
     std::span<std::array<Real, 3>> radiance_;
     std::uint32_t next_path_ = 0;
@@ -293,7 +295,7 @@ Vec3<Lanes<Shade>> PathTracer<Real, effects, Recorder, Shade>::background(
     if (none(found)) return light;
     const V sampled = background_density(tables_, direction, found);
     const M weighted = found & (sampled > zero);
-    return light * shaded(select(weighted, power_heuristic(scattered, sampled), one));
+    return light * shaded(select(weighted, weighs_ ? power_heuristic(scattered, sampled) : zero, one));
 }
 
 // What the vertex is made of.
@@ -404,9 +406,8 @@ void PathTracer<Real, effects, Recorder, Shade>::add_emission(
         const M weighted = samples_lights_ ? emits & (scattered > zero) & (sampled > zero) : M{};
         if (any(weighted)) {
             const bool swapped = planted(PlantedBug::heuristic_swapped);
-            light =
-                light * shaded(select(weighted,
-                            swapped ? power_heuristic(sampled, scattered) : power_heuristic(scattered, sampled), one));
+            const V weight = swapped ? power_heuristic(sampled, scattered) : power_heuristic(scattered, sampled);
+            light = light * shaded(select(weighted, weighs_ ? weight : zero, one));
         }
     }
     light = light * S(static_cast<Shade>(planted_scale(PlantedBug::emission_scaled)));
@@ -462,16 +463,15 @@ void PathTracer<Real, effects, Recorder, Shade>::add_direct_light(
         colour =
             response.colour * transmittance(first, at.surface.point, sample.direction, sample.distance + lead, lit);
     }
-    S weight = power_heuristic(density, scattered);
+    S weight = weighs_ ? power_heuristic(density, scattered) : S(Shade(1));
     if (planted(PlantedBug::balance_on_one_side)) weight = density / (density + scattered);
     weight = weight * S(static_cast<Shade>(planted_scale(PlantedBug::next_event_scaled)));
     if (planted(PlantedBug::mis_weights_unequal) && tables_.lights.count > 1) weight = weight * S(Shade(0.5));
     if (planted(PlantedBug::cosine_dropped)) transfer = S(static_cast<Shade>(inverse_pi));
     if (planted(PlantedBug::inverse_pi_dropped)) transfer = s_cosine;
     if constexpr (general) {
-        const bool all_of_it = tables_.settings.integrator == Integrator::whitted;
         const S whole(static_cast<Shade>(planted_scale(PlantedBug::next_event_scaled)));
-        weight = all_of_it ? whole : select(shaded(sample.delta), whole, weight);
+        weight = weighs_ ? select(shaded(sample.delta), whole, weight) : whole;
         const Vec3<S> light = shaded(sample.radiance) * S(transfer / density * weight);
         const Vec3<S> brought = at.throughput * colour * light;
         if constexpr (Recorder::records) record_light(sample.direction, brought, lit);

@@ -262,7 +262,7 @@ Response medium_response(Medium medium, vec3 d, vec3 direction) {
 
 // The light that a vertex sends on, per unit of its throughput, weighted against what scattering will find (9.2).
 vec3 answered_light(Incident incident, Response response) {
-    const bool alone = incident.is_delta || (has_direct_only && settings.direct_only != 0);
+    const bool alone = !has_mis || incident.is_delta || (has_direct_only && settings.direct_only != 0);
     float weight = alone ? 1.0 : shaded(power_heuristic(incident.density, response.density));
     if (PLANTED(balance_on_one_side) && !alone) weight = shaded(incident.density / (incident.density + response.density));
     weight = PLANT_SCALE(next_event_scaled, weight);

@@ -39,6 +39,7 @@ layout(constant_id = 16) const float ray_max = 0.0;
 layout(constant_id = 22) const uint aligned_cuboids = 0;  // of unrolled loops: bit i: its faces are square to the axes
 layout(constant_id = 24) const bool clamps = false;
 layout(constant_id = 25) const float clamp_at = 0.0;
+layout(constant_id = 27) const bool has_mis = true;  // else next events alone find the lights that they sample (9.2)
 
 // How they arrive is one of the patterns (vulkan/patterns.h); push constants are the rule.
 #if defined(PARAMETERS_UNIFORM)

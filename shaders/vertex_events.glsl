@@ -43,6 +43,7 @@ float scattering_weight(Path path, uint slot, Surface surface) {
     const uint index = placed[slot].light;
     if (index == no_light || path.density == 0.0) return 1.0;
     const Light light = lights[index];
+    if (!has_mis) return light.probability > 0.0 ? 0.0 : 1.0;
     Receiver receiver = Receiver(path.origin, path.origin, path.word & slot_mask, (path.word & ray_inside) != 0u);
     const real3 offset = surface.point - receiver.point;
     const real cosine = abs(dot(surface.normal, path.direction));
@@ -61,9 +62,10 @@ float scattering_weight(Path path, uint slot, Surface surface) {
 void leave_scene(inout Path path) {
     if (!has_background || (PLANTED(background_late_missing) && path.segment == 2)) return;
     float weight = 1.0;
-    if (has_sampled_background && path.density > 0.0 && scene.background_probability > 0.0)
-        weight =
-            shaded(power_heuristic(path.density, scene.background_probability * background_density(shaded(path.direction))));
+    if (has_sampled_background && path.density > 0.0 && scene.background_probability > 0.0) {
+        const real density = scene.background_probability * background_density(shaded(path.direction));
+        weight = has_mis ? shaded(power_heuristic(path.density, density)) : density > 0.0 ? 0.0 : 1.0;
+    }
     path.radiance += path.throughput * background(shaded(path.direction)) * weight;
 }
 

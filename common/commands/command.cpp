@@ -138,6 +138,12 @@ void add_render_options(CLI::App& command, RenderOptions& options) {
             "path (scattering alone finds the light), next-event (light sampling with MIS), whitted (direct light and "
             "mirrors) or bidirectional; default: the scene's")
         ->check(CLI::IsMember(std::vector<std::string>(integrator_names.begin(), integrator_names.end())));
+    command
+        .add_option("--mis", options.mis,
+            "Of next-event: on (light found by sampling it and by scattering, weighted by the power heuristic) or off "
+            "(the lights that are sampled count by next events alone); the mean image is the same")
+        ->check(CLI::IsMember({"on", "off"}))
+        ->capture_default_str();
     command.add_option("--bounces", options.bounces, "Scattering events at most (default: the scene's)")
         ->check(whole_between(0, 1'000'000));
     command
@@ -223,6 +229,10 @@ RenderSettings settings_from(const RenderOptions& options, const Scene& scene) {
     if (!options.integrator.empty())
         settings.integrator =
             static_cast<Integrator>(std::ranges::find(integrator_names, options.integrator) - integrator_names.begin());
+    settings.mis = options.mis == "on";
+    if (!settings.mis && settings.integrator != Integrator::next_event)
+        throw InputError("--mis off: is of the integrator next-event alone, this one is " +
+                         integrator_name(settings.integrator) + "; add --integrator next-event or leave it out");
     if (options.effects == "all") settings.effects = EffectSet::all();
     if (options.effects != "all" && options.effects != "needed")
         settings.effects = needed_effects(scene, settings).united(effects_named(options.effects));

@@ -62,6 +62,7 @@ inline constexpr const char* kernel_help =
 struct RenderOptions {
     std::string size;        // "WxH" or "N" (longer side); empty: the scene's film
     std::string integrator;  // empty: the scene's
+    std::string mis = "on";
     std::string effects = "needed";
     std::optional<std::uint32_t> bounces, roulette;
     std::uint64_t seed = 0;

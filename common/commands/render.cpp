@@ -49,7 +49,7 @@ nlohmann::json describe(const RenderArguments& arguments, const RenderSettings& 
     nlohmann::json report{{"scene", scene.name}, {"backend", info.backend}, {"device", info.device},
         {"driver", info.driver}, {"api", info.api}, {"width", settings.width}, {"height", settings.height},
         {"samples", result.estimate.count()}, {"seed", settings.seed},
-        {"integrator", integrator_name(settings.integrator)}, {"bounces", settings.bounces},
+        {"integrator", integrator_name(settings.integrator)}, {"mis", settings.mis}, {"bounces", settings.bounces},
         {"precision", arguments.precision.empty() ? "default" : arguments.precision},
         {"triangle_kernel", arguments.options.triangle_kernel}, {"convex_kernel", arguments.options.convex_kernel},
         {"guard", arguments.options.guard}, {"generator", arguments.options.generator}, {"seconds", result.seconds},

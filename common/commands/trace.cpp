@@ -181,8 +181,9 @@ nlohmann::json json_of(const Result& result, const Traced& a, const Traced& b) {
 nlohmann::json json_of(const Result& result, const TraceArguments& arguments) {
     nlohmann::json report{{"scene", result.scene.name}, {"pixel", arguments.pixel}, {"sample", arguments.sample},
         {"seed", result.settings.seed}, {"width", result.settings.width}, {"height", result.settings.height},
-        {"integrator", integrator_name(result.settings.integrator)}, {"bounces", result.settings.bounces},
-        {"left_out", result.left_out}, {"traces", nlohmann::json::array()}, {"comparisons", nlohmann::json::array()}};
+        {"integrator", integrator_name(result.settings.integrator)}, {"mis", result.settings.mis},
+        {"bounces", result.settings.bounces}, {"left_out", result.left_out}, {"traces", nlohmann::json::array()},
+        {"comparisons", nlohmann::json::array()}};
     for (std::size_t b = 0; b < result.traces.size(); ++b) {
         report["traces"].push_back(json_of(result, result.traces[b]));
         for (std::size_t a = 0; a < b; ++a)

@@ -206,6 +206,7 @@ std::string trace_command(const VerifyArguments& arguments, const std::string& s
     const std::string precision = chosen("cpu", arguments.precision, arguments.reference_precision);
     const std::string of_gpu = chosen("vulkan", arguments.precision, arguments.reference_precision);
     add("--integrator", render.integrator, !render.integrator.empty());
+    add("--mis", render.mis, render.mis != "on");
     add("--bounces", std::to_string(settings.bounces), render.bounces.has_value());
     add("--roulette", std::to_string(render.roulette.value_or(0)), render.roulette.has_value());
     add("--effects", render.effects, render.effects != "needed");

@@ -386,10 +386,12 @@ std::vector<ArmFigures> analyse_cost(const std::vector<CostArm>& arms, const Cos
 
 namespace {
 
-// Roulette does without a limit of bounces, so that a mix can have but one of the two.
+// Roulette does without a limit of bounces, and MIS belongs to one integrator, so that a mix can have but one of each
+// two.
 bool exclude_each_other(const CostArm& a, const CostArm& b) {
     const auto ends_paths = [](const CostArm& arm) { return arm.knob == "bounces" || arm.knob == "roulette"; };
-    return a.knob == b.knob || (ends_paths(a) && ends_paths(b));
+    const auto finds_light = [](const CostArm& arm) { return arm.knob == "integrator" || arm.knob == "mis"; };
+    return a.knob == b.knob || (ends_paths(a) && ends_paths(b)) || (finds_light(a) && finds_light(b));
 }
 
 }  // namespace

@@ -32,8 +32,10 @@ std::vector<SettingsTrial> candidates(const Scene& scene, const RenderSettings& 
         for (const std::uint32_t start : starts) {
             SettingsTrial trial{given, "", 0.0};
             trial.settings.integrator = integrator;
+            if (integrator != given.integrator) trial.settings.mis = true;
             trial.settings.roulette_start = start;
             if (integrator != given.integrator) trial.options = "--integrator " + integrator_name(integrator);
+            if (trial.settings.mis != given.mis) trial.options += " --mis on";
             if (start != given.roulette_start)
                 trial.options += fmt::format("{}--roulette {}", trial.options.empty() ? "" : " ", start);
             all.push_back(std::move(trial));

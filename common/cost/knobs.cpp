@@ -18,25 +18,42 @@ bool has_kind(const Scene& scene, bool triangles) {
 }
 
 void add_integrators(std::vector<KnobSetting>& all, const Scene& scene, const ArmSettings& baseline) {
+    const std::string weigh = baseline.render.mis ? "" : " --mis on";  // only next-event does without
     for (std::size_t i = 0; i < integrator_names.size(); ++i) {
         const auto integrator = static_cast<Integrator>(i);
         if (integrator == baseline.render.integrator) continue;
         const std::string name(integrator_names[i]);
-        all.push_back({"integrator", name, "--integrator " + name,
-            [integrator](ArmSettings& arm) { arm.render.integrator = integrator; }, "",
-            integrator != Integrator::whitted && (integrator != Integrator::path || scene.lights.empty())});
+        all.push_back({"integrator", name, "--integrator " + name + weigh,
+            [integrator](ArmSettings& arm) {
+                arm.render.integrator = integrator;
+                arm.render.mis = true;
+            },
+            "", integrator != Integrator::whitted && (integrator != Integrator::path || scene.lights.empty())});
     }
+    // Of next events alone, so it brings them with it.
+    const bool next_events = baseline.render.integrator == Integrator::next_event;
+    const std::string bring = next_events ? "" : "--integrator next-event ";
+    for (const bool mis : {true, false})
+        if (mis != baseline.render.mis && (!mis || next_events))
+            all.push_back({"mis", mis ? "on" : "off", bring + "--mis " + (mis ? "on" : "off"),
+                [mis](ArmSettings& arm) {
+                    arm.render.integrator = Integrator::next_event;
+                    arm.render.mis = mis;
+                },
+                ""});
     // The thesis's table of renderers beside path tracing: what the eye meets, and the light that it receives
     // unblocked.
-    all.push_back({"integrator", "ray-casting", "--integrator path --bounces 0",
+    all.push_back({"integrator", "ray-casting", "--integrator path --bounces 0" + weigh,
         [](ArmSettings& arm) {
             arm.render.integrator = Integrator::path;
+            arm.render.mis = true;
             arm.render.bounces = 0;
         },
         "", false});
-    all.push_back({"integrator", "ray-casting-with-shadows", "--integrator whitted --bounces 1",
+    all.push_back({"integrator", "ray-casting-with-shadows", "--integrator whitted --bounces 1" + weigh,
         [](ArmSettings& arm) {
             arm.render.integrator = Integrator::whitted;
+            arm.render.mis = true;
             arm.render.bounces = 1;
         },
         "", false});
@@ -145,6 +162,7 @@ ArmSettings reference_settings(const Scene& scene, const ArmSettings& baseline, 
     const bool punctual = !scene.lights.empty();
     const bool unbiased = baseline.render.integrator == Integrator::path && !punctual;
     reference.render.integrator = unbiased ? Integrator::path : Integrator::next_event;
+    reference.render.mis = true;
     reference.render.bounces = unlimited_bounces;
     reference.render.roulette_start = reference_roulette;
     reference.render.intersection = IntersectionSettings{};

@@ -217,7 +217,8 @@ std::array<double, channel_count> greatest_sample(const Scene& scene, const Rend
             if (events == 0.0) continue;
             if (settings.integrator == Integrator::bidirectional)
                 greatest[c] = punctual[c] > 0.0 ? infinite : (events + 1.0) * (events + 4.0) / 2.0 * radiance[c];
-            else if (settings.integrator == Integrator::whitted && shares.surfaces && radiance[c] > 0.0)
+            else if ((settings.integrator == Integrator::whitted || !settings.mis) && shares.surfaces &&
+                     radiance[c] > 0.0)
                 greatest[c] = infinite;
             else
                 greatest[c] += events * std::max(0.5 * radiance[c], punctual[c]);

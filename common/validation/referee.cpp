@@ -110,6 +110,7 @@ void Arbitration::choose_integrator() {
     }
     if (!same_estimator(report_.info, RendererInfo{}, referee_integrator_)) criteria_.same_estimator = false;
     report_.settings.integrator = referee_integrator_;
+    if (referee_integrator_ != Integrator::next_event) report_.settings.mis = true;
 }
 
 bool Arbitration::choose_size() {
@@ -171,6 +172,7 @@ void Arbitration::ask() {
         looks.insert(looks.begin(), samples);
     RenderSettings of_sides = report_.settings;
     of_sides.integrator = request_.settings.integrator;
+    of_sides.mis = request_.settings.mis;
     witnesses_.emplace_back(request_.reference, request_.scene, of_sides);
     witnesses_.emplace_back(request_.candidate, request_.scene, of_sides);
     witnesses_.emplace_back(request_.referee, request_.scene, report_.settings);

@@ -40,7 +40,7 @@ json info_json(const std::string& name, const RendererInfo& info, std::uint64_t 
 
 json settings_json(const RenderSettings& settings) {
     return {{"width", settings.width}, {"height", settings.height},
-        {"integrator", integrator_name(settings.integrator)}, {"bounces", settings.bounces},
+        {"integrator", integrator_name(settings.integrator)}, {"mis", settings.mis}, {"bounces", settings.bounces},
         {"roulette_start", settings.roulette_start == no_roulette ? json(nullptr) : json(settings.roulette_start)},
         {"ray_min", number(settings.ray_min)}, {"ray_max", number(settings.ray_max)}};
 }

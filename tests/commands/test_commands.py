@@ -261,6 +261,15 @@ class Commands(unittest.TestCase):
         self.assertEqual(json.loads(figures.read_text())["integrator"], "path")
         self.assertNotIn("settings chosen", result.stdout)
 
+    def test_mis_can_be_left_out_of_next_events_alone(self):
+        figures = self.folder / "out.json"
+        render = ["render", SCENES / "cornell-classic.json", "-o", self.folder / "out.exr", "--size", "16", "--json",
+                  figures, "--mis", "off"]
+        self.refused(tandem(*render, "--integrator", "path"), "--mis off", "--integrator next-event")
+        for backend in ["cpu", "vulkan"]:
+            self.assertEqual(tandem(*render, "--integrator", "next-event", "--backend", backend).returncode, 0)
+            self.assertIs(json.loads(figures.read_text())["mis"], False)
+
     def test_sobol_samples_tell_no_error(self):
         figures = self.folder / "out.json"
         render = ["render", self.scene, "-o", self.folder / "out.exr", "--generator", "sobol", "--json", figures]

@@ -362,6 +362,34 @@ TEST_CASE("cost: a mix has a limit of bounces or roulette, whichever is better, 
     const std::vector<ArmFigures> figures{figure("baseline", "", 1.0), figure("bounces", "16", 0.8),
         figure("generator", "sobol", 0.5), figure("roulette", "4", 0.7), figure("roulette", "8", 0.9)};
     CHECK(best_settings(figures) == std::vector<std::size_t>{3, 2});
+    const std::vector<ArmFigures> lights{figure("baseline", "", 1.0), figure("integrator", "next-event", 0.8),
+        figure("mis", "off", 0.7), figure("generator", "hash", 0.9)};
+    CHECK(best_settings(lights) == std::vector<std::size_t>{2, 3});
+}
+
+TEST_CASE("cost: leaving out MIS brings next events with it, and other integrators bring MIS") {
+    ArmSettings baseline;
+    const auto setting_of = [&](const std::string& knob, const std::string& setting) {
+        const std::vector<KnobSetting> all = knob_settings(Scene{}, baseline, "cpu", 1.0);
+        const auto found = std::ranges::find_if(
+            all, [&](const KnobSetting& one) { return one.knob == knob && one.setting == setting; });
+        REQUIRE(found != all.end());
+        return *found;
+    };
+    ArmSettings arm = baseline;
+    const KnobSetting off = setting_of("mis", "off");
+    CHECK(off.options == "--integrator next-event --mis off");
+    off.apply(arm);
+    CHECK(arm.render.integrator == Integrator::next_event);
+    CHECK_FALSE(arm.render.mis);
+    CHECK(off.keeps_estimate);
+    baseline = arm;
+    CHECK(setting_of("mis", "on").options == "--mis on");
+    const KnobSetting path = setting_of("integrator", "path");
+    CHECK(path.options == "--integrator path --mis on");
+    path.apply(arm);
+    CHECK(arm.render.mis);
+    CHECK(reference_settings(Scene{}, baseline, "cpu").render.mis);
 }
 
 TEST_CASE("cost: the best settings of several knobs are measured together") {

@@ -285,6 +285,9 @@ TEST_CASE("where nothing bounds a sample there is no closed form to hold a rende
     Scene lamps = SceneBuilder().floor(test::emitter(dvec3(1.0)), 1.0, 1.0).scene();
     RenderSettings settings = next_events(2);
     CHECK(greatest_sample(lamps, settings)[0] == doctest::Approx(2.0));
+    settings.mis = false;
+    CHECK(greatest_sample(lamps, settings)[0] == infinite);
+    settings.mis = true;
     settings.integrator = Integrator::whitted;
     CHECK(greatest_sample(lamps, settings)[0] == infinite);
     settings.integrator = Integrator::bidirectional;

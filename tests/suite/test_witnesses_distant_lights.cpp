@@ -51,6 +51,9 @@ void check_sky(std::vector<Witness>& all, Scene scene, std::uint32_t bounces, co
             CAPTURE(static_cast<int>(integrator));
             check_mean(all, scene, settings_of(16, bounces, integrator), 512, expected, 128.0);
         }
+        RenderSettings without_mis = settings_of(16, bounces, Integrator::next_event);
+        without_mis.mis = false;
+        check_mean(all, scene, without_mis, 512, expected, 128.0);
     }
 }
 

@@ -24,7 +24,7 @@ std::vector<Scene> scenes_with_closed_form() {
     return scenes;
 }
 
-void check_files(Integrator integrator) {
+void check_files(Integrator integrator, bool mis = true) {
     auto all = witnesses();
     const std::vector<Scene> scenes = scenes_with_closed_form();
     REQUIRE(scenes.size() >= 40);
@@ -33,6 +33,7 @@ void check_files(Integrator integrator) {
         if (integrator == Integrator::path && !scene.lights.empty()) continue;  // scattering finds none of them
         RenderSettings settings = default_settings(scene);
         settings.integrator = integrator;
+        settings.mis = mis;
         settings.width = std::min(settings.width, 12u);  // the fields show one value, or are one pixel
         settings.height = std::min(settings.height, 12u);
         const std::uint64_t samples = settings.width == 1 ? 4096 : 256;
@@ -45,3 +46,7 @@ void check_files(Integrator integrator) {
 TEST_CASE("every shipped closed form is met by scattering alone") { check_files(Integrator::path); }
 
 TEST_CASE("every shipped closed form is met by light sampling") { check_files(Integrator::next_event); }
+
+TEST_CASE("every shipped closed form is met by light sampling without MIS") {
+    check_files(Integrator::next_event, false);
+}

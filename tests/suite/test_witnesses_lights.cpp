@@ -57,6 +57,9 @@ void check_floor(const Scene& scene, const dvec3& expected) {
         CAPTURE(static_cast<int>(integrator));
         check_mean(all, scene, settings_of(16, 1, integrator), 512, expected, 32.0);
     }
+    RenderSettings without_mis = settings_of(16, 1, Integrator::next_event);
+    without_mis.mis = false;
+    check_mean(all, scene, without_mis, 512, expected, 32.0);
 }
 
 const dvec3 up(0.0, 1.0, 0.0);

@@ -80,7 +80,7 @@ Specialisation specialise(const Device& device, const Scene& described, const Sc
         count(scene.sphere_count), count(scene.cuboid_count), trees.triangles, trees.spheres, trees.cuboids,
         to_distance(settings.ray_min), to_distance(settings.ray_max), fault, settings.intersection, false,
         std::isfinite(settings.clamp) ? std::optional(static_cast<float>(settings.clamp)) : std::nullopt,
-        settings.generator};
+        settings.generator, settings.mis};
 }
 
 SceneData flatten_for(

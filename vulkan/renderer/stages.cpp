@@ -28,6 +28,7 @@ std::vector<SpecialisationConstant> Specialisation::constants() const {
     result.push_back({24, clamp.has_value()});
     result.push_back({25, std::bit_cast<std::uint32_t>(clamp.value_or(0.0F))});
     result.push_back({26, static_cast<std::uint32_t>(generator)});
+    result.push_back({27, mis});
     if (shaders_hold_planted_bugs()) {
         result.push_back({30, std::bit_cast<std::uint32_t>(static_cast<float>(planted_bug.amount))});
         result.push_back({31, static_cast<std::uint32_t>(planted_bug.bug)});

@@ -43,6 +43,7 @@ struct Specialisation {
     bool hands_on_floats = false;  // of geometry in double: mixed precision
     std::optional<float> clamp = std::nullopt;
     Generator generator = Generator::philox;
+    bool mis = true;
     std::uint32_t workgroup = workgroup_size;             // invocations
     std::vector<SpecialisationConstant> parameters = {};  // ParameterPattern::specialisation's
 
