@@ -30,6 +30,12 @@ struct PathTrace;  // common/path_trace.h
 enum class Precision : std::uint32_t { single_precision = 0, double_precision = 1, contracted = 2, mixed = 3 };
 inline constexpr std::array<std::string_view, 4> precision_names{"single", "double", "contracted", "mixed"};
 
+// How a pixel's sums are kept over its samples (MODEL.md section 11.2). plain: in single precision, over all samples
+// that a job renders one after another. compensated: over a block, as unevaluated sums of two singles. in_double: over
+// a block, in double precision.
+enum class Accumulation : std::uint32_t { plain = 0, compensated = 1, in_double = 2 };
+inline constexpr std::array<std::string_view, 3> accumulation_names{"plain", "compensated", "double"};
+
 // What the estimator is to do (MODEL.md sections 9 and 11).
 struct RenderSettings {
     std::uint32_t width = 512, height = 512;  // pixels, each in [1, 65536], their product below 2^32
@@ -45,6 +51,7 @@ struct RenderSettings {
     Generator generator = Generator::philox;                 // MODEL.md section 3
     double clamp = std::numeric_limits<double>::infinity();  // > 0: what a sample's channel may bring at most (11.1)
     std::optional<Fresnel> fresnel;                          // in place of every material's own
+    std::optional<Accumulation> accumulation;                // empty: the backend's own (RendererInfo)
 };
 
 // The scene with what the settings say of its materials; nothing if it stays as it is.
@@ -92,7 +99,8 @@ public:
     virtual ~RenderJob() = default;
     [[nodiscard]] virtual JobFacts facts() const { return {}; }
     // Renders samples `range` of every pixel; range.begin must be a multiple of samples_per_block (else Error). The
-    // estimate of a range does not depend on what was rendered before, on threads or on their order: same bits.
+    // estimate of a range does not depend on what was rendered before, on threads or on their order: same bits. But
+    // with Accumulation::plain the sums go on from those of the call before, where that ended at range.begin.
     [[nodiscard]] virtual RenderResult render(SampleRange range, const RenderControl& control = {}) = 0;
     // The paths of samples of pixel (x, y), vertex by vertex: the very ones that render() follows. Throws
     // UnsupportedError, with the reason, where this job cannot.
@@ -108,6 +116,7 @@ struct RendererInfo {
     bool follows_numbers = false;
     // Integrator::next_event samples lights; otherwise it is taken for Integrator::path, which has the same mean.
     bool samples_lights = true;
+    Accumulation accumulation = Accumulation::in_double;  // where settings leave it open
 };
 
 // Whether two renderers draw from one distribution, so that also their variances are to agree.

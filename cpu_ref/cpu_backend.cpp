@@ -84,6 +84,8 @@ public:
                 throw UnsupportedError(
                     "bidirectional paths have the default kernels and guard alone; leave --triangle-kernel, "
                     "--convex-kernel and --guard out");
+            if (settings.accumulation.value_or(Accumulation::in_double) != Accumulation::in_double)
+                throw UnsupportedError("bidirectional samples are added in double alone; leave --accumulation out");
             return cpu::make_bidirectional_job(device_.get(), scene, settings, options_.threads);
         }
         cpu::check_kernels(settings.intersection, options_.precision.value_or(Precision::single_precision));

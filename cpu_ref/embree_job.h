@@ -1,6 +1,6 @@
 // Spreads the samples of an image over threads: blocks of 64 samples one after another, each in passes of about a
-// quarter of a second, each pass in batches of neighbouring pixels. A pixel's samples are added in ascending order in
-// double, whatever the cut, so that the bits of an estimate depend on its sample range alone (MODEL.md section 11).
+// quarter of a second, each pass in batches of neighbouring pixels. A pixel's samples are added in ascending order,
+// whatever the cut, so that the bits of an estimate depend on its sample range alone (MODEL.md section 11).
 #pragma once
 
 #include <tbb/enumerable_thread_specific.h>
@@ -10,10 +10,14 @@
 #include <atomic>
 #include <chrono>
 #include <cmath>
+#include <limits>
 #include <mutex>
+#include <optional>
 #include <thread>
+#include <utility>
 
 #include "common/error.h"
+#include "cpu_ref/film.h"
 #include "cpu_ref/parallel.h"
 #include "cpu_ref/path_tracer.h"
 #include "cpu_ref/render_job.h"
@@ -98,7 +102,9 @@ public:
           workers_([this] { return Worker<Real, effects, Shade>(tables_, shading_.get(), accelerator_); }),
           thread_limit_(tbb::global_control::max_allowed_parallelism,
               std::max(threads, std::max(1u, std::thread::hardware_concurrency()))),
-          arena_(threads == 0 ? tbb::task_arena::automatic : static_cast<int>(threads)) {}
+          arena_(threads == 0 ? tbb::task_arena::automatic : static_cast<int>(threads)),
+          film_(settings.accumulation.value_or(Accumulation::in_double),
+              std::size_t{settings.width} * settings.height * channel_count) {}
 
     [[nodiscard]] JobFacts facts() const override {
         JobFacts facts;
@@ -131,15 +137,16 @@ public:
 
 private:
     void render_block(SampleRange block, const RenderControl& control, Progress& progress, Estimate& estimate) {
-        Estimate::Plane plane(estimate.pixel_count() * channel_count), before;
+        film_.begin_block(std::exchange(summed_to_, nowhere) == block.begin);
+        std::optional<Film> before;
         std::uint64_t done = block.begin, invalid = 0;
         while (done < block.end && !control.stop.stop_requested()) {
             const SampleRange pass{done, std::min(block.end, done + pass_samples())};
-            if (done > block.begin) before = plane;
+            if (done > block.begin) before = film_;
             const Clock::time_point start = Clock::now();
             std::uint64_t faults = 0;
-            if (!render_pass(pass, control.stop, progress, plane, faults)) {
-                plane = std::move(before);
+            if (!render_pass(pass, control.stop, progress, faults)) {
+                if (before) film_ = std::move(*before);
                 break;
             }
             seconds_per_sample_ = seconds_since(start) / static_cast<double>(pass.count());
@@ -147,7 +154,8 @@ private:
             done = pass.end;
         }
         if (done == block.begin) return;
-        estimate.add_block({block.begin, done}, std::move(plane));
+        summed_to_ = done;
+        estimate.add_block({block.begin, done}, film_.take_block());
         estimate.add_invalid(invalid);
     }
 
@@ -158,10 +166,9 @@ private:
             std::clamp(std::floor(pass_seconds / seconds_per_sample_), 1.0, static_cast<double>(samples_per_block)));
     }
 
-    // False if a stop request cut it short; `plane` is then spoilt.
-    bool render_pass(SampleRange pass, const std::stop_token& stop, Progress& progress, Estimate::Plane& plane,
-        std::uint64_t& faults) {
-        const std::uint32_t pixels = static_cast<std::uint32_t>(plane.size() / channel_count);
+    // False if a stop request cut it short; the film is then spoilt.
+    bool render_pass(SampleRange pass, const std::stop_token& stop, Progress& progress, std::uint64_t& faults) {
+        const std::uint32_t pixels = tables_.settings.width * tables_.settings.height;
         const auto samples = static_cast<std::uint32_t>(pass.count());
         // Small images are cut finer, so that every thread has its share.
         const std::uint32_t share =
@@ -177,7 +184,7 @@ private:
             worker.radiance.resize(batch.paths());
             worker.tracer.run(batch, worker.radiance, stop);
             if (stop.stop_requested()) return;
-            invalid += add_samples(batch, worker.radiance, plane);
+            invalid += add_samples(batch, worker.radiance);
             progress.add(batch.paths());
         });
         faults = invalid;
@@ -185,11 +192,10 @@ private:
     }
 
     // Adds the samples of each pixel in ascending order; returns how many are invalid (section 12).
-    std::uint64_t add_samples(
-        const Batch& batch, const std::vector<std::array<Real, 3>>& radiance, Estimate::Plane& plane) const {
+    std::uint64_t add_samples(const Batch& batch, const std::vector<std::array<Real, 3>>& radiance) {
         std::uint64_t invalid = 0;
         for (std::uint32_t p = 0; p < batch.pixel_count; ++p) {
-            Moments* moments = &plane[(std::size_t{batch.first_pixel} + p) * channel_count];
+            const std::size_t first = (std::size_t{batch.first_pixel} + p) * channel_count;
             for (std::uint32_t s = 0; s < batch.sample_count; ++s) {
                 const std::array<Real, 3>& value = radiance[std::size_t{p} * batch.sample_count + s];
                 const bool valid = std::ranges::all_of(value, [](Real x) { return x >= Real(0) && std::isfinite(x); });
@@ -201,8 +207,7 @@ private:
                     double x = static_cast<double>(value[c]);
                     x = std::min(x, tables_.settings.clamp);  // MODEL.md section 11.1
                     if (planted(PlantedBug::radiance_clamped)) x = std::min(x, 1.0);
-                    moments[c].sum += x;
-                    moments[c].sum_of_squares += x * x;
+                    film_.add(first + c, x);
                 }
             }
         }
@@ -216,6 +221,9 @@ private:
     tbb::global_control thread_limit_;  // else no more threads than processors
     tbb::task_arena arena_;
     double seconds_per_sample_ = 0.0;
+    static constexpr std::uint64_t nowhere = std::numeric_limits<std::uint64_t>::max();
+    Film film_;
+    std::uint64_t summed_to_ = nowhere;  // the sample up to which the film's sums go
 };
 
 template <class Real, std::uint64_t effects, class Shade>

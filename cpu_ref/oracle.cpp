@@ -113,6 +113,8 @@ void refuse_choices(const RenderSettings& settings) {
         throw UnsupportedError(
             "the oracle has one kernel a primitive and no guard to choose: a reference is not to vary with what it "
             "judges; leave --triangle-kernel, --convex-kernel and --guard out");
+    if (settings.accumulation.value_or(Accumulation::in_double) != Accumulation::in_double)
+        throw UnsupportedError("the oracle adds its samples in double alone; leave --accumulation out");
 }
 
 // Rays of the caller, one after another.

@@ -1,5 +1,5 @@
-// Sums of samples as unevaluated sums of two floats, to about 2^-46 (MODEL.md section 11): the accuracy of double without
-// a double unit. [Dekker 1971; Knuth, The Art of Computer Programming 2, 4.2.2]
+// Sums of samples (MODEL.md section 11.2): as unevaluated sums of two floats, to about 2^-46, the accuracy of double without
+// a double unit; or as those who ask for it have them, in double, or in float alone. [Dekker 1971; Knuth, The Art of Computer Programming 2, 4.2.2]
 #ifndef MOMENTS_GLSL
 #define MOMENTS_GLSL
 
@@ -28,9 +28,28 @@ vec2 add_to_pair(vec2 pair, vec2 addend) {
     return two_sum(sum.x, rest);
 }
 
+#ifdef SUMS_IN_DOUBLE
+// (sum, sum of squares) with sample x added.
+#define Sums dvec2
+dvec2 add_sample(dvec2 moments, float x) {
+    const double wide = double(x);
+    precise dvec2 sums = moments + dvec2(wide, wide * wide);
+    return sums;
+}
+#else
+// Single precision: no rests.
+layout(constant_id = 28) const bool plain_sums = false;
+
 // (sum, its rest, sum of squares, its rest) with sample x added.
+#define Sums vec4
 vec4 add_sample(vec4 moments, float x) {
+    if (plain_sums) {
+        precise float square = x * x;
+        precise vec2 sums = moments.xz + vec2(x, square);
+        return vec4(sums.x, 0.0, sums.y, 0.0);
+    }
     return vec4(add_to_pair(moments.xy, vec2(x, 0.0)), add_to_pair(moments.zw, two_square(x)));
 }
+#endif
 
 #endif

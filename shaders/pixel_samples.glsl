@@ -5,7 +5,8 @@
 
 #ifdef DOUBLE_SHADING
 // The sum and that of squares, without rests; otherwise as film.glsl has it.
-#define Moments dvec2
+#undef Sums
+#define Sums dvec2
 dvec2 add_sample(dvec2 moments, double x) { return moments + dvec2(x, x * x); }
 dvec3 summand(dvec3 radiance, out bool invalid) {
     summand(vec3(radiance), invalid);
@@ -13,12 +14,10 @@ dvec3 summand(dvec3 radiance, out bool invalid) {
     if (invalid) return dvec3(0.0);
     return clamps ? min(radiance, dvec3(clamp_at)) : radiance;
 }
-#else
-#define Moments vec4
 #endif
 
-layout(std430, set = 3, binding = 0) readonly restrict buffer SumsIn { Moments sums_in[]; };
-layout(std430, set = 3, binding = 1) writeonly restrict buffer SumsOut { Moments sums_out[]; };
+layout(std430, set = 3, binding = 0) readonly restrict buffer SumsIn { Sums sums_in[]; };
+layout(std430, set = 3, binding = 1) writeonly restrict buffer SumsOut { Sums sums_out[]; };
 layout(std430, set = 3, binding = 2) restrict buffer Counters { uint invalid_samples, unfinished; };
 
 const uint samples_per_block = 64;  // MODEL.md section 11
@@ -49,10 +48,10 @@ bool advance(inout Path path) {
 
 // The samples of the pixel at `place` of the tile.
 void render_pixel(uint place) {
-    Moments sums[3];
+    Sums sums[3];
+    const bool begins = settings.sample_index.x % samples_per_block == 0 && settings.keeps_sums == 0;
     for (uint channel = 0; channel < 3; ++channel)
-        sums[channel] = settings.sample_index.x % samples_per_block == 0
-            ? Moments(0.0) : sums_in[channel * settings.pixel_count + place];
+        sums[channel] = begins ? Sums(0.0) : sums_in[channel * settings.pixel_count + place];
     uint done = 0, invalid_here = 0;
     Path path = begin_path(settings.first_pixel + place, done);
     while (true) {

@@ -5,8 +5,8 @@
 #include "film.glsl"
 
 layout(std430, set = 2, binding = 12) readonly restrict buffer Samples { vec4 samples[]; };
-layout(std430, set = 3, binding = 0) readonly restrict buffer SumsIn { vec4 sums_in[]; };
-layout(std430, set = 3, binding = 1) writeonly restrict buffer SumsOut { vec4 sums_out[]; };
+layout(std430, set = 3, binding = 0) readonly restrict buffer SumsIn { Sums sums_in[]; };
+layout(std430, set = 3, binding = 1) writeonly restrict buffer SumsOut { Sums sums_out[]; };
 layout(std430, set = 3, binding = 2) restrict buffer Counters { uint invalid_samples; };
 
 void main() {

@@ -71,6 +71,7 @@ layout(push_constant, std430) uniform Settings {
     uint sample_count;      // the megakernel's alone: samples from sample_index on,
     uint first_invocation;  // its dispatch's share of the tile's invocations
     uint invocations;
+    uint keeps_sums;  // a block's first sample is added to those of the block before
 #if defined(PARAMETERS_ADDRESS)
 };
 layout(push_constant, std430) uniform SettingsAddress { Settings settings; };

@@ -170,6 +170,11 @@ void add_render_options(CLI::App& command, RenderOptions& options) {
             "Cut every sample's channels off at this radiance: less noise, and a bias (default: nothing is cut)")
         ->check(above_zero(1e30));
     command
+        .add_option("--accumulation", options.accumulation,
+            "How a pixel's samples are added up: double, compensated (two singles) or plain (one single, which drifts "
+            "with the samples); default: double on the cpu, compensated on vulkan")
+        ->check(CLI::IsMember(std::vector<std::string>(accumulation_names.begin(), accumulation_names.end())));
+    command
         .add_option("--fresnel", options.fresnel,
             "Reflectance of all translucent materials: exact or schlick (default: each one's own)")
         ->check(CLI::IsMember({"exact", "schlick"}));
@@ -223,6 +228,9 @@ RenderSettings settings_from(const RenderOptions& options, const Scene& scene) {
     RenderSettings settings = default_settings(scene);
     if (!options.fresnel.empty()) settings.fresnel = options.fresnel == "exact" ? Fresnel::exact : Fresnel::schlick;
     if (options.clamp) settings.clamp = *options.clamp;
+    if (!options.accumulation.empty())
+        settings.accumulation = static_cast<Accumulation>(
+            std::ranges::find(accumulation_names, options.accumulation) - accumulation_names.begin());
     settings.generator =
         static_cast<Generator>(std::ranges::find(generator_names, options.generator) - generator_names.begin());
     if (!options.size.empty()) apply_size(options.size, settings);

@@ -70,6 +70,7 @@ struct RenderOptions {
     std::string guard{guard_names[0]};
     double epsilon = IntersectionSettings{}.epsilon;
     std::string generator{generator_names[0]}, fresnel;  // fresnel: empty, the materials' own
+    std::string accumulation;                            // empty: the backend's own
     std::optional<double> clamp;
 };
 void add_render_options(CLI::App& command, RenderOptions& options);

@@ -55,6 +55,8 @@ nlohmann::json describe(const RenderArguments& arguments, const RenderSettings& 
         {"guard", arguments.options.guard}, {"generator", arguments.options.generator}, {"seconds", result.seconds},
         {"paths", paths}, {"paths_per_second", result.seconds > 0.0 ? paths / result.seconds : 0.0},
         {"invalid_samples", result.estimate.invalid()}, {"complete", result.complete}};
+    report["accumulation"] =
+        accumulation_names[static_cast<std::size_t>(settings.accumulation.value_or(info.accumulation))];
     if (arguments.options.clamp) report["clamp"] = *arguments.options.clamp;
     if (!arguments.options.fresnel.empty()) report["fresnel"] = arguments.options.fresnel;
     if (settings.roulette_start != no_roulette) report["roulette"] = settings.roulette_start;

@@ -113,13 +113,24 @@ void add_precisions(std::vector<KnobSetting>& all, const ArmSettings& baseline) 
     }
 }
 
-void add_samplings(std::vector<KnobSetting>& all, const Scene& scene, const ArmSettings& baseline, double mean) {
+void add_samplings(std::vector<KnobSetting>& all, const Scene& scene, const ArmSettings& baseline,
+    const std::string& backend, double mean) {
     for (std::size_t i = 0; i < generator_names.size(); ++i) {
         const auto generator = static_cast<Generator>(i);
         if (generator == baseline.render.generator) continue;
         const std::string name(generator_names[i]);
         all.push_back({"generator", name, "--generator " + name,
             [generator](ArmSettings& arm) { arm.render.generator = generator; }, ""});
+    }
+    // What the backend does by itself, where nothing is asked for.
+    const Accumulation own = backend == "vulkan" ? Accumulation::compensated : Accumulation::in_double;
+    for (std::size_t i = 0; i < accumulation_names.size(); ++i) {
+        const auto accumulation = static_cast<Accumulation>(i);
+        if (accumulation == baseline.render.accumulation.value_or(own)) continue;
+        const std::string name(accumulation_names[i]);
+        all.push_back({"accumulation", name, "--accumulation " + name,
+            [accumulation](ArmSettings& arm) { arm.render.accumulation = accumulation; }, "",
+            accumulation != Accumulation::plain});
     }
     for (const double means : {4.0, 16.0, 64.0}) {
         const std::string setting = fmt::format("{:g} means", means);
@@ -150,7 +161,7 @@ std::vector<KnobSetting> knob_settings(
     std::vector<KnobSetting> all;
     add_integrators(all, scene, baseline);
     add_path_lengths(all, baseline);
-    add_samplings(all, scene, baseline, mean);
+    add_samplings(all, scene, baseline, backend, mean);
     add_precisions(all, baseline);
     add_intersections(all, scene, baseline, backend);
     return all;
@@ -169,6 +180,7 @@ ArmSettings reference_settings(const Scene& scene, const ArmSettings& baseline, 
     reference.render.generator = Generator::philox;
     reference.render.clamp = std::numeric_limits<double>::infinity();
     reference.render.fresnel.reset();
+    reference.render.accumulation.reset();
     reference.backend = BackendOptions{};
     if (reference_backend == "cpu") reference.backend.precision = Precision::double_precision;
     return reference;

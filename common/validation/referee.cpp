@@ -59,6 +59,7 @@ public:
         report_.info = request.referee.info();
         report_.name = report_.info.backend;
         report_.settings = request.settings;
+        report_.settings.accumulation.reset();  // the sides' own affair: a referee loses no samples
         report_.budget_seconds = request.budget_seconds;
     }
     RefereeReport run();
@@ -102,7 +103,7 @@ std::optional<Estimate> Arbitration::render(RenderJob& job, SampleRange range) {
 // Throws UnsupportedError where the referee cannot do the scene at all.
 void Arbitration::choose_integrator() {
     try {
-        (void)request_.referee.prepare(request_.scene, scaled_to(request_.settings, probe_side));
+        (void)request_.referee.prepare(request_.scene, scaled_to(report_.settings, probe_side));
     } catch (const UnsupportedError&) {
         if (referee_integrator_ == Integrator::path) throw;
         referee_integrator_ = Integrator::path;
@@ -173,6 +174,7 @@ void Arbitration::ask() {
     RenderSettings of_sides = report_.settings;
     of_sides.integrator = request_.settings.integrator;
     of_sides.mis = request_.settings.mis;
+    of_sides.accumulation = request_.settings.accumulation;
     witnesses_.emplace_back(request_.reference, request_.scene, of_sides);
     witnesses_.emplace_back(request_.candidate, request_.scene, of_sides);
     witnesses_.emplace_back(request_.referee, request_.scene, report_.settings);

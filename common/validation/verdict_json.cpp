@@ -42,6 +42,9 @@ json settings_json(const RenderSettings& settings) {
     return {{"width", settings.width}, {"height", settings.height},
         {"integrator", integrator_name(settings.integrator)}, {"mis", settings.mis}, {"bounces", settings.bounces},
         {"roulette_start", settings.roulette_start == no_roulette ? json(nullptr) : json(settings.roulette_start)},
+        {"accumulation", settings.accumulation
+                             ? json(accumulation_names[static_cast<std::size_t>(*settings.accumulation)])
+                             : json(nullptr)},
         {"ray_min", number(settings.ray_min)}, {"ray_max", number(settings.ray_max)}};
 }
 

@@ -270,6 +270,18 @@ class Commands(unittest.TestCase):
             self.assertEqual(tandem(*render, "--integrator", "next-event", "--backend", backend).returncode, 0)
             self.assertIs(json.loads(figures.read_text())["mis"], False)
 
+    def test_accumulation_is_a_setting_of_both_backends(self):
+        figures = self.folder / "out.json"
+        render = ["render", self.scene, "-o", self.folder / "out.exr", "--size", "8", "--json", figures]
+        for backend, own in [("cpu", "double"), ("vulkan", "compensated")]:
+            for accumulation in ["", "plain", "compensated", "double"]:
+                chosen = ["--accumulation", accumulation] if accumulation else []
+                result = tandem(*render, "--backend", backend, *chosen)
+                self.assertEqual(result.returncode, 0, result.stderr)
+                self.assertEqual(json.loads(figures.read_text())["accumulation"], accumulation or own)
+        self.refused(tandem(*render, "--backend", "oracle", "--accumulation", "plain"), "oracle", "--accumulation")
+        self.refused(tandem(*render, "--accumulation", "kahan"), "--accumulation")
+
     def test_sobol_samples_tell_no_error(self):
         figures = self.folder / "out.json"
         render = ["render", self.scene, "-o", self.folder / "out.exr", "--generator", "sobol", "--json", figures]

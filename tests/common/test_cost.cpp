@@ -392,6 +392,22 @@ TEST_CASE("cost: leaving out MIS brings next events with it, and other integrato
     CHECK(reference_settings(Scene{}, baseline, "cpu").render.mis);
 }
 
+TEST_CASE(
+    "cost: ways of adding samples up are arms, but for the backend's own, and plain sums are not taken for safe") {
+    const auto names = [](const std::string& backend) {
+        std::vector<std::string> found;
+        for (const KnobSetting& one : knob_settings(Scene{}, ArmSettings{}, backend, 1.0)) {
+            if (one.knob != "accumulation") continue;
+            CHECK(one.options == "--accumulation " + one.setting);
+            CHECK(one.keeps_estimate == (one.setting != "plain"));
+            found.push_back(one.setting);
+        }
+        return found;
+    };
+    CHECK(names("cpu") == std::vector<std::string>{"plain", "compensated"});
+    CHECK(names("vulkan") == std::vector<std::string>{"plain", "double"});
+}
+
 TEST_CASE("cost: the best settings of several knobs are measured together") {
     CostRequest request = request_for(0.0);
     request.knobs = {"integrator", "bounces"};

@@ -3,9 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
+#include <bit>
 #include <chrono>
 #include <cmath>
-#include <cstring>
 #include <limits>
 #include <utility>
 
@@ -80,7 +81,7 @@ Specialisation specialise(const Device& device, const Scene& described, const Sc
         count(scene.sphere_count), count(scene.cuboid_count), trees.triangles, trees.spheres, trees.cuboids,
         to_distance(settings.ray_min), to_distance(settings.ray_max), fault, settings.intersection, false,
         std::isfinite(settings.clamp) ? std::optional(static_cast<float>(settings.clamp)) : std::nullopt,
-        settings.generator, settings.mis};
+        settings.generator, settings.mis, settings.accumulation == Accumulation::plain};
 }
 
 SceneData flatten_for(
@@ -113,6 +114,19 @@ RenderSettings mutated(RenderSettings settings, PlantedFault fault) {
     return settings;
 }
 
+// Paths in double are summed in double; sums in double of other paths have kernels of their own, which trace in float.
+Accumulation chosen_accumulation(const RenderSettings& settings, GeometryPrecision precision) {
+    const bool in_double = precision == GeometryPrecision::double_precision;
+    const Accumulation chosen =
+        settings.accumulation.value_or(in_double ? Accumulation::in_double : Accumulation::compensated);
+    if (in_double && chosen != Accumulation::in_double)
+        throw UnsupportedError("paths in double precision are summed in double; leave --accumulation out");
+    if (precision == GeometryPrecision::mixed && chosen == Accumulation::in_double)
+        throw UnsupportedError(
+            "sums in double go with single or double precision on Vulkan; use --accumulation compensated");
+    return chosen;
+}
+
 }  // namespace
 
 struct VulkanJob::Progress {
@@ -140,9 +154,10 @@ VulkanJob::VulkanJob(const Instance& instance, const Device& device, Stages& sta
           patterns.kernel == KernelShape::ray_tracing ? Acceleration::loops : acceleration, precision)),
       specialisation_(with_parameters(specialise(device, scene, scene_, settings_, planted_bug))),
       kept_(traces_whole_paths(patterns.kernel) ? std::nullopt : std::optional(specialisation_.path)),
+      accumulation_(chosen_accumulation(settings, precision)),
       stages_(stages),
-      layout_(stages.layout(KernelForm(patterns, precision))),
-      pipelines_(stages.pipelines(specialisation_, KernelForm(patterns, precision))),
+      layout_(stages.layout(form())),
+      pipelines_(stages.pipelines(specialisation_, form())),
       tile_pixels_(std::min(tile_size(device, part().pixel_count, kept_),
           patterns.tile_pixels > 0 ? patterns.tile_pixels : std::numeric_limits<std::uint32_t>::max())),
       resources_(device, scene_, kept_, settings_.bounces, tile_pixels_, patterns.memory),
@@ -152,6 +167,10 @@ VulkanJob::VulkanJob(const Instance& instance, const Device& device, Stages& sta
       plan_(device.description().type) {
     if (patterns_.parts == 0 || patterns_.part >= patterns_.parts || part().pixel_count == 0)
         throw UnsupportedError("the image has too few pixels for so many parts");
+    if (accumulation_ == Accumulation::plain && tile_pixels_ < part().pixel_count)
+        throw UnsupportedError(
+            "plain sums go on from block to block on the device, where this image does not fit at once; choose a "
+            "smaller --size or --accumulation compensated");
     if (patterns_.kernel == KernelShape::fragment) prepare_fragments(stages);
     if (patterns_.kernel == KernelShape::ray_tracing) prepare_rays(scene);
     if (patterns_.segments_per_submission > 0) batch_ = patterns_.segments_per_submission;
@@ -322,10 +341,11 @@ void VulkanJob::add_megakernel(Tile tile, std::uint64_t first_sample, const Mega
     dispatch.settings.sample_count = static_cast<std::uint32_t>(share.samples);
     dispatch.settings.first_invocation = share.first_invocation;
     dispatch.settings.invocations = share.invocations;
+    dispatch.settings.keeps_sums = keeps_sums_;
     if (share.completes) sum_parity_ = 1 - sum_parity_;
     const Submission::Key key{first ? first_whole_paths : whole_paths,
-        dispatch.sum_parity + 2 * std::uint64_t{tile.first_pixel}, first_sample + share.first_sample,
-        share.first_invocation + (std::uint64_t{share.samples} << 32)};
+        dispatch.sum_parity + (keeps_sums_ ? 2 : 0) + 4 * std::uint64_t{tile.first_pixel},
+        first_sample + share.first_sample, share.first_invocation + (std::uint64_t{share.samples} << 32)};
     submission_.add(key, [=, this](const vk::raii::CommandBuffer& commands) {
         if (first) record_scene(commands, dispatch.settings, dispatch.sum_parity);
         ordering_.after_dispatches(
@@ -369,10 +389,9 @@ JobFacts VulkanJob::facts() const {
     const std::vector<SpecialisationConstant> constants = specialisation_.constants();
     for (const Stage stage : kernels_of(patterns_.kernel)) {
         if (stage == Stage::vertex && scene_.in_double) continue;
-        const std::span<const std::uint32_t> code =
-            precision_ == GeometryPrecision::single_precision
-                ? shader_code(stage)
-                : shader_variant(stage, KernelForm(patterns_, precision_).variant());
+        const std::span<const std::uint32_t> code = precision_ == GeometryPrecision::single_precision
+                                                        ? shader_code(stage)
+                                                        : shader_variant(stage, form().variant());
         facts.kernels.push_back(
             {stage_names[static_cast<std::size_t>(stage)], count_instructions(optimised_spirv(code, constants))});
     }
@@ -435,7 +454,7 @@ double VulkanJob::run(Progress& progress) {
 std::uint64_t VulkanJob::render_by_stages(Tile tile, SampleRange block, Progress& progress) {
     std::uint64_t done = 0;
     std::uint32_t segment = 0;  // of sample `done`, which a slow device begins in one submission and ends in another
-    add_pre_processing(tile);
+    if (!keeps_sums_) add_pre_processing(tile);
     while (done < block.count()) {
         if (done > 0 && segment == 0 && progress.control.stop.stop_requested()) break;
         const std::uint64_t recorded = add_batch(tile, block, batch_, done, segment);
@@ -476,23 +495,28 @@ std::vector<PathTrace> VulkanJob::trace(std::uint32_t x, std::uint32_t y, Sample
     return traces;
 }
 
-void VulkanJob::collect(Tile tile, Estimate::Plane& plane) const {
+Moments VulkanJob::moments_of(const gpu::Vec4& sums) const {
+    if (accumulation_ == Accumulation::in_double) {
+        const auto pair = std::bit_cast<std::array<double, 2>>(sums);
+        return {pair[0], pair[1]};
+    }
+    return {double{sums.x} + double{sums.y}, double{sums.z} + double{sums.w}};
+}
+
+void VulkanJob::collect(Tile tile, Estimate::Plane& plane) {
     const gpu::Vec4* sums = resources_.downloaded_sums();
     for (std::size_t channel = 0; channel < channel_count; ++channel) {
         const gpu::Vec4* of_channel = sums + channel * tile.pixel_count;
         Moments* target = &plane[std::size_t{tile.first_pixel} * channel_count + channel];
-        for (std::size_t i = 0; i < tile.pixel_count; ++i) {
-            if (precision_ == GeometryPrecision::double_precision) {  // shaders/pixel_samples.glsl
-                std::array<double, 2> moments;
-                static_assert(sizeof moments == sizeof of_channel[i]);
-                std::memcpy(moments.data(), &of_channel[i], sizeof moments);
-                target[i * channel_count] = {moments[0], moments[1]};
-                continue;
-            }
-            const gpu::Vec4& pair = of_channel[i];
-            target[i * channel_count] = {double{pair.x} + double{pair.y}, double{pair.z} + double{pair.w}};
-        }
+        for (std::size_t i = 0; i < tile.pixel_count; ++i) target[i * channel_count] = moments_of(of_channel[i]);
     }
+    if (accumulation_ != Accumulation::plain) return;
+    Estimate::Plane now = plane;
+    for (std::size_t i = 0; keeps_sums_ && i < plane.size(); ++i) {
+        plane[i].sum -= running_[i].sum;
+        plane[i].sum_of_squares -= running_[i].sum_of_squares;
+    }
+    running_ = std::move(now);
 }
 
 RenderResult VulkanJob::render(SampleRange range, const RenderControl& control) {
@@ -508,6 +532,7 @@ RenderResult VulkanJob::render(SampleRange range, const RenderControl& control) 
     for (SampleRange block{range.begin, 0}; block.begin < range.end && !control.stop.stop_requested();
          block.begin = block.end) {
         block.end = std::min(block.begin + samples_per_block, range.end);
+        keeps_sums_ = std::exchange(summed_to_, nowhere) == block.begin && accumulation_ == Accumulation::plain;
         Estimate::Plane plane(result.estimate.pixel_count() * channel_count);
         std::uint64_t done = block.count();
         for (std::uint32_t first = all.first_pixel; first < end && done > 0; first += tile_pixels_) {
@@ -523,6 +548,7 @@ RenderResult VulkanJob::render(SampleRange range, const RenderControl& control) 
             done = only_tile || done_here == block.count() ? done_here : 0;
         }
         if (done == 0) break;
+        summed_to_ = block.begin + done;
         result.estimate.add_block({block.begin, block.begin + done}, std::move(plane));
         result.estimate.add_invalid(std::exchange(invalid, 0));
         if (done < block.count()) break;

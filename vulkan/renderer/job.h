@@ -1,6 +1,8 @@
 // One scene on one device: records, submits and collects the kernels of its shape.
 #pragma once
 
+#include <limits>
+
 #include "common/renderer.h"
 #include "vulkan/command/ordering.h"
 #include "vulkan/command/submission.h"
@@ -72,8 +74,13 @@ private:
     void record(const vk::raii::CommandBuffer& commands, const Dispatch& dispatch, std::uint32_t invocations) const;
     [[nodiscard]] gpu::Settings stage_settings(Tile tile, std::uint64_t sample) const;
     void download(Tile tile);
-    void collect(Tile tile, Estimate::Plane& plane) const;
+    void collect(Tile tile, Estimate::Plane& plane);
+    [[nodiscard]] Moments moments_of(const gpu::Vec4& sums) const;
     void adapt_batch(double seconds, std::uint64_t segments);
+    [[nodiscard]] KernelForm form() const {
+        return KernelForm(patterns_, precision_,
+            accumulation_ == Accumulation::in_double && precision_ == GeometryPrecision::single_precision);
+    }
     [[nodiscard]] std::uint64_t add_batch(
         Tile tile, SampleRange block, std::uint64_t most, std::uint64_t& done, std::uint32_t& segment);
 
@@ -85,6 +92,7 @@ private:
     SceneData scene_;
     Specialisation specialisation_;
     std::optional<PathState> kept_;  // from vertex to vertex in buffers
+    Accumulation accumulation_;
     const Stages& stages_;
     const PipelineLayout& layout_;
     std::shared_ptr<const Stages::Pipelines> pipelines_;
@@ -100,6 +108,12 @@ private:
     std::uint32_t sum_parity_ = 0;  // the half of the sums that holds the current ones
     std::uint64_t batch_ = 1;       // path segments a submission, over one or several samples
     MegakernelPlan plan_;
+    // Plain sums: they go on where the block begins with the sample that they go up to. A block brings what they have
+    // grown by since `running_`.
+    bool keeps_sums_ = false;
+    static constexpr std::uint64_t nowhere = std::numeric_limits<std::uint64_t>::max();
+    std::uint64_t summed_to_ = nowhere;
+    Estimate::Plane running_;
     std::uint32_t invalid_before_ = 0;      // of the device's running count
     std::unique_ptr<PathTracing> tracing_;  // made when a path is to be traced
 };

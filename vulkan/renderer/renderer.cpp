@@ -54,8 +54,10 @@ public:
 
     [[nodiscard]] RendererInfo info() const override {
         const DeviceDescription& device = device_->description();
-        return {"vulkan", device.name, device.driver_name + " " + device.driver_version,
+        RendererInfo info{"vulkan", device.name, device.driver_name + " " + device.driver_version,
             fmt::format("Vulkan {}.{}.{}", device.api_major, device.api_minor, device.api_patch), true};
+        if (geometry_ != GeometryPrecision::double_precision) info.accumulation = Accumulation::compensated;
+        return info;
     }
 
     [[nodiscard]] std::unique_ptr<RenderJob> prepare(const Scene& given, const RenderSettings& settings) override {

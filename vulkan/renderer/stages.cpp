@@ -29,6 +29,7 @@ std::vector<SpecialisationConstant> Specialisation::constants() const {
     result.push_back({25, std::bit_cast<std::uint32_t>(clamp.value_or(0.0F))});
     result.push_back({26, static_cast<std::uint32_t>(generator)});
     result.push_back({27, mis});
+    result.push_back({28, plain_sums});
     if (shaders_hold_planted_bugs()) {
         result.push_back({30, std::bit_cast<std::uint32_t>(static_cast<float>(planted_bug.amount))});
         result.push_back({31, static_cast<std::uint32_t>(planted_bug.bug)});
@@ -37,8 +38,12 @@ std::vector<SpecialisationConstant> Specialisation::constants() const {
     return result;
 }
 
-KernelForm::KernelForm(const Patterns& patterns, GeometryPrecision chosen)
-    : shape(patterns.kernel), parameters(patterns.parameters), descriptors(patterns.descriptors), precision(chosen) {
+KernelForm::KernelForm(const Patterns& patterns, GeometryPrecision chosen, bool in_double)
+    : shape(patterns.kernel),
+      parameters(patterns.parameters),
+      descriptors(patterns.descriptors),
+      precision(chosen),
+      sums_in_double(in_double) {
     // What differs in the host's doing alone.
     if (descriptors == DescriptorPattern::rewritten || descriptors == DescriptorPattern::templates)
         descriptors = DescriptorPattern::per_combination;
@@ -134,6 +139,12 @@ void check(const Device& device, const KernelForm& form, const std::vector<SetBi
         throw UnsupportedError(
             "paths in mixed and double precision are traced by the megakernel alone: the stages hand rays on in float; "
             "leave --kernel out");
+    if (form.sums_in_double && !has.doubles)
+        throw UnsupportedError(name + " has no doubles in shaders (shaderFloat64); use --accumulation compensated");
+    if (form.sums_in_double && (form.shape == KernelShape::fragment || form.shape == KernelShape::ray_tracing))
+        throw UnsupportedError(
+            "fragments and ray-tracing pipelines have no sums in double; use another --kernel, or --accumulation "
+            "compensated");
     const bool default_form =
         form.parameters == ParameterPattern::push_constants && form.descriptors == DescriptorPattern::per_combination;
     if (form.shape != KernelShape::stages && !default_form)
@@ -263,6 +274,10 @@ std::shared_ptr<const Stages::Pipelines> Stages::pipelines(
         any_variant = any_variant || !plain;
         made.plain[i] = plain;
         if (plain) code = shader_code(stage);
+        if (form.sums_in_double && (stage == Stage::post_process || stage == Stage::megakernel)) {
+            code = shader_variant(stage, ShaderVariant::double_sums);
+            if (code.empty() || !plain) throw UnsupportedError("this build has no such kernels with sums in double");
+        }
         made.stages[i] =
             stage == Stage::fragment ? make_fragment(form_layout, constants) : make(form_layout, code, constants);
     }

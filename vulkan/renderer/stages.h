@@ -44,6 +44,7 @@ struct Specialisation {
     std::optional<float> clamp = std::nullopt;
     Generator generator = Generator::philox;
     bool mis = true;
+    bool plain_sums = false;
     std::uint32_t workgroup = workgroup_size;             // invocations
     std::vector<SpecialisationConstant> parameters = {};  // ParameterPattern::specialisation's
 
@@ -69,9 +70,11 @@ struct KernelForm {
     ParameterPattern parameters = ParameterPattern::push_constants;
     DescriptorPattern descriptors = DescriptorPattern::per_combination;
     GeometryPrecision precision = GeometryPrecision::single_precision;
+    bool sums_in_double = false;  // of a single-precision kernel
 
     KernelForm() = default;
-    explicit KernelForm(const Patterns& patterns, GeometryPrecision precision = GeometryPrecision::single_precision);
+    explicit KernelForm(const Patterns& patterns, GeometryPrecision precision = GeometryPrecision::single_precision,
+        bool sums_in_double = false);
     auto operator<=>(const KernelForm&) const = default;
     [[nodiscard]] bool has_arrays() const {
         return descriptors == DescriptorPattern::arrays || descriptors == DescriptorPattern::arrays_nonuniform;

@@ -1,0 +1,174 @@
+// How samples are added up (MODEL.md section 11.2): what singles lose, and that pairs of them and doubles lose nothing
+// to speak of.
+#include <array>
+#include <filesystem>
+#include <functional>
+
+#include "common/scene_loader.h"
+#include "tests/suite/witnesses.h"
+
+using namespace tandem;
+using namespace tandem::test;
+
+namespace {
+
+constexpr double unit = 0x1p-24;  // roundoff of singles
+const dvec3 radiance(1.0 / 3.0, 1.0, 0.1);
+
+// Every sample is the wall's radiance, as single precision has it.
+Scene glowing_room() {
+    return SceneBuilder()
+        .camera({0.1, 0.0, 0.2}, {0.0, 0.0, -1.0}, 60.0)
+        .sphere(emitter(radiance), {0.0, 0.0, 0.0}, 4.0)
+        .scene();
+}
+
+RenderSettings settings_with(Accumulation accumulation) {
+    RenderSettings settings = settings_of(2, 0);
+    settings.accumulation = accumulation;
+    return settings;
+}
+
+// The oracle has but one way.
+std::vector<Witness> choosing_witnesses() {
+    std::vector<Witness> all = witnesses();
+    std::erase_if(all, [](const Witness& witness) { return witness.name == "oracle"; });
+    return all;
+}
+
+double in_singles(double x, std::uint64_t samples) {
+    volatile float sum = 0.0F;
+    for (std::uint64_t i = 0; i < samples; ++i) sum = sum + static_cast<float>(x);
+    return double{sum} / static_cast<double>(samples);
+}
+
+// [Higham 2002, section 4.2]
+double bound_of_singles(std::uint64_t samples) {
+    const double n = static_cast<double>(samples);
+    return (n - 1.0) * unit / (1.0 - (n - 1.0) * unit);
+}
+
+bool same(const std::vector<double>& a, const std::vector<double>& b) { return a == b; }
+
+}  // namespace
+
+TEST_CASE("plain sums of equal samples are the sums of singles, and drift within their bound") {
+    for (Witness& witness : choosing_witnesses()) {
+        CAPTURE(witness.name);
+        std::vector<double> errors;
+        for (const std::uint64_t samples : {std::uint64_t{64}, std::uint64_t{4096}, std::uint64_t{1} << 18}) {
+            CAPTURE(samples);
+            const Estimate estimate = render(witness, glowing_room(), settings_with(Accumulation::plain), samples);
+            const std::vector<double> mean = mean_of(estimate);
+            for (std::size_t i = 0; i < mean.size(); ++i) {
+                const double x = radiance[static_cast<int>(i % 3)], single = static_cast<float>(x);
+                CHECK(mean[i] == in_singles(x, samples));
+                CHECK(std::abs(mean[i] - single) <= bound_of_singles(samples) * single);
+            }
+            CHECK(mean[1] == 1.0);  // whole numbers below 2^24 lose nothing
+            errors.push_back(std::abs(mean[0] * 3.0 - 1.0));
+        }
+        // Where compensated sums are off by 1e-8, the rounding of 1/3 itself.
+        CHECK(errors[2] > 1e-5);
+        CHECK(errors[2] > 20.0 * errors[0]);
+    }
+}
+
+TEST_CASE("compensated sums and doubles lose less than their bounds") {
+    constexpr std::uint64_t samples = std::uint64_t{1} << 16;
+    for (Witness& witness : choosing_witnesses()) {
+        CAPTURE(witness.name);
+        // 64 additions a block, then blocks in pairs, in double, 10 levels of them.
+        for (const auto& [accumulation, error_of_addition] :
+            {std::pair{Accumulation::compensated, 0x1p-46}, std::pair{Accumulation::in_double, 0x1p-53}}) {
+            CAPTURE(static_cast<int>(accumulation));
+            const Estimate estimate = render(witness, glowing_room(), settings_with(accumulation), samples);
+            const std::vector<double> mean = mean_of(estimate), variance = variance_of(estimate);
+            const double lost = 64.0 * error_of_addition + 16.0 * 0x1p-53;
+            for (std::size_t i = 0; i < mean.size(); ++i) {
+                const double x = radiance[static_cast<int>(i % 3)];
+                const double sample = witness.unit_roundoff == unit ? double{static_cast<float>(x)} : x;
+                CHECK(std::abs(mean[i] - sample) <= lost * sample);
+                CHECK(variance[i] <= 4.0 * lost * sample * sample);
+            }
+        }
+    }
+}
+
+TEST_CASE("all ways of adding up have one image but for rounding") {
+    const Scene scene = load_scene(std::filesystem::path(TANDEM_SOURCE_DIR) / "scenes" / "cornell-classic.json");
+    constexpr std::uint64_t samples = 192;
+    for (Witness& witness : choosing_witnesses()) {
+        CAPTURE(witness.name);
+        RenderSettings settings = with_longer_side(default_settings(scene), 12);
+        const auto means = [&](Accumulation accumulation) {
+            settings.accumulation = accumulation;
+            return mean_of(render(witness, scene, settings, samples));
+        };
+        const std::vector<double> exact = means(Accumulation::in_double), pairs = means(Accumulation::compensated),
+                                  plain = means(Accumulation::plain);
+        bool rounds = false;
+        for (std::size_t i = 0; i < exact.size(); ++i) {
+            CHECK(std::abs(pairs[i] - exact[i]) <= 64.0 * 0x1p-45 * exact[i]);
+            CHECK(std::abs(plain[i] - exact[i]) <= (bound_of_singles(samples) + unit) * exact[i]);
+            rounds = rounds || plain[i] != exact[i];
+        }
+        CHECK(rounds);
+        settings.accumulation.reset();
+        const bool in_double = witness.renderer->info().accumulation == Accumulation::in_double;
+        CHECK(same(mean_of(render(witness, scene, settings, samples)), in_double ? exact : pairs));
+    }
+}
+
+TEST_CASE("plain sums go on where the render before ended, and begin anew elsewhere") {
+    for (Witness& witness : choosing_witnesses()) {
+        CAPTURE(witness.name);
+        const auto job = witness.renderer->prepare(glowing_room(), settings_with(Accumulation::plain));
+        const std::vector<double> whole = mean_of(job->render({0, 4096}).estimate);
+        Estimate parts = job->render({0, 64}).estimate;
+        parts.merge(job->render({64, 1024}).estimate);
+        parts.merge(job->render({1024, 4096}).estimate);
+        CHECK(same(mean_of(parts), whole));
+        const double block = in_singles(radiance.x, 64);
+        CHECK(mean_of(job->render({64, 128}).estimate)[0] == block);
+        CHECK(mean_of(job->render({64, 128}).estimate)[0] == block);
+        CHECK(mean_of(job->render({128, 192}).estimate)[0] != block);
+    }
+}
+
+TEST_CASE("both kernel shapes add up to the same bits") {
+    for (const Accumulation accumulation : {Accumulation::plain, Accumulation::compensated, Accumulation::in_double}) {
+        CAPTURE(static_cast<int>(accumulation));
+        const Scene scene = load_scene(std::filesystem::path(TANDEM_SOURCE_DIR) / "scenes" / "cornell-classic.json");
+        RenderSettings settings = with_longer_side(default_settings(scene), 10);
+        settings.accumulation = accumulation;
+        std::vector<std::vector<double>> means;
+        for (const char* kernel : {"stages", "megakernel", "image-stages"}) {
+            BackendOptions options;
+            options.kernel = kernel;
+            const auto job = vulkan_backend().create(options)->prepare(scene, settings);
+            Estimate estimate = job->render({0, 128}).estimate;
+            estimate.merge(job->render({128, 200}).estimate);
+            means.push_back(mean_of(estimate));
+        }
+        CHECK(same(means[0], means[1]));
+        CHECK(same(means[0], means[2]));
+    }
+}
+
+TEST_CASE("ways of adding up that there are not are refused") {
+    const auto refuses = [](const Backend& backend, const BackendOptions& options, Integrator integrator,
+                             Accumulation accumulation) {
+        RenderSettings settings = settings_with(accumulation);
+        settings.integrator = integrator;
+        const auto renderer = backend.create(options);
+        CHECK_THROWS_AS((void)renderer->prepare(glowing_room(), settings), UnsupportedError);
+    };
+    BackendOptions fragments;
+    fragments.kernel = "fragment";
+    refuses(vulkan_backend(), fragments, Integrator::path, Accumulation::in_double);
+    for (const Accumulation accumulation : {Accumulation::plain, Accumulation::compensated}) {
+        refuses(oracle_backend(), {}, Integrator::path, accumulation);
+        refuses(cpu_backend(), {}, Integrator::bidirectional, accumulation);
+    }
+}
