@@ -83,14 +83,18 @@ struct RenderResult {
 
 // What a job consists of, for `tandem effects`. Empty or 0: the renderer does not tell.
 struct JobFacts {
-    EffectSet effects;  // simulated
+    EffectSet effects;                      // simulated
+    EffectSet compiled = EffectSet::all();  // that its code could simulate: there is none of the others'
+    std::string variant;                    // of code that was compiled with the program; empty: code made for the job
     struct Part {
         std::string name;          // "scatter", "interiors"
-        std::uint64_t amount = 0;  // a kernel's instructions, a buffer's bytes
+        std::uint64_t amount = 0;  // a kernel's instructions or bindings, a buffer's bytes, dispatches
     };
     std::vector<Part> kernels, buffers;
+    std::vector<Part> bindings;        // to buffers, that a kernel's code uses
+    std::vector<Part> dispatches;      // of a kernel, for the first sample of every pixel
     std::uint64_t bytes_per_path = 0;  // of state between two vertices
-    double kernel_seconds = 0.0;       // spent on making the kernels
+    double kernel_seconds = 0.0;       // spent on making the kernels, as far as drivers did so when asked to
 };
 
 // A scene made ready for one renderer and one set of settings.

@@ -24,6 +24,11 @@ namespace {
 
 using Image = std::vector<glm::dvec3>;
 
+// All surfaces and the lights of section 9.2.
+constexpr EffectSet simulated = EffectSet::all().without(
+    {Effect::boundary, Effect::medium_absorption, Effect::medium_scattering, Effect::anisotropic_phase,
+        Effect::density_grid, Effect::interiors, Effect::nested_dielectrics, Effect::direct_only});
+
 class BidirectionalJob final : public RenderJob {
 public:
     BidirectionalJob(
@@ -38,6 +43,11 @@ public:
     [[nodiscard]] JobFacts facts() const override {
         JobFacts facts;
         facts.effects = effects_;
+        facts.compiled = simulated;
+        facts.variant = "bidirectional";
+        facts.bytes_per_path = sampler_.bytes_per_path();
+        const std::uint64_t pixels = std::uint64_t{sampler_.settings().width} * sampler_.settings().height;
+        facts.buffers = {{"image-of-a-thread", pixels * sizeof(Image::value_type)}};
         return facts;
     }
 
@@ -116,11 +126,6 @@ private:
     tbb::task_arena arena_;
     EffectSet effects_;
 };
-
-// All surfaces and the lights of section 9.2.
-constexpr EffectSet simulated = EffectSet::all().without(
-    {Effect::boundary, Effect::medium_absorption, Effect::medium_scattering, Effect::anisotropic_phase,
-        Effect::density_grid, Effect::interiors, Effect::nested_dielectrics, Effect::direct_only});
 
 }  // namespace
 

@@ -32,6 +32,10 @@ struct BidirectionalSampler::Vertex {
     }
 };
 
+std::uint64_t BidirectionalSampler::bytes_per_path() const {
+    return (2 * std::uint64_t{settings_.bounces} + 3) * sizeof(Vertex);
+}
+
 struct BidirectionalSampler::Sample {
     Generator generator;
     std::uint64_t seed;

@@ -111,7 +111,12 @@ public:
         // The general variant leaves out at run time what the job does not simulate; the others have no such switches.
         const EffectSet compiled = EffectSet::from_bits(effects);
         facts.effects = compiled == variants::general ? tables_.settings.effects.value_or(compiled) : compiled;
-        facts.bytes_per_path = PathTracer<Real, effects, NoRecorder, Shade>::bytes_per_path();
+        facts.compiled = compiled;
+        facts.variant = variants::name(compiled);
+        using Tracer = PathTracer<Real, effects, NoRecorder, Shade>;
+        facts.bytes_per_path = Tracer::bytes_per_path();
+        // The scene's tables are as large as what it has, in every variant.
+        facts.buffers = {{"paths-of-a-thread", Tracer::bytes_of_paths()}};
         return facts;
     }
 

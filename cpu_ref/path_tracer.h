@@ -46,6 +46,8 @@ public:
 
     // Of the state of one path, between two vertices.
     static constexpr std::uint64_t bytes_per_path();
+    // Of all paths that are on their way at once.
+    static constexpr std::uint64_t bytes_of_paths();
 
     [[nodiscard]] const Recorder& recorder() const { return recorder_; }
 
@@ -217,6 +219,11 @@ TANDEM_INLINE RandomLanes<Shade> PathTracer<Real, effects, Recorder, Shade>::sha
 template <class Real, std::uint64_t effects, class Recorder, class Shade>
 constexpr std::uint64_t PathTracer<Real, effects, Recorder, Shade>::bytes_per_path() {
     return sizeof(Pool) / slot_count;
+}
+
+template <class Real, std::uint64_t effects, class Recorder, class Shade>
+constexpr std::uint64_t PathTracer<Real, effects, Recorder, Shade>::bytes_of_paths() {
+    return sizeof(Pool);
 }
 
 template <class Real, std::uint64_t effects, class Recorder, class Shade>

@@ -1,6 +1,8 @@
-// Which effects the CPU path tracer simulates, and the sets that it is compiled for. (DESIGN.md section 7; MODEL.md
-// says what each effect is.)
+// Which effects the CPU path tracer simulates, and the sets that it is compiled for. (MODEL.md says what each effect
+// is.)
 #pragma once
+
+#include <string_view>
 
 #include "common/effects.h"
 
@@ -19,5 +21,10 @@ inline constexpr EffectSet lean_next_event =
 inline constexpr EffectSet general = EffectSet::all();
 
 inline constexpr EffectSet supported = general;
+
+[[nodiscard]] constexpr std::string_view name(EffectSet variant) {
+    if (variant == lean_path) return "lean-path";
+    return variant == lean_next_event ? "lean-next-event" : "general";
+}
 
 }  // namespace tandem::cpu::variants

@@ -41,6 +41,13 @@ layout(std430, set = 2, binding = 13) restrict buffer Queues { RayQueue queues[]
 READ_HALF(14, InteriorsIn, uvec2, interiors_in);
 WRITTEN_HALF(15, InteriorsOut, uvec2, interiors_out);
 
+// Without a primitive and shadow rays there is no intersect stage: every ray leaves the scene.
+#ifdef RAYS_IN_PLACE
+const bool reads_hits = true;
+#else
+const bool reads_hits = has_triangles || has_spheres || has_cuboids || has_light_sampling;
+#endif
+
 // A place in the queue of the next segment.
 uint enqueue() {
 #ifdef RAYS_IN_PLACE
@@ -88,7 +95,7 @@ void main() {
 #else
     if (i >= queues[k].count) return;
 #endif
-    const uvec4 hit = hits[i];
+    const uvec4 hit = reads_hits ? hits[i] : uvec4(hit_none, 0, 0, 0);
     const uint slot = hit.x & slot_mask;
 #ifdef RAYS_IN_PLACE
     if (slot == hit_nothing) {

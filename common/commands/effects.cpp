@@ -1,6 +1,9 @@
 // tandem effects: what a scene calls for, what was left out, and what that saved.
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cmath>
+
 #include "common/commands/command.h"
 #include "common/commands/console.h"
 #include "common/error.h"
@@ -17,19 +20,31 @@ struct EffectsArguments {
     double seconds = 10.0;
 };
 
+// What a side has no code for, no memory for, and does not do, for one sentence a part.
+struct LeftOut {
+    std::vector<std::string> compiled, allocated, dispatched;
+};
+
 // The parts of `general` that `specialised` has not, or has less of.
-std::vector<std::string> left_out(
-    const std::vector<JobFacts::Part>& general, const std::vector<JobFacts::Part>& specialised, const char* unit) {
-    std::vector<std::string> lines;
+void add_left_out(std::vector<std::string>& lines, const std::vector<JobFacts::Part>& general,
+    const std::vector<JobFacts::Part>& specialised, const char* unit) {
     for (const JobFacts::Part& part : general) {
         const auto same = [&](const JobFacts::Part& other) { return other.name == part.name; };
         const auto kept = std::ranges::find_if(specialised, same);
-        if (kept == specialised.end())
+        if (kept == specialised.end() || (kept->amount == 0 && part.amount > 0))
             lines.push_back(fmt::format("{}: none of {} {}", part.name, part.amount, unit));
         else if (kept->amount < part.amount)
             lines.push_back(fmt::format("{}: {} of {} {}", part.name, kept->amount, part.amount, unit));
     }
-    return lines;
+}
+
+LeftOut left_out(const JobFacts& general, const JobFacts& specialised) {
+    LeftOut out;
+    add_left_out(out.compiled, general.kernels, specialised.kernels, "instructions");
+    add_left_out(out.allocated, general.buffers, specialised.buffers, "bytes");
+    add_left_out(out.dispatched, general.dispatches, specialised.dispatches, "dispatches for a sample of every pixel");
+    add_left_out(out.dispatched, general.bindings, specialised.bindings, "bindings to buffers");
+    return out;
 }
 
 nlohmann::json parts_json(const std::vector<JobFacts::Part>& parts, const char* amount) {
@@ -38,16 +53,29 @@ nlohmann::json parts_json(const std::vector<JobFacts::Part>& parts, const char* 
     return list;
 }
 
+nlohmann::json names_json(EffectSet effects) {
+    nlohmann::json list = nlohmann::json::array();
+    for (std::uint32_t i = 0; i < effect_count; ++i)
+        if (const auto effect = static_cast<Effect>(i); effects.has(effect)) list.push_back(effect_name(effect));
+    return list;
+}
+
+nlohmann::json side_json(const SpecialisationSide& side) {
+    return {{"make_seconds", side.make_seconds}, {"kernel_seconds", side.kernel_seconds},
+        {"kernel_seconds_each", side.kernel_makings}, {"compiled_ahead", !side.facts.variant.empty()},
+        {"variant", side.facts.variant.empty() ? nlohmann::json() : nlohmann::json(side.facts.variant)},
+        {"effects_without_code", names_json(EffectSet::all().without(side.facts.compiled))},
+        {"kernels", parts_json(side.facts.kernels, "instructions")},
+        {"buffers", parts_json(side.facts.buffers, "bytes")}, {"bindings", parts_json(side.facts.bindings, "bindings")},
+        {"dispatches", parts_json(side.facts.dispatches, "dispatches")}};
+}
+
 nlohmann::json to_json(const std::string& scene, const RendererInfo& info, const SpecialisationReport& report) {
     nlohmann::json needed = nlohmann::json::array(), absent = nlohmann::json::array();
     for (const EffectFinding& finding : report.findings)
         (finding.needed ? needed : absent)
             .push_back({{"effect", effect_name(finding.effect)}, {"reason", finding.reason}});
-    const auto side = [](const SpecialisationSide& s) {
-        return nlohmann::json{{"make_seconds", s.make_seconds}, {"kernel_seconds", s.facts.kernel_seconds},
-            {"kernels", parts_json(s.facts.kernels, "instructions")},
-            {"buffers", parts_json(s.facts.buffers, "bytes")}};
-    };
+    const LeftOut out = left_out(report.general.facts, report.specialised.facts);
     nlohmann::json json{{"scene", scene}, {"backend", info.backend}, {"device", info.device}, {"driver", info.driver},
         {"needed", needed}, {"absent", absent}, {"identical", report.identical}, {"rounds", report.rounds},
         {"clock", report.device_clock ? "device" : "wall"},
@@ -55,10 +83,45 @@ nlohmann::json to_json(const std::string& scene, const RendererInfo& info, const
         {"milliseconds_general", report.general.milliseconds}, {"speedup", report.speedup},
         {"speedup_low", report.interval.low}, {"speedup_high", report.interval.high},
         {"bytes_per_path_specialised", report.specialised.facts.bytes_per_path},
-        {"bytes_per_path_general", report.general.facts.bytes_per_path}, {"specialised", side(report.specialised)},
-        {"general", side(report.general)}};
+        {"bytes_per_path_general", report.general.facts.bytes_per_path}, {"not_compiled", out.compiled},
+        {"not_allocated", out.allocated}, {"not_dispatched", out.dispatched},
+        {"specialised", side_json(report.specialised)}, {"general", side_json(report.general)}};
     json["samples_to_pay"] = report.samples_to_pay ? nlohmann::json(*report.samples_to_pay) : nlohmann::json();
     return json;
+}
+
+void print_lines(const char* title, const std::vector<std::string>& lines) {
+    if (!lines.empty()) fmt::print("{}\n", title);
+    for (const std::string& line : lines) fmt::print("  {}\n", line);
+}
+
+void print_left_out(const JobFacts& specialised, const JobFacts& general) {
+    const EffectSet no_code = EffectSet::all().without(specialised.compiled);
+    if (!specialised.variant.empty())
+        fmt::print("Code: the variant \"{}\", compiled with the program, in place of \"{}\"\n  no code for: {}\n",
+            specialised.variant, general.variant,
+            no_code.size() > 0 ? effect_names(no_code) : "none; what is absent is skipped at run time");
+    const LeftOut out = left_out(general, specialised);
+    print_lines("Not compiled, therefore:", out.compiled);
+    print_lines("Not allocated:", out.allocated);
+    print_lines("Not dispatched or bound:", out.dispatched);
+    fmt::print("State a path: {} bytes specialised, {} general\n", specialised.bytes_per_path, general.bytes_per_path);
+}
+
+void print_making(const SpecialisationReport& report) {
+    const bool ahead = !report.specialised.facts.variant.empty();
+    if (ahead)
+        fmt::print("Kernels made in 0 s: all variants were compiled with the program; ");
+    else
+        fmt::print("Kernels made in {:.2f} s specialised, {:.2f} s general (the longer of {} makings); ",
+            report.specialised.kernel_seconds, report.general.kernel_seconds, report.specialised.kernel_makings.size());
+    if (!report.samples_to_pay)
+        fmt::print("no saving that could pay for it was seen\n");
+    else if (ahead)
+        fmt::print("specialising pays from the first sample\n");
+    else
+        fmt::print(
+            "specialising pays for itself after {:.0f} samples of every pixel\n", std::ceil(*report.samples_to_pay));
 }
 
 void print_report(const std::string& scene, const RendererInfo& info, const SpecialisationReport& report) {
@@ -68,23 +131,13 @@ void print_report(const std::string& scene, const RendererInfo& info, const Spec
         for (const EffectFinding& finding : report.findings)
             if (finding.needed == needed) fmt::print("  {:22} {}\n", effect_name(finding.effect), finding.reason);
     }
-    const JobFacts &specialised = report.specialised.facts, &general = report.general.facts;
-    std::vector<std::string> lines = left_out(general.kernels, specialised.kernels, "instructions");
-    for (const std::string& line : left_out(general.buffers, specialised.buffers, "bytes")) lines.push_back(line);
-    if (!lines.empty()) fmt::print("Left out, therefore:\n");
-    for (const std::string& line : lines) fmt::print("  {}\n", line);
-    fmt::print("State a path: {} bytes specialised, {} general\n", specialised.bytes_per_path, general.bytes_per_path);
+    print_left_out(report.specialised.facts, report.general.facts);
     fmt::print(
         "A sample of every pixel: {:.4g} ms specialised, {:.4g} ms general, {:.3f} times as fast "
         "(95 %: {:.3f} to {:.3f}; {} rounds, {} clock)\n",
         report.specialised.milliseconds, report.general.milliseconds, report.speedup, report.interval.low,
         report.interval.high, report.rounds, report.device_clock ? "device" : "wall");
-    fmt::print("Made in {:.2f} s specialised, {:.2f} s general; ", report.specialised.make_seconds,
-        report.general.make_seconds);
-    if (report.samples_to_pay)
-        fmt::print("specialising pays for itself after {:.0f} samples of every pixel\n", *report.samples_to_pay);
-    else
-        fmt::print("no saving that could pay for it was seen\n");
+    print_making(report);
     fmt::print("Images: {}\n", report.identical ? "identical, bit for bit" : "NOT identical");
 }
 
@@ -95,10 +148,15 @@ ExitStatus effects(const EffectsArguments& arguments, const CommandContext& cont
     const RenderSettings settings = settings_from(arguments.options, scene);
     check_memory(settings);
     check_outputs({context.json_file}, {arguments.scene});
-    const std::unique_ptr<Renderer> renderer = find_backend(context.program.backends, arguments.backend)
-                                                   .create({.device = arguments.device,
-                                                       .precision = precision_from(arguments.precision),
-                                                       .kernel = arguments.kernel});
+    RendererInfo info;
+    const auto make_renderer = [&] {
+        auto renderer = find_backend(context.program.backends, arguments.backend)
+                            .create({.device = arguments.device,
+                                .precision = precision_from(arguments.precision),
+                                .kernel = arguments.kernel});
+        info = renderer->info();
+        return renderer;
+    };
     SpecialisationOptions options;
     options.seconds = arguments.seconds;
     options.stop = context.stop;
@@ -106,10 +164,10 @@ ExitStatus effects(const EffectsArguments& arguments, const CommandContext& cont
     {
         ProgressLine line;
         options.progress = [&](double fraction) { line.update(fraction, "timing"); };
-        report = measure_specialisation(scene, settings, *renderer, options);
+        report = measure_specialisation(scene, settings, make_renderer, options);
     }
-    write_json(context, to_json(scene.name, renderer->info(), report));
-    print_report(scene.name, renderer->info(), report);
+    write_json(context, to_json(scene.name, info, report));
+    print_report(scene.name, info, report);
     return report.identical ? ExitStatus::fine : ExitStatus::disagree;
 }
 

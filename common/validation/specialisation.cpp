@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <numeric>
 #include <random>
 
 #include "common/error.h"
@@ -24,21 +25,46 @@ double median(std::vector<double> values) {
 
 // One job and the times of its rounds.
 struct Contender {
+    explicit Contender(std::optional<EffectSet> simulated) : effects(simulated) {}
+
+    std::optional<EffectSet> effects;  // empty: those that the scene calls for
     std::unique_ptr<RenderJob> job;
     Estimate estimate;  // of the first samples
-    double make_seconds = 0.0;
+    std::vector<double> kernel_makings, makings;
     std::vector<double> seconds;  // a round
     bool device_clock = true;
 
-    double render(SampleRange range, const std::stop_token& stop) {
+    RenderResult render(SampleRange range, const std::stop_token& stop) {
         RenderControl control;
         control.stop = stop;
-        const RenderResult result = job->render(range, control);
+        RenderResult result = job->render(range, control);
         if (result.estimate.count() != range.count())
             throw Error("stopped before the kernels were timed; nothing to report");
+        return result;
+    }
+
+    void make(const Scene& scene, RenderSettings settings, Renderer& renderer, const std::stop_token& stop) {
+        settings.effects = effects;
+        const Clock::time_point start = Clock::now();
+        job = renderer.prepare(scene, settings);
+        const double first = render({0, 1}, stop).seconds;
+        makings.push_back(seconds_since(start));
+        const double again = render({0, 1}, stop).seconds;
+        const JobFacts facts = job->facts();
+        kernel_makings.push_back(facts.variant.empty() ? facts.kernel_seconds + std::max(0.0, first - again) : 0.0);
+    }
+
+    double time(SampleRange range, const std::stop_token& stop) {
+        const RenderResult result = render(range, stop);
         estimate = result.estimate;
         device_clock = device_clock && result.device_seconds.has_value();
         return result.device_seconds.value_or(result.seconds);
+    }
+
+    [[nodiscard]] SpecialisationSide side(double samples) const {
+        const double sum = std::accumulate(makings.begin(), makings.end(), 0.0);
+        return {job->facts(), *std::ranges::max_element(kernel_makings), kernel_makings,
+            sum / static_cast<double>(makings.size()), 1e3 * median(seconds) / samples};
     }
 };
 
@@ -50,39 +76,42 @@ bool same_bits(const Estimate& a, const Estimate& b) {
     return std::ranges::equal(a.totals(), b.totals(), same);
 }
 
-Contender make(const Scene& scene, RenderSettings settings, std::optional<EffectSet> effects, Renderer& renderer,
-    const std::stop_token& stop) {
-    settings.effects = effects;
-    Contender contender;
-    const Clock::time_point start = Clock::now();
-    contender.job = renderer.prepare(scene, settings);
-    // Drivers may put compiling off until the first use.
-    (void)contender.render({0, samples_per_block}, stop);
-    contender.make_seconds = seconds_since(start);
-    return contender;
-}
+struct Contenders {
+    std::unique_ptr<Renderer> renderer;  // outlives the jobs
+    Contender specialised{std::nullopt}, general{EffectSet::all()};
 
-SpecialisationSide side_of(const Contender& contender, double samples) {
-    const double typical = median(contender.seconds);
-    return {contender.job->facts(), std::max(0.0, contender.make_seconds - typical / samples * samples_per_block),
-        1e3 * typical / samples};
-}
+    // With a new renderer, as one may keep its kernels.
+    void make(const Scene& scene, const RenderSettings& settings,
+        const std::function<std::unique_ptr<Renderer>()>& make_renderer, bool general_first,
+        const std::stop_token& stop) {
+        specialised.job.reset();
+        general.job.reset();
+        renderer.reset();
+        renderer = make_renderer();
+        RenderSettings small;
+        small.width = small.height = 1;
+        (void)renderer->prepare(Scene{}, small)->render({0, 1});
+        for (const bool second : {false, true})
+            (second != general_first ? general : specialised).make(scene, settings, *renderer, stop);
+    }
+};
 
 }  // namespace
 
-SpecialisationReport measure_specialisation(
-    const Scene& scene, const RenderSettings& settings, Renderer& renderer, const SpecialisationOptions& options) {
+SpecialisationReport measure_specialisation(const Scene& scene, const RenderSettings& settings,
+    const std::function<std::unique_ptr<Renderer>()>& make_renderer, const SpecialisationOptions& options) {
     SpecialisationReport report;
     report.findings = find_effects(scene, settings);
-    std::array<Contender, 2> contenders{make(scene, settings, std::nullopt, renderer, options.stop),
-        make(scene, settings, EffectSet::all(), renderer, options.stop)};
-    auto& [specialised, general] = contenders;
-    report.identical = same_bits(specialised.estimate, general.estimate);
+    Contenders contenders;
+    for (std::size_t making = 0; making < options.makings; ++making)
+        contenders.make(scene, settings, make_renderer, making % 2 != 0, options.stop);
+    auto& [renderer, specialised, general] = contenders;
 
-    // A round is long enough to be timed, and short enough for many rounds.
+    // A round is long enough to be timed, and short enough for many rounds: general kernels may be a hundred times as
+    // slow.
     constexpr double least_round_seconds = 0.02;
-    SampleRange range{0, samples_per_block};
-    while (specialised.render(range, options.stop) < least_round_seconds && range.end < (std::uint64_t{1} << 20))
+    SampleRange range{0, 1};
+    while (specialised.time(range, options.stop) < least_round_seconds && range.end < (std::uint64_t{1} << 20))
         range.end *= 2;
     std::mt19937_64 order(options.seed);
     SampleMoments logarithms;
@@ -91,23 +120,23 @@ SpecialisationReport measure_specialisation(
            (report.rounds < options.least_rounds || seconds_since(start) < options.seconds)) {
         const bool swap = (order() & 1) != 0;
         for (const bool second : {false, true}) {
-            Contender& contender = contenders[second != swap ? 1 : 0];
-            contender.seconds.push_back(contender.render(range, options.stop));
+            Contender& contender = second != swap ? general : specialised;
+            contender.seconds.push_back(contender.time(range, options.stop));
         }
         logarithms.add(std::log(general.seconds.back() / specialised.seconds.back()));
         ++report.rounds;
         if (options.progress) options.progress(std::min(1.0, seconds_since(start) / options.seconds));
     }
     const double samples = static_cast<double>(range.count());
-    report.identical = report.identical && same_bits(specialised.estimate, general.estimate);
-    report.specialised = side_of(specialised, samples);
-    report.general = side_of(general, samples);
+    report.identical = same_bits(specialised.estimate, general.estimate);
+    report.specialised = specialised.side(samples);
+    report.general = general.side(samples);
     report.device_clock = specialised.device_clock && general.device_clock;
     const double half = student_quantile(0.975, logarithms.count - 1.0) * std::sqrt(logarithms.variance_of_mean());
     report.speedup = std::exp(logarithms.mean);
     report.interval = {std::exp(logarithms.mean - half), std::exp(logarithms.mean + half)};
     const double saved = 1e-3 * (report.general.milliseconds - report.specialised.milliseconds);
-    if (report.interval.low > 1.0 && saved > 0.0) report.samples_to_pay = report.specialised.make_seconds / saved;
+    if (report.interval.low > 1.0 && saved > 0.0) report.samples_to_pay = report.specialised.kernel_seconds / saved;
     return report;
 }
 

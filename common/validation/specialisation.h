@@ -1,8 +1,9 @@
-// What leaving out the absent effects is worth on one renderer (DESIGN.md section 7): the same samples by kernels made
-// for the scene and by the general ones, held against each other bit by bit and timed in turn.
+// What leaving out the absent effects is worth on one renderer: the same samples by kernels made for the scene and by
+// the general ones, held against each other bit by bit and timed in turn.
 #pragma once
 
 #include <functional>
+#include <memory>
 #include <optional>
 #include <stop_token>
 #include <vector>
@@ -16,14 +17,20 @@ namespace tandem {
 struct SpecialisationOptions {
     double seconds = 10.0;  // of timing, after the kernels are made
     std::size_t least_rounds = 5, most_rounds = 200;
-    std::uint64_t seed = 1;  // of the order within a round
+    std::size_t makings = 2;  // >= 1, of the kernels, each by a new renderer
+    std::uint64_t seed = 1;   // of the order within a round
     std::stop_token stop;
     std::function<void(double fraction)> progress;
 };
 
 struct SpecialisationSide {
     JobFacts facts;
-    double make_seconds = 0.0;  // wall clock of making the job, kernels and first use included
+    // Wall clock of making the kernels: what the renderer says, and what a first sample takes longer than a second, as
+    // drivers may put compiling off until then. 0 where they were compiled with the program (JobFacts::variant). The
+    // longest of the makings: drivers that remember kernels make them faster the next time.
+    double kernel_seconds = 0.0;
+    std::vector<double> kernel_makings;
+    double make_seconds = 0.0;  // wall clock of all preparation and a first sample, mean of the makings
     double milliseconds = 0.0;  // a sample of every pixel, median of the rounds
 };
 
@@ -35,13 +42,14 @@ struct SpecialisationReport {
     bool device_clock = false;  // times are the device's own
     double speedup = 1.0;       // general over specialised time, geometric mean of the rounds
     Interval interval;          // of the speed-up, 95 %
-    // Samples after which the time saved has paid for making the specialised job, the general kernels being at hand;
-    // empty: the time saved cannot be told from none.
+    // Samples after which the time saved has paid for making the specialised kernels, the general ones being at hand; 0
+    // where none are made. Empty: the time saved cannot be told from none.
     std::optional<double> samples_to_pay;
 };
 
+// Makes both kinds of kernels in alternate order, after a small job that takes the driver's own start upon itself.
 // Throws what prepare() throws; settings.effects is replaced.
-[[nodiscard]] SpecialisationReport measure_specialisation(
-    const Scene& scene, const RenderSettings& settings, Renderer& renderer, const SpecialisationOptions& options);
+[[nodiscard]] SpecialisationReport measure_specialisation(const Scene& scene, const RenderSettings& settings,
+    const std::function<std::unique_ptr<Renderer>()>& make_renderer, const SpecialisationOptions& options);
 
 }  // namespace tandem

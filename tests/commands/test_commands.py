@@ -484,7 +484,27 @@ class Commands(unittest.TestCase):
         self.assertIn("lens", {finding["effect"] for finding in told["absent"]})
         self.assertTrue(told["identical"])
         self.assertLessEqual(told["speedup_low"], told["speedup_high"])
+        self.assertEqual(told["specialised"]["variant"], "lean-path")
+        self.assertIn("noise", told["specialised"]["effects_without_code"])
+        self.assertEqual(told["specialised"]["kernel_seconds"], 0)
+        self.assertIn(told["samples_to_pay"], (0, None))
+        self.assertEqual(len(told["not_allocated"]), 1)
+        self.assertIn("compiled with the program", result.stdout)
         self.refused(tandem("effects", self.scene, "--effects", "all"), "--effects")
+
+    def test_effects_tells_what_is_not_compiled_allocated_and_dispatched(self):
+        report = self.folder / "effects.json"
+        result = tandem("effects", self.scene, "--backend", "vulkan", "--kernel", "stages", "--size", 8, "--integrator",
+                        "whitted", "--time", 0.1, "--json", report)
+        self.assertEqual(result.returncode, 0, result.stderr)
+        told = json.loads(report.read_text())
+        for key in ["not_compiled", "not_allocated", "not_dispatched"]:
+            self.assertTrue(told[key], key)
+        # Direct light and no light to sample: one segment.
+        self.assertTrue(any(line.startswith("scatter: 1 of ") for line in told["not_dispatched"]), told["not_dispatched"])
+        self.assertIsNone(told["specialised"]["variant"])
+        self.assertEqual(len(told["specialised"]["kernel_seconds_each"]), 2)
+        self.assertGreater(told["general"]["kernel_seconds"], 0)
 
     def test_unknown_effects_are_refused_with_the_known_ones(self):
         self.refused(tandem("render", self.scene, "-o", self.folder / "a.png", "--effects", "lens,magic"), "magic", "lens")

@@ -18,4 +18,7 @@ namespace tandem {
 // Instructions within functions: no types, constants, names or decorations.
 [[nodiscard]] std::uint64_t count_instructions(std::span<const std::uint32_t> code);
 
+// Bindings of descriptors that instructions within functions use.
+[[nodiscard]] std::uint64_t count_bindings(std::span<const std::uint32_t> code);
+
 }  // namespace tandem

@@ -52,6 +52,18 @@ PathState path_state(EffectSet effects, bool general, const SceneData& scene) {
     return {next_events, next_events || passing_emission, effects.has(Effect::interiors)};
 }
 
+// Segments that a path can have: later ones would find their queues empty.
+std::uint32_t most_segments(EffectSet effects, const RenderSettings& settings) {
+    const auto any = [&](std::initializer_list<Effect> some) {
+        return std::ranges::any_of(some, [&](Effect effect) { return effects.has(effect); });
+    };
+    const bool goes_on = any({Effect::specular, Effect::translucent, Effect::smooth_conductor, Effect::boundary});
+    const bool receives = any({Effect::diffuse, Effect::rough_conductor, Effect::medium_scattering});
+    if (goes_on || (receives && settings.integrator != Integrator::whitted)) return settings.bounces + 1;
+    // The shadow ray of direct light belongs to the second.
+    return receives && effects.has(Effect::light_sampling) ? std::min(2u, settings.bounces + 1) : 1;
+}
+
 // As kernels kept for another scene would simulate.
 EffectSet without_one(EffectSet effects) {
     for (const Effect effect : {Effect::background_gradient, Effect::one_sided_emission, Effect::fuzz, Effect::lens})
@@ -153,6 +165,7 @@ VulkanJob::VulkanJob(const Instance& instance, const Device& device, Stages& sta
       scene_(flatten_for(scene, settings_,
           patterns.kernel == KernelShape::ray_tracing ? Acceleration::loops : acceleration, precision)),
       specialisation_(with_parameters(specialise(device, scene, scene_, settings_, planted_bug))),
+      segments_(most_segments(specialisation_.effects, settings_)),
       kept_(traces_whole_paths(patterns.kernel) ? std::nullopt : std::optional(specialisation_.path)),
       accumulation_(chosen_accumulation(settings, precision)),
       stages_(stages),
@@ -302,6 +315,7 @@ void VulkanJob::add_sampling(Tile tile, std::uint64_t sample, std::uint32_t firs
     const Submission::Key key{sampling, parity + 2 * std::uint64_t{tile.first_pixel}, sample,
         first_segment + (std::uint64_t{end_segment} << 32)};
     const bool in_queues = patterns_.kernel != KernelShape::image_stages;
+    const bool intersects = *pipelines_->stages[static_cast<std::size_t>(Stage::intersect)] != vk::Pipeline();
     submission_.add(key, [=, this](const vk::raii::CommandBuffer& commands) {
         if (first_segment == 0) record(commands, {Stage::ray_gen, settings, 1, parity}, tile.pixel_count);
         Dispatch dispatch{Stage::intersect, settings, 0, parity};
@@ -310,9 +324,11 @@ void VulkanJob::add_sampling(Tile tile, std::uint64_t sample, std::uint32_t firs
             dispatch.ray_parity = segment % 2;
             // With the queue's arguments, for scatter too.
             ordering_.after_dispatches(commands, in_queues ? dispatch_access : compute_access);
-            dispatch.stage = Stage::intersect;
-            record_queue(commands, dispatch, tile.pixel_count);
-            ordering_.after_dispatches(commands, compute_access);
+            if (intersects) {
+                dispatch.stage = Stage::intersect;
+                record_queue(commands, dispatch, tile.pixel_count);
+                ordering_.after_dispatches(commands, compute_access);
+            }
             dispatch.stage = Stage::scatter;
             record_queue(commands, dispatch, tile.pixel_count);
         }
@@ -387,13 +403,20 @@ JobFacts VulkanJob::facts() const {
     JobFacts facts;
     facts.effects = specialisation_.effects;
     const std::vector<SpecialisationConstant> constants = specialisation_.constants();
-    for (const Stage stage : kernels_of(patterns_.kernel)) {
+    facts.compiled = facts.effects;
+    for (const Stage stage : kernels_of(patterns_.kernel, facts.effects)) {
         if (stage == Stage::vertex && scene_.in_double) continue;
-        const std::span<const std::uint32_t> code = precision_ == GeometryPrecision::single_precision
+        const std::string name = stage_names[static_cast<std::size_t>(stage)];
+        const std::span<const std::uint32_t> made = precision_ == GeometryPrecision::single_precision
                                                         ? shader_code(stage)
                                                         : shader_variant(stage, form().variant());
-        facts.kernels.push_back(
-            {stage_names[static_cast<std::size_t>(stage)], count_instructions(optimised_spirv(code, constants))});
+        const std::vector<std::uint32_t> code = optimised_spirv(made, constants);
+        facts.kernels.push_back({name, count_instructions(code)});
+        facts.bindings.push_back({name, count_bindings(code)});
+        const bool every_segment = stage == Stage::intersect || stage == Stage::scatter;
+        const bool places_nothing =
+            stage == Stage::vertex && scene_.triangle_count + scene_.sphere_count + scene_.cuboid_count == 0;
+        facts.dispatches.push_back({name, every_segment ? segments_ : places_nothing ? 0u : 1u});
     }
     facts.buffers = buffer_parts(scene_, kept_, settings_.bounces, tile_pixels_);
     facts.bytes_per_path = bytes_per_path(kept_);
@@ -403,7 +426,7 @@ JobFacts VulkanJob::facts() const {
 
 void VulkanJob::adapt_batch(double seconds, std::uint64_t segments) {
     if (patterns_.segments_per_submission > 0) return;
-    const std::uint64_t most = samples_per_block * (std::uint64_t{settings_.bounces} + 1);
+    const std::uint64_t most = samples_per_block * std::uint64_t{segments_};
     if (seconds < shortest_submission) batch_ = std::clamp<std::uint64_t>(2 * segments, batch_, most);
     if (seconds > longest_submission)
         batch_ = std::max<std::uint64_t>(
@@ -413,15 +436,13 @@ void VulkanJob::adapt_batch(double seconds, std::uint64_t segments) {
 // Adds up to `most` segments from sample `done` of the block, segment `segment`, and moves both on; returns how many.
 std::uint64_t VulkanJob::add_batch(
     Tile tile, SampleRange block, std::uint64_t most, std::uint64_t& done, std::uint32_t& segment) {
-    const std::uint32_t segments_a_sample = settings_.bounces + 1;
     std::uint64_t added = 0;
     while (added < most && done < block.count()) {
-        const auto end =
-            static_cast<std::uint32_t>(std::min<std::uint64_t>(segments_a_sample, segment + (most - added)));
+        const auto end = static_cast<std::uint32_t>(std::min<std::uint64_t>(segments_, segment + (most - added)));
         add_sampling(tile, block.begin + done, segment, end);
         added += end - segment;
         segment = end;
-        if (segment < segments_a_sample) break;
+        if (segment < segments_) break;
         add_post_processing(tile, block.begin + done);
         segment = 0;
         ++done;
@@ -459,7 +480,7 @@ std::uint64_t VulkanJob::render_by_stages(Tile tile, SampleRange block, Progress
         if (done > 0 && segment == 0 && progress.control.stop.stop_requested()) break;
         const std::uint64_t recorded = add_batch(tile, block, batch_, done, segment);
         adapt_batch(run(progress), recorded);
-        progress.report(static_cast<double>(done) + static_cast<double>(segment) / (settings_.bounces + 1.0));
+        progress.report(static_cast<double>(done) + static_cast<double>(segment) / segments_);
     }
     return done;
 }

@@ -91,6 +91,7 @@ private:
     RenderSettings settings_;
     SceneData scene_;
     Specialisation specialisation_;
+    std::uint32_t segments_;         // of a sample, that the stages are dispatched for
     std::optional<PathState> kept_;  // from vertex to vertex in buffers
     Accumulation accumulation_;
     const Stages& stages_;

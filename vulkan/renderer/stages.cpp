@@ -243,13 +243,25 @@ std::shared_ptr<const Stages::RayPipelines> Stages::double_ray_pipelines(const S
     return kept;
 }
 
-std::vector<Stage> kernels_of(KernelShape shape) {
-    if (shape == KernelShape::megakernel) return {Stage::vertex, Stage::megakernel};
-    if (shape == KernelShape::fragment) return {Stage::vertex, Stage::fragment};
-    if (shape == KernelShape::ray_tracing)
-        return {
+std::vector<Stage> kernels_of(KernelShape shape, EffectSet effects) {
+    const bool primitives =
+        effects.has(Effect::triangles) || effects.has(Effect::spheres) || effects.has(Effect::cuboids);
+    std::vector<Stage> kernels;
+    if (shape == KernelShape::megakernel)
+        kernels = {Stage::vertex, Stage::megakernel};
+    else if (shape == KernelShape::fragment)
+        kernels = {Stage::vertex, Stage::fragment};
+    else if (shape == KernelShape::ray_tracing)
+        kernels = {
             Stage::vertex, Stage::rt_paths, Stage::rt_triangle, Stage::rt_sphere, Stage::rt_cuboid, Stage::rt_nearest};
-    return {Stage::pre_process, Stage::vertex, Stage::ray_gen, Stage::intersect, Stage::scatter, Stage::post_process};
+    else
+        kernels = {
+            Stage::pre_process, Stage::vertex, Stage::ray_gen, Stage::intersect, Stage::scatter, Stage::post_process};
+    if (!primitives) std::erase(kernels, Stage::vertex);
+    // The stage also tells what has become of shadow rays, and which places of an image are still taken.
+    if (!primitives && !effects.has(Effect::light_sampling) && shape == KernelShape::stages)
+        std::erase(kernels, Stage::intersect);
+    return kernels;
 }
 
 std::shared_ptr<const Stages::Pipelines> Stages::pipelines(
@@ -264,7 +276,7 @@ std::shared_ptr<const Stages::Pipelines> Stages::pipelines(
     for (std::size_t stage = 0; stage < stage_count; ++stage) made.stages.emplace_back(nullptr);
     bool any_variant = false;
     if (form.shape == KernelShape::ray_tracing) made.rays.emplace(make_rays(form_layout, constants));
-    for (const Stage stage : kernels_of(form.shape)) {
+    for (const Stage stage : kernels_of(form.shape, specialisation.effects)) {
         if (stage >= Stage::rt_paths && stage <= Stage::rt_nearest) continue;  // of the one pipeline
         const auto i = static_cast<std::size_t>(stage);
         // What is held in double the host places.

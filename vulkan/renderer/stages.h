@@ -61,7 +61,7 @@ inline constexpr std::uint32_t uniform_block_bytes = 16384;
 inline constexpr std::array<std::pair<std::uint32_t, std::uint32_t>, 6> ping_ponged_bindings{
     {{0, 5}, {1, 6}, {2, 7}, {3, 8}, {4, 9}, {14, 15}}};
 
-// Descriptor sets by how often they change (THESIS.md). Settings travel as push constants, or have the fifth set.
+// Descriptor sets by how often they change [Ferreira 2019]. Settings travel as push constants, or have the fifth set.
 enum class SetIndex : std::uint32_t { scene, camera, rays, image, settings };
 
 // What of the patterns is built into kernels and their layouts.
@@ -82,8 +82,9 @@ struct KernelForm {
     // Of a stage that has it.
     [[nodiscard]] ShaderVariant variant() const;
 };
-// The kernels that a shape dispatches, in the order in which a frame runs them.
-[[nodiscard]] std::vector<Stage> kernels_of(KernelShape shape);
+// The kernels that a shape dispatches for these effects, in the order in which a frame runs them: without a primitive
+// there is none to place, and nothing to meet.
+[[nodiscard]] std::vector<Stage> kernels_of(KernelShape shape, EffectSet effects);
 
 // Pipelines are kept per specialisation and form, so that many jobs of one kind build them once.
 class Stages {
