@@ -247,30 +247,59 @@ std::vector<EffectFinding> find_effects(const Scene& scene, const RenderSettings
     return EffectFinder(scene, settings).findings();
 }
 
-EffectSet needed_effects(const Scene& scene, const RenderSettings& settings) {
+namespace {
+
+EffectSet needed_of(const std::vector<EffectFinding>& findings) {
     EffectSet needed;
-    for (const EffectFinding& finding : find_effects(scene, settings))
+    for (const EffectFinding& finding : findings)
         if (finding.needed) needed = needed.with(finding.effect);
     return needed;
 }
 
-EffectSet effects_to_simulate(
-    const Scene& scene, const RenderSettings& settings, EffectSet supported, std::string_view backend) {
-    const EffectSet needed = needed_effects(scene, settings);
+}  // namespace
+
+EffectSet needed_effects(const Scene& scene, const RenderSettings& settings) {
+    return needed_of(find_effects(scene, settings));
+}
+
+namespace {
+
+// Light without a surface is found by sampling alone, which translucent and boundary surfaces block (MODEL.md sections
+// 8.3 and 9.2): what it would bring through them would be missing without a word.
+void refuse_lights_that_cannot_be_found(
+    const Scene& scene, const RenderSettings& settings, const std::vector<EffectFinding>& findings) {
+    const auto of = [&](Effect effect) -> const EffectFinding& { return findings[static_cast<std::size_t>(effect)]; };
     const bool punctual =
         std::ranges::any_of(scene.lights, [](const PunctualLight& light) { return !black(light.intensity); });
+    if (!punctual) return;
+    if (settings.integrator == Integrator::path)
+        throw UnsupportedError(
+            "the path integrator cannot find point, spot and sun lights; choose one that samples lights (next-event)");
+    if (of(Effect::boundary).needed)
+        throw UnsupportedError(
+            "boundary surfaces block light sampling, so point, spot and sun lights would not reach what is behind "
+            "them; use surfaces that emit");
+    const EffectFinding& light = of(Effect::point_lights).needed ? of(Effect::point_lights) : of(Effect::suns);
+    if (settings.integrator == Integrator::next_event && light.needed && of(Effect::translucent).needed)
+        throw UnsupportedError(fmt::format(
+            "{} is translucent and blocks light sampling, so that {} would leave black what is behind it (MODEL.md "
+            "section 8.3); use surfaces that emit, or the integrator whitted, which shows no light through glass, or "
+            "bidirectional (cpu), which finds it",
+            of(Effect::translucent).reason, light.reason));
+}
+
+}  // namespace
+
+EffectSet effects_to_simulate(
+    const Scene& scene, const RenderSettings& settings, EffectSet supported, std::string_view backend) {
+    const std::vector<EffectFinding> findings = find_effects(scene, settings);
+    const EffectSet needed = needed_of(findings);
     if (!settings.mis && settings.integrator != Integrator::next_event)
         throw UnsupportedError(
             "leaving out MIS (--mis off) is of the integrator next-event alone: there are no two ways to a light to "
             "weigh in path and whitted, and no paths without weights in bidirectional; add --integrator next-event or "
             "leave it out");
-    if (punctual && settings.integrator == Integrator::path)
-        throw UnsupportedError(
-            "the path integrator cannot find point, spot and sun lights; choose one that samples lights (next-event)");
-    if (punctual && needed.has(Effect::boundary))
-        throw UnsupportedError(
-            "boundary surfaces block light sampling, so point, spot and sun lights would not reach what is behind "
-            "them; use surfaces that emit");
+    refuse_lights_that_cannot_be_found(scene, settings, findings);
     if (const EffectSet lacking = needed.without(supported); lacking.size() > 0)
         throw UnsupportedError(fmt::format(
             "the {} backend does not simulate what this scene calls for: {}", backend, effect_names(lacking)));

@@ -1,4 +1,4 @@
-// Which effects a scene calls for under given settings (DESIGN.md section 7). A renderer leaves the others out: their
+// Which effects a scene calls for under given settings. A renderer leaves the others out: their
 // code, their buffers, their state in a path. What is left out never changes the image.
 #pragma once
 
@@ -109,7 +109,8 @@ struct EffectFinding {
 
 // What a renderer is to simulate: settings.effects, or what the scene calls for. Throws InputError where
 // settings.effects leaves out an effect that the scene calls for, UnsupportedError (naming `backend`) where `supported`
-// lacks one that it calls for; others that `supported` lacks are dropped.
+// lacks one that it calls for, and for punctual lights that the integrator cannot find, or not behind a boundary or
+// glass (MODEL.md section 8.3); others that `supported` lacks are dropped.
 [[nodiscard]] EffectSet effects_to_simulate(
     const Scene& scene, const RenderSettings& settings, EffectSet supported, std::string_view backend);
 

@@ -1,6 +1,8 @@
 // What a scene calls for: every effect alone, every pair of ingredients, what no ray can meet, and what is refused.
 #include <doctest/doctest.h>
 
+#include <array>
+#include <filesystem>
 #include <functional>
 #include <memory>
 #include <string>
@@ -10,6 +12,7 @@
 #include "common/error.h"
 #include "common/renderer.h"
 #include "common/scene.h"
+#include "common/scene_loader.h"
 
 using namespace tandem;
 using enum tandem::Effect;
@@ -409,6 +412,57 @@ TEST_CASE("lights that cannot be found are refused, unless they are black") {
     CHECK(refusal<UnsupportedError>(behind).find("boundary surfaces block") != std::string::npos);
     behind.scene.lights[0].intensity = glm::dvec3(0.0);
     CHECK(refusal<Error>(behind).empty());
+}
+
+TEST_CASE("punctual lights with glass are refused by name where next events alone would find them") {
+    Setup setup = lit_floor();
+    Material pane = glass();
+    setup.scene.lights[0].name = "bulb";
+    add_entity(setup.scene, add_material(setup.scene, pane), PrimitiveKind::sphere);
+    const std::string told = refusal<UnsupportedError>(setup);
+    CHECK(told.find("material \"" + setup.scene.materials.back().name + "\" is translucent") == 0);
+    CHECK(told.find("light \"bulb\"") != std::string::npos);
+    for (const Integrator integrator : {Integrator::whitted, Integrator::bidirectional}) {
+        setup.settings.integrator = integrator;
+        CHECK(refusal<Error>(setup).empty());
+    }
+    setup.settings.integrator = Integrator::next_event;
+    setup.settings.bounces = 0;  // nothing is lit at all
+    CHECK(refusal<Error>(setup).empty());
+    setup.settings.bounces = 2;
+    setup.scene.lights[0].kind = PunctualKind::sun;
+    CHECK(refusal<UnsupportedError>(setup).find("light \"bulb\"") != std::string::npos);
+    setup.scene.lights[0].intensity = glm::dvec3(0.0);
+    CHECK(refusal<Error>(setup).empty());
+    setup.scene.lights[0].intensity = glm::dvec3(1.0);
+    setup.scene.entities.pop_back();  // the glass stays in the file, and on no surface
+    CHECK(refusal<Error>(setup).empty());
+}
+
+TEST_CASE("no shipped scene is refused at its own settings; each effect is needed by one, and one does without it") {
+    std::size_t seen = 0;
+    std::array<std::size_t, effect_count> needing{};  // of those that verify takes by default and the closed forms
+    for (const char* folder : {"scenes", "scenes/closed-forms", "scenes/hard"})
+        for (const auto& entry :
+            std::filesystem::directory_iterator(std::filesystem::path(TANDEM_SOURCE_DIR) / folder)) {
+            if (entry.path().extension() != ".json" || entry.path().filename() == "catalogue.json") continue;
+            CAPTURE(entry.path().string());
+            const Scene scene = load_scene(entry.path());
+            EffectSet simulated;
+            CHECK_NOTHROW(simulated = effects_to_simulate(scene, default_settings(scene), EffectSet::all(), "test"));
+            if (std::string(folder) == "scenes/hard") continue;
+            ++seen;
+            for (std::uint32_t i = 0; i < effect_count; ++i)
+                if (simulated.has(static_cast<Effect>(i))) ++needing.at(i);
+        }
+    CHECK(seen >= 50);
+    for (std::uint32_t i = 0; i < effect_count; ++i) {
+        CAPTURE(effect_name(static_cast<Effect>(i)));
+        CHECK(needing.at(i) > 0);
+        // Its image is the same by kernels without the effect and by general ones: tests/vulkan/test_effects.cpp and
+        // tests/cpu_ref/test_effects.cpp see to that for every shipped scene.
+        CHECK(needing.at(i) < seen);
+    }
 }
 
 TEST_CASE("every effect has a name of its own") {

@@ -18,8 +18,9 @@ SceneBuilder floor_view(const Material& material) {
         .floor(material, 0.0, 50.0);
 }
 
-void check_lit(std::vector<Witness>& all, const Scene& scene, const dvec3& expected) {
-    check_every_pixel(all, scene, settings_of(4, 1, Integrator::next_event), 64, expected, 128.0);
+void check_lit(std::vector<Witness>& all, const Scene& scene, const dvec3& expected,
+    Integrator integrator = Integrator::next_event) {
+    check_every_pixel(all, scene, settings_of(4, 1, integrator), 64, expected, 128.0);
 }
 
 PunctualLight spot_light(const dvec3& position, const dvec3& direction, double inner, double outer) {
@@ -103,8 +104,20 @@ TEST_CASE("a floor under a point light shows I C cos / (pi r^2)") {
         return with_light(floor_view(diffuse(colour)).sphere(glass(1.5), aim + at * lamp, 0.1).scene(),
             point_light(aim + lamp, power));
     };
-    check_lit(all, with_blocker(0.5), black);                                       // translucent bodies block
-    check_lit(all, with_blocker(1.5), colour / pi * power * lamp.y / (r * r * r));  // beyond the light
+    check_lit(all, with_blocker(0.5), black, Integrator::whitted);  // translucent bodies block
+    const dvec3 beyond = colour / pi * power * lamp.y / (r * r * r);
+    check_lit(all, with_blocker(1.5), beyond, Integrator::whitted);
+}
+
+TEST_CASE("no witness leaves black without a word what a point light would reach through glass") {
+    const Scene scene =
+        with_light(floor_view(diffuse(colour)).sphere(glass(1.5), aim + dvec3(0.0, 1.0, 0.0), 0.1).scene(),
+            point_light(aim + dvec3(0.0, 2.0, 0.0), power));
+    for (Witness& witness : witnesses()) {
+        CAPTURE(witness.name);
+        CHECK_THROWS_AS(
+            (void)witness.renderer->prepare(scene, settings_of(4, 1, Integrator::next_event)), UnsupportedError);
+    }
 }
 
 TEST_CASE("a spot falls off between its inner and its outer angle") {

@@ -204,9 +204,6 @@ Scene outdoor_scene(bool punctual) {
     builder.sphere(builder.material(conductor(0.0)), {1.1, 0.3, 0.7}, 0.3);
     builder.sphere(builder.material(conductor(0.4)), {-0.5, 0.25, 1.0}, 0.25);
     builder.scene.entities.back().motion = {0.3, 0.1, 0.0};
-    Material frosted = glass(1.5);
-    frosted.roughness = 0.3;
-    builder.cuboid(builder.material(frosted), {0.5, 0.0, 1.2}, {0.9, 0.5, 1.6});
     builder.sphere(builder.material(emissive(glm::dvec3(6.0))), {0.8, 1.9, 0.0}, 0.2);
     if (!punctual) return builder.scene;
     PunctualLight point, spot, sun;
@@ -255,6 +252,9 @@ Scene foggy_scene() {
     builder.sphere(builder.material(outer), {0.8, 0.6, 0.3}, 0.5);
     builder.sphere(builder.material(inner), {1.1, 0.7, 0.5}, 0.4);
     builder.sphere(builder.material(conductor(0.5)), {0.1, 0.3, 1.0}, 0.25);
+    Material frosted = glass(1.5);
+    frosted.roughness = 0.3;
+    builder.cuboid(builder.material(frosted), {-0.6, 0.01, 1.2}, {-0.2, 0.5, 1.6});
     builder.cuboid(builder.material(emissive(glm::dvec3(6.0))), {-0.4, 2.2, -0.4}, {0.4, 2.2, 0.4});
     return scene;
 }

@@ -42,11 +42,12 @@ private:
 // The scene with every feature: all kinds of primitives and materials, transforms, a lens and a background.
 [[nodiscard]] Scene full_scene();
 
-// Textures of all kinds, conductors, rough glass, an image for a sky, motion of entities and camera, and (unless for
-// the path integrator, which cannot find them) lights without a surface.
+// Textures of all kinds, conductors, an image for a sky, motion of entities and camera, and (unless for the path
+// integrator, which cannot find them) lights without a surface.
 [[nodiscard]] Scene outdoor_scene(bool punctual);
 
-// Fog around everything, and bodies within bodies: a cloud on a grid that scatters forward, glass in coloured glass.
+// Fog around everything, and bodies within bodies: a cloud on a grid that scatters forward, glass in coloured glass;
+// rough glass.
 [[nodiscard]] Scene foggy_scene();
 
 // One renderer for all tests on the default device: drivers allow a process few instances in its life.
