@@ -1,6 +1,5 @@
-// The oracle as a backend: the third witness, which says which of two disagreeing tracers is outvoted (VALIDATION.md
-// 1). Double precision, brute force over all primitives, no acceleration structure, no light sampling. Slow by
-// intention.
+// The oracle as a backend: the third witness, which says which of two disagreeing tracers is outvoted. Double
+// precision, brute force over all primitives, no acceleration structure, no light sampling. Slow by intention.
 #include <algorithm>
 #include <atomic>
 #include <chrono>

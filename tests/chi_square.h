@@ -1,4 +1,4 @@
-// Goodness of fit for samplers (VALIDATION.md section 8): Pearson's chi-square over cells, cells that expect fewer than
+// Goodness of fit for samplers: Pearson's chi-square over cells, cells that expect fewer than
 // 5 pooled, and nothing may fall where nothing can.
 #pragma once
 

@@ -14,7 +14,7 @@
 
 namespace tandem {
 
-// DESIGN: exit statuses.
+// What the program returns (README.md).
 enum class ExitStatus : int { fine = 0, disagree = 1, unusable_input = 2, undecided = 3, no_device = 4 };
 
 // What main hands to the commands.

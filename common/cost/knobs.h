@@ -1,5 +1,5 @@
-// The knobs that trade time for accuracy (issue of DESIGN.md section 6): each setting as it is given to `tandem render`
-// and as it changes the settings of a render. An arm of `tandem cost` is a set of such settings on top of a baseline.
+// The knobs that trade time for accuracy: each setting as it is given to `tandem render` and as it changes the settings
+// of a render. An arm of `tandem cost` is a set of such settings on top of a baseline.
 #pragma once
 
 #include <functional>

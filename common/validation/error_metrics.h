@@ -1,5 +1,5 @@
-// The error measures that the field prints (VALIDATION.md section 9), of the candidate's image against the reference's:
-// shown, never gates, as noise alone makes them large. Over pixels and channels, x the candidate, r the reference.
+// The error measures that the field prints, of the candidate's image against the reference's: shown, never gates, as
+// noise alone makes them large. Over pixels and channels, x the candidate, r the reference.
 #pragma once
 
 #include "common/validation/sampled_image.h"

@@ -1,4 +1,4 @@
-// A bug common to both tracers cannot show between them (VALIDATION.md 6): each must then miss a closed form. The
+// A bug common to both tracers cannot show between them: each must then miss a closed form. The
 // shipped scenes of scenes/closed-forms, met by every sound witness in tests/suite, must be missed by every buggy one.
 #include <doctest/doctest.h>
 

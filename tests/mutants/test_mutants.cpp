@@ -1,4 +1,4 @@
-// The verifier is verified (VALIDATION.md 6): scripts/mutants has run the whole catalogue of planted bugs and kept
+// The verifier is verified: scripts/mutants has run the whole catalogue of planted bugs and kept
 // which scene caught each (common/validation/mutants.json). Here every bug must have such a scene, and what little
 // effort caught must be caught by it again.
 #include <doctest/doctest.h>

@@ -1,4 +1,4 @@
-// The verifier is verified (VALIDATION.md 6), on scenes made for it: a bug planted in one backend must bring the
+// The verifier is verified, on scenes made for it: a bug planted in one backend must bring the
 // verdict "disagree" against the sound other one, and two sound backends must never get it. The sound side is the
 // reference. The whole catalogue, on the shipped scenes, is scripts/mutants' and test_mutants.cpp's.
 #include <doctest/doctest.h>

@@ -1,4 +1,4 @@
-// The witnesses of VALIDATION.md 1 side by side, and how their estimates are held against closed forms.
+// The witnesses (both tracers and the oracle) side by side, and how their estimates are held against closed forms.
 // A mean may leave its closed form by six of its own standard errors, estimated from its samples (2e-9 false alarms a
 // channel where the sum is near normal, and every seed is fixed), and by the rounding of `roundings` operations a path.
 #pragma once
