@@ -28,14 +28,17 @@ JobFacts facts(const std::string& kernel) {
 
 }  // namespace
 
-TEST_CASE("the megakernel renders the shipped scenes to the bits of the six stages") {
+TEST_CASE("the megakernel, its own for a scene and the general one, renders shipped scenes to the bits of six stages") {
     for (const auto& entry : std::filesystem::directory_iterator(std::filesystem::path(TANDEM_SOURCE_DIR) / "scenes")) {
         if (entry.path().extension() != ".json") continue;
         const Scene scene = load_scene(entry.path());
         RenderSettings settings = with_longer_side(default_settings(scene), 21);  // no multiple of the pixel blocks
         settings.bounces = std::min(settings.bounces, 6u);
         CAPTURE(scene.name);
-        CHECK(shapes_agree(scene, settings, {0, 7}));
+        const Estimate stages = image("stages", scene, settings, {0, 7});
+        CHECK(same_bits(stages, image("megakernel", scene, settings, {0, 7})));
+        settings.effects = EffectSet::all();
+        CHECK(same_bits(stages, image("megakernel", scene, settings, {0, 7})));
     }
 }
 

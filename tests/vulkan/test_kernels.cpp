@@ -25,23 +25,56 @@ std::vector<std::uint32_t> optimised(Stage stage, EffectSet effects) {
     return optimised_spirv(shader_code(stage), specialisation.constants());
 }
 
-// Opcodes, bindings, functions of GLSL.std.450 and literals of a module, as text.
+// What a module's constants and variables are called in traits.
+struct Names {
+    std::map<std::uint32_t, std::uint32_t> constants, sets, bindings;
+    std::set<std::uint32_t> pushed;
+
+    // "binding 0 6", "push"; empty: neither.
+    [[nodiscard]] std::string variable(std::uint32_t id) const {
+        if (const auto found = bindings.find(id); found != bindings.end())
+            return fmt::format("binding {} {}", sets.at(id), found->second);
+        return pushed.contains(id) ? "push" : "";
+    }
+};
+
+// Within functions: opcodes ("op 166"), alone and with each constant operand ("op 170 of 0x4"), functions of
+// GLSL.std.450 ("function 8"), bindings, members by which blocks are entered ("push 10", "binding 0 0 3"; * is no
+// constant); and literals ("literal 0x40000000").
 std::set<std::string> traits_of(std::span<const std::uint32_t> code) {
-    constexpr std::uint32_t ext_inst = 12, constant = 43, function = 54, decorate = 71, binding = 33, set = 34;
+    constexpr std::uint32_t ext_inst = 12, constant = 43, function = 54, variable = 59, access_chain = 65,
+                            decorate = 71, binding = 33, set = 34, push_constant = 9;
+    constexpr std::uint32_t shuffle = 79, composite_extract = 81, composite_insert = 82;  // literals as operands
     std::set<std::string> traits;
-    std::map<std::uint32_t, std::uint32_t> sets, bindings;
+    Names names;
     bool within = false;
     for (std::size_t at = 5; at < code.size(); at += code[at] >> 16) {
         const std::uint32_t opcode = code[at] & 0xffffu, words = code[at] >> 16;
-        if (opcode == decorate && code[at + 2] == set) sets[code[at + 1]] = code[at + 3];
-        if (opcode == decorate && code[at + 2] == binding) bindings[code[at + 1]] = code[at + 3];
-        if (opcode == constant) traits.insert(fmt::format("literal {:#x}", code[at + 3]));
+        if (opcode == decorate && code[at + 2] == set) names.sets[code[at + 1]] = code[at + 3];
+        if (opcode == decorate && code[at + 2] == binding) names.bindings[code[at + 1]] = code[at + 3];
+        if (opcode == variable && code[at + 3] == push_constant) names.pushed.insert(code[at + 2]);
+        if (opcode == constant) {
+            names.constants[code[at + 2]] = code[at + 3];
+            traits.insert(fmt::format("literal {:#x}", code[at + 3]));
+        }
         within = within || opcode == function;
         if (!within) continue;
         traits.insert(opcode == ext_inst ? fmt::format("function {}", code[at + 4]) : fmt::format("op {}", opcode));
+        if (opcode == access_chain) {
+            std::string chain = names.variable(code[at + 3]);
+            if (!chain.empty()) traits.insert(chain);
+            for (std::size_t word = 4; word < words; ++word) {
+                const auto found = names.constants.find(code[at + word]);
+                chain += found == names.constants.end() ? " *" : fmt::format(" {}", found->second);
+            }
+            traits.insert(chain);
+            continue;
+        }
+        if (opcode == ext_inst || opcode == shuffle || opcode == composite_extract || opcode == composite_insert)
+            continue;
         for (std::size_t word = 1; word < words; ++word)
-            if (const auto found = bindings.find(code[at + word]); found != bindings.end())
-                traits.insert(fmt::format("binding {} {}", sets[found->first], found->second));
+            if (const auto found = names.constants.find(code[at + word]); found != names.constants.end())
+                traits.insert(fmt::format("op {} of {:#x}", opcode, found->second));
     }
     return traits;
 }
@@ -51,12 +84,17 @@ std::string literal(float value) { return fmt::format("literal {:#x}", std::bit_
 struct Signature {
     Effect effect;
     Stage stage;
-    EffectSet around;   // what the effect is looked at beside
-    std::string trait;  // that only its code has; empty: its instructions are counted alone
+    EffectSet around;         // what the effect is looked at beside
+    std::string trait;        // that only its code has; empty: its instructions are counted alone
+    std::string reason = "";  // why there is no such trait
 };
 
 const EffectSet plain{Effect::triangles, Effect::diffuse};
 const EffectSet lit = plain.united({Effect::emission, Effect::light_sampling, Effect::triangle_lights});
+// A test of a bit of flags, a comparison with the number of a kind.
+std::string flag(std::uint32_t bit) { return fmt::format("op 199 of {:#x}", bit); }
+std::string kind(std::uint32_t number) { return fmt::format("op 170 of {:#x}", number); }
+
 constexpr const char* either = "op 166";  // OpLogicalOr
 constexpr const char* floor_ = "function 8";
 constexpr const char* at_most = "op 188";   // OpFOrdLessThanEqual
@@ -75,13 +113,14 @@ std::vector<Signature> signatures() {
         {Effect::diffuse, Stage::scatter, {Effect::triangles, Effect::specular}, literal(3.14159265f)},
         {Effect::specular, Stage::scatter, plain, literal(2.0f)},
         {Effect::fuzz, Stage::scatter, plain.with(Effect::specular), literal(0x1p-40f)},
-        {Effect::translucent, Stage::scatter, plain, literal(2.0f)}, {Effect::schlick, Stage::scatter, glass_, ""},
+        {Effect::translucent, Stage::scatter, plain, literal(2.0f)}, {Effect::schlick, Stage::scatter, glass_, flag(2)},
         {Effect::rough_translucent, Stage::scatter, glass_, at_most},
         {Effect::smooth_conductor, Stage::scatter, plain, literal(2.0f)},
-        {Effect::rough_conductor, Stage::scatter, plain, at_most}, {Effect::boundary, Stage::scatter, plain, ""},
+        {Effect::rough_conductor, Stage::scatter, plain, at_most}, {Effect::boundary, Stage::scatter, plain, kind(4)},
         {Effect::emission, Stage::scatter, plain, either},
-        {Effect::one_sided_emission, Stage::scatter, plain.with(Effect::emission), ""},
-        {Effect::translucent_emission, Stage::scatter, glass_.with(Effect::emission), ""},
+        {Effect::one_sided_emission, Stage::scatter, plain.with(Effect::emission), flag(4)},
+        {Effect::translucent_emission, Stage::scatter, glass_.with(Effect::emission), "",
+            "chooses between alpha, which absorption reads too, and 1: nothing of it is its own"},
         {Effect::texture_coordinates, Stage::scatter, textured, tables},
         {Effect::checker, Stage::scatter, plain, "binding 0 14"},
         {Effect::noise, Stage::scatter, plain, "literal 0x19660d"},  // 1664525
@@ -93,18 +132,20 @@ std::vector<Signature> signatures() {
         {Effect::medium_scattering, Stage::scatter, fog, literal(0.693147181f)},
         {Effect::anisotropic_phase, Stage::scatter, fog.with(Effect::medium_scattering), clamp_},
         {Effect::density_grid, Stage::scatter, fog, tables}, {Effect::interiors, Stage::scatter, plain, "binding 2 14"},
-        {Effect::nested_dielectrics, Stage::scatter, glass_.with(Effect::interiors), ""},
+        {Effect::nested_dielectrics, Stage::scatter, glass_.with(Effect::interiors), "binding 0 5 0 * 11"},
         {Effect::light_sampling, Stage::intersect, plain.with(Effect::emission), "binding 2 11"},
         {Effect::triangle_lights, Stage::scatter,
-            lit.without(Effect::triangle_lights).united({Effect::spheres, Effect::sphere_lights}), ""},
-        {Effect::sphere_lights, Stage::scatter, lit.with(Effect::spheres), ""},
-        {Effect::cuboid_lights, Stage::scatter, lit.with(Effect::cuboids), ""},
-        {Effect::ellipsoid_lights, Stage::scatter, lit.with(Effect::spheres), ""},
-        {Effect::point_lights, Stage::scatter, lit, ""},
+            // No surface is a triangle, so that none but the light's are read.
+            {Effect::spheres, Effect::diffuse, Effect::emission, Effect::light_sampling, Effect::sphere_lights},
+            "binding 0 7"},
+        {Effect::sphere_lights, Stage::scatter, lit.with(Effect::spheres), flag(1u << 27)},
+        {Effect::cuboid_lights, Stage::scatter, lit.with(Effect::cuboids), "op 176 of 0x5"},
+        {Effect::ellipsoid_lights, Stage::scatter, lit.with(Effect::spheres), kind(7)},
+        {Effect::point_lights, Stage::scatter, lit, kind(3)},
         {Effect::spot_lights, Stage::scatter, lit.with(Effect::point_lights), clamp_},
         {Effect::suns, Stage::intersect, lit, "literal 0xffffffff"},
-        {Effect::sampled_background, Stage::scatter, lit.with(Effect::background), ""},
-        {Effect::direct_only, Stage::scatter, lit, ""}, {Effect::roulette, Stage::scatter, plain, ""}};
+        {Effect::sampled_background, Stage::scatter, lit.with(Effect::background), kind(6)},
+        {Effect::direct_only, Stage::scatter, lit, "push 15"}, {Effect::roulette, Stage::scatter, plain, "push 8"}};
 }
 
 std::set<std::string> names_of(const std::vector<JobFacts::Part>& parts) {
@@ -133,6 +174,7 @@ TEST_CASE("every effect's code is in the optimised SPIR-V with it, and gone with
         const auto with = optimised(signature.stage, signature.around.with(signature.effect));
         const auto without = optimised(signature.stage, signature.around.without(signature.effect));
         CHECK(count_instructions(with) > count_instructions(without));
+        CHECK(signature.trait.empty() != signature.reason.empty());
         if (signature.trait.empty()) continue;
         CHECK(traits_of(with).contains(signature.trait));
         CHECK(!traits_of(without).contains(signature.trait));
