@@ -1,5 +1,6 @@
 // How the cost of a ray grows with the number of triangles: rounds in random order over both backends and meshes of
-// 10^2 to 10^6 triangles, medians with intervals, and the exponent of growth. Minutes, so no test.
+// 10^2 to 10^6 triangles, medians with intervals, and the exponent of growth. Minutes, so the test of it is a small
+// part; scripts/growth stores results and writes tests/benchmarks/GROWTH.md.
 //
 //     growth [--rounds N] [--most TRIANGLES] [--size PIXELS] [--json FILE] [BACKEND...]    (cpu, vulkan, loops)
 #include <fmt/format.h>
@@ -67,9 +68,11 @@ struct Arm {
     std::unique_ptr<RenderJob> job;
     SampleRange range{0, 1};
     std::vector<double> milliseconds;  // a sample of every pixel, a round
+    bool device_clock = false;
 
     double measure() {
         const RenderResult result = job->render(range);
+        device_clock = result.device_seconds.has_value();
         return 1e3 * result.device_seconds.value_or(result.seconds) / static_cast<double>(range.count());
     }
     // The median, and the order statistics that enclose it with 95 % [Conover 1999]: normal approximation of ranks.
@@ -143,9 +146,10 @@ nlohmann::json report(const std::vector<Arm>& arms, const std::string& backend) 
         const auto [median, low, high] = arm.summary();
         fmt::print("{:8} {:9} triangles  {:9.4f} ms a sample ({:.4f} to {:.4f})  made in {:.2f} s", backend,
             arm.triangles, median, low, high, arm.make_seconds);
-        nlohmann::json row{{"backend", backend}, {"device", arm.renderer->info().device}, {"triangles", arm.triangles},
-            {"milliseconds", median}, {"milliseconds_low", low}, {"milliseconds_high", high},
-            {"make_seconds", arm.make_seconds}};
+        const RendererInfo info = arm.renderer->info();
+        nlohmann::json row{{"backend", backend}, {"device", info.device}, {"driver", info.driver},
+            {"clock", arm.device_clock ? "device" : "wall"}, {"triangles", arm.triangles}, {"milliseconds", median},
+            {"milliseconds_low", low}, {"milliseconds_high", high}, {"make_seconds", arm.make_seconds}};
         if (before != nullptr) {
             const double exponent = std::log(median / before->summary()[0]) /
                                     std::log(static_cast<double>(arm.triangles) / before->triangles);
@@ -176,10 +180,11 @@ int run(const Options& options) {
     nlohmann::json all = nlohmann::json::array();
     for (const std::string& backend : options.backends)
         for (const nlohmann::json& row : report(arms, backend)) all.push_back(row);
-    if (!options.json.empty())
-        std::ofstream(options.json) << nlohmann::json{{"size", options.size}, {"bounces", 4},
-            {"rounds", options.rounds},
-            {"rows", all}}.dump(1);
+    if (options.json.empty()) return 0;
+    std::ofstream file(options.json);
+    file << nlohmann::json{{"size", options.size}, {"bounces", 4}, {"rounds", options.rounds}, {"rows", all}}.dump(1)
+         << "\n";
+    if (!file.flush()) throw InputError(options.json + " cannot be written; name another file");
     return 0;
 }
 

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <glm/ext/matrix_transform.hpp>
 #include <glm/vector_relational.hpp>
+#include <limits>
 
 #include "common/random.h"
 #include "tests/vulkan/scene_builder.h"
@@ -179,16 +180,21 @@ TEST_CASE("a tree of one primitive and of none are traced") {
     CHECK(same_image(builder.scene));
 }
 
-// Run it with --no-skip: prints the device's time for meshes of growing size.
-TEST_CASE("cost grows as the logarithm of the number of triangles" * doctest::skip()) {
-    for (const std::uint32_t n : {7u, 22u, 71u, 224u})
-        for (const Acceleration acceleration : {Acceleration::trees, Acceleration::loops}) {
-            if (acceleration == Acceleration::loops && n > 30) continue;
-            const auto renderer = vulkan_backend(acceleration).create({});
-            const auto job = renderer->prepare(sheet(n, 1.0), settings_of(128, 4));
-            static_cast<void>(job->render({0, 1}));
-            const double seconds = job->render({0, 8}).device_seconds.value_or(0.0) / 8.0;
-            MESSAGE((2 * n * n), " triangles, ", acceleration == Acceleration::trees ? "tree" : "loop", ": ",
-                1000.0 * seconds, " ms a sample");
+// The benchmark is tests/benchmarks/growth.cpp. Here: a thousand times the triangles must not cost a thousand times the
+// time, nor anything near it. The quickest of several runs, as others may be at work on the machine.
+TEST_CASE("a thousand times the triangles cost less than a hundred times the time") {
+    const auto quickest = [](std::uint32_t n) {
+        const auto job = default_renderer(Acceleration::trees).prepare(sheet(n, 1.0), settings_of(48, 4));
+        static_cast<void>(job->render({0, 1}));
+        double seconds = std::numeric_limits<double>::infinity();
+        for (int run = 0; run < 5; ++run) {
+            const RenderResult result = job->render({0, 8});
+            seconds = std::min(seconds, result.device_seconds.value_or(result.seconds));
         }
+        return seconds;
+    };
+    const double few = quickest(7), many = quickest(224);
+    CAPTURE(few);
+    CAPTURE(many);
+    CHECK(many < 100.0 * few);
 }
