@@ -117,7 +117,9 @@ void locate_cuboid(inout Hit hit, Ray ray) {
 
 // Asked where `unrolled` alone has been: Mesa 22.3 unrolls a loop before it finds a condition of several constants false,
 // and a mesh's loop has as many turns as triangles (12 GB and more for 10^5).
-const bool settles_apart = few_primitives && triangle_kernel == kernel_watertight && !PLANTED(triangle_edge_lost);
+bool settles_apart() {
+    return few_primitives && triangle_kernel == kernel_watertight && !PLANTED(triangle_edge_lost);
+}
 
 // The closest hits of each kind of primitive, up to and including the distance `limit`.
 Hit closest_triangle(Ray ray, uint own, float limit) {
@@ -132,7 +134,7 @@ Hit closest_triangle(Ray ray, uint own, float limit) {
             current = bvh_pop();
         }
     } else if (unrolled) {
-        if (settles_apart) {
+        if (settles_apart()) {
             // Threads of a subgroup meet different triangles, each few: what follows the edges is for those alone.
             uint within = 0;
             [[unroll]] for (uint i = 0; i < fixed_triangles; ++i)
