@@ -146,7 +146,8 @@ TEST_CASE("both kernel shapes add up to the same bits") {
         for (const char* kernel : {"stages", "megakernel", "image-stages"}) {
             BackendOptions options;
             options.kernel = kernel;
-            const auto job = vulkan_backend().create(options)->prepare(scene, settings);
+            const auto renderer = vulkan_backend().create(options);
+            const auto job = renderer->prepare(scene, settings);
             Estimate estimate = job->render({0, 128}).estimate;
             estimate.merge(job->render({128, 200}).estimate);
             means.push_back(mean_of(estimate));

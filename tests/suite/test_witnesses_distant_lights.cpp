@@ -104,7 +104,8 @@ TEST_CASE("a floor under a point light shows I C cos / (pi r^2)") {
         return with_light(floor_view(diffuse(colour)).sphere(glass(1.5), aim + at * lamp, 0.1).scene(),
             point_light(aim + lamp, power));
     };
-    check_lit(all, with_blocker(0.5), black, Integrator::whitted);  // translucent bodies block
+    std::erase_if(all, [](const Witness& witness) { return witness.name == "oracle"; });  // has no whitted
+    check_lit(all, with_blocker(0.5), black, Integrator::whitted);                        // translucent bodies block
     const dvec3 beyond = colour / pi * power * lamp.y / (r * r * r);
     check_lit(all, with_blocker(1.5), beyond, Integrator::whitted);
 }
