@@ -107,11 +107,12 @@ SpecialisationReport measure_specialisation(const Scene& scene, const RenderSett
         contenders.make(scene, settings, make_renderer, making % 2 != 0, options.stop);
     auto& [renderer, specialised, general] = contenders;
 
-    // A round is long enough to be timed, and short enough for many rounds: general kernels may be a hundred times as
-    // slow.
-    constexpr double least_round_seconds = 0.02;
+    // A round is long enough for a device to be as busy as it is in a render, and short enough for many rounds: general
+    // kernels may be a hundred times as slow.
+    constexpr double least_round_seconds = 0.1, most_general_seconds = 1.0;
     SampleRange range{0, 1};
-    while (specialised.time(range, options.stop) < least_round_seconds && range.end < (std::uint64_t{1} << 20))
+    while (specialised.time(range, options.stop) < least_round_seconds &&
+           general.time(range, options.stop) < most_general_seconds && range.end < (std::uint64_t{1} << 20))
         range.end *= 2;
     std::mt19937_64 order(options.seed);
     SampleMoments logarithms;
