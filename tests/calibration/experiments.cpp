@@ -13,16 +13,6 @@ namespace tandem::test {
 
 namespace {
 
-// Every kind of pixel: noisy, heavy-tailed, rarely lit, constant and black.
-Radiance mixed(std::uint32_t x, std::uint32_t y, SampleRandom& random) {
-    const std::uint32_t kind = (x / 5 + y / 3) % 5;
-    if (kind == 0) return {0.5, 0.25, 0.125};
-    if (kind == 1) return {0.0, 0.0, 0.0};
-    if (kind == 2) return random.uniform() < 0.02 ? Radiance{20.0, 10.0, 5.0} : Radiance{0.0, 0.0, 0.0};
-    const double value = kind == 3 ? random.exponential() : 0.5 * random.pareto();
-    return {value, 0.8 * value, 0.6 * value};
-}
-
 Radiance exponential(std::uint32_t, std::uint32_t, SampleRandom& random) {
     return {random.exponential(), random.exponential(), random.exponential()};
 }

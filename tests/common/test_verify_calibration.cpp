@@ -9,16 +9,6 @@ using namespace tandem;
 
 namespace {
 
-// Every kind of pixel in one image: noisy, heavy-tailed, rarely lit, constant and black.
-Radiance mixed(std::uint32_t x, std::uint32_t y, SampleRandom& random) {
-    const std::uint32_t kind = (x / 5 + y / 3) % 5;
-    if (kind == 0) return {0.5, 0.25, 0.125};
-    if (kind == 1) return {0.0, 0.0, 0.0};
-    if (kind == 2) return random.uniform() < 0.02 ? Radiance{20.0, 10.0, 5.0} : Radiance{0.0, 0.0, 0.0};
-    const double value = kind == 3 ? random.exponential() : 0.5 * random.pareto();
-    return {value, 0.8 * value, 0.6 * value};
-}
-
 SceneVerdict a_against_a(std::uint64_t seed, double false_alarm, std::uint64_t samples) {
     SyntheticRenderer a(mixed, "cpu"), b(mixed, "vulkan");
     Scene scene;
