@@ -26,7 +26,7 @@ namespace tandem {
 struct PathTrace;  // common/path_trace.h
 
 // single: every operation rounded by itself. double: all of it. contracted: single, products and sums fused as the
-// driver likes (Vulkan). mixed: single, but for intersections and the points that follow from them (Vulkan).
+// driver likes (Vulkan). mixed: single, but for intersections and the points that follow from them.
 enum class Precision : std::uint32_t { single_precision = 0, double_precision = 1, contracted = 2, mixed = 3 };
 inline constexpr std::array<std::string_view, 4> precision_names{"single", "double", "contracted", "mixed"};
 
@@ -148,7 +148,7 @@ public:
 struct BackendOptions {
     std::string device;                  // Vulkan: index or part of the name; empty: the best one
     std::optional<Precision> precision;  // empty: single, the oracle double
-    std::string kernel;                  // Vulkan: its shape, "stages" or "megakernel"; empty: the fastest
+    std::string kernel;                  // Vulkan: its shape ("stages", "megakernel", ...); empty: the fastest
     unsigned threads = 0;                // CPU: 0 is all
     bool validation = false;             // Vulkan: layers on, any message is an Error
     PlantedFault planted_bug{};          // test builds only
