@@ -90,6 +90,11 @@ uint sphere_total() { return fixed_spheres == told ? settings.sphere_count : fix
 #include "planted.glsl"
 
 #ifdef DOUBLE_SHADING
+// Both, without a branch on `told` alone. Mesa's lavapipe makes kernels anew, in every dispatch, for the value of each
+// branch on nothing but uniforms, and keeps them: milliseconds and half a megabyte each. So where `told` is uniform,
+// `own` is what always holds of a number that the thread has.
+bool both(bool told, bool own) { return bool(uint(told) & uint(own)); }
+
 const double pi = 3.14159265358979324lf;
 #else
 const float pi = 3.14159265358979;

@@ -62,7 +62,7 @@ float scattering_weight(Path path, uint slot, Surface surface) {
 void leave_scene(inout Path path) {
     if (!has_background || (PLANTED(background_late_missing) && path.segment == 2)) return;
     float weight = 1.0;
-    if (has_sampled_background && path.density > 0.0 && scene.background_probability > 0.0) {
+    if (has_sampled_background && both(scene.background_probability > 0.0, path.density > 0.0)) {
         const real density = scene.background_probability * background_density(shaded(path.direction));
         weight = has_mis ? shaded(power_heuristic(path.density, density)) : density > 0.0 ? 0.0 : 1.0;
     }
@@ -89,7 +89,8 @@ vec4 scatter_numbers(Path path) {
 
 // What remains of the light on its way through the medium at the vertex (9.2).
 vec3 dimmed(Path path, Incident incident, Receiver receiver) {
-    if (!has_medium_absorption || path.medium == no_index || PLANTED(medium_shadow_ignored)) return vec3(1.0);
+    if (!has_medium_absorption || both(path.medium == no_index, path.direction.x < 2.0) || PLANTED(medium_shadow_ignored))
+        return vec3(1.0);
     return transmittance(media[path.medium], Ray(receiver.surface, incident.direction), incident.distance);
 }
 
@@ -236,7 +237,7 @@ Arrival arrival(inout Path path, Hit hit, real time) {
     if (!at.missed) at.surface = surface_at(hit.slot, hit.face, hit.local, time);
     if (!has_medium_absorption) return at;
     path.medium = medium_in(path.bodies);
-    if (path.medium == no_index) return at;
+    if (both(path.medium == no_index, path.direction.x < 2.0)) return at;
     const Ray ray = Ray(path.origin, path.direction);
     const real end = at.missed ? ray_max : max(0.0, dot(at.surface.point - ray.origin, ray.direction));
     const vec2 m = random_block(settings.seed, path.pixel, path.sample_index, block_medium(path.segment)).xy;

@@ -126,7 +126,7 @@ std::vector<Signature> signatures() {
         {Effect::noise, Stage::scatter, plain, "literal 0x19660d"},  // 1664525
         {Effect::image_texture, Stage::scatter, textured.with(Effect::texture_coordinates), to_whole},
         {Effect::background, Stage::scatter, plain, "binding 0 0"},
-        {Effect::background_gradient, Stage::scatter, plain.with(Effect::background), either},
+        {Effect::background_gradient, Stage::scatter, plain.with(Effect::background), "binding 0 0 2"},
         {Effect::background_image, Stage::scatter, plain.with(Effect::background), tables},
         {Effect::medium_absorption, Stage::scatter, plain, "binding 0 16"},
         {Effect::medium_scattering, Stage::scatter, fog, literal(0.693147181f)},
