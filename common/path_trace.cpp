@@ -14,7 +14,7 @@ glm::dvec3 weight_of(const TracedVertex& vertex) {
 
 std::string event_name(const Scene& scene, const TracedVertex& vertex) {
     constexpr std::array ends{"goes on", "left the scene", "absorbed by an emitter", "ended: no bounces left",
-        "ended by roulette", "absorbed", "ended: direct light only", "invalid: inside of five bodies"};
+        "ended by roulette", "absorbed", "ended: direct light only", "invalid: inside of nine bodies"};
     if (vertex.end != PathEnd::goes_on) return ends.at(static_cast<std::size_t>(vertex.end));
     if (vertex.in_medium) return "scattered in a medium";
     if (vertex.material >= scene.materials.size()) return "scattered";

@@ -20,7 +20,7 @@ enum class PathEnd : std::uint32_t {
     roulette,      // chosen to end (9.3)
     absorbed,      // scattering gave no direction, or no light would be left
     direct_light,  // the integrator whitted goes no further (9.5)
-    invalid        // a fifth body (9.4)
+    invalid        // a ninth body (9.4)
 };
 
 // What befell the path from one vertex to the next.

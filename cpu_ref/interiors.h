@@ -1,7 +1,9 @@
 // The bodies that a path is inside of, and which of them rules (MODEL.md section 9.4).
 #pragma once
 
+#include <algorithm>
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <vector>
 
@@ -15,10 +17,11 @@ struct BodyForm {
     bool tracked = false;
     std::uint32_t medium = no_index;
     std::int32_t priority = 0;
-    double refractive_index = 1.0;  // 1 for a boundary
+    double refractive_index = 1.0;   // 1 for a boundary
+    std::uint32_t count = no_index;  // of spheres and cuboids; no_index if there are triangles of it, too
 };
 
-inline constexpr std::uint32_t most_interiors = 4;
+inline constexpr std::uint32_t most_interiors = 8;
 
 // Tracked materials in the order of entry.
 struct InteriorList {
@@ -30,9 +33,15 @@ struct InteriorList {
         if (planted(PlantedBug::body_not_left)) return;
         std::uint32_t at = count;
         while (at > 0 && material[at - 1] != gone) --at;
-        if (at == 0) return;
-        for (std::uint32_t i = at; i < count; ++i) material[i - 1] = material[i];
-        --count;
+        if (at > 0) remove_entry(at - 1);
+    }
+    // A path that meets a front of `entered` is outside of that body. If the list has all `existing` ones, rounding hid
+    // how the path left one: the earliest entry goes.
+    void remove_left_unseen(std::uint32_t entered, std::uint32_t existing) {
+        const auto end = material.begin() + count;
+        if (std::count(material.begin(), end, entered) < static_cast<std::ptrdiff_t>(existing)) return;
+        const auto earliest = std::find(material.begin(), end, entered);
+        if (earliest != end) remove_entry(static_cast<std::uint32_t>(earliest - material.begin()));
     }
     // False if there is no room.
     [[nodiscard]] bool append(std::uint32_t entered) {
@@ -47,6 +56,12 @@ struct InteriorList {
             if (best == no_index || bodies[material[i]].priority >= bodies[best].priority) best = material[i];
         return best;
     }
+
+private:
+    void remove_entry(std::uint32_t at) {
+        for (std::uint32_t i = at + 1; i < count; ++i) material[i - 1] = material[i];
+        --count;
+    }
 };
 
 // What a path on one side of a tracked surface of `material` finds: is the surface there at all, and the index on its
@@ -57,7 +72,10 @@ struct Interface {
 };
 [[nodiscard]] inline Interface interface_at(
     InteriorList list, const std::vector<BodyForm>& bodies, std::uint32_t material, bool front) {
-    if (!front) list.remove(material);
+    if (front)
+        list.remove_left_unseen(material, bodies[material].count);
+    else
+        list.remove(material);
     if (planted(PlantedBug::priority_ignored))
         return {true, list.count > 0 ? bodies[list.material[list.count - 1]].refractive_index : 1.0};
     const std::uint32_t around = list.uppermost(bodies);

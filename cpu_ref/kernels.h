@@ -132,7 +132,15 @@ TANDEM_INLINE Candidate<V> intersect(
     const V discriminant = V(Real(1)) - dot(nearest, nearest);
     const BoolOf<V> exits = departing & inside;
     const V half_chord = sqrt(V(greatest(discriminant, zero) * scale));
-    const V entry = middle - half_chord, exit = middle + half_chord;
+    // The root beyond the middle comes from the sum, the other from the product of both, |o|^2 - 1: so the side of the
+    // surface on which the ray starts decides the sign of that root, where middle - half_chord would be rounding alone.
+    // It lies within half a chord of the start where rounding leaves little of either.
+    const BoolOf<V> ahead = middle >= zero;
+    const V far_root = select(ahead, middle + half_chord, middle - half_chord);
+    const V product = (dot(o, o) - V(Real(1))) * scale;
+    const V near_root = product / select(absolute(far_root) > zero, far_root, V(Real(1)));
+    const V entry = select(ahead, least(greatest(near_root, -half_chord), far_root), far_root);
+    const V exit = select(ahead, far_root, greatest(least(near_root, half_chord), far_root));
     const BoolOf<V> takes_entry = (entry >= ray.t_min) & !exits;
     // From inside the exit lies ahead, even where rounding says otherwise.
     const V t = select(takes_entry, entry, select(exits, greatest(exit, zero), exit));

@@ -145,6 +145,29 @@ std::optional<World::Candidate> World::triangle_hit(
         mean(coordinates[0], coordinates[1], coordinates[2]), rounding_of_plane(triangle)};
 }
 
+// A cuboid's face may lie on that of another body, which must not be met before and after it by turns. With S the
+// largest sum of absolute terms of a coordinate (map times corner, and shift) among those along which the normal points
+// at all, a position is off by 4 u S an axis, 7 u S along the normal; another cuboid, of a map that turns and scales
+// alike, finds it in its own space with an inverse of 9 u, a product of 4 u and a corner of u of a way of at most
+// sqrt(3) S: below 43 u S, as above. Along an axis of the world sums have one term: a position is off by 2 u S; the
+// other's inverse by 7 u, its shift by 8 u, and product and sum by u each, of which the place and the shift are at most
+// S together with the corner: below 18 u S. There both maps have zeros, or what the cosine of a right angle comes out
+// as, 0.55 u for each of at most three turns: below 2 u of the way along the face.
+double World::rounding_of_faces(const Placed& cuboid, const glm::dvec3& normal) {
+    const glm::dvec3 reach = glm::max(glm::abs(cuboid.a), glm::abs(cuboid.b));
+    double along = 0.0, aside = 0.0;
+    int axes_along = 0;
+    for (int axis = 0; axis < 3; ++axis) {
+        double terms = std::abs(cuboid.object_to_world[3][axis]);
+        for (int i = 0; i < 3; ++i) terms += std::abs(cuboid.object_to_world[i][axis]) * reach[i];
+        const bool is_along = std::abs(normal[axis]) > 4.0 * 0x1p-53;
+        axes_along += is_along ? 1 : 0;
+        double& largest = is_along ? along : aside;
+        largest = std::max(largest, terms);
+    }
+    return ((axes_along == 1 ? 18.0 : 43.0) * along + 2.0 * aside) * 0x1p-53;
+}
+
 // In object space, where the direction is not of unit length and t therefore stays the world distance. The ray comes
 // nearest to the centre at t_near, with the remainder `perpendicular`; the roots lie symmetrically about it.
 std::optional<World::Candidate> World::sphere_hit(
@@ -158,8 +181,15 @@ std::optional<World::Candidate> World::sphere_hit(
     const double rest = sphere.radius * sphere.radius - glm::dot(perpendicular, perpendicular);
     if (rest < 0.0) return std::nullopt;
     const double half_chord = std::sqrt(rest / length_squared);
-    const auto t =
-        pick_convex_root(t_near - half_chord, t_near + half_chord, leaving, ray.leaves_to_front, t_min, t_max);
+    double entry = t_near - half_chord, exit = t_near + half_chord;
+    // Which side of the surface the ray starts on is known from its distance to the centre, to within a rounding: the
+    // root there has its sign, and where that is 0 it is 0. The two roots would be differences of nearly equal numbers.
+    const double outside = (glm::length(to_origin) - sphere.radius) * (glm::length(to_origin) + sphere.radius);
+    if (t_near > 0.0)
+        entry = std::clamp(outside / length_squared / exit, -half_chord, exit);
+    else if (t_near < 0.0)
+        exit = std::clamp(outside / length_squared / entry, entry, half_chord);
+    const auto t = pick_convex_root(entry, exit, leaving, ray.leaves_to_front, t_min, t_max);
     if (!t) return std::nullopt;
     const glm::dvec3 outward = glm::normalize(to_origin + *t * direction);
     const glm::dvec3 point = sphere.a + sphere.radius * outward;
@@ -205,8 +235,9 @@ std::optional<World::Candidate> World::cuboid_hit(
     position[axis] = face % 2 == 1 ? cuboid.b[axis] : cuboid.a[axis];
     glm::dvec3 outward(0.0);
     outward[axis] = face % 2 == 1 ? 1.0 : -1.0;
-    return Candidate{*t, point_by(cuboid.object_to_world, position), glm::normalize(cuboid.normal_to_world * outward),
-        position, face_coordinates(position, cuboid.a, cuboid.b, axis)};
+    const glm::dvec3 normal = glm::normalize(cuboid.normal_to_world * outward);
+    return Candidate{*t, point_by(cuboid.object_to_world, position), normal, position,
+        face_coordinates(position, cuboid.a, cuboid.b, axis), rounding_of_faces(cuboid, normal)};
 }
 
 }  // namespace tandem::oracle

@@ -72,6 +72,7 @@ private:
     static std::optional<Candidate> hit_at_rest(
         const Placed& primitive, const Ray& ray, bool leaving, double t_min, double t_max);
     static double rounding_of_plane(const Placed& triangle);
+    static double rounding_of_faces(const Placed& cuboid, const glm::dvec3& normal);
     static std::optional<Candidate> triangle_hit(const Placed& triangle, const Ray& ray, double t_min, double t_max);
     static std::optional<Candidate> sphere_hit(
         const Placed& sphere, const Ray& ray, bool leaving, double t_min, double t_max);

@@ -32,6 +32,8 @@ public:
 
 private:
     void remove_latest(std::uint32_t material);
+    // At a front of the material: what the list has beyond the bodies that the path can be in was left unseen.
+    void remove_left_unseen(std::uint32_t material);
     [[nodiscard]] std::uint32_t uppermost() const;  // material, or no_index
     [[nodiscard]] std::int32_t priority_of(std::uint32_t material) const {
         return scene_->materials[material].priority.value_or(0);

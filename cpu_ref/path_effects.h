@@ -155,9 +155,12 @@ void PathTracer<Real, effects, Recorder, Shade>::change_interiors(
         const auto slot = first + static_cast<std::uint32_t>(lane);
         const auto material = static_cast<std::uint32_t>(at.surface.material[lane]);
         InteriorList list = interior_list(slot);
-        if (!has_lane(at.front, lane)) {
+        const bool entered = has_lane(at.front, lane);
+        if (entered)
+            list.remove_left_unseen(material, tables_.bodies[material].count);
+        else
             list.remove(material);
-        } else if (!list.append(material)) {  // the sample is invalid
+        if (entered && !list.append(material)) {  // the sample is invalid
             at.radiance.x.v[lane] = std::numeric_limits<Shade>::quiet_NaN();
             alive = alive & !M::from_bits(1u << lane);
             return;

@@ -309,6 +309,7 @@ private:
     void add_surroundings();
     void add_motion();
     void add_materials();
+    void count_bodies();  // of every material
     void finish_lights();
     void finish_faces();
     void finish_spheres();
@@ -382,6 +383,15 @@ unsigned bits_of(const Material& material) {
 }
 
 template <class Real>
+void TableBuilder<Real>::count_bodies() {
+    for (const PlacedPrimitive& placed : placed_primitives(scene_)) {
+        std::uint32_t& count = tables_.bodies[scene_.entities[placed.entity].material].count;
+        if (scene_.primitives[placed.primitive].kind == PrimitiveKind::triangle) count = no_index;
+        if (count != no_index) ++count;
+    }
+}
+
+template <class Real>
 void TableBuilder<Real>::add_materials() {
     VectorRows<Real> colour, radiance, eta, k;
     std::vector<Real> alpha, fuzz, index, ggx_alpha;
@@ -406,8 +416,9 @@ void TableBuilder<Real>::add_materials() {
         bits.push_back(b);
         tables_.any_specular = tables_.any_specular || (b & material_bits::specular) != 0;
         tables_.bodies.push_back({(b & material_bits::tracked) != 0, material.interior, material.priority.value_or(0),
-            material.kind == MaterialKind::boundary ? 1.0 : refractive_index});
+            material.kind == MaterialKind::boundary ? 1.0 : refractive_index, 0});
     }
+    count_bodies();
     colour.assign_to(tables_.materials.colour);
     radiance.assign_to(tables_.materials.radiance);
     eta.assign_to(tables_.materials.eta);

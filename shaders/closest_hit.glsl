@@ -93,17 +93,22 @@ void try_cuboid(uint i, Convex cuboid, Ray ray, SlabRay slabs, uint own, bool in
     if (span.x <= span.y && is_closer(t, slot, best, in_order)) best = Hit(t, slot, enters ? 0 : 1, vec3(0.0));
 }
 
-// The face is the one whose plane the point is nearest to, on the side that the ray comes from or goes to. The point is
-// moved exactly on it, and within it.
+// The face is that of the last plane which the ray enters through, or of the first that it leaves through. The point is
+// moved exactly on it, and within it. (Where the point comes nearest to a plane would tell nothing of a cuboid as thin as
+// the rounding of the point.)
 void locate_cuboid(inout Hit hit, Ray ray) {
     const Convex cuboid = cuboids[hit.slot - triangle_total() - sphere_total()];
     const vec3 extent = vec3(cuboid.to_world0.w, cuboid.to_world1.w, cuboid.to_world2.w);
     const Ray unit_ray = to_unit_space(cuboid, at_rest(ray, hit.slot));
     const vec3 direction = unit_ray.direction, point = unit_ray.origin + hit.t * direction;
-    const vec3 beyond = mix(abs(point) - extent, vec3(-1.0e30), equal(direction, vec3(0.0)));
-    const uint axis = beyond.x >= beyond.y && beyond.x >= beyond.z ? 0 : beyond.y >= beyond.z ? 1 : 2;
-    const bool ascends = (axis == 0 ? direction.x : axis == 1 ? direction.y : direction.z) > 0.0;
-    const bool high = ascends == (hit.face == 1);
+    const bool leaves = hit.face == 1;
+    const bvec3 stands = lessThan(abs(direction), vec3(least_component)), ascends = greaterThan(direction, vec3(0.0));
+    const vec3 towards = mix(-extent, extent, ascends);
+    precise vec3 way = unit_ray.origin + (leaves ? -towards : towards);  // back from the plane
+    precise vec3 rank = (leaves ? way : -way) / mix(direction, vec3(1.0), stands);
+    rank = mix(rank, vec3(-3.4e38), stands);
+    const uint axis = rank.x >= rank.y && rank.x >= rank.z ? 0 : rank.y >= rank.z ? 1 : 2;
+    const bool high = (axis == 0 ? ascends.x : axis == 1 ? ascends.y : ascends.z) == leaves;
     const float side = high ? 1.0 : -1.0;
     hit.face = 2 * axis + (high ? 1 : 0);
     hit.local = clamp(point, -extent, extent);

@@ -38,8 +38,8 @@ layout(std430, set = 2, binding = 10) readonly restrict buffer Hits { uvec4 hits
 layout(std430, set = 2, binding = 11) writeonly restrict buffer Shadows { uvec4 shadows[]; };
 layout(std430, set = 2, binding = 12) writeonly restrict buffer Samples { vec4 samples[]; };
 layout(std430, set = 2, binding = 13) restrict buffer Queues { RayQueue queues[]; };
-READ_HALF(14, InteriorsIn, uvec2, interiors_in);
-WRITTEN_HALF(15, InteriorsOut, uvec2, interiors_out);
+READ_HALF(14, InteriorsIn, uvec4, interiors_in);
+WRITTEN_HALF(15, InteriorsOut, uvec4, interiors_out);
 
 // Without a primitive and shadow rays there is no intersect stage: every ray leaves the scene.
 #ifdef RAYS_IN_PLACE
@@ -115,7 +115,7 @@ void main() {
     }
     const uvec4 start = keeps_origin ? origins_in[i] : uvec4(0);
     const vec4 arriving = directions_in[i];
-    const uvec2 bodies = has_interiors && k > 0 ? interiors_in[i] : in_no_body;
+    const uvec4 bodies = has_interiors && k > 0 ? interiors_in[i] : in_no_body;
     Path path = Path(pixel, settings.sample_index, k, uintBitsToFloat(carried.rgb), radiance,
         uintBitsToFloat(start.xyz), start.w, arriving.xyz, arriving.w, bodies, no_index);
     const Departure leaving = arrive(path,

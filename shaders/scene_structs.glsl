@@ -98,6 +98,7 @@ struct Material {
     shading_real3 k;
     int priority;
     uint interior;   // a medium, or no_index
+    uint bodies;     // spheres and cuboids of it; no_index if there are triangles of it, too
 };
 const uint material_diffuse = 0, material_specular = 1, material_emissive = 2, material_conductor = 3, material_boundary = 4;
 const uint flag_translucent = 1, flag_schlick = 2, flag_front_only = 4, flag_tracked = 8;

@@ -16,7 +16,7 @@ struct Path {
     uint word;       // that the ray left with (hit.glsl)
     real3 direction;  // of the ray
     float density;   // of the scattering that chose it; 0: none
-    uvec2 bodies;    // that the ray is in (interiors.glsl)
+    uvec4 bodies;    // that the ray is in (interiors.glsl)
     uint medium;     // that the ray is in, or no_index
 };
 const bool keeps_origin = has_light_sampling || has_medium_absorption;
@@ -131,18 +131,16 @@ Departure meet_medium(inout Path path, real3 point) {
     return leaving;
 }
 
-// The bodies of the ray beyond a tracked surface (9.4); false: it would be in five.
-bool cross_surface(Path path, uint body, bool front, out uvec2 bodies) {
-    bodies = path.bodies;
-    if (front) return append(bodies, body);
-    bodies = without_latest(bodies, body);
-    return true;
+// The bodies of the ray beyond a tracked surface (9.4); false: it would be in nine.
+bool cross_surface(Path path, uint body, bool front, out uvec4 bodies) {
+    bodies = beside(path.bodies, body, front);
+    return !front || append(bodies, body);
 }
 
 // 9.4: whether the surface of a tracked material is there, and the refractive index beyond it.
 bool is_there(Path path, Material material, uint body, bool front, out float outside) {
     outside = 1.0;
-    const uint other = uppermost(front ? path.bodies : without_latest(path.bodies, body));
+    const uint other = uppermost(beside(path.bodies, body, front));
     if (other == no_body) return true;
     const Material around = materials[other];
     if (has_flag(around, flag_translucent)) outside = around.refractive_index;

@@ -1,6 +1,7 @@
 // Motion, media and nested bodies of MODEL.md sections 6, 9.4 and 10, rendered: closed forms.
 #include <doctest/doctest.h>
 
+#include "cpu_ref/interiors.h"
 #include "tests/cpu_ref/renders.h"
 
 using namespace tandem;
@@ -182,11 +183,26 @@ TEST_CASE("a medium in a body of higher priority rules where two overlap") {
           doctest::Approx(std::exp(-0.25 * 2 - 0.5 * 2)).epsilon(1e-5));
 }
 
-TEST_CASE("a fifth body around a path makes its samples invalid") {
+TEST_CASE("a ninth body around a path makes its samples invalid") {
     test::SceneBuilder b;
     b.camera({0, 0, 20}, {0, 0, 0}, 0.01).background(dvec3(1.0));
-    for (int i = 0; i < 5; ++i) b.sphere(boundary(0), {0, 0, 0}, 10.0 - i);
+    for (int i = 0; i < 9; ++i) b.sphere(boundary(0), {0, 0, 0}, 10.0 - i);
     Scene scene = b.scene();
     scene.media = {medium(dvec3(0.0), dvec3(0.0))};
-    CHECK(render(scene, settings(2, Integrator::path, 12), 16).invalid() == 4u * 16u);
+    CHECK(render(scene, settings(2, Integrator::path, 20), 16).invalid() == 4u * 16u);
+}
+
+TEST_CASE("a body that is entered again without having been left is in the list once, unless there are two") {
+    for (const std::uint32_t existing : {1u, 2u, no_index}) {
+        CAPTURE(existing);
+        cpu::InteriorList list;
+        CHECK(list.append(7));
+        CHECK(list.append(5));
+        list.remove_left_unseen(7, existing);
+        CHECK(list.append(7));
+        CHECK(list.count == (existing == 1 ? 2u : 3u));
+        CHECK(list.material[0] == (existing == 1 ? 5u : 7u));
+        list.remove_left_unseen(7, existing);
+        CHECK(list.count == (existing == no_index ? 3u : existing));
+    }
 }

@@ -127,6 +127,25 @@ TEST_CASE("a mirror corridor shows F^k after k reflections, and nothing with few
     }
 }
 
+TEST_CASE("a pane of glass as thin as rounding is left by the face that a ray comes to") {
+    const auto builder = [] { return SceneBuilder().camera({3.0, 2.5, 6.0}, black, 40.0).background(white); };
+    auto all = witnesses();
+    for (const double thickness : {1e-5, 1e-7}) {
+        CAPTURE(thickness);
+        const dvec3 low(-2.0, 0.5, -1.0), high(2.0, 0.5 + thickness, 1.0);
+        check_every_pixel(all, builder().cuboid(glass(1.5), low, high).scene(), settings_of(8, 100), 64, white, 64.0);
+        check_every_pixel(
+            all, builder().cuboid(glass(1.5), low, high, skewed).scene(), settings_of(8, 100), 64, white, 64.0);
+    }
+}
+
+TEST_CASE("a ray that starts on a ball of glass and goes inside enters it") {
+    const Scene scene =
+        SceneBuilder().camera({1.0, 0.0, 0.0}, black, 60.0).background(white).sphere(glass(1.5), black, 1.0).scene();
+    auto all = witnesses();
+    check_every_pixel(all, scene, settings_of(8, 100), 64, white, 64.0);
+}
+
 TEST_CASE("a convex diffuse body under an even sky shows a E") {
     const dvec3 colour(0.2, 0.5, 1.0), sky(1.0, 2.0, 3.0);
     const auto builder = [&] { return SceneBuilder().camera({2.0, 3.0, 4.0}, black, 5.0).background(sky); };

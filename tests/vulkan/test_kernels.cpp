@@ -194,8 +194,8 @@ TEST_CASE("a plain scene has no buffers, no state and fewer instructions than ge
     CHECK(general.effects == EffectSet::all());
     CHECK(own.kernels.size() == 6);
     CHECK(4 * instructions(own) < instructions(general));
-    CHECK(own.bytes_per_path == 3 * 16);          // origin, direction, throughput
-    CHECK(general.bytes_per_path == 6 * 16 + 8);  // radiance, contribution, shadow ray, interiors
+    CHECK(own.bytes_per_path == 3 * 16);           // origin, direction, throughput
+    CHECK(general.bytes_per_path == 6 * 16 + 16);  // radiance, contribution, shadow ray, interiors
     const std::set<std::string> names = names_of(own.buffers);
     for (const char* name : {"gathered-radiances", "next-event-contributions", "shadow-rays", "interiors", "textures",
              "image-texels", "media", "density-grid", "lights", "tree-nodes", "world-triangles", "world-cuboids"})

@@ -72,6 +72,7 @@ gpu::DoubleMaterial material(const Material& described, const gpu::Material& fla
     result.k = vec3(described.k);
     result.priority = flattened.priority;
     result.interior = flattened.interior;
+    result.bodies = flattened.bodies;
     return result;
 }
 

@@ -13,7 +13,7 @@ namespace {
 
 using Usage = vk::BufferUsageFlagBits;
 constexpr std::uint64_t element = sizeof(gpu::Vec4);  // of every ray and image buffer
-constexpr std::uint64_t interiors_bytes = 8;          // four indices of 16 bits
+constexpr std::uint64_t interiors_bytes = 16;         // eight indices of 16 bits
 constexpr std::uint64_t sums_per_pixel = 3;
 constexpr std::size_t ping_ponged =
     5;  // ray buffers with two halves: origin, direction, throughput, radiance, contribution

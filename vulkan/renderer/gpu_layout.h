@@ -81,7 +81,7 @@ struct alignas(4 * sizeof(Real)) MaterialOf {
     Real roughness = 0;
     alignas(4 * sizeof(Real)) Vec3Of<Real> k;
     std::int32_t priority = 0;
-    std::uint32_t interior = no_index;
+    std::uint32_t interior = no_index, bodies = 0;
 };
 using Material = MaterialOf<float>;
 using DoubleMaterial = MaterialOf<double>;

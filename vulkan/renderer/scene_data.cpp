@@ -100,6 +100,9 @@ void place_primitives(const Scene& scene, SceneData& data) {
             if (primitive.kind != kind) continue;
             data.sources.push_back({static_cast<std::uint32_t>(kind), primitive.index[0], primitive.index[1],
                 primitive.index[2], all[id].entity, static_cast<float>(primitive.radius)});
+            std::uint32_t& bodies = data.materials[scene.entities[all[id].entity].material].bodies;
+            if (kind == PrimitiveKind::triangle) bodies = gpu::no_index;
+            if (bodies != gpu::no_index) ++bodies;
             data.placed.push_back({id, scene.entities[all[id].entity].material, all[id].entity, gpu::no_light});
         }
         const auto count = static_cast<std::uint32_t>(data.sources.size() - before);
