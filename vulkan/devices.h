@@ -20,6 +20,7 @@ struct DeviceAbilities {
     std::uint64_t allocation_bytes = 0;           // maxMemoryAllocationSize
     std::uint64_t device_memory_bytes = 0;        // the largest device-local heap
     std::uint32_t timestamp_bits = 0;             // of the compute queue; 0: no device clock
+    std::uint32_t resident_invocations = 0;       // that the device holds at once; 0: its driver does not tell
 };
 
 struct DeviceDescription {

@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "common/error.h"
+#include "vulkan/core/device.h"
 #include "vulkan/core/device_selection.h"
 
 using namespace tandem;
@@ -91,6 +92,24 @@ TEST_CASE("each lack is named") {
     DeviceDescription small_groups = three[0];
     small_groups.abilities.workgroup_invocations = 64;
     CHECK(contains(unsuitability(small_groups), "maxComputeWorkGroupInvocations is 64"));
+}
+
+TEST_CASE("optional features that are made use of are told by name") {
+    const Instance instance(false);
+    const Device real(instance, "");
+    const auto tells = [&](const std::string& name) {
+        return std::ranges::count(real.description().features_used, name) == 1;
+    };
+    const DeviceFeatures& has = real.features();
+    CHECK(tells("doubles") == has.doubles);
+    CHECK(tells("timeline semaphores") == has.timeline_semaphores);
+    CHECK(tells("push descriptors") == has.push_descriptors);
+    CHECK(tells("calibrated timestamps") == has.calibrated_timestamps);
+    CHECK(tells("ray tracing") == has.ray_tracing);
+    CHECK(names_of({}).empty());
+    DeviceFeatures one;
+    one.ray_tracing = true;
+    CHECK(names_of(one) == std::vector<std::string>{"ray tracing"});
 }
 
 TEST_CASE("this machine's devices are listed with driver, version and UUID") {

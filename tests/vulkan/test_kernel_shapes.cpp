@@ -103,6 +103,28 @@ TEST_CASE("the megakernel keeps no path in buffers") {
     CHECK(kept(megakernel) == 0);
 }
 
+TEST_CASE("a job tells of the kernels that it dispatches: its shape's, and its way's of adding samples up") {
+    const auto instructions = [](const std::string& shape, Accumulation accumulation, const std::string& kernel) {
+        RenderSettings settings = settings_of(8, 2, Integrator::next_event);
+        settings.accumulation = accumulation;
+        const JobFacts facts = renderer_with_kernel(shape).prepare(foggy_scene(), settings)->facts();
+        const auto found = std::ranges::find(facts.kernels, kernel, &JobFacts::Part::name);
+        REQUIRE(found != facts.kernels.end());
+        return found->amount;
+    };
+    for (const auto& [shape, kernel] : {std::pair{"stages", "post-process"}, {"megakernel", "megakernel"}}) {
+        CAPTURE(shape);
+        const std::uint64_t pairs = instructions(shape, Accumulation::compensated, kernel);
+        // Neither has rests to keep, and one of them adds in another type.
+        CHECK(instructions(shape, Accumulation::in_double, kernel) < pairs);
+        CHECK(instructions(shape, Accumulation::plain, kernel) < pairs);
+        CHECK(instructions(shape, Accumulation::in_double, kernel) != instructions(shape, Accumulation::plain, kernel));
+    }
+    // Rays that stay in their places need no queue.
+    CHECK(instructions("image-stages", Accumulation::compensated, "scatter") !=
+          instructions("stages", Accumulation::compensated, "scatter"));
+}
+
 // Lavapipe leaves loops after 65535 turns: such paths are refused, and never come out short.
 TEST_CASE("a path of a hundred thousand segments is whole or refused") {
     SceneBuilder builder;

@@ -41,6 +41,8 @@ bool offers(const vk::raii::PhysicalDevice& physical, std::string_view extension
 constexpr std::array ray_tracing_extensions{VK_KHR_ACCELERATION_STRUCTURE_EXTENSION_NAME,
     VK_KHR_RAY_TRACING_PIPELINE_EXTENSION_NAME, VK_KHR_DEFERRED_HOST_OPERATIONS_EXTENSION_NAME};
 
+}  // namespace
+
 DeviceFeatures features_of(const vk::raii::PhysicalDevice& physical) {
     const auto chain = physical.getFeatures2<vk::PhysicalDeviceFeatures2, vk::PhysicalDeviceVulkan12Features,
         vk::PhysicalDeviceSynchronization2FeaturesKHR, vk::PhysicalDeviceAccelerationStructureFeaturesKHR,
@@ -65,6 +67,26 @@ DeviceFeatures features_of(const vk::raii::PhysicalDevice& physical) {
     features.storage_arrays_nonuniform = features.storage_arrays && newer.shaderStorageBufferArrayNonUniformIndexing;
     return features;
 }
+
+std::vector<std::string> names_of(const DeviceFeatures& features) {
+    std::vector<std::string> names;
+    const auto add = [&](bool there, const char* name) {
+        if (there) names.emplace_back(name);
+    };
+    add(features.doubles, "doubles");
+    add(features.timeline_semaphores, "timeline semaphores");
+    add(features.synchronization2, "synchronization2");
+    add(features.push_descriptors, "push descriptors");
+    add(features.buffer_addresses, "buffer addresses");
+    add(features.storage_arrays, "arrays of storage buffers");
+    add(features.storage_arrays_nonuniform, "arrays of storage buffers, indexed non-uniformly");
+    add(features.fragment_stores, "stores of fragments");
+    add(features.calibrated_timestamps, "calibrated timestamps");
+    add(features.ray_tracing, "ray tracing");
+    return names;
+}
+
+namespace {
 
 std::vector<std::uint32_t> queue_counts(const vk::raii::PhysicalDevice& physical, std::uint32_t family, Queues queues) {
     std::vector<std::uint32_t> counts;

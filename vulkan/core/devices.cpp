@@ -4,6 +4,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "vulkan/core/device.h"
 #include "vulkan/core/device_selection.h"
 #include "vulkan/core/instance.h"
 
@@ -28,9 +29,12 @@ std::string to_string(DeviceType type) {
 std::vector<DeviceDescription> describe_devices(const vk::raii::PhysicalDevices& devices) {
     std::vector<DeviceDescription> descriptions;
     for (std::uint32_t i = 0; i < devices.size(); ++i) {
-        descriptions.push_back(describe(devices[i], i));
-        descriptions.back().reason = unsuitability(descriptions.back());
-        descriptions.back().suitable = descriptions.back().reason.empty();
+        DeviceDescription& description = descriptions.emplace_back(describe(devices[i], i));
+        description.reason = unsuitability(description);
+        description.suitable = description.reason.empty();
+        if (!description.suitable) continue;
+        for (std::string& name : names_of(features_of(devices[i])))
+            description.features_used.push_back(std::move(name));
     }
     return descriptions;
 }
@@ -58,7 +62,7 @@ nlohmann::json to_json(const std::vector<DeviceDescription>& devices) {
             {"storage_buffers_per_set", has.storage_buffers_per_set},
             {"workgroup_invocations", has.workgroup_invocations}, {"storage_buffer_bytes", has.storage_buffer_bytes},
             {"allocation_bytes", has.allocation_bytes}, {"device_memory_bytes", has.device_memory_bytes},
-            {"timestamp_bits", has.timestamp_bits}};
+            {"timestamp_bits", has.timestamp_bits}, {"resident_invocations", has.resident_invocations}};
         if (!device.suitable) entry["reason"] = device.reason;
         list.push_back(std::move(entry));
     }

@@ -126,6 +126,19 @@ DeviceAbilities abilities_of(const vk::raii::PhysicalDevice& device, const vk::P
     return abilities;
 }
 
+// Streaming multiprocessors, the subgroups that each holds, and their size; NVIDIA's drivers alone tell.
+std::uint32_t resident_invocations(const vk::raii::PhysicalDevice& device) {
+    const auto extensions = device.enumerateDeviceExtensionProperties();
+    const auto is_it = [](const vk::ExtensionProperties& one) {
+        return one.extensionName == std::string_view(VK_NV_SHADER_SM_BUILTINS_EXTENSION_NAME);
+    };
+    if (std::ranges::none_of(extensions, is_it)) return 0;
+    const auto chain = device.getProperties2<vk::PhysicalDeviceProperties2, vk::PhysicalDeviceSubgroupProperties,
+        vk::PhysicalDeviceShaderSMBuiltinsPropertiesNV>();
+    const auto& has = chain.get<vk::PhysicalDeviceShaderSMBuiltinsPropertiesNV>();
+    return has.shaderSMCount * has.shaderWarpsPerSM * chain.get<vk::PhysicalDeviceSubgroupProperties>().subgroupSize;
+}
+
 }  // namespace
 
 Instance::Instance(bool validation)
@@ -163,6 +176,7 @@ DeviceDescription describe(const vk::raii::PhysicalDevice& device, std::uint32_t
             for (const int digit : {byte >> 4, byte & 15}) result.uuid += "0123456789abcdef"[digit];
         result.abilities.allocation_bytes =
             chain.get<vk::PhysicalDeviceMaintenance3Properties>().maxMemoryAllocationSize;
+        result.abilities.resident_invocations = resident_invocations(device);
     }
     if (result.abilities.timestamp_bits > 0) result.features_used.push_back("timestamps");
     return result;

@@ -177,7 +177,7 @@ VulkanJob::VulkanJob(const Instance& instance, const Device& device, Stages& sta
       bindings_(device, layout_, resources_, patterns),
       ordering_(device, patterns, resources_.written_by_dispatches()),
       submission_(device, patterns),
-      plan_(device.description().type) {
+      plan_(device.description()) {
     if (patterns_.parts == 0 || patterns_.part >= patterns_.parts || part().pixel_count == 0)
         throw UnsupportedError("the image has too few pixels for so many parts");
     if (accumulation_ == Accumulation::plain && tile_pixels_ < part().pixel_count)
@@ -407,10 +407,7 @@ JobFacts VulkanJob::facts() const {
     for (const Stage stage : kernels_of(patterns_.kernel, facts.effects)) {
         if (stage == Stage::vertex && scene_.in_double) continue;
         const std::string name = stage_names[static_cast<std::size_t>(stage)];
-        const std::span<const std::uint32_t> made = precision_ == GeometryPrecision::single_precision
-                                                        ? shader_code(stage)
-                                                        : shader_variant(stage, form().variant());
-        const std::vector<std::uint32_t> code = optimised_spirv(made, constants);
+        const std::vector<std::uint32_t> code = optimised_spirv(kernel_code(stage, form()).words, constants);
         facts.kernels.push_back({name, count_instructions(code)});
         facts.bindings.push_back({name, count_bindings(code)});
         const bool every_segment = stage == Stage::intersect || stage == Stage::scatter;
@@ -429,6 +426,7 @@ void VulkanJob::adapt_batch(double seconds, std::uint64_t segments) {
     const std::uint64_t most = samples_per_block * std::uint64_t{segments_};
     if (seconds < shortest_submission) batch_ = std::clamp<std::uint64_t>(2 * segments, batch_, most);
     if (seconds > longest_submission)
+        if (is_called(stage)) continue;
         batch_ = std::max<std::uint64_t>(
             1, static_cast<std::uint64_t>(static_cast<double>(segments) * shortest_submission / seconds));
 }

@@ -21,7 +21,8 @@ struct MegakernelShare {
 
 class MegakernelPlan {
 public:
-    explicit MegakernelPlan(DeviceType device);
+    // Of a device whose speed is not known yet.
+    explicit MegakernelPlan(const DeviceDescription& device);
 
     // Samples [0, samples) of `pixels` pixels are next.
     void begin(std::uint32_t pixels, std::uint64_t samples);

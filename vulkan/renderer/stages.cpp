@@ -265,6 +265,16 @@ std::vector<Stage> kernels_of(KernelShape shape, EffectSet effects) {
 }
 
 std::shared_ptr<const Stages::Pipelines> Stages::pipelines(
+KernelCode kernel_code(Stage stage, const KernelForm& form) {
+    const std::span<const std::uint32_t> variant = shader_variant(stage, form.variant());
+    const bool plain = variant.empty();
+    if (!form.sums_in_double || (stage != Stage::post_process && stage != Stage::megakernel))
+        return {plain ? shader_code(stage) : variant, plain};
+    const std::span<const std::uint32_t> code = shader_variant(stage, ShaderVariant::double_sums);
+    if (code.empty() || !plain) throw UnsupportedError("this build has no such kernels with sums in double");
+    return {code, plain};
+}
+
     const Specialisation& specialisation, const KernelForm& form) {
     const std::vector<SpecialisationConstant> constants = specialisation.constants();
     const PipelineLayout& form_layout = layout(form);
@@ -281,17 +291,11 @@ std::shared_ptr<const Stages::Pipelines> Stages::pipelines(
         const auto i = static_cast<std::size_t>(stage);
         // What is held in double the host places.
         if (stage == Stage::vertex && form.precision != GeometryPrecision::single_precision) continue;
-        std::span<const std::uint32_t> code = shader_variant(stage, form.variant());
-        const bool plain = code.empty();
-        any_variant = any_variant || !plain;
-        made.plain[i] = plain;
-        if (plain) code = shader_code(stage);
-        if (form.sums_in_double && (stage == Stage::post_process || stage == Stage::megakernel)) {
-            code = shader_variant(stage, ShaderVariant::double_sums);
-            if (code.empty() || !plain) throw UnsupportedError("this build has no such kernels with sums in double");
-        }
+        const KernelCode code = kernel_code(stage, form);
+        any_variant = any_variant || !code.plain;
+        made.plain[i] = code.plain;
         made.stages[i] =
-            stage == Stage::fragment ? make_fragment(form_layout, constants) : make(form_layout, code, constants);
+            stage == Stage::fragment ? make_fragment(form_layout, constants) : make(form_layout, code.words, constants);
     }
     if (form.variant() != ShaderVariant::plain && !any_variant)
         throw UnsupportedError("this build has no kernels for the pattern or the precision");

@@ -86,6 +86,16 @@ struct KernelForm {
 // there is none to place, and nothing to meet.
 [[nodiscard]] std::vector<Stage> kernels_of(KernelShape shape, EffectSet effects);
 
+// Whether the kernel has no dispatch of its own: the ray-tracing pipeline calls it.
+[[nodiscard]] constexpr bool is_called(Stage stage) { return stage > Stage::rt_paths && stage <= Stage::rt_nearest; }
+
+// What a form's pipeline of a stage is made from, before specialisation. `plain`: the stage has not the form's variant.
+// Throws UnsupportedError where this build has no such kernel.
+struct KernelCode {
+    std::span<const std::uint32_t> words;
+    bool plain;
+};
+[[nodiscard]] KernelCode kernel_code(Stage stage, const KernelForm& form);
 // Pipelines are kept per specialisation and form, so that many jobs of one kind build them once.
 class Stages {
 public:
