@@ -20,6 +20,24 @@ namespace tandem {
 namespace {
 
 // The processor's own name, as it tells it.
+// Sums in singles hold squares up to 1.8e19 squared. A sample may be more than the radiance of its light, by 1/pdf: so
+// much is left to that.
+void check_brightness(const glm::dvec3& radiance, const std::string& whose) {
+    constexpr double brightest = 1e15;
+    if (std::max({radiance.x, radiance.y, radiance.z}) > brightest)
+        throw UnsupportedError(
+            fmt::format("{}: sums in single precision hold squares of radiances up to {:g}; leave --accumulation out, "
+                        "or scale the scene's radiances down",
+                whose, brightest));
+}
+
+void check_brightness(const Scene& scene) {
+    for (const Material& material : scene.materials)
+        check_brightness(material.radiance, fmt::format("material '{}'", material.name));
+    for (const PunctualLight& light : scene.lights)
+        check_brightness(light.intensity, fmt::format("light '{}'", light.name));
+}
+
 std::string processor_name() {
 #if defined(__x86_64__)
     std::array<unsigned, 12> words{};
@@ -77,7 +95,7 @@ public:
                             "their product below 2^32",
                     settings.width, settings.height, most));
         if (settings.integrator == Integrator::bidirectional) {
-            if (options_.precision == Precision::single_precision)
+            if (options_.precision.value_or(Precision::double_precision) != Precision::double_precision)
                 throw UnsupportedError(
                     "bidirectional paths are traced in double precision alone; leave out --precision");
             if (settings.intersection != IntersectionSettings{})
@@ -91,6 +109,7 @@ public:
         cpu::check_kernels(settings.intersection, options_.precision.value_or(Precision::single_precision));
         RenderSettings chosen = settings;
         chosen.effects = effects_to_simulate(scene, settings, cpu::variants::supported, "cpu");
+        if (settings.accumulation.value_or(Accumulation::in_double) != Accumulation::in_double) check_brightness(scene);
 #ifdef TANDEM_PLANTED_BUGS
         cpu::planted_fault = options_.planted_bug;
 #endif

@@ -5,6 +5,7 @@
 #include <chrono>
 #include <filesystem>
 #include <functional>
+#include <limits>
 #include <optional>
 #include <tuple>
 
@@ -278,7 +279,8 @@ int measure_in_child(
     std::vector<std::string> words{"bench", "--scene", arguments.scene, "--resume", known, "--json", file, "--time",
         fmt::format("{}", arguments.seconds / arguments.processes), "--narrow", fmt::format("{}", arguments.narrow),
         "--seed", fmt::format("{}", arguments.seed + 1'000'000ull * (number + 1)), "--makings",
-        fmt::format("{}", (arguments.makings + arguments.processes - 1) / arguments.processes)};
+        fmt::format("{}",
+            arguments.makings / arguments.processes + (number < arguments.makings % arguments.processes ? 1 : 0))};
     const auto add = [&](const char* option, const std::vector<std::string>& values) {
         for (const std::string& value : values) words.insert(words.end(), {option, value});
     };
@@ -291,8 +293,9 @@ int measure_in_child(
 
 // Process after process, each with the readings of those before. The --json file gets what there is after each, also
 // where one of them fails, so that --resume can go on from there.
-BenchResults measure_in_processes(const BenchArguments& arguments, const CommandContext& context,
-    const BenchTarget& target, const std::vector<Family>& families, std::optional<BenchResults> earlier) {
+BenchResults measure_in_processes(BenchArguments arguments, const CommandContext& context, const BenchTarget& target,
+    const std::vector<Family>& families, std::optional<BenchResults> earlier) {
+    arguments.processes = std::min(arguments.processes, arguments.makings);  // none without a making
     BenchResults results = begin_results(arguments, context, target, families, std::move(earlier));
     ProgressLine line;
     for (unsigned i = 0; i < arguments.processes && !context.stop.stop_requested(); ++i) {
@@ -428,7 +431,9 @@ void add_bench_command(CLI::App& app, CommandContext& context) {
             "--narrow", arguments->narrow, "An experiment ends early once each ratio is known to within ± this")
         ->check(above_zero(1.0))
         ->capture_default_str();
-    command->add_option("--seed", arguments->seed, "Seed of the order in which arms run")->capture_default_str();
+    command->add_option("--seed", arguments->seed, "Seed of the order in which arms run")
+        ->check(whole_between(0, std::numeric_limits<std::uint64_t>::max()))
+        ->capture_default_str();
     command
         ->add_option("--makings", arguments->makings,
             "Make every arm anew so many times; from five on, intervals speak of any making")

@@ -122,6 +122,8 @@ void print_making(const SpecialisationReport& report) {
     else
         fmt::print(
             "specialising pays for itself after {:.0f} samples of every pixel\n", std::ceil(*report.samples_to_pay));
+    if (!ahead)
+        fmt::print("  or later: a driver that keeps kernels from one run to the next may not have made them anew\n");
 }
 
 void print_report(const std::string& scene, const RendererInfo& info, const SpecialisationReport& report) {
@@ -193,7 +195,10 @@ void add_effects_command(CLI::App& app, CommandContext& context) {
     add_common_options(*command, context,
         "  tandem effects scenes/cornell-thesis.json\n"
         "  tandem effects scenes/glass.json --backend cpu --size 256 --json effects.json\n"
-        "Exit status: 0, or 1 where the specialised image is not the general one bit for bit.");
+        "  __GL_SHADER_DISK_CACHE=0 MESA_SHADER_CACHE_DISABLE=true tandem effects scenes/glass.json\n"
+        "                                     kernels made anew: drivers keep them from one run to the next\n"
+        "Ctrl-C concludes from the rounds that are done. Exit status: 0, or 1 where the specialised image is not the "
+        "general one bit for bit.");
     command->callback(
         [&context, arguments] { context.action = [&context, arguments] { return effects(*arguments, context); }; });
 }

@@ -221,7 +221,24 @@ void trace_by_all(const BackendList& backends, const TraceArguments& arguments, 
     }
 }
 
+// Options that would change nothing.
+void check_options(const TraceArguments& arguments) {
+    if (!arguments.options.accumulation.empty())
+        throw InputError("--accumulation: says how samples are added up, and here is one alone; leave it out");
+    const auto check = [&](const char* option, const std::string& value, const char* backend) {
+        if (!value.empty() && !arguments.backends.empty() &&
+            std::ranges::find(arguments.backends, backend) == arguments.backends.end())
+            throw InputError(
+                fmt::format("{}: is of the {} backend, which --backends does not name; leave it out", option, backend));
+    };
+    check("--precision", arguments.precision, "cpu");
+    check("--vulkan-precision", arguments.vulkan_precision, "vulkan");
+    check("--device", arguments.device, "vulkan");
+}
+
 ExitStatus trace(const TraceArguments& arguments, const CommandContext& context) {
+    check_options(arguments);
+    refuse_adaptive_sampling(arguments.options);
     const Scene scene = load_scene(arguments.scene);
     Result result{scene, settings_from(arguments.options, scene), placed_primitives(scene), {}, {}};
     check_outputs({context.json_file}, {arguments.scene});
@@ -252,14 +269,16 @@ void add_trace_command(CLI::App& app, CommandContext& context) {
         ->expected(2)
         ->delimiter(',')
         ->type_name("X,Y");
-    command->add_option("--sample", arguments->sample, "Sample of the pixel, counted from 0")->capture_default_str();
+    command->add_option("--sample", arguments->sample, "Sample of the pixel, counted from 0")
+        ->check(whole_between(0, std::uint64_t{1} << 40))
+        ->capture_default_str();
     command
         ->add_option("--backends", arguments->backends,
             "Which, separated by commas; the others are compared with the first (default: all that can)")
         ->delimiter(',')
         ->type_name("NAMES");
     command->add_option("--device", arguments->device, "Vulkan device: index or part of its name (see tandem devices)");
-    command->add_option("--precision", arguments->precision, "Of the cpu backend: single or double");
+    command->add_option("--precision", arguments->precision, "Of the cpu backend: single, double or mixed");
     command->add_option("--vulkan-precision", arguments->vulkan_precision,
         "Of the vulkan backend: single, double, contracted or mixed; records are in float");
     add_render_options(*command, arguments->options);

@@ -25,9 +25,8 @@ struct Registration {
 // the residuals). Found means: five standard errors (of three normal figures one is found by chance in 6e5 images, and
 // of any distribution, after Chebyshev, in 8), and an effect worth a name:
 // - a shift of 0.05 pixel. First order misses s^2/2 of the second derivative, 2.5 % of it at edges a pixel wide;
-// - an exposure of 0.1 %, what `compare` calls no fault (2^-10). Beside a shift s of up to half a pixel the second
-// order
-//   looks like one: on a pattern of period L pixels s^2/2 (2 pi/L)^2, 0.5 % at s = 0.5 and L = 31, so 0.5 % there;
+// - an exposure of 0.1 %, what `compare` calls no fault (2^-10), or of 0.5 % beside a shift, whose second order looks
+//   like one: s^2/2 (2 pi/L)^2 on a pattern of period L pixels, 0.5 % at s = 0.5 and L = 31;
 // and for an exposure without a shift that no 16x16 tile differs once it is taken out.
 [[nodiscard]] Registration register_images(const SampledImage& reference, const SampledImage& candidate);
 

@@ -23,6 +23,12 @@ double median(std::vector<double> values) {
     return *middle;
 }
 
+template <class Value>
+Value unless_stopped(std::optional<Value> value) {
+    if (!value) throw Error("stopped before the kernels were timed; nothing to report");
+    return *std::move(value);
+}
+
 // One job and the times of its rounds.
 struct Contender {
     explicit Contender(std::optional<EffectSet> simulated) : effects(simulated) {}
@@ -34,12 +40,12 @@ struct Contender {
     std::vector<double> seconds;  // a round
     bool device_clock = true;
 
-    RenderResult render(SampleRange range, const std::stop_token& stop) {
+    // Nothing after a stop.
+    std::optional<RenderResult> render(SampleRange range, const std::stop_token& stop) {
         RenderControl control;
         control.stop = stop;
         RenderResult result = job->render(range, control);
-        if (result.estimate.count() != range.count())
-            throw Error("stopped before the kernels were timed; nothing to report");
+        if (result.estimate.count() != range.count()) return std::nullopt;
         return result;
     }
 
@@ -47,18 +53,19 @@ struct Contender {
         settings.effects = effects;
         const Clock::time_point start = Clock::now();
         job = renderer.prepare(scene, settings);
-        const double first = render({0, 1}, stop).seconds;
+        const double first = unless_stopped(render({0, 1}, stop)).seconds;
         makings.push_back(seconds_since(start));
-        const double again = render({0, 1}, stop).seconds;
+        const double again = unless_stopped(render({0, 1}, stop)).seconds;
         const JobFacts facts = job->facts();
         kernel_makings.push_back(facts.variant.empty() ? facts.kernel_seconds + std::max(0.0, first - again) : 0.0);
     }
 
-    double time(SampleRange range, const std::stop_token& stop) {
-        const RenderResult result = render(range, stop);
-        estimate = result.estimate;
-        device_clock = device_clock && result.device_seconds.has_value();
-        return result.device_seconds.value_or(result.seconds);
+    std::optional<double> time(SampleRange range, const std::stop_token& stop) {
+        const std::optional<RenderResult> result = render(range, stop);
+        if (!result) return std::nullopt;
+        estimate = result->estimate;
+        device_clock = device_clock && result->device_seconds.has_value();
+        return result->device_seconds.value_or(result->seconds);
     }
 
     [[nodiscard]] SpecialisationSide side(double samples) const {
@@ -111,23 +118,28 @@ SpecialisationReport measure_specialisation(const Scene& scene, const RenderSett
     // kernels may be a hundred times as slow.
     constexpr double least_round_seconds = 0.1, most_general_seconds = 1.0;
     SampleRange range{0, 1};
-    while (specialised.time(range, options.stop) < least_round_seconds &&
-           general.time(range, options.stop) < most_general_seconds && range.end < (std::uint64_t{1} << 20))
+    while (unless_stopped(specialised.time(range, options.stop)) < least_round_seconds &&
+           unless_stopped(general.time(range, options.stop)) < most_general_seconds &&
+           range.end < (std::uint64_t{1} << 20))
         range.end *= 2;
     std::mt19937_64 order(options.seed);
     SampleMoments logarithms;
     const Clock::time_point start = Clock::now();
     while (report.rounds < options.most_rounds &&
            (report.rounds < options.least_rounds || seconds_since(start) < options.seconds)) {
-        const bool swap = (order() & 1) != 0;
-        for (const bool second : {false, true}) {
-            Contender& contender = second != swap ? general : specialised;
-            contender.seconds.push_back(contender.time(range, options.stop));
-        }
-        logarithms.add(std::log(general.seconds.back() / specialised.seconds.back()));
+        const bool general_first = (order() & 1) != 0;
+        std::optional<double> own, all;
+        if (general_first) all = general.time(range, options.stop);
+        own = specialised.time(range, options.stop);
+        if (!general_first) all = general.time(range, options.stop);
+        if (!own || !all) break;
+        specialised.seconds.push_back(*own);
+        general.seconds.push_back(*all);
+        logarithms.add(std::log(*all / *own));
         ++report.rounds;
         if (options.progress) options.progress(std::min(1.0, seconds_since(start) / options.seconds));
     }
+    if (report.rounds < options.least_rounds) throw Error("stopped before enough rounds were timed; nothing to report");
     const double samples = static_cast<double>(range.count());
     report.identical = same_bits(specialised.estimate, general.estimate);
     report.specialised = specialised.side(samples);

@@ -27,7 +27,8 @@ struct SpecialisationSide {
     JobFacts facts;
     // Wall clock of making the kernels: what the renderer says, and what a first sample takes longer than a second, as
     // drivers may put compiling off until then. 0 where they were compiled with the program (JobFacts::variant). The
-    // longest of the makings: drivers that remember kernels make them faster the next time.
+    // longest of the makings: drivers that remember kernels make them faster the next time. Those that keep them from
+    // one run to the next may do so at the first, which nothing tells: the time is then too short.
     double kernel_seconds = 0.0;
     std::vector<double> kernel_makings;
     double make_seconds = 0.0;  // wall clock of all preparation and a first sample, mean of the makings
@@ -42,13 +43,14 @@ struct SpecialisationReport {
     bool device_clock = false;  // times are the device's own
     double speedup = 1.0;       // general over specialised time, geometric mean of the rounds
     Interval interval;          // of the speed-up, 95 %
-    // Samples after which the time saved has paid for making the specialised kernels, the general ones being at hand; 0
-    // where none are made. Empty: the time saved cannot be told from none.
+    // Samples after which the time saved has paid for making the specialised kernels (kernel_seconds, so perhaps too
+    // few), the general ones being at hand; 0 where none are made. Empty: the time saved cannot be told from none.
     std::optional<double> samples_to_pay;
 };
 
 // Makes both kinds of kernels in alternate order, after a small job that takes the driver's own start upon itself.
-// Throws what prepare() throws; settings.effects is replaced.
+// After a stop it concludes from the rounds that are done. Throws what prepare() throws, and Error where those are
+// fewer than least_rounds; settings.effects is replaced.
 [[nodiscard]] SpecialisationReport measure_specialisation(const Scene& scene, const RenderSettings& settings,
     const std::function<std::unique_ptr<Renderer>()>& make_renderer, const SpecialisationOptions& options);
 

@@ -107,6 +107,13 @@ class Commands(unittest.TestCase):
                      "no single path")
         self.refused(tandem("trace", self.scene, "--pixel", "1,1", "--backends", "gpu"), "gpu")
         self.refused(tandem("trace", self.scene), "--pixel")
+        trace = ["trace", self.scene, "--pixel", "1,1"]
+        for sample in ["-1", "18446744073709551615", "1.5"]:
+            self.refused(tandem(*trace, "--sample", sample), "--sample")
+        self.refused(tandem(*trace, "--accumulation", "plain"), "--accumulation")
+        self.refused(tandem(*trace, "--backends", "vulkan", "--precision", "double"), "--precision", "cpu")
+        self.refused(tandem(*trace, "--backends", "cpu,oracle", "--vulkan-precision", "double"), "--vulkan-precision")
+        self.refused(tandem(*trace, "--backends", "cpu", "--device", "0"), "--device")
 
     def test_files_that_are_no_scene_are_refused(self):
         self.render_refused(self.folder / "absent.json", "absent.json")

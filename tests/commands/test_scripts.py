@@ -51,6 +51,24 @@ class Scripts(unittest.TestCase):
         self.refused(self.take("calibrate", "{"), "taken-0.json, line 1: is no JSON")
         self.refused(self.take("calibrate", "[]\n3"), "taken-0.json")
 
+    def test_what_is_no_result_of_growth_is_one_line(self):
+        file = self.folder / "taken.json"
+
+        def take(content, name="here"):
+            file.write_text(content)
+            return subprocess.run([sys.executable, SCRIPTS / "growth", "--take", file, name], capture_output=True, text=True,
+                                  timeout=60)
+
+        for content in ["", "{", "[1]", '{"size": 1, "bounces": 4, "rounds": 2, "rows": []}',
+                        '{"size": 1, "bounces": 4, "rounds": 2, "rows": [1]}']:
+            self.refused(take(content), "taken.json")
+        for name in ["--foo", "a/b", ""]:
+            self.refused(take("{}", name), "no name of a machine")
+        self.assertFalse((SCRIPTS.parent / "tests/benchmarks/results/here.json").exists())
+        file.unlink()
+        self.refused(subprocess.run([sys.executable, SCRIPTS / "growth", "--take", file, "here"], capture_output=True,
+                                    text=True, timeout=60), "taken.json")
+
     def test_parts_of_an_experiment_join_and_gaps_do_not(self):
         result = self.take("calibrate", [experiment(0, 600, 3)], [experiment(600, 400, 2, identical_fraction=1.0)])
         self.assertEqual(result.returncode, 0, result.stderr)

@@ -122,6 +122,34 @@ TEST_CASE("specialisation: an image that differs in its last bit is told") {
     CHECK_FALSE(measure(1e-3, std::nextafter(0.5, 1.0)).identical);
 }
 
+TEST_CASE("specialisation: a stop leaves what the rounds before it say, if they are enough") {
+    for (const std::size_t rounds : {3u, 7u}) {
+        CAPTURE(rounds);
+        Timing timing{1.5e-3, 0.5};
+        std::stop_source stop;
+        SpecialisationOptions options;
+        options.seconds = 1e9;
+        options.stop = stop.get_token();
+        std::size_t done = 0;
+        options.progress = [&](double) {
+            if (++done == rounds) stop.request_stop();
+        };
+        const auto measured = [&] {
+            return measure_specialisation(
+                Scene{}, RenderSettings{}, [&] { return std::make_unique<TimedRenderer>(timing); }, options);
+        };
+        if (rounds < options.least_rounds) {
+            CHECK_THROWS_AS((void)measured(), Error);
+            continue;
+        }
+        const SpecialisationReport report = measured();
+        CHECK(report.rounds == rounds);
+        CHECK(report.identical);
+        CHECK(report.interval.low < 1.5);
+        CHECK(report.interval.high > 1.5);
+    }
+}
+
 TEST_CASE("specialisation: a stop before the timing is an error, no report") {
     Timing timing{1e-3, 0.5};
     std::stop_source stop;

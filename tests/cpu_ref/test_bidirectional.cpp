@@ -296,4 +296,11 @@ TEST_CASE("the bidirectional integrator refuses what it does not simulate, and s
     cut.ray_max = 5.0;
     CHECK_THROWS_WITH_AS(
         (void)cpu->prepare(room(emitter(white)).scene(), cut), doctest::Contains("ray interval"), UnsupportedError);
+    for (const Precision precision : {Precision::single_precision, Precision::mixed}) {
+        BackendOptions options;
+        options.precision = precision;
+        const auto other = cpu_backend().create(options);
+        CHECK_THROWS_WITH_AS((void)other->prepare(room(emitter(white)).scene(), settings),
+            doctest::Contains("double precision alone"), UnsupportedError);
+    }
 }

@@ -52,6 +52,20 @@ bool same(const std::vector<double>& a, const std::vector<double>& b) { return a
 
 }  // namespace
 
+TEST_CASE("sums in singles refuse light whose squares they do not hold") {
+    for (Witness& witness : choosing_witnesses()) {
+        CAPTURE(witness.name);
+        const auto prepare = [&](Accumulation accumulation, double radiance) {
+            const Scene scene = SceneBuilder().sphere(emitter(dvec3(radiance)), dvec3(0.0), 1.0).scene();
+            return witness.renderer->prepare(scene, settings_with(accumulation));
+        };
+        for (const Accumulation accumulation : {Accumulation::plain, Accumulation::compensated}) {
+            CHECK_THROWS_WITH_AS((void)prepare(accumulation, 1e16), doctest::Contains("material"), UnsupportedError);
+            CHECK_NOTHROW((void)prepare(accumulation, 1e15));
+        }
+    }
+}
+
 TEST_CASE("plain sums of equal samples are the sums of singles, and drift within their bound") {
     for (Witness& witness : choosing_witnesses()) {
         CAPTURE(witness.name);

@@ -3,8 +3,8 @@
 //
 //     mutants list                        ids and plantings, a line each
 //     mutants reasons                     which bugs are not planted in both, and why
-//     mutants run ID PLANTING [EFFORTS]   one of them on its scenes, effort by effort, cheapest scene first, till
-//     caught mutants sound SCENE [EFFORT]        two sound backends: what the scene can see
+//     mutants run ID PLANTING [EFFORTS]   one of them on its scenes, by effort and cost, until it is caught
+//     mutants sound SCENE [EFFORT]        two sound backends: what the scene can see
 #include <fmt/format.h>
 
 #include <charconv>
