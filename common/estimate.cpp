@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 #include <string>
 
 #include "common/error.h"
@@ -120,17 +121,28 @@ double variance_from(const Moments& moments, std::uint64_t count) {
 namespace {
 
 template <class Figure>
-std::vector<double> per_channel(const Estimate& estimate, Figure figure) {
-    const std::uint64_t count = estimate.count();
-    const Estimate::Plane totals = estimate.totals();
-    std::vector<double> result(totals.size());
-    std::ranges::transform(totals, result.begin(), [&](const Moments& moments) { return figure(moments, count); });
+std::vector<double> per_channel(const FilmMoments& film, Figure figure) {
+    std::vector<double> result(film.moments.size());
+    for (std::size_t i = 0; i < result.size(); ++i) result[i] = figure(film.moments[i], film.counts[i / channel_count]);
     return result;
 }
 
 }  // namespace
 
-std::vector<double> mean_of(const Estimate& estimate) { return per_channel(estimate, mean_from); }
-std::vector<double> variance_of(const Estimate& estimate) { return per_channel(estimate, variance_from); }
+std::vector<double> mean_of(const FilmMoments& film) { return per_channel(film, mean_from); }
+std::vector<double> variance_of(const FilmMoments& film) { return per_channel(film, variance_from); }
+std::vector<double> mean_of(const Estimate& estimate) { return mean_of(film_of(estimate)); }
+std::vector<double> variance_of(const Estimate& estimate) { return variance_of(film_of(estimate)); }
+
+std::uint64_t FilmMoments::paths() const { return std::accumulate(counts.begin(), counts.end(), std::uint64_t{0}); }
+
+double FilmMoments::count() const {
+    return counts.empty() ? 0.0 : static_cast<double>(paths()) / static_cast<double>(counts.size());
+}
+
+FilmMoments film_of(const Estimate& estimate) {
+    return {estimate.width(), estimate.height(), estimate.totals(),
+        std::vector<std::uint64_t>(estimate.pixel_count(), estimate.count()), estimate.invalid()};
+}
 
 }  // namespace tandem

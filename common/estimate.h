@@ -76,10 +76,25 @@ private:
     std::map<std::uint64_t, std::pair<std::uint64_t, Plane>> ragged_;  // begin -> (end, moments)
 };
 
+// The sums of an image whose pixels need not have the same number of samples (MODEL.md section 11.3).
+struct FilmMoments {
+    std::uint32_t width = 0, height = 0;
+    Estimate::Plane moments;
+    std::vector<std::uint64_t> counts;  // samples, [y * width + x]
+    std::uint64_t invalid = 0;          // of all pixels
+
+    [[nodiscard]] std::uint64_t pixel_count() const { return counts.size(); }
+    [[nodiscard]] std::uint64_t paths() const;  // samples of all pixels
+    [[nodiscard]] double count() const;         // samples a pixel, the mean over pixels
+};
+[[nodiscard]] FilmMoments film_of(const Estimate& estimate);
+
 // Per pixel and channel, [(y * width + x) * 3 + channel]: the mean, and the unbiased variance *of one sample*
 // (NaN below two samples). The variance of the mean is variance / count.
 [[nodiscard]] std::vector<double> mean_of(const Estimate& estimate);
 [[nodiscard]] std::vector<double> variance_of(const Estimate& estimate);
+[[nodiscard]] std::vector<double> mean_of(const FilmMoments& film);
+[[nodiscard]] std::vector<double> variance_of(const FilmMoments& film);
 [[nodiscard]] double mean_from(const Moments& moments, std::uint64_t count);
 [[nodiscard]] double variance_from(const Moments& moments, std::uint64_t count);
 

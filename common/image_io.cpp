@@ -171,23 +171,22 @@ void write_png(const std::filesystem::path& path, const Image& image, double exp
     file.commit();
 }
 
-Image image_of(const Estimate& estimate, const std::map<std::string, std::string>& metadata, bool independent) {
+Image image_of(const FilmMoments& film, const std::map<std::string, std::string>& metadata, bool independent) {
     Image image;
-    image.width = estimate.width();
-    image.height = estimate.height();
+    image.width = film.width;
+    image.height = film.height;
     image.full_width = image.width;
     image.full_height = image.height;
     image.channels = {"R", "G", "B"};
     if (independent) image.channels.insert(image.channels.end(), {"variance.R", "variance.G", "variance.B", "count"});
     image.metadata = metadata;
-    const std::vector<double> mean = mean_of(estimate), variance = variance_of(estimate);
-    const auto count = static_cast<float>(estimate.count());
-    image.pixels.reserve(estimate.pixel_count() * image.channels.size());
+    const std::vector<double> mean = mean_of(film), variance = variance_of(film);
+    image.pixels.reserve(film.pixel_count() * image.channels.size());
     for (std::size_t first = 0; first < mean.size(); first += 3) {
         for (std::size_t c = 0; c < 3; ++c) image.pixels.push_back(static_cast<float>(mean[first + c]));
         if (!independent) continue;
         for (std::size_t c = 0; c < 3; ++c) image.pixels.push_back(static_cast<float>(variance[first + c]));
-        image.pixels.push_back(count);
+        image.pixels.push_back(static_cast<float>(film.counts[first / 3]));
     }
     return image;
 }

@@ -36,7 +36,10 @@ void write_image(const std::filesystem::path& path, const Image& image);
 // R, G, B (mean), variance.R/G/B (of one sample, MODEL.md section 11) and count, with `metadata` beside. Without
 // variance and count where samples are not `independent`: they would not say how well the mean is known.
 [[nodiscard]] Image image_of(
-    const Estimate& estimate, const std::map<std::string, std::string>& metadata, bool independent = true);
+    const FilmMoments& film, const std::map<std::string, std::string>& metadata, bool independent = true);
+[[nodiscard]] inline Image image_of(const Estimate& estimate, const std::map<std::string, std::string>& metadata) {
+    return image_of(film_of(estimate), metadata);
+}
 
 // 8-bit sRGB PNG of the first three channels of linear `image`, multiplied by `exposure`, clipped to [0, 1].
 // The transfer function is that of IEC 61966-2-1.

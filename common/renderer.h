@@ -7,6 +7,7 @@
 #include <limits>
 #include <memory>
 #include <optional>
+#include <span>
 #include <stop_token>
 #include <string>
 #include <string_view>
@@ -36,6 +37,11 @@ inline constexpr std::array<std::string_view, 4> precision_names{"single", "doub
 enum class Accumulation : std::uint32_t { plain = 0, compensated = 1, in_double = 2 };
 inline constexpr std::array<std::string_view, 3> accumulation_names{"plain", "compensated", "double"};
 
+// How samples are shared out over pixels (MODEL.md section 11.3). uniform: each has as many. adaptive: noisy ones have
+// more, which adaptive_sampling.h sees to.
+enum class Sampling : std::uint32_t { uniform = 0, adaptive = 1 };
+inline constexpr std::array<std::string_view, 2> sampling_names{"uniform", "adaptive"};
+
 // What the estimator is to do (MODEL.md sections 9 and 11).
 struct RenderSettings {
     std::uint32_t width = 512, height = 512;  // pixels, each in [1, 65536], their product below 2^32
@@ -52,7 +58,11 @@ struct RenderSettings {
     double clamp = std::numeric_limits<double>::infinity();  // > 0: what a sample's channel may bring at most (11.1)
     std::optional<Fresnel> fresnel;                          // in place of every material's own
     std::optional<Accumulation> accumulation;                // empty: the backend's own (RendererInfo)
+    Sampling sampling = Sampling::uniform;                   // adaptive: jobs also render lists of pixels
 };
+
+// Throws UnsupportedError for adaptive sampling with settings that it does not go with.
+void check_sampling(const RenderSettings& settings);
 
 // The scene with what the settings say of its materials; nothing if it stays as it is.
 [[nodiscard]] std::optional<Scene> changed_by(const RenderSettings& settings, const Scene& scene);
@@ -106,6 +116,12 @@ public:
     // estimate of a range does not depend on what was rendered before, on threads or on their order: same bits. But
     // with Accumulation::plain the sums go on from those of the call before, where that ended at range.begin.
     [[nodiscard]] virtual RenderResult render(SampleRange range, const RenderControl& control = {}) = 0;
+    // The same of some pixels alone, `pixels` being ascending indices y * width + x, at least one. The estimate is
+    // pixels.size() wide and 1 high, its values, in this order, being bit for bit those that render() gives those
+    // pixels. A stop leaves the samples finished for all of them. Throws UnsupportedError in a job that was not
+    // prepared with Sampling::adaptive.
+    [[nodiscard]] virtual RenderResult render_pixels(
+        SampleRange range, std::span<const std::uint32_t> pixels, const RenderControl& control = {});
     // The paths of samples of pixel (x, y), vertex by vertex: the very ones that render() follows. Throws
     // UnsupportedError, with the reason, where this job cannot.
     [[nodiscard]] virtual std::vector<PathTrace> trace(std::uint32_t x, std::uint32_t y, SampleRange samples);

@@ -8,6 +8,7 @@
 #include <thread>
 #include <vector>
 
+#include "common/adaptive_sampling.h"
 #include "common/statistics/distributions.h"
 
 namespace tandem {
@@ -37,12 +38,13 @@ private:
 // So many black samples a pixel say that the image is black: it then has no relative error that could be met.
 constexpr std::uint64_t black_samples = 1024;
 
-// Samples to ask for next: without a target error all that are left; with one, a quarter of what there is, so that the
-// error is looked at often but the overshoot stays small, and no more than the error is expected to need.
-std::uint64_t next_end(const StoppingRule& rule, std::uint64_t done, std::optional<double> error) {
+// Samples to ask for next: of uniform samples without a target error all that are left; else a quarter of what there
+// is, so that the error is looked at often but the overshoot stays small, no more than the error is expected to need,
+// and so that a stop finds adaptive samples where they are of use.
+std::uint64_t next_end(const StoppingRule& rule, std::uint64_t done, std::optional<double> error, Sampling sampling) {
     const std::uint64_t last = rule.samples.value_or(std::uint64_t{1} << 40);
     std::uint64_t step = last - done;
-    if (rule.relative_error || !rule.samples) {
+    if (rule.relative_error || !rule.samples || sampling == Sampling::adaptive) {
         step = std::min(step, std::max(samples_per_block, done / 4));
         if (rule.relative_error && error) {
             const double needed = static_cast<double>(done) * std::pow(*error / *rule.relative_error, 2.0);
@@ -63,64 +65,46 @@ double fraction_done(const StoppingRule& rule, double samples, double seconds, s
     return fraction;
 }
 
-// Samples of one part, and their variance, mean over pixels and channels.
-struct PartVariance {
-    double count = 0.0, variance = 0.0;
-};
-
-PartVariance part_variance(const Estimate& estimate) {
-    const std::uint64_t count = estimate.count();
-    const std::vector<double> variances = variance_of(estimate);
-    double sum = 0.0;
-    for (const double variance : variances) sum += variance;
-    return {static_cast<double>(count), sum / static_cast<double>(variances.size())};
+// Variance of the mean of every pixel, its channels added up, as they share paths.
+std::vector<double> pixel_errors(const FilmMoments& film) {
+    const std::vector<double> variances = variance_of(film);
+    std::vector<double> errors(film.pixel_count(), 0.0);
+    for (std::size_t i = 0; i < variances.size(); ++i)
+        errors[i / channel_count] += variances[i] / static_cast<double>(film.counts[i / channel_count]);
+    return errors;
 }
 
 // Of the root of a mean of squared errors whose expectation is sum v_p / P: by how much such a mean itself scatters (a
-// pixel's channels, which share paths, counting as one: 2 sum v_p^2 / (sum v_p)^2), and by how much the variances may
-// be misjudged, which the parts of the render show.
+// pixel's channels counting as one: 2 sum v_p^2 / (sum v_p)^2), and by how much the variances may be misjudged, which
+// the parts of the render show.
 std::optional<ErrorInterval> interval_of(
-    const Estimate& estimate, double relative_error, const std::vector<PartVariance>& parts) {
-    double count = 0.0, mean = 0.0, squares = 0.0;
-    for (const PartVariance& part : parts) {
-        count += part.count;
-        mean += part.count * part.variance;
-    }
-    if (parts.size() < 2 || !(mean > 0.0)) return std::nullopt;
-    mean /= count;
-    for (const PartVariance& part : parts) squares += part.count * (part.variance - mean) * (part.variance - mean);
-    const double degrees = static_cast<double>(parts.size()) - 1.0;
-    const double misjudged = std::sqrt(squares / degrees / count) / mean;
-    const std::vector<double> variances = variance_of(estimate);
+    const FilmMoments& film, double relative_error, const VarianceScatter& scatter) {
+    const auto misjudged = scatter.misjudged(film.counts);
+    if (!misjudged) return std::nullopt;
     double sum = 0.0, of_squares = 0.0;
-    for (std::size_t pixel = 0; pixel < variances.size(); pixel += channel_count) {
-        double own = 0.0;
-        for (std::size_t c = 0; c < channel_count; ++c) own += variances[pixel + c];
+    for (const double own : pixel_errors(film)) {
         sum += own;
         of_squares += own * own;
     }
     const double half = 0.5 * std::hypot(normal_quantile(0.975) * std::sqrt(2.0 * of_squares) / sum,
-                                  student_quantile(0.975, degrees) * misjudged);
+                                  student_quantile(0.975, misjudged->degrees) * misjudged->relative);
     return ErrorInterval{relative_error * std::exp(-half), relative_error * std::exp(half)};
 }
 
 }  // namespace
 
-std::optional<double> relative_error_of(const Estimate& estimate) {
-    const std::uint64_t count = estimate.count();
-    if (count < 2) return std::nullopt;
+std::optional<double> relative_error_of(const FilmMoments& film) {
+    if (film.counts.empty() || *std::ranges::min_element(film.counts) < 2) return std::nullopt;
     double mean = 0.0, variance = 0.0;
-    for (const Moments& moments : estimate.totals()) {
-        mean += mean_from(moments, count);
-        variance += variance_from(moments, count) / static_cast<double>(count);
-    }
+    for (const double value : mean_of(film)) mean += value;
     if (mean <= 0.0) return std::nullopt;
-    const double values = static_cast<double>(estimate.pixel_count() * channel_count);
+    for (const double error : pixel_errors(film)) variance += error;
+    const double values = static_cast<double>(film.pixel_count() * channel_count);
     return std::sqrt(variance / values) / (mean / values);
 }
 
 StoppedRender render_until(RenderJob& job, const StoppingRule& rule, std::stop_token stop,
-    const std::function<void(const RenderProgress&)>& progress) {
+    const std::function<void(const RenderProgress&)>& progress, Sampling sampling) {
     std::stop_source ending;
     const std::stop_callback forward(stop, [&] { ending.request_stop(); });
     const Clock::time_point start = Clock::now();
@@ -130,10 +114,10 @@ StoppedRender render_until(RenderJob& job, const StoppingRule& rule, std::stop_t
     const Deadline deadline(ending, when);
 
     StoppedRender result;
-    std::vector<PartVariance> parts;
+    GrowingFilm film(job, sampling);
     std::uint64_t done = 0;
     for (;;) {
-        const std::uint64_t end = next_end(rule, done, result.relative_error);
+        const std::uint64_t end = next_end(rule, done, result.relative_error, sampling);
         RenderControl control{.stop = ending.get_token(), .progress = {}};
         if (progress)
             control.progress = [&](double samples) {
@@ -141,24 +125,19 @@ StoppedRender render_until(RenderJob& job, const StoppingRule& rule, std::stop_t
                 const double seconds = std::chrono::duration<double>(Clock::now() - start).count();
                 progress({all, fraction_done(rule, all, seconds, result.relative_error), result.relative_error});
             };
-        RenderResult part = job.render({done, end}, control);
-        if (done == 0 && part.estimate.count() == 0 && !stop.stop_requested()) {
+        GrowingFilm::Growth growth = film.grow_to(end, control);
+        if (film.samples() == 0.0 && !stop.stop_requested()) {
             // The time was too short for anything: an image takes one sample a pixel at least.
             control.stop = stop;
-            part = job.render({0, 1}, control);
+            growth = film.grow_to(1, control);
         }
-        const std::uint64_t count = part.estimate.count();
-        result.seconds += part.seconds;
-        if (rule.relative_error && count > 1) parts.push_back(part_variance(part.estimate));
-        if (part.device_seconds) result.device_seconds = result.device_seconds.value_or(0.0) + *part.device_seconds;
-        if (done == 0)
-            result.estimate = std::move(part.estimate);
-        else if (count > 0)
-            result.estimate.merge(std::move(part.estimate));
-        done += count;
-        result.relative_error = relative_error_of(result.estimate);
+        result.seconds += growth.seconds;
+        if (growth.device_seconds) result.device_seconds = result.device_seconds.value_or(0.0) + *growth.device_seconds;
+        done = end;
+        result.film = film.film();
+        result.relative_error = relative_error_of(result.film);
         if (stop.stop_requested()) {
-            result.complete = done == rule.samples;
+            result.complete = growth.complete && done == rule.samples;
             break;
         }
         if (ending.stop_requested() || done == rule.samples) break;
@@ -170,7 +149,7 @@ StoppedRender render_until(RenderJob& job, const StoppingRule& rule, std::stop_t
         }
     }
     if (result.relative_error)
-        result.relative_error_interval = interval_of(result.estimate, *result.relative_error, parts);
+        result.relative_error_interval = interval_of(result.film, *result.relative_error, film.scatter());
     return result;
 }
 

@@ -26,19 +26,20 @@ struct ErrorInterval {
 };
 
 struct StoppedRender {
-    Estimate estimate;
+    FilmMoments film;
     double seconds = 0.0;  // of rendering
     std::optional<double> device_seconds;
     std::optional<double> relative_error;                  // none below two samples
-    std::optional<ErrorInterval> relative_error_interval;  // none without two renders of parts
+    std::optional<ErrorInterval> relative_error_interval;  // none of a pixel without two parts
     bool complete = true;  // false: stop request, or an error asked for of a black image
 };
 
 // Root mean square, over pixels and channels, of the standard error of the mean, divided by the mean over pixels and
 // channels. None below two samples or for a black image.
-[[nodiscard]] std::optional<double> relative_error_of(const Estimate& estimate);
+[[nodiscard]] std::optional<double> relative_error_of(const FilmMoments& film);
 
+// Adaptive: samples of the rule are a pixel's in the mean, and the job is prepared for it.
 [[nodiscard]] StoppedRender render_until(RenderJob& job, const StoppingRule& rule, std::stop_token stop,
-    const std::function<void(const RenderProgress&)>& progress);
+    const std::function<void(const RenderProgress&)>& progress, Sampling sampling = Sampling::uniform);
 
 }  // namespace tandem

@@ -1,6 +1,7 @@
 // The backend "cpu": the Embree path tracer as a Renderer.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <thread>
 
 #include "common/error.h"
@@ -19,7 +20,6 @@ namespace tandem {
 
 namespace {
 
-// The processor's own name, as it tells it.
 // Sums in singles hold squares up to 1.8e19 squared. A sample may be more than the radiance of its light, by 1/pdf: so
 // much is left to that.
 void check_brightness(const glm::dvec3& radiance, const std::string& whose) {
@@ -38,6 +38,7 @@ void check_brightness(const Scene& scene) {
         check_brightness(light.intensity, fmt::format("light '{}'", light.name));
 }
 
+// The processor's own name, as it tells it.
 std::string processor_name() {
 #if defined(__x86_64__)
     std::array<unsigned, 12> words{};
@@ -94,6 +95,7 @@ public:
                 fmt::format("an image of {} x {} pixels is out of range; each side is 1 to {} and "
                             "their product below 2^32",
                     settings.width, settings.height, most));
+        check_sampling(settings);
         if (settings.integrator == Integrator::bidirectional) {
             if (options_.precision.value_or(Precision::double_precision) != Precision::double_precision)
                 throw UnsupportedError(
@@ -107,9 +109,9 @@ public:
             return cpu::make_bidirectional_job(device_.get(), scene, settings, options_.threads);
         }
         cpu::check_kernels(settings.intersection, options_.precision.value_or(Precision::single_precision));
+        if (settings.accumulation.value_or(Accumulation::in_double) != Accumulation::in_double) check_brightness(scene);
         RenderSettings chosen = settings;
         chosen.effects = effects_to_simulate(scene, settings, cpu::variants::supported, "cpu");
-        if (settings.accumulation.value_or(Accumulation::in_double) != Accumulation::in_double) check_brightness(scene);
 #ifdef TANDEM_PLANTED_BUGS
         cpu::planted_fault = options_.planted_bug;
 #endif

@@ -121,13 +121,31 @@ public:
     }
 
     RenderResult render(SampleRange range, const RenderControl& control) override {
+        return render_film(range, {}, tables_.settings.width, tables_.settings.height, control);
+    }
+
+    RenderResult render_pixels(
+        SampleRange range, std::span<const std::uint32_t> pixels, const RenderControl& control) override {
+        if (tables_.settings.sampling != Sampling::adaptive) return RenderJob::render_pixels(range, pixels, control);
+        return render_film(range, pixels, static_cast<std::uint32_t>(pixels.size()), 1, control);
+    }
+    std::vector<PathTrace> trace(std::uint32_t x, std::uint32_t y, SampleRange samples) override {
+        return traced_paths(tables_, shading_.get(), accelerator_, x, y, samples);
+    }
+
+private:
+    // Of all pixels, or of those that are listed, as a film of their number.
+    RenderResult render_film(SampleRange range, std::span<const std::uint32_t> listed, std::uint32_t width,
+        std::uint32_t height, const RenderControl& control) {
         const Clock::time_point start = Clock::now();
         if (range.begin % samples_per_block != 0 || range.end < range.begin)
             throw Error("a sample range must begin at a multiple of " + std::to_string(samples_per_block) +
                         " and not end before it begins");
-        const RenderSettings& settings = tables_.settings;
-        RenderResult result{Estimate(settings.width, settings.height), 0.0, std::nullopt};
-        Progress progress(control, result.estimate.pixel_count());
+        RenderResult result{Estimate(width, height), 0.0, std::nullopt};
+        listed_ = listed;
+        pixels_ = static_cast<std::uint32_t>(result.estimate.pixel_count());
+        film_.resize(std::size_t{pixels_} * channel_count);
+        Progress progress(control, pixels_);
         for (std::uint64_t begin = range.begin; begin < range.end && !control.stop.stop_requested();
              begin += samples_per_block)
             render_block({begin, std::min(begin + samples_per_block, range.end)}, control, progress, result.estimate);
@@ -136,11 +154,6 @@ public:
         return result;
     }
 
-    std::vector<PathTrace> trace(std::uint32_t x, std::uint32_t y, SampleRange samples) override {
-        return traced_paths(tables_, shading_.get(), accelerator_, x, y, samples);
-    }
-
-private:
     void render_block(SampleRange block, const RenderControl& control, Progress& progress, Estimate& estimate) {
         film_.begin_block(std::exchange(summed_to_, nowhere) == block.begin);
         std::optional<Film> before;
@@ -154,7 +167,7 @@ private:
                 if (before) film_ = std::move(*before);
                 break;
             }
-            seconds_per_sample_ = seconds_since(start) / static_cast<double>(pass.count());
+            seconds_per_path_ = seconds_since(start) / (static_cast<double>(pass.count()) * pixels_);
             invalid += faults;
             done = pass.end;
         }
@@ -166,25 +179,24 @@ private:
 
     // As many samples a pixel as the last pass promises to fit.
     [[nodiscard]] std::uint64_t pass_samples() const {
-        if (seconds_per_sample_ <= 0.0) return 1;
-        return static_cast<std::uint64_t>(
-            std::clamp(std::floor(pass_seconds / seconds_per_sample_), 1.0, static_cast<double>(samples_per_block)));
+        if (seconds_per_path_ <= 0.0) return 1;
+        return static_cast<std::uint64_t>(std::clamp(
+            std::floor(pass_seconds / (seconds_per_path_ * pixels_)), 1.0, static_cast<double>(samples_per_block)));
     }
 
     // False if a stop request cut it short; the film is then spoilt.
     bool render_pass(SampleRange pass, const std::stop_token& stop, Progress& progress, std::uint64_t& faults) {
-        const std::uint32_t pixels = tables_.settings.width * tables_.settings.height;
         const auto samples = static_cast<std::uint32_t>(pass.count());
         // Small images are cut finer, so that every thread has its share.
         const std::uint32_t share =
-            std::max(1u, pixels / (8u * static_cast<std::uint32_t>(std::max(1, arena_.max_concurrency()))));
+            std::max(1u, pixels_ / (8u * static_cast<std::uint32_t>(std::max(1, arena_.max_concurrency()))));
         const std::uint32_t batch_pixels = std::clamp(batch_paths / samples, 1u, share);
-        const std::uint32_t batches = (pixels - 1) / batch_pixels + 1;
+        const std::uint32_t batches = (pixels_ - 1) / batch_pixels + 1;
         std::atomic<std::uint64_t> invalid{0};
         parallel_for(arena_, batches, [&](std::uint32_t index) {
             if (stop.stop_requested()) return;
             const std::uint32_t first = index * batch_pixels;
-            const Batch batch{first, std::min(batch_pixels, pixels - first), pass.begin, samples};
+            const Batch batch{first, std::min(batch_pixels, pixels_ - first), pass.begin, samples, listed_};
             Worker<Real, effects, Shade>& worker = workers_.local();
             worker.radiance.resize(batch.paths());
             worker.tracer.run(batch, worker.radiance, stop);
@@ -225,7 +237,9 @@ private:
     tbb::enumerable_thread_specific<Worker<Real, effects, Shade>> workers_;
     tbb::global_control thread_limit_;  // else no more threads than processors
     tbb::task_arena arena_;
-    double seconds_per_sample_ = 0.0;
+    std::span<const std::uint32_t> listed_;  // of the render in hand; empty: all pixels
+    std::uint32_t pixels_ = 0;               // so many
+    double seconds_per_path_ = 0.0;
     static constexpr std::uint64_t nowhere = std::numeric_limits<std::uint64_t>::max();
     Film film_;
     std::uint64_t summed_to_ = nowhere;  // the sample up to which the film's sums go

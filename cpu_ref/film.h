@@ -15,6 +15,8 @@ public:
     // `values`: pixels times channels.
     Film(Accumulation accumulation, std::size_t values) : accumulation_(accumulation), values_(values) {}
 
+    // Before a block: of so many values.
+    void resize(std::size_t values) { values_ = values; }
     // The sums of a block are zero; plain ones may go on from the block before.
     void begin_block(bool goes_on);
     // Adds one sample's x >= 0 to value i; different values may be added to by different threads.

@@ -166,6 +166,8 @@ public:
                 "the oracle has the integrators path and next_event alone; bidirectional has the same mean, whitted "
                 "leaves light out");
         refuse_choices(settings);
+        if (settings.sampling == Sampling::adaptive)
+            throw UnsupportedError("the oracle gives every pixel as many samples; leave out --sampling");
         static_cast<void>(effects_to_simulate(scene, settings, EffectSet::all(), "oracle"));  // it has no variants
         const std::optional<Scene> changed = changed_by(settings, scene);
         return std::make_unique<OracleJob>(changed ? *changed : scene, settings, threads_);

@@ -20,12 +20,14 @@
 
 namespace tandem::cpu {
 
-// Samples [first_sample, first_sample + sample_count) of pixels [first_pixel, first_pixel + pixel_count), all samples
-// in one block of 64, so that their upper 32 bits agree.
+// Samples [first_sample, first_sample + sample_count) of pixels [first_pixel, first_pixel + pixel_count), of all or of
+// those that are listed, all samples in one block of 64, so that their upper 32 bits agree.
 struct Batch {
     std::uint32_t first_pixel = 0, pixel_count = 0;
     std::uint64_t first_sample = 0;
     std::uint32_t sample_count = 0;
+    std::span<const std::uint32_t> listed = {};  // empty: all
+    [[nodiscard]] std::uint32_t pixel(std::uint32_t place) const { return listed.empty() ? place : listed[place]; }
     [[nodiscard]] std::uint32_t paths() const { return pixel_count * sample_count; }
 };
 
@@ -235,7 +237,7 @@ void PathTracer<Real, effects, Recorder, Shade>::refill() {
         id.sample_high = I(static_cast<U>(batch_.first_sample >> 32));
         for (std::uint32_t i = 0; i < width; ++i) {
             const std::uint32_t path = next_path_ + std::min(i, count - 1);
-            id.pixel.v[i] = batch_.first_pixel + path / batch_.sample_count;
+            id.pixel.v[i] = batch_.pixel(batch_.first_pixel + path / batch_.sample_count);
             id.sample_low.v[i] = static_cast<std::uint32_t>(batch_.first_sample) + path % batch_.sample_count;
         }
         CameraFrame<V> frame = camera_at_rest(tables_.camera);

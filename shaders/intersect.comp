@@ -4,6 +4,7 @@
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require
 #include "settings.glsl"
+#include "pixel_list.glsl"
 #define LOOPS_OVER_PRIMITIVES
 #include "scene_set.glsl"
 #include "ray_state.glsl"
@@ -41,8 +42,7 @@ void main() {
 #endif
     const vec3 origin = uintBitsToFloat(start.xyz);
     if (has_entity_motion)
-        ray_time = path_time(
-            settings.first_pixel + (settings.segment == 0 ? i : throughputs_in[i].w), settings.sample_index);
+        ray_time = path_time(pixel_at(settings.segment == 0 ? i : throughputs_in[i].w), settings.sample_index);
     uint flags = 0;
     if (has_light_sampling && (word & ray_shadow) != 0u) {
         const uvec4 shadow = shadows[i];

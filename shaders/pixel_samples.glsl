@@ -53,7 +53,7 @@ void render_pixel(uint place) {
     for (uint channel = 0; channel < 3; ++channel)
         sums[channel] = begins ? Sums(0.0) : sums_in[channel * settings.pixel_count + place];
     uint done = 0, invalid_here = 0;
-    Path path = begin_path(settings.first_pixel + place, done);
+    Path path = begin_path(pixel_at(place), done);
     while (true) {
         if (done == settings.sample_count) {
             ++done;

@@ -2,6 +2,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "settings.glsl"
+#include "pixel_list.glsl"
 #include "random.glsl"
 #include "time.glsl"
 #include "sampling.glsl"
@@ -19,7 +20,7 @@ layout(std430, set = 2, binding = 13) writeonly restrict buffer Queues { RayQueu
 void main() {
     const uint i = gl_GlobalInvocationID.x;
     if (i >= settings.pixel_count) return;
-    const uint pixel = settings.first_pixel + i;
+    const uint pixel = pixel_at(i);
     const float time = has_camera_motion ? path_time(pixel, settings.sample_index) : 0.0;
     const Ray ray = first_ray(pixel, settings.sample_index, time);
     origins_out[i] = uvec4(floatBitsToUint(ray.origin), no_slot);

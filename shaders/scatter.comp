@@ -3,6 +3,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "settings.glsl"
+#include "pixel_list.glsl"
 #include "random.glsl"
 #include "time.glsl"
 #include "sampling.glsl"
@@ -107,7 +108,7 @@ void main() {
     if (carries_radiance && k > 0) radiance = radiances_in[i].rgb;
     if (has_light_sampling && (hit.x & hit_lit) != 0u) radiance += contributions_in[i].rgb;
     const uvec4 carried = k == 0 ? uvec4(floatBitsToUint(vec3(1.0)), i) : throughputs_in[i];
-    const uint place = carried.w, pixel = settings.first_pixel + place;
+    const uint place = carried.w, pixel = pixel_at(place);
     if (has_light_sampling && slot == hit_ended) {
         samples[place] = vec4(radiance, 0.0);
         leave_place();

@@ -72,6 +72,7 @@ layout(push_constant, std430) uniform Settings {
     uint first_invocation;  // its dispatch's share of the tile's invocations
     uint invocations;
     uint keeps_sums;  // a block's first sample is added to those of the block before
+    uint listed;      // the tile's pixels are those of a list (pixel_list.glsl)
 #if defined(PARAMETERS_ADDRESS)
 };
 layout(push_constant, std430) uniform SettingsAddress { Settings settings; };
@@ -89,12 +90,12 @@ uint sphere_total() { return fixed_spheres == told ? settings.sphere_count : fix
 
 #include "planted.glsl"
 
-#ifdef DOUBLE_SHADING
 // Both, without a branch on `told` alone. Mesa's lavapipe makes kernels anew, in every dispatch, for the value of each
 // branch on nothing but uniforms, and keeps them: milliseconds and half a megabyte each. So where `told` is uniform,
 // `own` is what always holds of a number that the thread has.
 bool both(bool told, bool own) { return bool(uint(told) & uint(own)); }
 
+#ifdef DOUBLE_SHADING
 const double pi = 3.14159265358979324lf;
 #else
 const float pi = 3.14159265358979;

@@ -34,6 +34,7 @@
 #include "single.glsl"
 #include "film.glsl"
 #include "pixel_blocks.glsl"
+#include "pixel_list.glsl"
 #include "pixel_samples.glsl"
 
 #endif

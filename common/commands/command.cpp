@@ -175,6 +175,12 @@ void add_render_options(CLI::App& command, RenderOptions& options) {
             "with the samples); default: double on the cpu, compensated on vulkan")
         ->check(CLI::IsMember(std::vector<std::string>(accumulation_names.begin(), accumulation_names.end())));
     command
+        .add_option("--sampling", options.sampling,
+            "uniform (as many samples for every pixel) or adaptive (the more the noisier its neighbours, without a "
+            "bias; "
+            "--samples is then the mean); default: uniform, but render --target-error tries both")
+        ->check(CLI::IsMember(std::vector<std::string>(sampling_names.begin(), sampling_names.end())));
+    command
         .add_option("--fresnel", options.fresnel,
             "Reflectance of all translucent materials: exact or schlick (default: each one's own)")
         ->check(CLI::IsMember({"exact", "schlick"}));
@@ -246,9 +252,18 @@ RenderSettings settings_from(const RenderOptions& options, const Scene& scene) {
         settings.effects = needed_effects(scene, settings).united(effects_named(options.effects));
     if (options.bounces) settings.bounces = *options.bounces;
     if (options.roulette) settings.roulette_start = *options.roulette == 0 ? no_roulette : *options.roulette;
+    if (!options.sampling.empty())
+        settings.sampling =
+            static_cast<Sampling>(std::ranges::find(sampling_names, options.sampling) - sampling_names.begin());
     settings.seed = options.seed;
     settings.intersection = intersection_from(options);
     return settings;
+}
+
+void refuse_adaptive_sampling(const RenderOptions& options) {
+    if (options.sampling == sampling_names[static_cast<std::size_t>(Sampling::adaptive)])
+        throw InputError(
+            "--sampling adaptive: is of render and cost alone; here every pixel has as many samples, so leave it out");
 }
 
 std::optional<Precision> precision_from(const std::string& name) {
@@ -310,8 +325,10 @@ void check_outputs(const std::vector<std::string>& outputs, const std::vector<st
 }
 
 void check_memory(const RenderSettings& settings) {
-    // A pass in hand, the copy that a stop falls back on, the runs so far, their totals, and the image made of them.
-    constexpr std::uint64_t bytes_per_pixel = 5 * channel_count * sizeof(Moments);
+    // A pass in hand, the copy that a stop falls back on, the runs so far, their totals, and the image made of them. Of
+    // adaptive sampling the sums of its passes too.
+    const std::uint64_t planes = settings.sampling == Sampling::adaptive ? 6 : 5;
+    const std::uint64_t bytes_per_pixel = planes * channel_count * sizeof(Moments);
     const std::uint64_t needed = std::uint64_t{settings.width} * settings.height * bytes_per_pixel;
     const std::uint64_t there = memory_bytes();
     constexpr double gibibyte = 0x1p30;

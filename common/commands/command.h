@@ -71,12 +71,16 @@ struct RenderOptions {
     double epsilon = IntersectionSettings{}.epsilon;
     std::string generator{generator_names[0]}, fresnel;  // fresnel: empty, the materials' own
     std::string accumulation;                            // empty: the backend's own
+    std::string sampling;                                // empty: uniform, or as a target error chooses
     std::optional<double> clamp;
 };
 void add_render_options(CLI::App& command, RenderOptions& options);
 
 // The scene's own settings, changed by the options. Throws InputError.
 [[nodiscard]] RenderSettings settings_from(const RenderOptions& options, const Scene& scene);
+
+// Throws InputError for adaptive sampling, which is render's and cost's alone.
+void refuse_adaptive_sampling(const RenderOptions& options);
 
 // A name of precision_names; empty to nothing. Throws InputError.
 [[nodiscard]] std::optional<Precision> precision_from(const std::string& name);

@@ -146,6 +146,7 @@ void print_report(const std::string& scene, const RendererInfo& info, const Spec
 ExitStatus effects(const EffectsArguments& arguments, const CommandContext& context) {
     if (arguments.options.effects != "needed")
         throw InputError("--effects: this command holds the needed effects against all; leave the option out");
+    refuse_adaptive_sampling(arguments.options);
     const Scene scene = load_scene(arguments.scene);
     const RenderSettings settings = settings_from(arguments.options, scene);
     check_memory(settings);

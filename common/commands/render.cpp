@@ -1,6 +1,7 @@
 // tandem render: one image by one backend.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <filesystem>
@@ -45,16 +46,17 @@ std::string progress_text(const RenderProgress& progress) {
 // What the image file says of itself, and most of what --json says.
 nlohmann::json describe(const RenderArguments& arguments, const RenderSettings& settings, const RendererInfo& info,
     const Scene& scene, const StoppedRender& result) {
-    const double paths = static_cast<double>(result.estimate.count() * result.estimate.pixel_count());
+    const auto paths = static_cast<double>(result.film.paths());
     nlohmann::json report{{"scene", scene.name}, {"backend", info.backend}, {"device", info.device},
         {"driver", info.driver}, {"api", info.api}, {"width", settings.width}, {"height", settings.height},
-        {"samples", result.estimate.count()}, {"seed", settings.seed},
+        {"samples", std::llround(result.film.count())}, {"seed", settings.seed},
         {"integrator", integrator_name(settings.integrator)}, {"mis", settings.mis}, {"bounces", settings.bounces},
+        {"sampling", sampling_names[static_cast<std::size_t>(settings.sampling)]},
         {"precision", arguments.precision.empty() ? "default" : arguments.precision},
         {"triangle_kernel", arguments.options.triangle_kernel}, {"convex_kernel", arguments.options.convex_kernel},
         {"guard", arguments.options.guard}, {"generator", arguments.options.generator}, {"seconds", result.seconds},
         {"paths", paths}, {"paths_per_second", result.seconds > 0.0 ? paths / result.seconds : 0.0},
-        {"invalid_samples", result.estimate.invalid()}, {"complete", result.complete}};
+        {"invalid_samples", result.film.invalid}, {"complete", result.complete}};
     report["accumulation"] =
         accumulation_names[static_cast<std::size_t>(settings.accumulation.value_or(info.accumulation))];
     if (arguments.options.clamp) report["clamp"] = *arguments.options.clamp;
@@ -66,15 +68,19 @@ nlohmann::json describe(const RenderArguments& arguments, const RenderSettings& 
         report["relative_error_high"] = result.relative_error_interval->high;
     }
     if (result.device_seconds) report["device_seconds"] = *result.device_seconds;
+    if (settings.sampling == Sampling::adaptive) {
+        report["samples_least"] = std::ranges::min(result.film.counts);
+        report["samples_most"] = std::ranges::max(result.film.counts);
+    }
     return report;
 }
 
 void write_output(
-    const RenderArguments& arguments, const nlohmann::json& report, const Estimate& estimate, bool independent) {
+    const RenderArguments& arguments, const nlohmann::json& report, const FilmMoments& film, bool independent) {
     std::map<std::string, std::string> metadata;
     for (const auto& [key, value] : report.items())
         metadata["tandem:" + key] = value.is_string() ? value.get<std::string>() : value.dump();
-    const Image image = image_of(estimate, metadata, independent);
+    const Image image = image_of(film, metadata, independent);
     if (std::filesystem::path(arguments.output).extension() == ".png")
         write_png(arguments.output, image, arguments.exposure);
     else
@@ -84,9 +90,11 @@ void write_output(
 // For a target error also chooses what the user has left open of `settings`.
 std::unique_ptr<RenderJob> prepare(const RenderArguments& arguments, const Scene& scene, Renderer& renderer,
     const StoppingRule& rule, RenderSettings& settings, const CommandContext& context) {
-    const OpenSettings open{
-        .integrator = arguments.options.integrator.empty(), .roulette = !arguments.options.roulette.has_value()};
-    if (!rule.relative_error || (!open.integrator && !open.roulette)) return renderer.prepare(scene, settings);
+    const OpenSettings open{.integrator = arguments.options.integrator.empty() && settings.mis,  // else: --mis off
+        .roulette = !arguments.options.roulette.has_value(),
+        .sampling = arguments.options.sampling.empty()};
+    if (!rule.relative_error || (!open.integrator && !open.roulette && !open.sampling))
+        return renderer.prepare(scene, settings);
     constexpr double share = 0.1, most = 5.0;  // of the time, seconds
     const double seconds = rule.seconds ? std::min(most, share * *rule.seconds) : most;
     SettingsChoice choice = choose_settings(scene, settings, open, renderer, seconds, context.stop);
@@ -97,7 +105,7 @@ std::unique_ptr<RenderJob> prepare(const RenderArguments& arguments, const Scene
                 trial.options.empty() ? "the scene's own settings" : trial.options,
                 trial.cost / choice.trials.front().cost, &trial == &choice.trials[choice.chosen] ? ", chosen" : "");
     if (choice.chosen > 0)
-        fmt::print("settings chosen for the target error: {} (--integrator and --roulette fix them)\n",
+        fmt::print("settings chosen for the target error: {} (--integrator, --roulette and --sampling fix them)\n",
             choice.trials[choice.chosen].options);
     return std::move(choice.job);
 }
@@ -109,6 +117,12 @@ std::string error_text(const StoppedRender& result) {
         text += fmt::format(" ({:.2g} to {:.2g} %)", 100.0 * result.relative_error_interval->low,
             100.0 * result.relative_error_interval->high);
     return text;
+}
+
+std::string samples_text(const FilmMoments& film) {
+    const auto [least, most] = std::ranges::minmax(film.counts);
+    if (least == most) return fmt::format("{}", least);
+    return fmt::format("{:.0f} ({} to {})", film.count(), least, most);
 }
 
 ExitStatus render(const RenderArguments& arguments, const CommandContext& context) {
@@ -139,23 +153,24 @@ ExitStatus render(const RenderArguments& arguments, const CommandContext& contex
     StoppedRender result;
     {
         ProgressLine line;
-        result = render_until(*job, rule, context.stop, [&](RenderProgress progress) {
+        const auto tell = [&](RenderProgress progress) {
             if (!independent) progress.relative_error.reset();
             line.update(progress.fraction, progress_text(progress));
-        });
+        };
+        result = render_until(*job, rule, context.stop, tell, settings.sampling);
     }
     if (!independent) result.relative_error.reset();
-    if (result.estimate.count() == 0) throw Error("stopped before a sample of every pixel was done; nothing to write");
+    if (result.film.count() == 0.0) throw Error("stopped before a sample of every pixel was done; nothing to write");
 
     const nlohmann::json report = describe(arguments, settings, renderer->info(), scene, result);
-    write_output(arguments, report, result.estimate, independent);
+    write_output(arguments, report, result.film, independent);
     write_json(context, report);
-    fmt::print("{}: {} samples a pixel in {:.2f} s, {:.3g} Mpaths/s{}{}\n", arguments.output, result.estimate.count(),
+    fmt::print("{}: {} samples a pixel in {:.2f} s, {:.3g} Mpaths/s{}{}\n", arguments.output, samples_text(result.film),
         result.seconds, report.at("paths_per_second").get<double>() / 1e6, error_text(result),
         result.complete ? "" : " (stopped early)");
-    if (result.estimate.invalid() > 0) {
-        fmt::print(stderr, "tandem: {} samples were not finite or negative (MODEL.md section 12)\n",
-            result.estimate.invalid());
+    if (result.film.invalid > 0) {
+        fmt::print(
+            stderr, "tandem: {} samples were not finite or negative (MODEL.md section 12)\n", result.film.invalid);
         return ExitStatus::disagree;
     }
     if (!result.complete && !context.stop.stop_requested()) {
@@ -195,7 +210,8 @@ void add_how_long(CLI::App& command, RenderArguments& arguments) {
     command.add_option("--time", arguments.seconds, "Seconds to render for, at most")->check(above_zero(most_seconds));
     command.add_option("--target-error", arguments.target_error,
         "Stop when the root mean square standard error of the pixels, relative to the image mean, is below this: 5%. "
-        "What --integrator and --roulette leave open is chosen by a short trial, within what gives the same image");
+        "What --integrator, --roulette and --sampling leave open is chosen by a short trial, within what gives the "
+        "same image");
 }
 
 }  // namespace

@@ -133,6 +133,7 @@ std::vector<DeviceSelfTest> self_tests_of(std::initializer_list<Renderer*> sides
 }
 
 RenderSettings verification_settings_from(const RenderOptions& options, const Scene& scene) {
+    refuse_adaptive_sampling(options);
     RenderSettings settings = settings_from(options, scene);
     if (options.size.empty()) {
         const RenderSettings small = verification_settings(scene);

@@ -124,7 +124,7 @@ Bias bias_of(const ArmTrials& arm, const CostReference& reference) {
 }
 
 // V at the greatest sample count, and half of its log interval: by the samples of each pixel where they are
-// independent, which uses all of them; else by the scatter between replicates alone.
+// independent (`scattered`), which uses all of them; else by the scatter between replicates alone.
 struct Noise {
     double variance = 0.0, log_half = 0.0;
 };
@@ -135,8 +135,8 @@ double between_replicates(const ArmTrials& arm) {
         sum += std::max(0.0, arm.sum_of_squares[i] - arm.sum[i] * arm.sum[i] / r) / (r - 1.0);
     return sum / static_cast<double>(arm.sum.size());
 }
-Noise noise_of(const ArmTrials& arm, bool independent) {
-    const bool by_samples = independent && arm.samples.back() > 1;
+Noise noise_of(const ArmTrials& arm, bool scattered) {
+    const bool by_samples = scattered && arm.samples.back() > 1;
     std::vector<double> values = at_level(arm, &Replicate::squared_errors, arm.samples.size() - 1);
     Noise noise;
     if (by_samples) {
@@ -231,7 +231,8 @@ ArmFigures figures_of(const CostArm& arm, const ArmTrials& samples, const CostRe
     const double common = product_error(reference);
     ArmFigures figures;
     figures.arm = arm;
-    figures.independent = arm.settings.render.generator != Generator::sobol;
+    const bool scattered = arm.settings.render.generator != Generator::sobol;  // samples of a pixel tell its error
+    figures.independent = scattered && arm.settings.render.sampling == Sampling::uniform;
     figures.replicates = samples.replicates.size();
     figures.invalid = samples.invalid;
     for (std::size_t level = 0; level < samples.samples.size(); ++level) {
@@ -247,7 +248,7 @@ ArmFigures figures_of(const CostArm& arm, const ArmTrials& samples, const CostRe
     const Bias bias = bias_of(samples, reference);
     figures.squared_bias = {scale * bias.square.value, scale * bias.square.low, scale * bias.square.high};
     figures.floor_p = bias.p;
-    const Noise noise = noise_of(samples, figures.independent);
+    const Noise noise = noise_of(samples, scattered);
     figures.variance = scale * noise.variance;
     figures.log_half_of_variance = noise.log_half;
     // Rounding alone parts equal images by this much: it is no noise.
@@ -391,7 +392,13 @@ namespace {
 bool exclude_each_other(const CostArm& a, const CostArm& b) {
     const auto ends_paths = [](const CostArm& arm) { return arm.knob == "bounces" || arm.knob == "roulette"; };
     const auto finds_light = [](const CostArm& arm) { return arm.knob == "integrator" || arm.knob == "mis"; };
-    return a.knob == b.knob || (ends_paths(a) && ends_paths(b)) || (finds_light(a) && finds_light(b));
+    // Adaptive sampling refuses what hides the scatter of a pixel's samples (check_sampling).
+    const auto clash = [](const CostArm& one, const CostArm& other) {
+        return one.knob == "sampling" &&
+               (other.setting == "sobol" || other.setting == "bidirectional" || other.setting == "plain");
+    };
+    return a.knob == b.knob || (ends_paths(a) && ends_paths(b)) || (finds_light(a) && finds_light(b)) || clash(a, b) ||
+           clash(b, a);
 }
 
 }  // namespace

@@ -31,7 +31,7 @@ struct TimeToError {
 
 struct ArmFigures {
     CostArm arm;
-    bool independent = true;  // samples are: V(n) = s^2 / n
+    bool independent = true;  // samples are, and as many in every pixel: V(n) = s^2 / n
     std::size_t replicates = 0;
     std::vector<CostPoint> points;
     Estimated squared_bias;               // b^2; may come out below 0 by chance. See bias_of

@@ -6,6 +6,7 @@
 #include <chrono>
 #include <numeric>
 
+#include "common/adaptive_sampling.h"
 #include "common/error.h"
 
 namespace tandem {
@@ -43,8 +44,13 @@ std::vector<SettingsTrial> candidates(const Scene& scene, const RenderSettings& 
     return all;
 }
 
-// Variance of a sample times its seconds, of at least `least_samples` and about `seconds`. Nothing after a stop.
-std::optional<double> cost_of(RenderJob& job, double seconds, std::stop_token stop) {
+struct Trial {
+    double cost = 0.0;               // variance of a sample times its seconds
+    std::optional<double> adaptive;  // what adaptive sampling makes of it, a factor
+};
+
+// Of at least `least_samples` and about `seconds`. Nothing after a stop.
+std::optional<Trial> trial_of(RenderJob& job, double seconds, std::stop_token stop) {
     const auto render = [&](std::uint64_t samples) {
         return job.render({trial_begin, trial_begin + samples}, {.stop = stop, .progress = {}});
     };
@@ -56,8 +62,38 @@ std::optional<double> cost_of(RenderJob& job, double seconds, std::stop_token st
     result = render(samples);
     if (result.estimate.count() < samples) return std::nullopt;
     const std::vector<double> variances = variance_of(result.estimate);
-    return std::accumulate(variances.begin(), variances.end(), 0.0) / static_cast<double>(variances.size()) *
-           result.seconds / static_cast<double>(samples);
+    const double variance =
+        std::accumulate(variances.begin(), variances.end(), 0.0) / static_cast<double>(variances.size());
+    return Trial{variance * result.seconds / static_cast<double>(samples), foretold_error_ratio(result.estimate)};
+}
+
+bool may_adapt(const RenderSettings& settings) {
+    RenderSettings adaptive = settings;
+    adaptive.sampling = Sampling::adaptive;
+    try {
+        check_sampling(adaptive);
+    } catch (const UnsupportedError&) {
+        return false;
+    }
+    return settings.sampling == Sampling::uniform;
+}
+
+// The chosen settings with adaptive sampling, as one more trial, and as the choice if it is clearly better.
+void try_adaptive(const Scene& scene, double ratio, Renderer& renderer, SettingsChoice& choice) {
+    SettingsTrial trial = choice.trials[choice.chosen];
+    trial.settings.sampling = Sampling::adaptive;
+    trial.options += trial.options.empty() ? "--sampling adaptive" : " --sampling adaptive";
+    trial.cost *= ratio;
+    choice.trials.push_back(trial);
+    if (!(ratio < clearly_better)) return;
+    try {
+        choice.job = renderer.prepare(scene, trial.settings);
+    } catch (const UnsupportedError&) {
+        choice.trials.pop_back();
+        return;
+    }
+    choice.settings = trial.settings;
+    choice.chosen = choice.trials.size() - 1;
 }
 
 }  // namespace
@@ -69,9 +105,10 @@ SettingsChoice choose_settings(const Scene& scene, const RenderSettings& given, 
     choice.job = renderer.prepare(scene, given);
     choice.settings = given;
     const std::vector<SettingsTrial> all = candidates(scene, given, open);
-    if (all.size() < 2) return choice;
+    if (all.size() < 2 && !(open.sampling && may_adapt(given))) return choice;
     const double each = seconds / (2.0 * static_cast<double>(all.size()));  // half of the time, as jobs take some too
     double least = 0.0;
+    std::optional<double> adaptive;  // of the choice
     for (const SettingsTrial& one : all) {
         const bool first = choice.trials.empty();
         if (!first && (now() - start > seconds || stop.stop_requested())) break;
@@ -81,19 +118,22 @@ SettingsChoice choose_settings(const Scene& scene, const RenderSettings& given, 
         } catch (const UnsupportedError&) {
             continue;  // not an alternative here
         }
-        const auto cost = cost_of(first ? *choice.job : *job, each, stop);
-        if (!cost) break;
+        const auto trial = trial_of(first ? *choice.job : *job, each, stop);
+        if (!trial) break;
         choice.trials.push_back(one);
-        choice.trials.back().cost = *cost;
+        choice.trials.back().cost = trial->cost;
         if (first) {
-            least = *cost * clearly_better;
-        } else if (*cost < least) {
-            least = *cost;
+            least = trial->cost * clearly_better;
+            adaptive = trial->adaptive;
+        } else if (trial->cost < least) {
+            least = trial->cost;
+            adaptive = trial->adaptive;
             choice.chosen = choice.trials.size() - 1;
             choice.job = std::move(job);
             choice.settings = one.settings;
         }
     }
+    if (open.sampling && adaptive && may_adapt(choice.settings)) try_adaptive(scene, *adaptive, renderer, choice);
     choice.seconds = now() - start;
     return choice;
 }

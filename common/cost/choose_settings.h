@@ -16,12 +16,14 @@ namespace tandem {
 struct OpenSettings {
     bool integrator = true;  // path against next-event
     bool roulette = true;    // where it may end a path, within the same bounces
+    bool sampling = true;    // uniform against adaptive
 };
 
 struct SettingsTrial {
     RenderSettings settings;
     std::string options;  // of `tandem render`; empty: the given ones
-    double cost = 0.0;    // variance of one sample x its seconds; 0 where a trial saw no noise
+    double cost = 0.0;    // variance of one sample x its seconds; 0 where a trial saw no noise. Of adaptive sampling
+                          // as foretold of the trial that it would change
 };
 
 struct SettingsChoice {
@@ -33,7 +35,8 @@ struct SettingsChoice {
 };
 
 // The given settings and every alternative get a trial of equal length, on random numbers that the render does not use;
-// the alternative must be better by a tenth, as trials are short. Ends trying others after `seconds` or a stop.
+// the alternative must be better by a tenth, as trials are short. Whether to sample adaptively is asked of the best of
+// them. Ends trying others after `seconds` or a stop.
 [[nodiscard]] SettingsChoice choose_settings(const Scene& scene, const RenderSettings& given, const OpenSettings& open,
     Renderer& renderer, double seconds, std::stop_token stop);
 

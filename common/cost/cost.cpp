@@ -57,16 +57,17 @@ std::string sentence_on_floor(const ArmFigures& arm, const ArmFigures& baseline)
     return "";
 }
 
-std::string sentence_on_cost(const ArmFigures& arm) {
-    if (arm.variance == 0.0) return "not there at all";
+std::string sentence_on_noise(const ArmFigures& arm) {
+    if (arm.variance == 0.0) return "there is no noise";
+    const std::string down = "the noise is down ";
     if (!arm.cost_differs) {
         // An interval a side, not corrected for the many: it bounds what was not found.
         const double seen = std::max(arm.cost_ratio.high, 1.0 / std::max(arm.cost_ratio.low, 1e-9)) - 1.0;
-        return fmt::format("as soon as the baseline's, to {}", percent(seen));
+        return down + fmt::format("as soon as the baseline's, to {}", percent(seen));
     }
     if (arm.cost_ratio.value < 1.0)
-        return fmt::format("{} times sooner than the baseline's", factor(inverse(arm.cost_ratio)));
-    return fmt::format("{} times later than the baseline's", factor(arm.cost_ratio));
+        return down + fmt::format("{} times sooner than the baseline's", factor(inverse(arm.cost_ratio)));
+    return down + fmt::format("{} times later than the baseline's", factor(arm.cost_ratio));
 }
 
 const Confirmation* confirmation_of(const CostReport& report, double error) {
@@ -188,8 +189,8 @@ std::vector<std::string> recommendations(const CostReport& report) {
             continue;
         }
         const std::string floor = sentence_on_floor(arm, baseline);
-        sentences.push_back(fmt::format("{}: a sample takes {} times the baseline's time; the noise is down {}{}{}.",
-            arm.arm.name(), factor(arm.time_ratio), sentence_on_cost(arm), floor.empty() ? "" : "; it ", floor));
+        sentences.push_back(fmt::format("{}: a sample takes {} times the baseline's time; {}{}{}.", arm.arm.name(),
+            factor(arm.time_ratio), sentence_on_noise(arm), floor.empty() ? "" : "; it ", floor));
     }
     return sentences;
 }

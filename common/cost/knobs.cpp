@@ -123,7 +123,8 @@ void add_samplings(std::vector<KnobSetting>& all, const Scene& scene, const ArmS
             [generator](ArmSettings& arm) { arm.render.generator = generator; }, ""});
     }
     // What the backend does by itself, where nothing is asked for.
-    const Accumulation own = backend == "vulkan" ? Accumulation::compensated : Accumulation::in_double;
+    const bool in_double = backend != "vulkan" || baseline.backend.precision == Precision::double_precision;
+    const Accumulation own = in_double ? Accumulation::in_double : Accumulation::compensated;
     for (std::size_t i = 0; i < accumulation_names.size(); ++i) {
         const auto accumulation = static_cast<Accumulation>(i);
         if (accumulation == baseline.render.accumulation.value_or(own)) continue;
@@ -131,6 +132,13 @@ void add_samplings(std::vector<KnobSetting>& all, const Scene& scene, const ArmS
         all.push_back({"accumulation", name, "--accumulation " + name,
             [accumulation](ArmSettings& arm) { arm.render.accumulation = accumulation; }, "",
             accumulation != Accumulation::plain});
+    }
+    for (std::size_t i = 0; i < sampling_names.size(); ++i) {
+        const auto sampling = static_cast<Sampling>(i);
+        if (sampling == baseline.render.sampling) continue;
+        const std::string name(sampling_names[i]);
+        all.push_back({"sampling", name, "--sampling " + name,
+            [sampling](ArmSettings& arm) { arm.render.sampling = sampling; }, ""});
     }
     for (const double means : {4.0, 16.0, 64.0}) {
         const std::string setting = fmt::format("{:g} means", means);
@@ -181,6 +189,7 @@ ArmSettings reference_settings(const Scene& scene, const ArmSettings& baseline, 
     reference.render.clamp = std::numeric_limits<double>::infinity();
     reference.render.fresnel.reset();
     reference.render.accumulation.reset();
+    reference.render.sampling = Sampling::uniform;
     reference.backend = BackendOptions{};
     if (reference_backend == "cpu") reference.backend.precision = Precision::double_precision;
     return reference;

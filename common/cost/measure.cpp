@@ -5,7 +5,9 @@
 #include <cmath>
 #include <numeric>
 #include <random>
+#include <utility>
 
+#include "common/adaptive_sampling.h"
 #include "common/error.h"
 #include "common/validation/error_metrics.h"
 
@@ -131,35 +133,39 @@ std::vector<std::uint64_t> levels_for(double seconds_a_sample, double share) {
     return levels;
 }
 
-double mean_variance(const Estimate& estimate) {
-    const PixelValues variances = variance_of(estimate);
-    return std::accumulate(variances.begin(), variances.end(), 0.0) / static_cast<double>(variances.size());
+double mean_variance(const FilmMoments& film) {
+    const PixelValues variances = variance_of(film);
+    double sum = 0.0;
+    for (std::size_t i = 0; i < variances.size(); ++i)
+        sum += variances[i] * film.count() / static_cast<double>(film.counts[i / channel_count]);
+    return sum / static_cast<double>(variances.size());
 }
 
 // One replicate; nothing after a stop. Counts of whole blocks continue each other, smaller ones are renders of their
 // own.
-bool render_replicate(
-    RenderJob& job, std::uint64_t round, const CostReference& reference, const CostControl& control, ArmTrials& arm) {
+bool render_replicate(RenderJob& job, Sampling sampling, std::uint64_t round, const CostReference& reference,
+    const CostControl& control, ArmTrials& arm) {
     const std::uint64_t begin = (arm.first_replicate + arm.replicates.size()) << replicate_shift;
     Replicate replicate;
     replicate.round = round;
-    Estimate whole;
+    std::optional<GrowingFilm> film;
     double seconds = 0.0;
+    std::uint64_t invalid = 0;
     PixelValues image;
     for (const std::uint64_t samples : arm.samples) {
-        const bool ragged = samples % samples_per_block != 0;
-        const std::uint64_t from = begin + (ragged || whole.pixel_count() == 0 ? 0 : whole.count());
-        auto result = render_all(job, {from, begin + samples}, control);
-        if (!result) return false;
-        seconds = from == begin ? result->seconds : seconds + result->seconds;
-        arm.invalid += result->estimate.invalid();
-        if (ragged || from == begin)
-            whole = std::move(result->estimate);
-        else
-            whole.merge(std::move(result->estimate));
-        image = mean_of(whole);
-        if (samples == arm.samples.back() && samples > 1) replicate.sample_variance = mean_variance(whole);
-        if (ragged) whole = Estimate();
+        if (!film) {
+            film.emplace(job, sampling, begin);
+            seconds = 0.0;
+            invalid = 0;
+        }
+        const GrowingFilm::Growth growth = film->grow_to(samples, {.stop = control.stop, .progress = {}});
+        if (!growth.complete) return false;
+        seconds += growth.seconds;
+        const FilmMoments now = film->film();
+        arm.invalid += now.invalid - std::exchange(invalid, now.invalid);
+        image = mean_of(now);
+        if (samples == arm.samples.back() && samples > 1) replicate.sample_variance = mean_variance(now);
+        if (samples % samples_per_block != 0) film.reset();
         const Errors errors = errors_of(image, reference);
         replicate.seconds.push_back(seconds);
         replicate.squared_errors.push_back(errors.square);
@@ -288,8 +294,8 @@ void CostExperiment::measure(
         std::shuffle(taking_part.begin(), taking_part.end(), order);
         for (const std::size_t i : taking_part) {
             tell(control, (now_by(control) - start) / seconds, arms_[i].name());
-            if (!render_replicate(
-                    *jobs_[i], round, samples.reference, control, samples_named(samples, arms_[i].name())))
+            if (!render_replicate(*jobs_[i], arms_[i].settings.render.sampling, round, samples.reference, control,
+                    samples_named(samples, arms_[i].name())))
                 return;
         }
         if (control.save) control.save(samples);

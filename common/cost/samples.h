@@ -33,7 +33,9 @@ struct Replicate {
     std::vector<double> seconds;                  // wall clock, by sample count
     std::vector<double> squared_errors;           // mean over pixels and channels, by sample count
     std::vector<double> relative_squared_errors;  // each over reference^2 + ErrorMetrics::epsilon
-    double sample_variance = 0.0;  // of one sample, mean over pixels and channels, as the samples of a pixel show it
+    // Of one sample, mean over pixels and channels, as the samples of a pixel show it; of adaptive sampling, that of
+    // the mean times the samples a pixel.
+    double sample_variance = 0.0;
 };
 
 struct ArmTrials {

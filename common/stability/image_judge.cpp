@@ -39,10 +39,9 @@ void judge_image(const HardCase& hard_case, Renderer& renderer, Precision precis
     rule.samples = hard_case.samples;
     rule.seconds = std::max(seconds, 0.1);
     const StoppedRender render = render_until(*job, rule, stop, {});
-    const Estimate& estimate = render.estimate;
-    const auto pixels = static_cast<double>(estimate.pixel_count()), samples = static_cast<double>(estimate.count());
+    const auto pixels = static_cast<double>(render.film.pixel_count()), samples = render.film.count();
     if (!(samples >= 1.0)) throw UnsupportedError("not a sample of every pixel was done in the time");
-    const std::vector<double> mean = mean_of(estimate);
+    const std::vector<double> mean = mean_of(render.film);
     const double ulp = precision == Precision::double_precision ? 0x1p-52 : 0x1p-23;
     const double rounding = result.bound * ulp;  // the arm's
     Deviation deviation;
@@ -63,7 +62,7 @@ void judge_image(const HardCase& hard_case, Renderer& renderer, Precision precis
         deviation.take(std::abs(sum / pixels), rounding + sigmas * std::sqrt(variance / pixels));
     }
     result.rays = static_cast<std::uint64_t>(pixels * samples);
-    result.false_hits = estimate.invalid();
+    result.false_hits = render.film.invalid;
     result.worst_ulp = deviation.relative / ulp;
     result.bound = deviation.allowed / ulp;
     result.nanoseconds_per_ray = 1e9 * render.seconds / (pixels * samples);

@@ -263,10 +263,18 @@ class Commands(unittest.TestCase):
         self.assertGreater(told["relative_error_high"], told["relative_error"])
         if told["integrator"] != "next-event" or "roulette" in told:
             self.assertIn("settings chosen for the target error: --", result.stdout)
-        result = tandem(*arguments, "--integrator", "path", "--roulette", "0")
+        result = tandem(*arguments, "--integrator", "path", "--roulette", "0", "--sampling", "uniform")
         self.assertEqual(result.returncode, 0, result.stderr)
         self.assertEqual(json.loads(figures.read_text())["integrator"], "path")
         self.assertNotIn("settings chosen", result.stdout)
+
+    def test_a_target_error_does_not_bring_mis_back(self):
+        figures = self.folder / "out.json"
+        # A ball under an even sky: paths have next to no noise, next events without MIS have.
+        result = tandem("render", self.changed("/render", {"integrator": "next-event"}), "-o", self.folder / "out.pfm",
+                        "--target-error", "5%", "--mis", "off", "--json", figures)
+        self.assertEqual(result.returncode, 0, result.stderr)
+        self.assertEqual(json.loads(figures.read_text())["integrator"], "next-event")
 
     def test_mis_can_be_left_out_of_next_events_alone(self):
         figures = self.folder / "out.json"
@@ -288,6 +296,42 @@ class Commands(unittest.TestCase):
                 self.assertEqual(json.loads(figures.read_text())["accumulation"], accumulation or own)
         self.refused(tandem(*render, "--backend", "oracle", "--accumulation", "plain"), "oracle", "--accumulation")
         self.refused(tandem(*render, "--accumulation", "kahan"), "--accumulation")
+
+    def test_adaptive_sampling_is_a_setting_of_both_backends(self):
+        figures, out = self.folder / "out.json", self.folder / "out.exr"
+        render = ["render", SCENES / "cornell-classic.json", "-o", out, "--size", "24", "--integrator", "next-event", "--json",
+                  figures, "--sampling", "adaptive"]
+        for backend in ["cpu", "vulkan"]:
+            result = tandem(*render, "--samples", "192", "--backend", backend)
+            self.assertEqual(result.returncode, 0, result.stderr)
+            told = json.loads(figures.read_text())
+            self.assertEqual((told["sampling"], told["samples"]), ("adaptive", 192))
+            self.assertAlmostEqual(told["paths"] / (192 * told["width"] * told["height"]), 1.0, places=2)
+            self.assertGreaterEqual(told["samples_least"], 192 / 4)
+            self.assertLess(told["samples_least"], 192)
+            self.assertGreater(told["samples_most"], 2 * 192)
+            self.assertIn(f"192 ({told['samples_least']} to {told['samples_most']}) samples a pixel", result.stdout)
+        result = tandem(*render, "--target-error", "20%")
+        self.assertEqual(result.returncode, 0, result.stderr)
+        told = json.loads(figures.read_text())
+        self.assertLessEqual(told["relative_error"], 0.2)
+        self.assertGreater(told["samples_most"], told["samples_least"])
+        self.assertLess(told["relative_error_low"], told["relative_error"])
+        # Counts that differ are no obstacle to comparing.
+        other = self.folder / "other.exr"
+        tandem("render", SCENES / "cornell-classic.json", "-o", other, "--size", "24", "--integrator", "next-event", "--samples",
+               "512", "--seed", "3")
+        self.assertIn(tandem("compare", out, "vs", other).returncode, [0, 3])
+
+    def test_adaptive_sampling_is_refused_with_the_reason_where_it_is_not_to_be_had(self):
+        render = ["render", self.scene, "-o", self.folder / "out.exr", "--sampling", "adaptive"]
+        self.refused(tandem(*render, "--generator", "sobol"), "Sobol")
+        self.refused(tandem(*render, "--integrator", "bidirectional"), "bidirectional")
+        self.refused(tandem(*render, "--accumulation", "plain"), "plain")
+        self.refused(tandem(*render, "--backend", "oracle"), "oracle", "--sampling")
+        self.refused(tandem(*render, "--backend", "vulkan", "--kernel", "fragment"), "--kernel")
+        for command in [["verify", self.scene], ["effects", self.scene], ["trace", self.scene, "--pixel", "0,0"]]:
+            self.refused(tandem(*command, "--sampling", "adaptive"), "--sampling", "render and cost")
 
     def test_sobol_samples_tell_no_error(self):
         figures = self.folder / "out.json"
@@ -328,17 +372,20 @@ class Commands(unittest.TestCase):
 
     def test_interrupt_keeps_what_was_rendered(self):
         out, figures = self.folder / "out.exr", self.folder / "out.json"
-        with subprocess.Popen([TANDEM, "render", SCENES / "cornell-classic.json", "-o", out, "--size", "64", "--samples",
-                               "1000000", "--json", figures], stderr=subprocess.PIPE, text=True) as running:
-            time.sleep(2.0)
-            for _ in range(2):  # as timeout(1) does, to the process and to its group
-                running.send_signal(signal.SIGTERM)
-                time.sleep(0.2)
-            self.assertEqual(running.wait(timeout=30), 0, running.stderr.read())
-        report = json.loads(figures.read_text())
-        self.assertFalse(report["complete"])
-        self.assertGreater(report["samples"], 0)
-        self.assertTrue(out.exists())
+        for sampling in ["uniform", "adaptive"]:
+            with subprocess.Popen([TANDEM, "render", SCENES / "cornell-classic.json", "-o", out, "--size", "64", "--samples",
+                                   "1000000", "--sampling", sampling, "--json", figures], stderr=subprocess.PIPE,
+                                  text=True) as running:
+                time.sleep(2.0)
+                for _ in range(2):  # as timeout(1) does, to the process and to its group
+                    running.send_signal(signal.SIGTERM)
+                    time.sleep(0.2)
+                self.assertEqual(running.wait(timeout=30), 0, running.stderr.read())
+            report = json.loads(figures.read_text())
+            self.assertFalse(report["complete"])
+            self.assertGreater(report["samples"], 0)
+            self.assertTrue(out.exists())
+            out.unlink()
 
     def test_wrong_arguments_say_what_is_wrong_and_where_to_read(self):
         self.refused(tandem(), "no command is named; there are render, verify")
@@ -497,6 +544,7 @@ class Commands(unittest.TestCase):
         self.assertIn(told["samples_to_pay"], (0, None))
         self.assertEqual(len(told["not_allocated"]), 1)
         self.assertIn("compiled with the program", result.stdout)
+        self.assertNotIn("or later", result.stdout)
         self.refused(tandem("effects", self.scene, "--effects", "all"), "--effects")
 
     def test_effects_tells_what_is_not_compiled_allocated_and_dispatched(self):
@@ -512,6 +560,7 @@ class Commands(unittest.TestCase):
         self.assertIsNone(told["specialised"]["variant"])
         self.assertEqual(len(told["specialised"]["kernel_seconds_each"]), 2)
         self.assertGreater(told["general"]["kernel_seconds"], 0)
+        self.assertIn("or later: a driver that keeps kernels", result.stdout)
 
     def test_unknown_effects_are_refused_with_the_known_ones(self):
         self.refused(tandem("render", self.scene, "-o", self.folder / "a.png", "--effects", "lens,magic"), "magic", "lens")
@@ -563,10 +612,18 @@ class Commands(unittest.TestCase):
         self.assertEqual(result.returncode, 0, result.stderr)
         self.assertEqual(len(json.loads(again.read_text())["raw"]), kept + 3)
 
+    def test_bench_shares_its_makings_among_processes(self):
+        out = self.folder / "out.json"
+        result = tandem("bench", "--scene", self.scene, "--family", "waiting", "--size", "8x8", "--time", "60", "--narrow",
+                        "0.9", "--makings", "2", "--processes", "5", "--json", out)
+        self.assertEqual(result.returncode, 0, result.stderr)
+        self.assertEqual(len(json.loads(out.read_text())["raw"]), 2)
+
     def test_bench_refuses_what_it_does_not_know(self):
         self.refused(tandem("bench", "--scene", self.scene, "--family", "magic"), "magic", "memory")
         self.refused(tandem("bench", "--scene", self.scene, "--arm", "magic"), "magic")
         self.refused(tandem("bench", "--scene", self.scene, "--size", "12"), "--size")
+        self.refused(tandem("bench", "--scene", self.scene, "--list", "--seed", "-1"), "--seed")
         self.refused(tandem("bench", "--scene", self.scene, "--method", "thesis", "--family", "memory"), "--method")
         self.refused(tandem("bench", "--scene", self.folder / "none.json"), "none.json")
         listed = tandem("bench", "--scene", self.scene, "--list")
@@ -652,7 +709,18 @@ class Commands(unittest.TestCase):
         listed = tandem("cost", self.scene, "--list")
         self.assertEqual(listed.returncode, 0)
         self.assertIn("--integrator next-event", listed.stdout)
+        self.assertIn("--sampling adaptive", listed.stdout)
         self.assertIn("no triangles", listed.stdout)
+
+    def test_cost_measures_adaptive_sampling(self):
+        for backend, seconds in [("cpu", 2), ("vulkan", 10)]:  # on lavapipe a submission of one sample takes milliseconds
+            figures = self.folder / "cost.json"
+            result = tandem("cost", self.scene, "--size", "8", "--time", seconds, "--knob", "sampling", "--backend", backend,
+                            "--no-cache", "--json", figures)
+            self.assertEqual(result.returncode, 0, result.stderr)
+            arms = {(arm["knob"], arm["setting"]): arm for arm in json.loads(figures.read_text())["arms"]}
+            self.assertEqual(arms["sampling", "adaptive"]["options"], "--sampling adaptive")
+            self.assertFalse(arms["sampling", "adaptive"]["bias_floor_significant"])
 
     def test_help_of_every_command_has_examples(self):
         for command in ["render", "verify", "compare", "effects", "bench", "cost", "devices"]:

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdint>
 #include <functional>
+#include <numeric>
 #include <utility>
 
 #include "common/renderer.h"
@@ -50,33 +51,44 @@ public:
         : settings_(settings), sampler_(std::move(sampler)), strays_(strays) {}
 
     RenderResult render(SampleRange range, const RenderControl& control) override {
+        std::vector<std::uint32_t> all(std::size_t{settings_.width} * settings_.height);
+        std::iota(all.begin(), all.end(), 0u);
+        return render_film(range, all, settings_.width, settings_.height, control);
+    }
+    RenderResult render_pixels(
+        SampleRange range, std::span<const std::uint32_t> pixels, const RenderControl& control) override {
+        if (settings_.sampling != Sampling::adaptive) return RenderJob::render_pixels(range, pixels, control);
+        return render_film(range, pixels, static_cast<std::uint32_t>(pixels.size()), 1, control);
+    }
+
+private:
+    RenderResult render_film(SampleRange range, std::span<const std::uint32_t> pixels, std::uint32_t width,
+        std::uint32_t height, const RenderControl& control) const {
         RenderResult result;
-        result.estimate = Estimate(settings_.width, settings_.height);
+        result.estimate = Estimate(width, height);
         for (std::uint64_t begin = range.begin; begin < range.end && !control.stop.stop_requested();
              begin += samples_per_block) {
             const SampleRange block{begin, std::min(range.end, begin + samples_per_block)};
-            result.estimate.add_block(block, plane(block, result.estimate));
+            result.estimate.add_block(block, plane(block, pixels, result.estimate));
             if (control.progress) control.progress(static_cast<double>(block.end - range.begin));
         }
         result.seconds = 1e-6 * static_cast<double>(range.count());
         return result;
     }
 
-private:
-    Estimate::Plane plane(SampleRange block, Estimate& estimate) const {
+    Estimate::Plane plane(SampleRange block, std::span<const std::uint32_t> pixels, Estimate& estimate) const {
         Estimate::Plane moments(estimate.pixel_count() * channel_count);
-        for (std::uint64_t pixel = 0; pixel < estimate.pixel_count(); ++pixel)
+        for (std::size_t place = 0; place < pixels.size(); ++place)
             for (std::uint64_t sample = block.begin; sample < block.end; ++sample) {
+                const std::uint32_t pixel = pixels[place];
                 SampleRandom random = random_of(pixel, sample);
-                const auto x = static_cast<std::uint32_t>(pixel % settings_.width);
-                const auto y = static_cast<std::uint32_t>(pixel / settings_.width);
-                const Radiance radiance = sampler_(x, y, random);
+                const Radiance radiance = sampler_(pixel % settings_.width, pixel / settings_.width, random);
                 bool valid = true;
                 for (const double value : radiance) valid = valid && std::isfinite(value) && value >= 0.0;
                 if (!valid) estimate.add_invalid(1);
                 for (std::size_t c = 0; valid && c < channel_count; ++c) {
-                    moments[pixel * channel_count + c].sum += radiance[c];
-                    moments[pixel * channel_count + c].sum_of_squares += radiance[c] * radiance[c];
+                    moments[place * channel_count + c].sum += radiance[c];
+                    moments[place * channel_count + c].sum_of_squares += radiance[c] * radiance[c];
                 }
             }
         return moments;

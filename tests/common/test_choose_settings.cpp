@@ -50,7 +50,7 @@ TEST_CASE("the settings of least variance times time are chosen, and the job is 
     CHECK(choice.settings.roulette_start == no_roulette);
     CHECK(choice.trials.at(choice.chosen).options == "--integrator next-event");
     CHECK(choice.trials.at(choice.chosen).cost == doctest::Approx(0.25 * choice.trials.front().cost).epsilon(0.1));
-    CHECK(choice.trials.size() == 4);  // with roulette from 1, and without that from 4
+    CHECK(choice.trials.size() == 5);  // with roulette from 1, and without that from 4; adaptive sampling of the best
     const double variance = variance_of(choice.job->render({0, 4096}).estimate).front();
     CHECK(variance == doctest::Approx(0.25).epsilon(0.2));
 }

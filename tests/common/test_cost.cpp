@@ -365,6 +365,26 @@ TEST_CASE("cost: a mix has a limit of bounces or roulette, whichever is better, 
     const std::vector<ArmFigures> lights{figure("baseline", "", 1.0), figure("integrator", "next-event", 0.8),
         figure("mis", "off", 0.7), figure("generator", "hash", 0.9)};
     CHECK(best_settings(lights) == std::vector<std::size_t>{2, 3});
+    const std::vector<ArmFigures> noise{figure("baseline", "", 1.0), figure("generator", "sobol", 0.6),
+        figure("sampling", "adaptive", 0.5), figure("integrator", "next-event", 0.8)};
+    CHECK(best_settings(noise) == std::vector<std::size_t>{2, 3});  // which refuses Sobol points
+}
+
+TEST_CASE("cost: of a setting without noise it is said that there is none") {
+    CostPoint point;
+    point.samples = 4;
+    point.seconds = {1.0, 1.0, 1.0};
+    CostReport report;
+    for (const double variance : {0.25, 0.0, 0.5}) {
+        ArmFigures& arm = report.figures.emplace_back();
+        arm.arm.knob = "bounces";
+        arm.points.push_back(point);
+        arm.variance = variance;
+    }
+    const std::vector<std::string> sentences = recommendations(report);
+    const std::string without = sentences.at(sentences.size() - 2), with = sentences.back();
+    CHECK(without.find("time; there is no noise.") != std::string::npos);
+    CHECK(with.find("; the noise is down as soon as the baseline's") != std::string::npos);
 }
 
 TEST_CASE("cost: leaving out MIS brings next events with it, and other integrators bring MIS") {
@@ -394,9 +414,11 @@ TEST_CASE("cost: leaving out MIS brings next events with it, and other integrato
 
 TEST_CASE(
     "cost: ways of adding samples up are arms, but for the backend's own, and plain sums are not taken for safe") {
-    const auto names = [](const std::string& backend) {
+    const auto names = [](const std::string& backend, Precision precision = Precision::single_precision) {
         std::vector<std::string> found;
-        for (const KnobSetting& one : knob_settings(Scene{}, ArmSettings{}, backend, 1.0)) {
+        ArmSettings baseline;
+        baseline.backend.precision = precision;
+        for (const KnobSetting& one : knob_settings(Scene{}, baseline, backend, 1.0)) {
             if (one.knob != "accumulation") continue;
             CHECK(one.options == "--accumulation " + one.setting);
             CHECK(one.keeps_estimate == (one.setting != "plain"));
@@ -406,6 +428,7 @@ TEST_CASE(
     };
     CHECK(names("cpu") == std::vector<std::string>{"plain", "compensated"});
     CHECK(names("vulkan") == std::vector<std::string>{"plain", "double"});
+    CHECK(names("vulkan", Precision::double_precision) == std::vector<std::string>{"plain", "compensated"});
 }
 
 TEST_CASE("cost: the best settings of several knobs are measured together") {

@@ -133,16 +133,22 @@ std::vector<BufferSpec> ray_specs(const std::optional<PathState>& path, std::uin
     return specs;
 }
 
-std::vector<BufferSpec> image_specs(std::uint64_t pixels) {
+constexpr std::uint64_t list_bytes = sizeof(std::uint32_t);  // a pixel, where lists are rendered
+
+// The halves of the sums; the counters and, behind them, a list of pixels.
+std::vector<BufferSpec> image_specs(std::uint64_t pixels, std::uint64_t listed) {
     const BufferSpec sums{pixels * sums_per_pixel * element, Usage::eStorageBuffer | Usage::eTransferSrc};
-    return {sums, sums, {element, Usage::eStorageBuffer | Usage::eTransferSrc | Usage::eTransferDst}};
+    return {
+        sums, sums, {element + listed * list_bytes, Usage::eStorageBuffer | Usage::eTransferSrc | Usage::eTransferDst}};
 }
 
-std::vector<BufferSpec> upload_specs(const SceneData& scene) {
+// The list of pixels is the last.
+std::vector<BufferSpec> upload_specs(const SceneData& scene, std::uint64_t listed) {
     std::vector<BufferSpec> specs;
     for (const SceneBuffer& buffer : scene_list(scene))
         if (buffer.data != nullptr && buffer.bytes > 0) specs.push_back({buffer.bytes, Usage::eTransferSrc});
     specs.push_back({camera_of(scene).bytes, Usage::eTransferSrc});
+    specs.push_back({listed * list_bytes, Usage::eTransferSrc});
     return specs;
 }
 
@@ -155,14 +161,14 @@ std::array<BufferSpec, 1> camera_specs(const SceneData& scene) {
 }
 
 SharedMemory shared_memory(const SceneData& scene, const std::optional<PathState>& path, std::uint32_t bounces,
-    std::uint32_t pixels, MemoryLayout memory) {
+    std::uint32_t pixels, MemoryLayout memory, std::uint32_t listed) {
     SharedMemory shared;
     if (memory != MemoryLayout::one_block) return shared;
     shared.reserve(MemoryDomain::device, scene_specs(scene));
     shared.reserve(MemoryDomain::device, camera_specs(scene));
     shared.reserve(MemoryDomain::device, ray_specs(path, pixels, bounces));
-    shared.reserve(MemoryDomain::device, image_specs(pixels));
-    shared.reserve(MemoryDomain::upload, upload_specs(scene));
+    shared.reserve(MemoryDomain::device, image_specs(pixels, listed));
+    shared.reserve(MemoryDomain::upload, upload_specs(scene, listed));
     shared.reserve(MemoryDomain::readback, readback_specs(pixels));
     return shared;
 }
@@ -224,13 +230,15 @@ std::vector<vk::DescriptorBufferInfo> ray_arrays(const BufferGroup& rays) {
 }  // namespace
 
 FrameResources::FrameResources(const Device& device, const SceneData& scene, const std::optional<PathState>& path,
-    std::uint32_t bounces, std::uint32_t tile_pixels, MemoryLayout memory)
-    : shared_(shared_memory(scene, path, bounces, tile_pixels, memory)),
+    std::uint32_t bounces, std::uint32_t tile_pixels, MemoryLayout memory, bool lists_pixels)
+    : shared_(shared_memory(scene, path, bounces, tile_pixels, memory, lists_pixels ? tile_pixels : 0)),
       scene_(device, MemoryDomain::device, scene_specs(scene), layout_of(memory, false), &shared_),
       camera_(device, MemoryDomain::device, camera_specs(scene), layout_of(memory, false), &shared_),
       rays_(device, MemoryDomain::device, ray_specs(path, tile_pixels, bounces), layout_of(memory, true), &shared_),
-      image_(device, MemoryDomain::device, image_specs(tile_pixels), layout_of(memory, true), &shared_),
-      upload_(device, MemoryDomain::upload, upload_specs(scene), layout_of(memory, false), &shared_),
+      image_(device, MemoryDomain::device, image_specs(tile_pixels, lists_pixels ? tile_pixels : 0),
+          layout_of(memory, true), &shared_),
+      upload_(device, MemoryDomain::upload, upload_specs(scene, lists_pixels ? tile_pixels : 0),
+          layout_of(memory, false), &shared_),
       readback_(device, MemoryDomain::readback, readback_specs(tile_pixels), layout_of(memory, false), &shared_) {
     const auto stage = [&](const void* data, vk::DeviceSize bytes, std::size_t buffer) {
         std::memcpy(upload_.mapped(uploads_.size()), data, bytes);
@@ -274,7 +282,18 @@ void FrameResources::record_upload(const vk::raii::CommandBuffer& commands) cons
 }
 
 void FrameResources::record_clear_counters(const vk::raii::CommandBuffer& commands) const {
-    commands.fillBuffer(image_[2], image_.offset(2), image_.bytes(2), 0);
+    commands.fillBuffer(image_[2], image_.offset(2), element, 0);
+}
+
+void FrameResources::set_pixel_list(std::span<const std::uint32_t> pixels) {
+    std::memcpy(upload_.mapped(upload_.size() - 1), pixels.data(), pixels.size_bytes());
+}
+
+void FrameResources::record_pixel_list(const vk::raii::CommandBuffer& commands, std::uint32_t pixels) const {
+    const std::size_t list = upload_.size() - 1;
+    commands.copyBuffer(upload_[list], image_[2],
+        vk::BufferCopy(upload_.offset(list), image_.offset(2) + element, pixels * list_bytes));
+    barrier(commands, transfer_write, compute_access);
 }
 
 void FrameResources::record_download(
@@ -296,8 +315,8 @@ FrameResources::Counters FrameResources::downloaded_counters() const {
     return counters;
 }
 
-std::vector<JobFacts::Part> buffer_parts(
-    const SceneData& scene, const std::optional<PathState>& path, std::uint32_t bounces, std::uint32_t tile_pixels) {
+std::vector<JobFacts::Part> buffer_parts(const SceneData& scene, const std::optional<PathState>& path,
+    std::uint32_t bounces, std::uint32_t tile_pixels, bool lists_pixels) {
     std::vector<JobFacts::Part> parts;
     const auto add = [&](const std::string& name, std::uint64_t bytes) {
         if (bytes > 0) parts.push_back({name, bytes});
@@ -311,6 +330,7 @@ std::vector<JobFacts::Part> buffer_parts(
         add(list[i].name, tile_pixels * list[i].bytes * (is_ping_ponged(i) ? 2 : 1));
     if (path) add("ray-queues", (std::uint64_t{bounces} + 2) * ray_queue_bytes);
     add("sums", 2 * sums_per_pixel * element * tile_pixels);
+    if (lists_pixels) add("pixel-list", list_bytes * tile_pixels);
     return parts;
 }
 

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <array>
+#include <span>
 
 #include "vulkan/renderer/scene_data.h"
 #include "vulkan/renderer/stages.h"
@@ -16,8 +17,9 @@ inline constexpr vk::DeviceSize ray_queue_bytes = 16;
 class FrameResources {
 public:
     // `tile_pixels`: pixels that are in flight at a time. `path`: what is kept of them in buffers; none: nothing.
+    // `lists_pixels`: there is room for a list of them.
     FrameResources(const Device& device, const SceneData& scene, const std::optional<PathState>& path,
-        std::uint32_t bounces, std::uint32_t tile_pixels, MemoryLayout memory);
+        std::uint32_t bounces, std::uint32_t tile_pixels, MemoryLayout memory, bool lists_pixels = false);
 
     // What the bindings of a set point to; the halves of Rays and Image by their parity, or, of Rays, both as arrays.
     static constexpr std::uint32_t both_parities = 2;
@@ -35,6 +37,9 @@ public:
     void record_upload(const vk::raii::CommandBuffer& commands) const;
     // Sets the counters to 0.
     void record_clear_counters(const vk::raii::CommandBuffer& commands) const;
+    // The pixels of a tile, for record_pixel_list to copy to the device (shaders/pixel_list.glsl).
+    void set_pixel_list(std::span<const std::uint32_t> pixels);
+    void record_pixel_list(const vk::raii::CommandBuffer& commands, std::uint32_t pixels) const;
     // Copies the sums that parity `sum_parity` reads, and the counters, to the host.
     void record_download(
         const vk::raii::CommandBuffer& commands, std::uint32_t sum_parity, std::uint32_t tile_pixels) const;
@@ -55,8 +60,8 @@ private:
 };
 
 // What the buffers hold, by name, in bytes, the tables of a scene part by part; buffers that hold nothing are left out.
-[[nodiscard]] std::vector<JobFacts::Part> buffer_parts(
-    const SceneData& scene, const std::optional<PathState>& path, std::uint32_t bounces, std::uint32_t tile_pixels);
+[[nodiscard]] std::vector<JobFacts::Part> buffer_parts(const SceneData& scene, const std::optional<PathState>& path,
+    std::uint32_t bounces, std::uint32_t tile_pixels, bool lists_pixels);
 // Bytes that a path keeps from one vertex to the next: ray, throughput and what else PathState says.
 [[nodiscard]] std::uint64_t bytes_per_path(const std::optional<PathState>& path);
 // Bytes of device memory for each pixel in flight.

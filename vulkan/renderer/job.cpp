@@ -93,7 +93,8 @@ Specialisation specialise(const Device& device, const Scene& described, const Sc
         count(scene.sphere_count), count(scene.cuboid_count), trees.triangles, trees.spheres, trees.cuboids,
         to_distance(settings.ray_min), to_distance(settings.ray_max), fault, settings.intersection, false,
         std::isfinite(settings.clamp) ? std::optional(static_cast<float>(settings.clamp)) : std::nullopt,
-        settings.generator, settings.mis, settings.accumulation == Accumulation::plain};
+        settings.generator, settings.mis, settings.accumulation == Accumulation::plain,
+        settings.sampling == Sampling::adaptive};
 }
 
 SceneData flatten_for(
@@ -116,6 +117,7 @@ RenderSettings checked(RenderSettings settings) {
     if (!(settings.ray_min >= 0.0) || !(settings.ray_max >= settings.ray_min))
         throw InputError("the interval of ray distances is empty or begins below 0; use 0 <= ray_min <= ray_max");
     check_kernels(settings.intersection);
+    check_sampling(settings);
     if (settings.bounces >= 1u << 28) throw InputError("more than 2^28 bounces have no random numbers; ask for fewer");
     return settings;
 }
@@ -173,7 +175,7 @@ VulkanJob::VulkanJob(const Instance& instance, const Device& device, Stages& sta
       pipelines_(stages.pipelines(specialisation_, form())),
       tile_pixels_(std::min(tile_size(device, part().pixel_count, kept_),
           patterns.tile_pixels > 0 ? patterns.tile_pixels : std::numeric_limits<std::uint32_t>::max())),
-      resources_(device, scene_, kept_, settings_.bounces, tile_pixels_, patterns.memory),
+      resources_(device, scene_, kept_, settings_.bounces, tile_pixels_, patterns.memory, specialisation_.lists_pixels),
       bindings_(device, layout_, resources_, patterns),
       ordering_(device, patterns, resources_.written_by_dispatches()),
       submission_(device, patterns),
@@ -184,6 +186,8 @@ VulkanJob::VulkanJob(const Instance& instance, const Device& device, Stages& sta
         throw UnsupportedError(
             "plain sums go on from block to block on the device, where this image does not fit at once; choose a "
             "smaller --size or --accumulation compensated");
+    if (specialisation_.lists_pixels && patterns_.recording == RecordingPattern::pre_recorded)
+        throw UnsupportedError("passes of adaptive sampling differ, so that their commands cannot be pre-recorded");
     if (patterns_.kernel == KernelShape::fragment) prepare_fragments(stages);
     if (patterns_.kernel == KernelShape::ray_tracing) prepare_rays(scene);
     if (patterns_.segments_per_submission > 0) batch_ = patterns_.segments_per_submission;
@@ -193,6 +197,9 @@ VulkanJob::VulkanJob(const Instance& instance, const Device& device, Stages& sta
 void VulkanJob::prepare_fragments(Stages& stages) {
     if (patterns_.recording == RecordingPattern::secondary || patterns_.queue.kind != QueueKind::rendering)
         throw UnsupportedError("render passes begin in primary command buffers, on queues with graphics");
+    if (specialisation_.lists_pixels)
+        throw UnsupportedError(
+            "fragments cover runs of pixels, no lists of them; use another --kernel or --sampling uniform");
     pass_ = &stages.fullscreen_pass();
     framebuffer_ = pass_->make_framebuffer(settings_.width, settings_.height);
 }
@@ -236,6 +243,7 @@ gpu::Settings VulkanJob::stage_settings(Tile tile, std::uint64_t sample) const {
     result.cuboid_count = scene_.cuboid_count;
     result.ray_min = to_distance(settings_.ray_min);
     result.ray_max = to_distance(settings_.ray_max);
+    result.listed = !listed_.empty();
     result.direct_only = settings_.integrator == Integrator::whitted;
     return result;
 }
@@ -274,6 +282,7 @@ enum RecordingKind : std::uint32_t {
     post_processing,
     whole_paths,
     first_whole_paths,
+    listing,
     downloading
 };
 
@@ -291,6 +300,13 @@ void VulkanJob::record_scene(
         scene_.triangle_count + scene_.sphere_count + scene_.cuboid_count);
     // Later barriers order all that was written before; those of single buffers leave out what is written but once.
     if (ordering_.leaves_out_others()) barrier(commands, compute_write, compute_access);
+}
+
+void VulkanJob::add_pixel_list(Tile tile) {
+    resources_.set_pixel_list(listed_.subspan(tile.first_pixel, tile.pixel_count));
+    submission_.add({listing, tile.first_pixel, tile.pixel_count}, [=, this](const vk::raii::CommandBuffer& commands) {
+        resources_.record_pixel_list(commands, tile.pixel_count);
+    });
 }
 
 // The clearing stage, of the half of the sums that is not read, at each block. No barrier: nothing reads what was
@@ -410,12 +426,13 @@ JobFacts VulkanJob::facts() const {
         const std::vector<std::uint32_t> code = optimised_spirv(kernel_code(stage, form()).words, constants);
         facts.kernels.push_back({name, count_instructions(code)});
         facts.bindings.push_back({name, count_bindings(code)});
+        if (is_called(stage)) continue;
         const bool every_segment = stage == Stage::intersect || stage == Stage::scatter;
         const bool places_nothing =
             stage == Stage::vertex && scene_.triangle_count + scene_.sphere_count + scene_.cuboid_count == 0;
         facts.dispatches.push_back({name, every_segment ? segments_ : places_nothing ? 0u : 1u});
     }
-    facts.buffers = buffer_parts(scene_, kept_, settings_.bounces, tile_pixels_);
+    facts.buffers = buffer_parts(scene_, kept_, settings_.bounces, tile_pixels_, specialisation_.lists_pixels);
     facts.bytes_per_path = bytes_per_path(kept_);
     facts.kernel_seconds = pipelines_->seconds;
     return facts;
@@ -426,7 +443,6 @@ void VulkanJob::adapt_batch(double seconds, std::uint64_t segments) {
     const std::uint64_t most = samples_per_block * std::uint64_t{segments_};
     if (seconds < shortest_submission) batch_ = std::clamp<std::uint64_t>(2 * segments, batch_, most);
     if (seconds > longest_submission)
-        if (is_called(stage)) continue;
         batch_ = std::max<std::uint64_t>(
             1, static_cast<std::uint64_t>(static_cast<double>(segments) * shortest_submission / seconds));
 }
@@ -539,13 +555,26 @@ void VulkanJob::collect(Tile tile, Estimate::Plane& plane) {
 }
 
 RenderResult VulkanJob::render(SampleRange range, const RenderControl& control) {
+    listed_ = {};
+    return render_film(range, part(), settings_.width, settings_.height, control);
+}
+
+RenderResult VulkanJob::render_pixels(
+    SampleRange range, std::span<const std::uint32_t> pixels, const RenderControl& control) {
+    if (!specialisation_.lists_pixels) return RenderJob::render_pixels(range, pixels, control);
+    listed_ = pixels;
+    const auto count = static_cast<std::uint32_t>(pixels.size());
+    return render_film(range, {0, count}, count, 1, control);
+}
+
+RenderResult VulkanJob::render_film(
+    SampleRange range, Tile all, std::uint32_t width, std::uint32_t height, const RenderControl& control) {
     if (range.begin % samples_per_block != 0 || range.end < range.begin)
         throw Error(fmt::format(
             "a sample range must begin at a multiple of {} and not end before it begins", samples_per_block));
     const auto start = Clock::now();
-    const Tile all = part();
     const std::uint32_t end = all.first_pixel + all.pixel_count;
-    RenderResult result{Estimate(settings_.width, settings_.height), 0.0, std::nullopt};
+    RenderResult result{Estimate(width, height), 0.0, std::nullopt};
     Progress progress{control};
     std::uint64_t invalid = 0;
     for (SampleRange block{range.begin, 0}; block.begin < range.end && !control.stop.stop_requested();
@@ -557,6 +586,7 @@ RenderResult VulkanJob::render(SampleRange range, const RenderControl& control) 
         for (std::uint32_t first = all.first_pixel; first < end && done > 0; first += tile_pixels_) {
             const Tile tile{first, std::min(tile_pixels_, end - first)};
             progress.tile_share = static_cast<double>(tile.pixel_count) / all.pixel_count;
+            if (!listed_.empty()) add_pixel_list(tile);
             const std::uint64_t done_here = render_tile_block(tile, block, progress);
             progress.samples_before += progress.tile_share * static_cast<double>(done_here);
             const std::uint32_t invalid_now = resources_.downloaded_counters().invalid;

@@ -21,6 +21,8 @@ public:
 
     [[nodiscard]] JobFacts facts() const override;
     [[nodiscard]] RenderResult render(SampleRange range, const RenderControl& control) override;
+    [[nodiscard]] RenderResult render_pixels(
+        SampleRange range, std::span<const std::uint32_t> pixels, const RenderControl& control) override;
     [[nodiscard]] std::vector<PathTrace> trace(std::uint32_t x, std::uint32_t y, SampleRange samples) override;
     // What a window would show next: `samples` samples of every pixel from sample 0 on, left on the device, where
     // render() would fetch sums block by block. `fresh`: scene and camera are sent anew. Throws UnsupportedError where
@@ -32,7 +34,7 @@ public:
     [[nodiscard]] const Specialisation& specialisation() const { return specialisation_; }
 
 private:
-    // A run of pixels that are in flight together.
+    // A run of pixels, or of places in a list of them, that are in flight together.
     struct Tile {
         std::uint32_t first_pixel, pixel_count;
     };
@@ -48,6 +50,9 @@ private:
     [[nodiscard]] std::uint64_t render_tile_block(Tile tile, SampleRange block, Progress& progress);
     [[nodiscard]] std::uint64_t render_by_stages(Tile tile, SampleRange block, Progress& progress);
     [[nodiscard]] std::uint64_t render_by_megakernel(Tile tile, SampleRange block, Progress& progress);
+    // `all`: of the image, or of the list.
+    [[nodiscard]] RenderResult render_film(
+        SampleRange range, Tile all, std::uint32_t width, std::uint32_t height, const RenderControl& control);
     // The pixels that are this job's.
     [[nodiscard]] Tile part() const;
     [[nodiscard]] Specialisation with_parameters(Specialisation specialisation) const;
@@ -61,6 +66,7 @@ private:
     void record_scene(
         const vk::raii::CommandBuffer& commands, const gpu::Settings& settings, std::uint32_t sum_parity) const;
     void add_megakernel(Tile tile, std::uint64_t first_sample, const MegakernelShare& share);
+    void add_pixel_list(Tile tile);
     void add_pre_processing(Tile tile);
     void add_sampling(Tile tile, std::uint64_t sample, std::uint32_t first_segment, std::uint32_t end_segment);
     void add_post_processing(Tile tile, std::uint64_t sample);
@@ -90,6 +96,7 @@ private:
     GeometryPrecision precision_;
     RenderSettings settings_;
     SceneData scene_;
+    std::span<const std::uint32_t> listed_;  // of the render in hand; empty: all pixels
     Specialisation specialisation_;
     std::uint32_t segments_;         // of a sample, that the stages are dispatched for
     std::optional<PathState> kept_;  // from vertex to vertex in buffers

@@ -29,6 +29,7 @@ SubmissionTimes VulkanJob::submit() {
 void VulkanJob::begin_frame(bool fresh) {
     if (patterns_.tile_pixels == 0 && part().pixel_count > tile_pixels_)
         throw UnsupportedError("the image does not fit on the device at once; ask for a smaller one");
+    listed_ = {};
     keeps_sums_ = false;
     summed_to_ = nowhere;
     if (!fresh) return;

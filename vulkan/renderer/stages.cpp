@@ -30,6 +30,7 @@ std::vector<SpecialisationConstant> Specialisation::constants() const {
     result.push_back({26, static_cast<std::uint32_t>(generator)});
     result.push_back({27, mis});
     result.push_back({28, plain_sums});
+    result.push_back({29, lists_pixels});
     if (shaders_hold_planted_bugs()) {
         result.push_back({30, std::bit_cast<std::uint32_t>(static_cast<float>(planted_bug.amount))});
         result.push_back({31, static_cast<std::uint32_t>(planted_bug.bug)});
@@ -264,7 +265,6 @@ std::vector<Stage> kernels_of(KernelShape shape, EffectSet effects) {
     return kernels;
 }
 
-std::shared_ptr<const Stages::Pipelines> Stages::pipelines(
 KernelCode kernel_code(Stage stage, const KernelForm& form) {
     const std::span<const std::uint32_t> variant = shader_variant(stage, form.variant());
     const bool plain = variant.empty();
@@ -275,6 +275,7 @@ KernelCode kernel_code(Stage stage, const KernelForm& form) {
     return {code, plain};
 }
 
+std::shared_ptr<const Stages::Pipelines> Stages::pipelines(
     const Specialisation& specialisation, const KernelForm& form) {
     const std::vector<SpecialisationConstant> constants = specialisation.constants();
     const PipelineLayout& form_layout = layout(form);

@@ -45,6 +45,7 @@ struct Specialisation {
     Generator generator = Generator::philox;
     bool mis = true;
     bool plain_sums = false;
+    bool lists_pixels = false;                            // some dispatches are of lists of pixels
     std::uint32_t workgroup = workgroup_size;             // invocations
     std::vector<SpecialisationConstant> parameters = {};  // ParameterPattern::specialisation's
 
@@ -85,7 +86,6 @@ struct KernelForm {
 // The kernels that a shape dispatches for these effects, in the order in which a frame runs them: without a primitive
 // there is none to place, and nothing to meet.
 [[nodiscard]] std::vector<Stage> kernels_of(KernelShape shape, EffectSet effects);
-
 // Whether the kernel has no dispatch of its own: the ray-tracing pipeline calls it.
 [[nodiscard]] constexpr bool is_called(Stage stage) { return stage > Stage::rt_paths && stage <= Stage::rt_nearest; }
 
@@ -96,6 +96,7 @@ struct KernelCode {
     bool plain;
 };
 [[nodiscard]] KernelCode kernel_code(Stage stage, const KernelForm& form);
+
 // Pipelines are kept per specialisation and form, so that many jobs of one kind build them once.
 class Stages {
 public:

@@ -1,0 +1,19 @@
+// Which pixel is at a place of the tile: the pixels in their order, or those that a pass of adaptive sampling lists
+// (MODEL.md section 11.3).
+#ifndef PIXEL_LIST_GLSL
+#define PIXEL_LIST_GLSL
+
+layout(constant_id = 29) const bool lists_pixels = false;  // some dispatches of the job do
+
+// Behind the counters: another buffer would be one more than every device offers.
+layout(std430, set = 3, binding = 2) readonly restrict buffer PixelList {
+    uint counters_before[4];
+    uint pixel_list[];
+};
+
+uint pixel_at(uint place) {
+    const bool listed = lists_pixels && both(settings.listed != 0, place < settings.pixel_count);
+    return listed ? pixel_list[place] : settings.first_pixel + place;
+}
+
+#endif
