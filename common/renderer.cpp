@@ -42,13 +42,11 @@ void check_sampling(const RenderSettings& settings) {
     if (settings.generator == Generator::sobol)
         throw UnsupportedError(
             "adaptive sampling goes by the scatter of a pixel's samples, which says nothing of the error of Sobol "
-            "points; "
-            "use another --generator or --sampling uniform");
+            "points; use another --generator or --sampling uniform");
     if (settings.integrator == Integrator::bidirectional)
         throw UnsupportedError(
             "a bidirectional sample lights several pixels, so that none can have more samples than another; use "
-            "another "
-            "--integrator or --sampling uniform");
+            "another --integrator or --sampling uniform");
     if (settings.accumulation == Accumulation::plain)
         throw UnsupportedError(
             "plain sums run over all samples of every pixel alike; use another --accumulation or --sampling uniform");

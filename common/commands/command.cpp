@@ -177,8 +177,7 @@ void add_render_options(CLI::App& command, RenderOptions& options) {
     command
         .add_option("--sampling", options.sampling,
             "uniform (as many samples for every pixel) or adaptive (the more the noisier its neighbours, without a "
-            "bias; "
-            "--samples is then the mean); default: uniform, but render --target-error tries both")
+            "bias; --samples is then the mean); default: uniform, but render --target-error tries both")
         ->check(CLI::IsMember(std::vector<std::string>(sampling_names.begin(), sampling_names.end())));
     command
         .add_option("--fresnel", options.fresnel,
@@ -335,8 +334,7 @@ void check_memory(const RenderSettings& settings) {
     if (needed > there)
         throw InputError(
             fmt::format("an image of {} x {} pixels takes at least {:.0f} GiB of memory, of which there are {:.0f}; "
-                        "choose a smaller "
-                        "--size",
+                        "choose a smaller --size",
                 settings.width, settings.height, static_cast<double>(needed) / gibibyte,
                 static_cast<double>(there) / gibibyte));
 }

@@ -55,8 +55,7 @@ void add_common_options(CLI::App& command, CommandContext& context, const std::s
 inline constexpr const char* kernel_help =
     "Vulkan kernels: stages (six, a wavefront), image-stages (six, each over the whole image), megakernel, fragment (a "
     "megakernel in a render pass) or ray-tracing (one whose hits a ray-tracing pipeline finds); default: the fastest "
-    "for "
-    "the device and scene";
+    "for the device and scene";
 
 // Options that say what and how to render, shared by render and verify.
 struct RenderOptions {

@@ -163,8 +163,8 @@ void add_cost_command(CLI::App& app, CommandContext& context) {
         "  tandem cost scenes/glass.json --list\n"
         "The baseline is the scene's own settings, changed by the options given; every other arm changes one knob, and "
         "the last\nones the best of several together; what is recommended is measured anew against its nearest rivals. "
-        "Errors are against a long reference without a bounce limit "
-        "(Russian roulette),\nin double precision on the CPU. Ctrl-C concludes from what is there.");
+        "Errors are\nagainst a long reference without a bounce limit (Russian roulette), in double precision on the "
+        "CPU. Ctrl-C concludes\nfrom what is there.");
     command->callback(
         [&context, arguments] { context.action = [&context, arguments] { return cost(*arguments, context); }; });
 }

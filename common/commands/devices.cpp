@@ -53,8 +53,7 @@ void add_devices_command(CLI::App& app, CommandContext& context) {
     command->add_flag("--self-test", *self_test,
         "Also measure how exactly each computes (+ - * /, fma, roots, sin, cos, exp, log, pow, atan, in ulp), how it "
         "rounds, and what becomes of subnormal numbers, signed zeros, infinities, NaN and `precise`; exit status 1 "
-        "where "
-        "that is less than Vulkan demands");
+        "where that is less than Vulkan demands");
     add_common_options(*command, context,
         "  tandem devices\n  tandem devices -v --json devices.json\n  tandem devices --self-test --json devices.json");
     command->callback([&context, self_test] {

@@ -177,9 +177,8 @@ ExitStatus effects(const EffectsArguments& arguments, const CommandContext& cont
 }  // namespace
 
 void add_effects_command(CLI::App& app, CommandContext& context) {
-    CLI::App* command = app.add_subcommand("effects",
-        "Say which effects a scene calls for and what leaving out the "
-        "others saves");
+    CLI::App* command =
+        app.add_subcommand("effects", "Say which effects a scene calls for and what leaving out the others saves");
     const auto arguments = std::make_shared<EffectsArguments>();
     command->add_option("scene", arguments->scene, "Scene file")->required()->type_name("SCENE");
     command->add_option("--backend", arguments->backend, "cpu or vulkan")

@@ -285,9 +285,8 @@ void add_trace_command(CLI::App& app, CommandContext& context) {
     add_common_options(*command, context,
         "  tandem trace scenes/cornell-thesis.json --size 128 --pixel 64,90 --sample 5\n"
         "  tandem trace scenes/glass.json --pixel 10,20 --backends oracle,cpu --precision double --json path.json\n"
-        "All backends draw the same random numbers, so their paths are one until rounding parts them. Distances are "
-        "in\n"
-        "ulp of single precision. -v prints every backend's figures.");
+        "All backends draw the same random numbers, so their paths are one until rounding parts them.\n"
+        "Distances are in ulp of single precision. -v prints every backend's figures.");
     command->callback(
         [&context, arguments] { context.action = [&context, arguments] { return trace(*arguments, context); }; });
 }

@@ -32,8 +32,7 @@ std::string text_of(const ArmSettings& settings, const RendererInfo& info) {
     const IntersectionSettings& meeting = render.intersection;
     return fmt::format(
         "{}x{} seed {} {} bounces {} roulette {} rays {} {} kernels {} {} {} {} on {} {} {} precision {} {} generator "
-        "{} "
-        "clamp {} fresnel {} mis {} accumulation {} sampling {}",
+        "{} clamp {} fresnel {} mis {} accumulation {} sampling {}",
         render.width, render.height, render.seed, integrator_name(render.integrator), render.bounces,
         render.roulette_start, render.ray_min, render.ray_max, static_cast<int>(meeting.triangles),
         static_cast<int>(meeting.convex), static_cast<int>(meeting.guard), meeting.epsilon, info.backend, info.device,

@@ -29,8 +29,7 @@ std::string reason_of(const LevelResult& level) {
     if (level.name == paired_paths_level)
         return fmt::format(
             "{}: {:.0f} % of the pixels of {} part although both sides draw the same random numbers, p = {:.1e} "
-            "against "
-            "{:.1e}",
+            "against {:.1e}",
             level.name, 100.0 * worst.relative, place(worst), level.p, level.threshold);
     if (level.name.starts_with("closed form"))
         return fmt::format("{}: the mean in {} is off by {:+.2g} % ({:.2g} to {:.2g} %), p = {:.1e} against {:.1e}",
