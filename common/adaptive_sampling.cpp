@@ -13,9 +13,7 @@ namespace tandem {
 
 namespace {
 
-// The number of the passes' first sample, after all that pixels may have alike; and how many either may be.
-constexpr std::uint64_t passes_begin = std::uint64_t{1} << 31, numbers = passes_begin;
-void check_numbers(std::uint64_t samples) {
+void check_numbers(std::uint64_t samples, std::uint64_t numbers) {
     if (samples > numbers)
         throw UnsupportedError("adaptive sampling has no numbers for so many samples; use --sampling uniform");
 }
@@ -52,14 +50,14 @@ std::vector<Value> picked(std::span<const Value> values, std::span<const std::ui
 }
 
 // Whole numbers near the values, whose partial sums are the values' own, rounded.
-std::vector<std::uint32_t> rounded(const std::vector<double>& values) {
-    std::vector<std::uint32_t> result;
+std::vector<std::uint64_t> rounded(const std::vector<double>& values) {
+    std::vector<std::uint64_t> result;
     result.reserve(values.size());
     double sum = 0.0, before = 0.0;
     for (const double value : values) {
         sum += value;
         const double now = std::round(sum);
-        result.push_back(static_cast<std::uint32_t>(now - before));
+        result.push_back(static_cast<std::uint64_t>(now - before));
         before = now;
     }
     return result;
@@ -208,11 +206,11 @@ bool GrowingFilm::render(
 // What pixels lack of `samples` a pixel. Each colour shares out its own, by what the samples that all pixels have alike
 // show of the other's noise: nothing here depends on a pixel's own samples. Counts so far do not either, as they came
 // about in the same way.
-std::vector<std::uint32_t> GrowingFilm::units_to_add(std::uint64_t samples, std::uint64_t unit) const {
+std::vector<std::uint64_t> GrowingFilm::units_to_add(std::uint64_t samples, std::uint64_t unit) const {
     const std::uint32_t width = uniform_.width();
     const std::vector<double> deviations = neighbour_deviations(width, uniform_.height(), pixel_variances(uniform_));
     const double alike = static_cast<double>(uniform_.count()), mean = static_cast<double>(samples);
-    std::vector<std::uint32_t> units(deviations.size(), 0);
+    std::vector<std::uint64_t> units(deviations.size(), 0);
     for (const std::vector<std::uint32_t>& colour : colours(width, deviations.size())) {
         std::vector<double> counts;
         for (const std::uint32_t pixel : colour) counts.push_back(alike + static_cast<double>(more_counts_[pixel]));
@@ -221,7 +219,7 @@ std::vector<std::uint32_t> GrowingFilm::units_to_add(std::uint64_t samples, std:
         std::vector<double> wanted = allocate(picked<double>(deviations, colour), counts, total);
         for (std::size_t i = 0; i < wanted.size(); ++i)
             wanted[i] = std::max(0.0, wanted[i] - counts[i]) / static_cast<double>(unit);
-        const std::vector<std::uint32_t> whole = rounded(wanted);
+        const std::vector<std::uint64_t> whole = rounded(wanted);
         for (std::size_t i = 0; i < whole.size(); ++i) units[colour[i]] = whole[i];
     }
     return units;
@@ -232,15 +230,15 @@ bool GrowingFilm::add_passes(std::uint64_t samples, const RenderControl& control
     const double left = std::max(0.0, static_cast<double>(samples) - samples_);
     const std::uint64_t unit =
         std::max<std::uint64_t>(2, std::bit_floor(static_cast<std::uint64_t>(finest_unit * left)));
-    const std::vector<std::uint32_t> units = units_to_add(samples, unit);
-    const std::uint32_t most = units.empty() ? 0 : *std::ranges::max_element(units);
-    for (std::uint32_t digit = std::bit_floor(most); digit > 0; digit /= 2) {
+    const std::vector<std::uint64_t> units = units_to_add(samples, unit);
+    const std::uint64_t most = units.empty() ? 0 : *std::ranges::max_element(units);
+    for (std::uint64_t digit = std::bit_floor(most); digit > 0; digit /= 2) {
         std::vector<std::uint32_t> pixels;
         for (std::size_t i = 0; i < units.size(); ++i)
             if ((units[i] & digit) != 0) pixels.push_back(static_cast<std::uint32_t>(i));
         if (pixels.empty()) continue;
-        const std::uint64_t begin = first_sample_ + passes_begin + next_more_, count = unit * digit;
-        check_numbers(next_more_ + count);
+        const std::uint64_t begin = first_sample_ + numbers_alike + next_more_, count = unit * digit;
+        check_numbers(next_more_ + count, film_numbers - numbers_alike);
         if (!render({begin, begin + count}, pixels, control, growth)) return false;
         next_more_ += (count + samples_per_block - 1) / samples_per_block * samples_per_block;
     }
@@ -262,7 +260,7 @@ GrowingFilm::Growth GrowingFilm::grow_to(std::uint64_t samples, const RenderCont
         const double left = std::floor((static_cast<double>(samples) - samples_) / samples_per_block);
         wanted = std::min(static_cast<std::uint64_t>(blocks) * samples_per_block,
             alike + static_cast<std::uint64_t>(std::max(0.0, left)) * samples_per_block);
-        check_numbers(wanted);
+        check_numbers(wanted, numbers_alike);
     }
     if (wanted > alike && !render({first_sample_ + alike, first_sample_ + wanted}, {}, here, growth)) return growth;
     if (adapts) {

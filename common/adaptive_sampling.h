@@ -19,6 +19,13 @@ inline constexpr double uniform_share = 0.25;
 [[nodiscard]] std::vector<double> neighbour_deviations(
     std::uint32_t width, std::uint32_t height, std::span<const double> variances);
 
+// Numbers of samples that a film may use from its first one on. The first 2^40, as many as `render --samples` takes,
+// are those of samples that all pixels have alike; the rest is adaptive sampling's, whose noisiest pixel may have a
+// great multiple of the mean.
+inline constexpr unsigned film_numbers_shift = 44;
+inline constexpr std::uint64_t film_numbers = std::uint64_t{1} << film_numbers_shift;
+inline constexpr std::uint64_t numbers_alike = std::uint64_t{1} << 40;
+
 // Counts n_i >= least_i, of sum `total` (at least that of least), that minimise the sum of deviation_i^2 / n_i. Where
 // all deviations are 0, what is left is shared out evenly.
 [[nodiscard]] std::vector<double> allocate(
@@ -52,8 +59,8 @@ private:
 // An image that grows sample by sample, uniformly or adaptively.
 class GrowingFilm {
 public:
-    // `job` must outlive it. Samples are numbered from `first_sample` on, a multiple of samples_per_block, by less than
-    // 2^32.
+    // `job` must outlive it. Samples have numbers of the film_numbers from `first_sample` on, a multiple of
+    // samples_per_block.
     GrowingFilm(RenderJob& job, Sampling sampling, std::uint64_t first_sample = 0)
         : job_(job), sampling_(sampling), first_sample_(first_sample) {}
 
@@ -73,7 +80,7 @@ public:
 private:
     // `pixels`: empty: all. False if it was stopped before its end.
     bool render(SampleRange range, std::span<const std::uint32_t> pixels, const RenderControl& control, Growth& growth);
-    [[nodiscard]] std::vector<std::uint32_t> units_to_add(std::uint64_t samples, std::uint64_t unit) const;
+    [[nodiscard]] std::vector<std::uint64_t> units_to_add(std::uint64_t samples, std::uint64_t unit) const;
     bool add_passes(std::uint64_t samples, const RenderControl& control, Growth& growth);
 
     RenderJob& job_;

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "common/adaptive_sampling.h"
 #include "common/cost/knobs.h"
 #include "common/cost/samples.h"
 
@@ -35,8 +36,9 @@ struct CostControl {
     std::function<double()> now;                   // seconds; empty: the steady clock
 };
 
-// Replicate r of an arm renders the samples from r * 2^32 on: random numbers of its own, whatever the generator.
-inline constexpr unsigned replicate_shift = 32;
+// Replicate r of an arm renders the samples from r * 2^replicate_shift on: random numbers of its own, whatever the
+// generator.
+inline constexpr unsigned replicate_shift = film_numbers_shift;
 inline constexpr std::size_t fewest_replicates = 4;
 
 // Continues `earlier`, or begins, until about `seconds` are spent on it in all (by its own account), or a stop.

@@ -178,6 +178,29 @@ TEST_CASE("where noise is the same everywhere nothing is gained, and little lost
     CHECK_FALSE(foretold_error_ratio(black.render({0, 64}, {}).estimate).has_value());
 }
 
+TEST_CASE("passes have numbers of their own, beyond all samples that a render may be asked for") {
+    struct Recording : SyntheticJob {
+        using SyntheticJob::SyntheticJob;
+        RenderResult render_pixels(
+            SampleRange range, std::span<const std::uint32_t> pixels, const RenderControl& control) override {
+            passes.push_back(range);
+            return SyntheticJob::render_pixels(range, pixels, control);
+        }
+        std::vector<SampleRange> passes;
+    };
+    Recording job(adaptive(16), uneven);
+    constexpr std::uint64_t first = 3 * film_numbers;
+    GrowingFilm film(job, Sampling::adaptive, first);
+    for (const std::uint64_t samples : {64, 256, 1024}) CHECK(film.grow_to(samples, {}).complete);
+    REQUIRE(job.passes.size() > 4);
+    std::uint64_t end = first + (std::uint64_t{1} << 40);  // what --samples takes at most
+    for (const SampleRange& pass : job.passes) {
+        CHECK(pass.begin >= end);
+        end = pass.end;
+    }
+    CHECK(end <= first + film_numbers);
+}
+
 TEST_CASE("a stop keeps the passes that were done, in the mean and in the counts") {
     std::stop_source source;
     std::uint64_t drawn = 0;
