@@ -36,6 +36,9 @@ void check_brightness(const Scene& scene) {
         check_brightness(material.radiance, fmt::format("material '{}'", material.name));
     for (const PunctualLight& light : scene.lights)
         check_brightness(light.intensity, fmt::format("light '{}'", light.name));
+    const Background& sky = scene.background;
+    check_brightness(sky.image ? glm::dvec3(sky.image_scale * std::ranges::max(sky.image->rgb)) : max(sky.down, sky.up),
+        "the background");
 }
 
 // The processor's own name, as it tells it.

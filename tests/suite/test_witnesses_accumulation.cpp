@@ -52,17 +52,34 @@ bool same(const std::vector<double>& a, const std::vector<double>& b) { return a
 
 }  // namespace
 
-TEST_CASE("sums in singles refuse light whose squares they do not hold") {
+TEST_CASE("sums in singles refuse light whose squares they do not hold, and doubles take it") {
+    const auto image_sky = [](float radiance) {
+        SceneBuilder builder;
+        builder.background(black);
+        Scene scene = builder.scene();
+        scene.background.image = std::make_shared<Pixels>(Pixels{2, 1, {0.0F, 0.0F, 0.0F, 0.0F, radiance, 0.0F}});
+        return scene;
+    };
     for (Witness& witness : choosing_witnesses()) {
         CAPTURE(witness.name);
-        const auto prepare = [&](Accumulation accumulation, double radiance) {
-            const Scene scene = SceneBuilder().sphere(emitter(dvec3(radiance)), dvec3(0.0), 1.0).scene();
+        const auto lit = [&](double radiance) {
+            const dvec3 light(0.0, radiance, 0.0);
+            return std::array{SceneBuilder().sphere(emitter(light), dvec3(0.0), 1.0).scene(),
+                SceneBuilder().background(black, light).scene(), image_sky(static_cast<float>(radiance))};
+        };
+        const auto prepare = [&](Accumulation accumulation, const Scene& scene) {
             return witness.renderer->prepare(scene, settings_with(accumulation));
         };
         for (const Accumulation accumulation : {Accumulation::plain, Accumulation::compensated}) {
-            CHECK_THROWS_WITH_AS((void)prepare(accumulation, 1e16), doctest::Contains("material"), UnsupportedError);
-            CHECK_NOTHROW((void)prepare(accumulation, 1e15));
+            const auto bright = lit(1e16);
+            CHECK_THROWS_WITH_AS(
+                (void)prepare(accumulation, bright[0]), doctest::Contains("material"), UnsupportedError);
+            for (const Scene& scene : {bright[1], bright[2]})
+                CHECK_THROWS_WITH_AS(
+                    (void)prepare(accumulation, scene), doctest::Contains("the background"), UnsupportedError);
+            for (const Scene& scene : lit(0.9e15)) CHECK_NOTHROW((void)prepare(accumulation, scene));
         }
+        for (const Scene& scene : lit(1e18)) CHECK_NOTHROW((void)prepare(Accumulation::in_double, scene));
     }
 }
 

@@ -141,6 +141,29 @@ Accumulation chosen_accumulation(const RenderSettings& settings, GeometryPrecisi
     return chosen;
 }
 
+// Sums in floats, or in pairs of them, hold squares up to 1.8e19 squared; samples may be above the radiance of their
+// light, as they are divided by a density.
+void check_brightness(const Scene& scene) {
+    constexpr double brightest = 1e15;
+    const auto check = [](double radiance, const std::string& whose) {
+        if (radiance > brightest)
+            throw UnsupportedError(
+                fmt::format("{}: sums in single precision hold squares of radiances up to {:g}; use --accumulation "
+                            "double, or scale the scene's radiances down",
+                    whose, brightest));
+    };
+    const auto greatest = [](const glm::dvec3& v) { return std::max({v.x, v.y, v.z}); };
+    for (const Material& material : scene.materials)
+        check(greatest(material.radiance), fmt::format("material '{}'", material.name));
+    for (const PunctualLight& light : scene.lights)
+        check(greatest(light.intensity), fmt::format("light '{}'", light.name));
+    const Background& sky = scene.background;
+    if (sky.image)
+        for (const float texel : sky.image->rgb) check(sky.image_scale * double{texel}, "the background");
+    else
+        check(std::max(greatest(sky.down), greatest(sky.up)), "the background");
+}
+
 }  // namespace
 
 struct VulkanJob::Progress {
@@ -182,6 +205,7 @@ VulkanJob::VulkanJob(const Instance& instance, const Device& device, Stages& sta
       plan_(device.description()) {
     if (patterns_.parts == 0 || patterns_.part >= patterns_.parts || part().pixel_count == 0)
         throw UnsupportedError("the image has too few pixels for so many parts");
+    if (accumulation_ != Accumulation::in_double) check_brightness(scene);
     if (accumulation_ == Accumulation::plain && tile_pixels_ < part().pixel_count)
         throw UnsupportedError(
             "plain sums go on from block to block on the device, where this image does not fit at once; choose a "

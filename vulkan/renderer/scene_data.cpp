@@ -1,7 +1,5 @@
 #include "vulkan/renderer/scene_data.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
@@ -36,17 +34,6 @@ double least_length(const glm::dvec3& a, const glm::dvec3& b) {
     return glm::length(a + t * b);
 }
 
-// Squares of samples are summed in float pairs, whose exponent ends at 1.8e19 squared.
-void check_brightness(const glm::dvec3& radiance, const std::string& whose) {
-    constexpr double brightest = 1e15;
-    for (int channel = 0; channel < 3; ++channel)
-        if (radiance[channel] > brightest)
-            throw UnsupportedError(
-                fmt::format("{}: the Vulkan renderer sums squares in float pairs and takes radiance "
-                            "up to {:g}; scale the scene's radiances down",
-                    whose, brightest));
-}
-
 gpu::Material flatten(const Material& material, EffectSet needed) {
     gpu::Material result;
     result.colour = to_float(material.colour);
@@ -66,7 +53,6 @@ gpu::Material flatten(const Material& material, EffectSet needed) {
                    (material.fresnel == Fresnel::schlick ? gpu::flag_schlick : 0) |
                    (material.sides == EmittingSides::front ? gpu::flag_front_only : 0) |
                    (tracked ? gpu::flag_tracked : 0);
-    check_brightness(material.radiance, fmt::format("material '{}'", material.name));
     return result;
 }
 
@@ -208,8 +194,6 @@ SceneData flatten(const Scene& scene, const RenderSettings& settings, Accelerati
     for (const glm::dvec3& vertex : scene.vertices) data.vertices.push_back(rounded<float>(vertex, 1.0));
     for (const Entity& entity : scene.entities) data.transforms.push_back(flatten_transform<float>(entity));
     for (const Material& material : scene.materials) data.materials.push_back(flatten(material, needed));
-    for (const PunctualLight& light : scene.lights)
-        check_brightness(light.intensity, fmt::format("light '{}'", light.name));
     place_primitives(scene, data);
     const bool samples_background = needed.has(Effect::sampled_background);
     if (needed.has(Effect::light_sampling))
