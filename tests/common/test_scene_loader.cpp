@@ -12,6 +12,7 @@
 
 #include "common/error.h"
 #include "common/scene_loader.h"
+#include "tests/common/draw.h"
 #include "tests/temporary_folder.h"
 
 using namespace tandem;
@@ -325,13 +326,7 @@ TEST_CASE("mutilated scene files are loaded or refused, never anything else") {
     std::ifstream stream(std::string(TANDEM_SOURCE_DIR) + "/scenes/cornell-thesis.json");
     const std::string whole((std::istreambuf_iterator<char>(stream)), std::istreambuf_iterator<char>());
     const TemporaryFolder folder;
-    std::uint64_t state = 1;
-    const auto draw = [&](std::size_t below) {  // xorshift64 [Marsaglia 2003]
-        state ^= state << 13;
-        state ^= state >> 7;
-        state ^= state << 17;
-        return static_cast<std::size_t>(state % below);
-    };
+    test::Draw draw;
     constexpr std::string_view bytes = "\"[]{},:-+.0123456789eE\\ntruefalse\x01\xff";
     int refused = 0;
     constexpr int rounds = 1500;

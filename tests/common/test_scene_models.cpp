@@ -4,6 +4,7 @@
 #include <cstring>
 #include <glm/geometric.hpp>
 
+#include "tests/common/draw.h"
 #include "tests/common/scene_texts.h"
 
 using namespace tandem;
@@ -186,13 +187,7 @@ TEST_CASE("mutilated models, volumes and images are loaded or refused, never any
         {"t.pfm", read("t.pfm"), image_scene("t.pfm", "linear")},
         {"m.obj", "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\nvt 1 0.5\nf 1/1 2/2 3/1 4/2\n",
             model_scene("obj", "m.obj", true)}};
-    std::uint64_t state = 1;
-    const auto draw = [&](std::size_t below) {  // xorshift64 [Marsaglia 2003]
-        state ^= state << 13;
-        state ^= state >> 7;
-        state ^= state << 17;
-        return static_cast<std::size_t>(state % below);
-    };
+    Draw draw;
     for (const auto& file : files) {
         CAPTURE(file.name);
         int refused = 0;
