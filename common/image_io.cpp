@@ -200,6 +200,13 @@ void check_writable_text(const std::filesystem::path& path) {
     if (!is_stream(path)) const ReplacementFile probe(path);
 }
 
+void check_writable_folder(const std::filesystem::path& folder) {
+    std::error_code error;
+    std::filesystem::create_directories(folder, error);
+    if (error) throw input_error(folder.string(), "", "cannot be made: " + error.message(), "choose another folder");
+    const ReplacementFile probe(folder / "probe");
+}
+
 void write_text_file(const std::filesystem::path& path, const std::string& text) {
     const auto put = [&](const std::filesystem::path& where) {
         std::ofstream stream(where, std::ios::binary | std::ios::trunc);

@@ -52,6 +52,9 @@ void check_writable_image(const std::filesystem::path& path);
 // The same of a file of any ending, for write_text_file. Pipes and devices pass.
 void check_writable_text(const std::filesystem::path& path);
 
+// Makes the folder if need be. Throws InputError where it cannot be made or takes no files.
+void check_writable_folder(const std::filesystem::path& folder);
+
 // Writes text whole or not at all. Throws InputError.
 void write_text_file(const std::filesystem::path& path, const std::string& text);
 

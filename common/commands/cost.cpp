@@ -99,6 +99,7 @@ ExitStatus cost(const CostArguments& arguments, const CommandContext& context) {
         print_list(scene, request);
         return ExitStatus::fine;
     }
+    if (!request.references.empty()) check_writable_folder(request.references);
     CostReport report;
     {
         ProgressLine line;

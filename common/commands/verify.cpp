@@ -101,7 +101,7 @@ void check_writable(
     const CriteriaArguments& arguments, const CommandContext& context, const std::vector<std::string>& inputs) {
     check_outputs({context.json_file, arguments.junit}, inputs);
     if (!arguments.junit.empty()) check_writable_text(arguments.junit);
-    if (!arguments.report.empty()) check_report_folder(arguments.report);
+    if (!arguments.report.empty()) check_writable_folder(arguments.report);
 }
 
 // Prints the overall verdict, writes --json, --junit and --report, and gives the exit status.

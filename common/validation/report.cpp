@@ -5,9 +5,7 @@
 #include <algorithm>
 #include <cctype>
 #include <cmath>
-#include <system_error>
 
-#include "common/error.h"
 #include "common/image_io.h"
 #include "common/validation/colour_map.h"
 #include "common/validation/verdict_json.h"
@@ -111,16 +109,9 @@ json write_pictures(const std::filesystem::path& folder, const std::string& stem
 
 }  // namespace
 
-void check_report_folder(const std::filesystem::path& folder) {
-    std::error_code error;
-    std::filesystem::create_directories(folder, error);
-    if (error) throw input_error(folder.string(), "", "cannot be made: " + error.message(), "choose another folder");
-    check_writable_image(folder / "probe.png");
-}
-
 void write_report(const std::filesystem::path& folder, std::span<const SceneVerdict> verdicts,
     const std::vector<DeviceSelfTest>& self_tests, const std::vector<std::string>& not_run) {
-    check_report_folder(folder);
+    check_writable_folder(folder);
     json report = to_json(verdicts, not_run);
     report["device_self_tests"] = to_json(self_tests);
     for (std::size_t i = 0; i < verdicts.size(); ++i)

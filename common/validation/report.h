@@ -15,7 +15,4 @@ namespace tandem {
 void write_report(const std::filesystem::path& folder, std::span<const SceneVerdict> verdicts,
     const std::vector<DeviceSelfTest>& self_tests = {}, const std::vector<std::string>& not_run = {});
 
-// Asked before long work: throws InputError unless the folder is there or can be made, and takes files.
-void check_report_folder(const std::filesystem::path& folder);
-
 }  // namespace tandem

@@ -712,6 +712,12 @@ class Commands(unittest.TestCase):
         self.assertIn("--sampling adaptive", listed.stdout)
         self.assertIn("no triangles", listed.stdout)
 
+    def test_cost_refuses_a_folder_of_references_that_cannot_be_made_before_it_begins(self):
+        out = self.folder / "cost.json"
+        result = tandem("cost", self.scene, "--references", "/dev/null", "--json", out)
+        self.refused(result, "/dev/null", "choose another folder")
+        self.assertFalse(out.exists())
+
     def test_cost_measures_adaptive_sampling(self):
         for backend, seconds in [("cpu", 2), ("vulkan", 10)]:  # on lavapipe a submission of one sample takes milliseconds
             figures = self.folder / "cost.json"

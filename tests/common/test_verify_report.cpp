@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "common/error.h"
+#include "common/image_io.h"
 #include "common/validation/colour_map.h"
 #include "common/validation/report.h"
 #include "common/validation/verify.h"
@@ -79,5 +80,5 @@ TEST_CASE("scripts/report makes one HTML file that needs nothing beside it") {
 }
 
 TEST_CASE("a report folder that cannot be made is refused") {
-    CHECK_THROWS_AS(check_report_folder("/dev/null/report"), InputError);
+    CHECK_THROWS_AS(check_writable_folder("/dev/null/report"), InputError);
 }
