@@ -246,11 +246,12 @@ RenderSettings settings_from(const RenderOptions& options, const Scene& scene) {
     if (!settings.mis && settings.integrator != Integrator::next_event)
         throw InputError("--mis off: is of the integrator next-event alone, this one is " +
                          integrator_name(settings.integrator) + "; add --integrator next-event or leave it out");
+    if (options.bounces) settings.bounces = *options.bounces;
+    if (options.roulette) settings.roulette_start = *options.roulette == 0 ? no_roulette : *options.roulette;
+    // After all that effects depend on.
     if (options.effects == "all") settings.effects = EffectSet::all();
     if (options.effects != "all" && options.effects != "needed")
         settings.effects = needed_effects(scene, settings).united(effects_named(options.effects));
-    if (options.bounces) settings.bounces = *options.bounces;
-    if (options.roulette) settings.roulette_start = *options.roulette == 0 ? no_roulette : *options.roulette;
     if (!options.sampling.empty())
         settings.sampling =
             static_cast<Sampling>(std::ranges::find(sampling_names, options.sampling) - sampling_names.begin());

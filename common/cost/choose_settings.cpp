@@ -35,6 +35,7 @@ std::vector<SettingsTrial> candidates(const Scene& scene, const RenderSettings& 
             trial.settings.integrator = integrator;
             if (integrator != given.integrator) trial.settings.mis = true;
             trial.settings.roulette_start = start;
+            if (given.effects) trial.settings.effects = given.effects->united(needed_effects(scene, trial.settings));
             if (integrator != given.integrator) trial.options = "--integrator " + integrator_name(integrator);
             if (trial.settings.mis != given.mis) trial.options += " --mis on";
             if (start != given.roulette_start)

@@ -565,6 +565,12 @@ class Commands(unittest.TestCase):
     def test_unknown_effects_are_refused_with_the_known_ones(self):
         self.refused(tandem("render", self.scene, "-o", self.folder / "a.png", "--effects", "lens,magic"), "magic", "lens")
 
+    def test_effects_that_are_named_go_with_options_that_call_for_others(self):
+        render = ["render", self.scene, "-o", self.folder / "a.png", "--effects", "lens"]
+        for more in [["--roulette", "3"], ["--target-error", "5%"]]:  # which tries roulette
+            result = tandem(*render, *more)
+            self.assertEqual(result.returncode, 0, result.stderr)
+
     def test_bench_measures_resumes_and_compares(self):
         first, second, out = (self.folder / name for name in ("first.json", "second.json", "out.json"))
         arguments = ["bench", "--scene", self.scene, "--family", "waiting", "--size", "8x8", "--time", "60",
