@@ -53,12 +53,15 @@ nlohmann::json describe(const RenderArguments& arguments, const RenderSettings& 
         {"integrator", integrator_name(settings.integrator)}, {"mis", settings.mis}, {"bounces", settings.bounces},
         {"sampling", sampling_names[static_cast<std::size_t>(settings.sampling)]},
         {"precision", arguments.precision.empty() ? "default" : arguments.precision},
+        {"kernel", arguments.kernel.empty() ? "default" : arguments.kernel}, {"effects", arguments.options.effects},
         {"triangle_kernel", arguments.options.triangle_kernel}, {"convex_kernel", arguments.options.convex_kernel},
         {"guard", arguments.options.guard}, {"generator", arguments.options.generator}, {"seconds", result.seconds},
         {"paths", paths}, {"paths_per_second", result.seconds > 0.0 ? paths / result.seconds : 0.0},
         {"invalid_samples", result.film.invalid}, {"complete", result.complete}};
     report["accumulation"] =
         accumulation_names[static_cast<std::size_t>(settings.accumulation.value_or(info.accumulation))];
+    if (settings.intersection.guard == SelfIntersectionGuard::fixed_epsilon)
+        report["epsilon"] = settings.intersection.epsilon;  // scene units
     if (arguments.options.clamp) report["clamp"] = *arguments.options.clamp;
     if (!arguments.options.fresnel.empty()) report["fresnel"] = arguments.options.fresnel;
     if (settings.roulette_start != no_roulette) report["roulette"] = settings.roulette_start;

@@ -571,6 +571,24 @@ class Commands(unittest.TestCase):
             result = tandem(*render, *more)
             self.assertEqual(result.returncode, 0, result.stderr)
 
+    def test_an_image_and_its_figures_say_how_it_was_made(self):
+        figures, out = self.folder / "out.json", self.folder / "out.exr"
+        render = ["render", self.scene, "-o", out, "--size", "8", "--samples", "2", "--json", figures]
+
+        def told(*options):
+            result = tandem(*render, *options)
+            self.assertEqual(result.returncode, 0, result.stderr)
+            return json.loads(figures.read_text())
+
+        plain = told()
+        self.assertEqual((plain["kernel"], plain["effects"]), ("default", "needed"))
+        self.assertNotIn("epsilon", plain)
+        other = told("--backend", "vulkan", "--kernel", "megakernel", "--effects", "lens,fuzz", "--guard", "fixed-epsilon",
+                     "--epsilon", "0.002")
+        self.assertEqual((other["kernel"], other["effects"]), ("megakernel", "lens,fuzz"))
+        self.assertEqual((other["guard"], other["epsilon"]), ("fixed-epsilon", 0.002))
+        self.assertIn(b"tandem:epsilon", out.read_bytes())
+
     def test_bench_measures_resumes_and_compares(self):
         first, second, out = (self.folder / name for name in ("first.json", "second.json", "out.json"))
         arguments = ["bench", "--scene", self.scene, "--family", "waiting", "--size", "8x8", "--time", "60",
