@@ -6,16 +6,14 @@
 #include <array>
 #include <bit>
 #include <chrono>
-#include <cmath>
 #include <limits>
 #include <utility>
 
 #include "common/error.h"
 #include "vulkan/core/device_selection.h"
 #include "vulkan/framework/spirv_optimizer.h"
-#include "vulkan/renderer/double_geometry.h"
+#include "vulkan/renderer/job_settings.h"
 #include "vulkan/renderer/kernel_shape.h"
-#include "vulkan/renderer/ray_batch.h"
 
 namespace tandem {
 
@@ -25,144 +23,8 @@ using Clock = std::chrono::steady_clock;
 
 double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
 
-// Infinity is given as the greatest float: Vulkan need not keep infinities.
-float to_distance(double distance) {
-    return static_cast<float>(std::min(distance, double{std::numeric_limits<float>::max()}));
-}
-
 // The acceleration structure's: in place of the set of settings, which the ray-tracing pipeline has pushed.
 constexpr auto traced_set = static_cast<std::uint32_t>(SetIndex::settings);
-
-// In place of a count, for kernels that serve any scene (shaders/settings.glsl).
-constexpr std::uint32_t told_at_run_time = 0xffffffffu;
-
-// The effects that the shaders can simulate.
-constexpr EffectSet simulated = EffectSet::all();
-
-EffectSet effects_of(const Scene& scene, const RenderSettings& settings) {
-    if (settings.integrator == Integrator::bidirectional)
-        throw UnsupportedError("the Vulkan renderer has no bidirectional integrator; the cpu backend has");
-    return effects_to_simulate(scene, settings, simulated, "vulkan");
-}
-
-// General kernels carry what any scene may need; those of a scene's own effects what that scene does.
-PathState path_state(EffectSet effects, bool general, const SceneData& scene) {
-    const bool next_events = effects.has(Effect::light_sampling);
-    const bool passing_emission = effects.has(Effect::emission) && (general || scene.passing_emission);
-    return {next_events, next_events || passing_emission, effects.has(Effect::interiors)};
-}
-
-// Segments that a path can have: later ones would find their queues empty.
-std::uint32_t most_segments(EffectSet effects, const RenderSettings& settings) {
-    const auto any = [&](std::initializer_list<Effect> some) {
-        return std::ranges::any_of(some, [&](Effect effect) { return effects.has(effect); });
-    };
-    const bool goes_on = any({Effect::specular, Effect::translucent, Effect::smooth_conductor, Effect::boundary});
-    const bool receives = any({Effect::diffuse, Effect::rough_conductor, Effect::medium_scattering});
-    if (goes_on || (receives && settings.integrator != Integrator::whitted)) return settings.bounces + 1;
-    // The shadow ray of direct light belongs to the second.
-    return receives && effects.has(Effect::light_sampling) ? std::min(2u, settings.bounces + 1) : 1;
-}
-
-// As kernels kept for another scene would simulate.
-EffectSet without_one(EffectSet effects) {
-    for (const Effect effect : {Effect::background_gradient, Effect::one_sided_emission, Effect::fuzz, Effect::lens})
-        if (effects.has(effect)) return effects.without(effect);
-    return effects;
-}
-
-Specialisation specialise(const Device& device, const Scene& described, const SceneData& scene,
-    const RenderSettings& settings, PlantedFault fault) {
-    const EffectSet effects = effects_of(described, settings);
-    const bool general = effects != needed_effects(described, settings);
-    const SceneTrees& trees = scene.trees;
-    const bool has_trees = trees.triangles || trees.spheres || trees.cuboids;
-    // Corners that are the same in float may not be in double.
-    const bool unrolled = !general && !has_trees && !scene.in_double &&
-                          scene.triangle_count + scene.sphere_count + scene.cuboid_count <= most_unrolled;
-    const bool fit = scene.triangle_count <= uniform_block_bytes / sizeof(gpu::Triangle) &&
-                     std::max(scene.sphere_count, scene.cuboid_count) <= uniform_block_bytes / sizeof(gpu::Convex);
-    // Not on a CPU: it gathers lane by lane from uniform blocks, unrolled loops have their primitives in registers, and
-    // Mesa 22.3's lavapipe crashes on loops over several of the blocks.
-    // In double there are no such blocks.
-    const bool from_blocks = device.description().type != DeviceType::cpu && !scene.in_double;
-    const auto count = [&](std::uint32_t primitives) { return general ? told_at_run_time : primitives; };
-    return {fault.bug == PlantedBug::stale_constant ? without_one(effects) : effects,
-        path_state(effects, general, scene), fit && from_blocks && !general,
-        unrolled ? std::optional(describe_unrolled(scene)) : std::nullopt, count(scene.triangle_count),
-        count(scene.sphere_count), count(scene.cuboid_count), trees.triangles, trees.spheres, trees.cuboids,
-        to_distance(settings.ray_min), to_distance(settings.ray_max), fault, settings.intersection, false,
-        std::isfinite(settings.clamp) ? std::optional(static_cast<float>(settings.clamp)) : std::nullopt,
-        settings.generator, settings.mis, settings.accumulation == Accumulation::plain,
-        settings.sampling == Sampling::adaptive};
-}
-
-SceneData flatten_for(
-    const Scene& scene, const RenderSettings& settings, Acceleration acceleration, GeometryPrecision precision) {
-    SceneData result = flatten(scene, settings, acceleration);
-    if (precision != GeometryPrecision::single_precision)
-        result.in_double = place_in_double(scene, settings, result, false);
-    if (precision == GeometryPrecision::double_precision)
-        result.in_double->shading = shading_in_double(scene, result, result.in_double->lights);
-    return result;
-}
-
-RenderSettings checked(RenderSettings settings) {
-    if (settings.width == 0 || settings.height == 0 || settings.width > 65536 || settings.height > 65536 ||
-        std::uint64_t{settings.width} * settings.height >= std::uint64_t{1} << 32)
-        throw InputError(
-            fmt::format("an image of {} x {} pixels is not possible; use 1 to 65536 a side and fewer than "
-                        "2^32 in all",
-                settings.width, settings.height));
-    if (!(settings.ray_min >= 0.0) || !(settings.ray_max >= settings.ray_min))
-        throw InputError("the interval of ray distances is empty or begins below 0; use 0 <= ray_min <= ray_max");
-    check_kernels(settings.intersection);
-    check_sampling(settings);
-    if (settings.bounces >= 1u << 28) throw InputError("more than 2^28 bounces have no random numbers; ask for fewer");
-    return settings;
-}
-
-RenderSettings mutated(RenderSettings settings, PlantedFault fault) {
-    if (fault.bug == PlantedBug::one_bounce_more) ++settings.bounces;
-    if (fault.bug == PlantedBug::one_bounce_fewer && settings.bounces > 0) --settings.bounces;
-    return settings;
-}
-
-// Paths in double are summed in double; sums in double of other paths have kernels of their own, which trace in float.
-Accumulation chosen_accumulation(const RenderSettings& settings, GeometryPrecision precision) {
-    const bool in_double = precision == GeometryPrecision::double_precision;
-    const Accumulation chosen =
-        settings.accumulation.value_or(in_double ? Accumulation::in_double : Accumulation::compensated);
-    if (in_double && chosen != Accumulation::in_double)
-        throw UnsupportedError("paths in double precision are summed in double; leave --accumulation out");
-    if (precision == GeometryPrecision::mixed && chosen == Accumulation::in_double)
-        throw UnsupportedError(
-            "sums in double go with single or double precision on Vulkan; use --accumulation compensated");
-    return chosen;
-}
-
-// Sums in floats, or in pairs of them, hold squares up to 1.8e19 squared; samples may be above the radiance of their
-// light, as they are divided by a density.
-void check_brightness(const Scene& scene) {
-    constexpr double brightest = 1e15;
-    const auto check = [](double radiance, const std::string& whose) {
-        if (radiance > brightest)
-            throw UnsupportedError(
-                fmt::format("{}: sums in single precision hold squares of radiances up to {:g}; use --accumulation "
-                            "double, or scale the scene's radiances down",
-                    whose, brightest));
-    };
-    const auto greatest = [](const glm::dvec3& v) { return std::max({v.x, v.y, v.z}); };
-    for (const Material& material : scene.materials)
-        check(greatest(material.radiance), fmt::format("material '{}'", material.name));
-    for (const PunctualLight& light : scene.lights)
-        check(greatest(light.intensity), fmt::format("light '{}'", light.name));
-    const Background& sky = scene.background;
-    if (sky.image)
-        for (const float texel : sky.image->rgb) check(sky.image_scale * double{texel}, "the background");
-    else
-        check(std::max(greatest(sky.down), greatest(sky.up)), "the background");
-}
 
 }  // namespace
 
@@ -185,7 +47,7 @@ VulkanJob::VulkanJob(const Instance& instance, const Device& device, Stages& sta
       device_(device),
       patterns_(patterns),
       precision_(precision),
-      settings_(mutated(checked(settings), planted_bug)),
+      settings_(mutated_settings(checked_settings(settings), planted_bug)),
       // A ray-tracing pipeline brings its own trees.
       scene_(flatten_for(scene, settings_,
           patterns.kernel == KernelShape::ray_tracing ? Acceleration::loops : acceleration, precision)),
