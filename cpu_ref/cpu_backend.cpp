@@ -5,6 +5,7 @@
 #include <thread>
 
 #include "common/error.h"
+#include "common/floating_origin.h"
 #include "cpu_ref/backend.h"
 #include "cpu_ref/bidirectional.h"
 #include "cpu_ref/planted.h"
@@ -89,7 +90,18 @@ public:
 
     [[nodiscard]] std::unique_ptr<RenderJob> prepare(const Scene& given, const RenderSettings& settings) override {
         const std::optional<Scene> changed = changed_by(settings, given);
-        const Scene& scene = changed ? *changed : given;
+        return prepare_near_origin(
+            changed ? *changed : given, [&](const Scene& scene) { return make_job(scene, settings); });
+    }
+
+    [[nodiscard]] std::unique_ptr<RayIntersector> intersector(
+        const Scene& scene, const RenderSettings& settings) override {
+        return cpu::make_intersector(
+            device_.get(), scene, settings, options_.precision.value_or(Precision::single_precision), options_.threads);
+    }
+
+private:
+    [[nodiscard]] std::unique_ptr<RenderJob> make_job(const Scene& scene, const RenderSettings& settings) {
         constexpr std::uint32_t most = 65536;
         const std::uint64_t pixels = std::uint64_t{settings.width} * settings.height;
         if (settings.width == 0 || settings.height == 0 || settings.width > most || settings.height > most ||
@@ -122,13 +134,6 @@ public:
             {device_.get(), scene, chosen, options_.threads}, options_.precision.value_or(Precision::single_precision));
     }
 
-    [[nodiscard]] std::unique_ptr<RayIntersector> intersector(
-        const Scene& scene, const RenderSettings& settings) override {
-        return cpu::make_intersector(
-            device_.get(), scene, settings, options_.precision.value_or(Precision::single_precision), options_.threads);
-    }
-
-private:
     BackendOptions options_;
     cpu::embree::Device device_;
 };

@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include "common/error.h"
+#include "common/floating_origin.h"
 #include "vulkan/backend.h"
 #include "vulkan/framework/device_arithmetic.h"
 #include "vulkan/renderer/job.h"
@@ -62,13 +63,14 @@ public:
 
     [[nodiscard]] std::unique_ptr<RenderJob> prepare(const Scene& given, const RenderSettings& settings) override {
         const std::optional<Scene> changed = changed_by(settings, given);
-        const Scene& scene = changed ? *changed : given;
         Patterns patterns;
         const bool in_double = geometry_ != GeometryPrecision::single_precision;  // by the megakernel alone
         patterns.kernel =
             shape_.value_or(in_double ? KernelShape::megakernel : fastest_shape(device_->description().type));
-        return std::make_unique<VulkanJob>(
-            instance_, *device_, *stages_, scene, settings, acceleration_, planted_bug_, patterns, geometry_);
+        return prepare_near_origin(changed ? *changed : given, [&](const Scene& scene) {
+            return std::make_unique<VulkanJob>(
+                instance_, *device_, *stages_, scene, settings, acceleration_, planted_bug_, patterns, geometry_);
+        });
     }
 
     [[nodiscard]] std::unique_ptr<ArithmeticProbe> arithmetic() override {

@@ -1,0 +1,94 @@
+// Where scenes are rendered that stand far from the origin of their coordinates.
+#include <doctest/doctest.h>
+
+#include "common/floating_origin.h"
+#include "common/path_trace.h"
+#include "tests/scene_builder.h"
+
+using namespace tandem;
+using namespace tandem::test;
+
+namespace {
+
+Scene room_at(const dvec3& place) {
+    return SceneBuilder()
+        .camera(place + dvec3(0.0, 0.0, 0.5), place, 40.0)
+        .cuboid(diffuse(white), place - dvec3(1.0), place + dvec3(1.0))
+        .sphere(diffuse(white), place, 0.25)
+        .scene();
+}
+
+// A job that leads one path from (1, 2, 3) to (4, 5, 6), and on out of the scene.
+class OnePath final : public RenderJob {
+public:
+    RenderResult render(SampleRange, const RenderControl&) override { return {}; }
+    std::vector<PathTrace> trace(std::uint32_t, std::uint32_t, SampleRange) override {
+        TracedVertex hit, missed;
+        hit.origin = {1.0, 2.0, 3.0};
+        hit.position = missed.origin = {4.0, 5.0, 6.0};
+        hit.end = PathEnd::goes_on;
+        missed.end = PathEnd::left_scene;
+        return {{{hit, missed}, dvec3(0.0)}};
+    }
+};
+
+}  // namespace
+
+TEST_CASE("scenes around the origin, or wider than they are far, stay where they are") {
+    CHECK_FALSE(floating_origin(room_at({0.0, 0.0, 0.0})));
+    CHECK_FALSE(floating_origin(room_at({3.0, -3.0, 2.0})));
+    Scene wide = room_at({1e6, 0.0, 0.0});
+    wide.camera.position = dvec3(0.0);
+    CHECK_FALSE(floating_origin(wide));
+    Scene in_motion = room_at({1e6, 0.0, 0.0});
+    in_motion.entities.front().motion = {-1e6, 0.0, 0.0};
+    CHECK_FALSE(floating_origin(in_motion));
+}
+
+TEST_CASE("scenes far along an axis are moved to it, by numbers of few bits") {
+    const auto origin = floating_origin(room_at({1e6 + 1.0 / 3.0, 2.0, -1e7}));
+    REQUIRE(origin);
+    CHECK(*origin == dvec3(1e6, 0.0, -1e7));
+}
+
+TEST_CASE("what is far is told by where primitives are placed, not by their own coordinates") {
+    Scene scene = room_at({1e6, 0.0, 0.0});
+    for (Entity& entity : scene.entities) entity.object_to_world[3] -= glm::dvec4(1e6, 0.0, 0.0, 0.0);
+    scene.camera.position.x = scene.camera.target.x = 0.0;
+    CHECK_FALSE(floating_origin(scene));
+}
+
+TEST_CASE("all that stands in a moved scene is moved, and directions and displacements are not") {
+    Scene scene = room_at({1e6, 0.0, 0.0});
+    scene.camera.position_motion = {1.0, 0.0, 0.0};
+    scene.entities.front().motion = {0.0, 1.0, 0.0};
+    PunctualLight light;
+    light.position = {1e6, 1.0, 0.0};
+    scene.lights.push_back(light);
+    Medium medium;
+    medium.grid = std::make_shared<DensityGrid>(
+        DensityGrid{{1, 1, 1}, dvec3(1e6 - 1.0, -1.0, -1.0), dvec3(1e6 + 1.0, 1.0, 1.0), {1.0F}});
+    scene.media.push_back(medium);
+    const Scene seen = seen_from(scene, {1e6, 0.0, 0.0});
+    CHECK(seen.camera.position == dvec3(0.0, 0.0, 0.5));
+    CHECK(seen.camera.target == dvec3(0.0));
+    CHECK(seen.camera.position_motion == scene.camera.position_motion);
+    CHECK(seen.entities.front().object_to_world[3].x == scene.entities.front().object_to_world[3].x - 1e6);
+    CHECK(seen.entities.front().motion == scene.entities.front().motion);
+    CHECK(seen.lights.front().position == dvec3(0.0, 1.0, 0.0));
+    CHECK(seen.lights.front().direction == light.direction);
+    CHECK(seen.media.front().grid->low == dvec3(-1.0));
+    CHECK(seen.media.front().grid->high == dvec3(1.0));
+}
+
+TEST_CASE("traced paths of a moved scene tell the points of the world") {
+    const auto job = prepare_near_origin(room_at({1e6, 0.0, 0.0}), [](const Scene& scene) {
+        CHECK(scene.camera.position.x == 0.0);
+        return std::make_unique<OnePath>();
+    });
+    const std::vector<TracedVertex> vertices = job->trace(0, 0, {0, 1}).front().vertices;
+    CHECK(vertices[0].origin == dvec3(1000001.0, 2.0, 3.0));
+    CHECK(vertices[0].position == dvec3(1000004.0, 5.0, 6.0));
+    CHECK(vertices[1].origin == dvec3(1000004.0, 5.0, 6.0));
+    CHECK(vertices[1].position == dvec3(0.0));
+}
