@@ -11,7 +11,6 @@ namespace tandem {
 
 namespace {
 
-constexpr std::uint64_t fresh_replicates = std::uint64_t{1} << 16;  // more than any measurement gets to
 constexpr double level = 0.05;
 
 const ArmFigures* named(const std::vector<ArmFigures>& figures, const std::string& name) {

@@ -30,6 +30,8 @@ struct Confirmation {
     std::vector<Rival> rivals;  // the nearest first
 };
 
+// The number of the first replicate of a confirmation: more than any measurement gets to.
+inline constexpr std::uint64_t fresh_replicates = std::uint64_t{1} << 16;
 inline constexpr std::size_t most_rivals = 3;  // of an error, and the baseline
 
 // The names of the arms to be measured anew: the soonest to each of cost_errors, its nearest rivals that are safe at

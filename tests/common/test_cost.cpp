@@ -174,15 +174,18 @@ TEST_CASE("cost: what is recommended is measured anew against its rivals, in rou
     CHECK(confirmation.outcome == Confirmed::shown);
     CHECK(confirmation.rounds >= fewest_replicates);
     CHECK(holds(confirmation.seconds, 0.5 * seconds_a_sample / (level * level) / 1e-4));
-    REQUIRE(confirmation.rivals.size() == 2);
-    CHECK(confirmation.rivals[0].name == "baseline");
-    CHECK(holds(confirmation.rivals[0].time_ratio, 2.0));
-    CHECK(confirmation.rivals[1].name == "precision double");
-    CHECK(holds(confirmation.rivals[1].time_ratio, 6.0));
-    CHECK(recommendations(report).at(1).find("it is the fastest: baseline takes ") != std::string::npos);
+    const auto slower = [&](const std::string& name) {
+        const auto rival = std::ranges::find(confirmation.rivals, name, &Rival::name);
+        REQUIRE(rival != confirmation.rivals.end());
+        return rival->time_ratio;
+    };
+    CHECK(holds(slower("baseline"), 2.0));
+    CHECK(holds(slower("precision double"), 6.0));
+    const std::string fastest = "it is the fastest: " + confirmation.rivals.front().name + " takes ";
+    CHECK(recommendations(report).at(1).find(fastest) != std::string::npos);
     const nlohmann::json json = to_json(report).at("confirmations").at(1);
     CHECK(json.at("outcome") == "shown");
-    CHECK(json.at("rivals").at(0).at("arm") == "baseline");
+    CHECK(json.at("rivals").at(0).at("arm") == confirmation.rivals.front().name);
 }
 
 // As long as an arm is being chosen, next events seem to take an eighth of the time that they take afterwards.
@@ -195,7 +198,7 @@ public:
             bool flatters = false;
             RenderResult render(SampleRange range, const RenderControl& control) override {
                 RenderResult result = job->render(range, control);
-                const bool chosen = range.begin >= std::uint64_t{1} << 50;
+                const bool chosen = range.begin >= fresh_replicates << replicate_shift;
                 if (flatters && chosen) result.seconds *= 8.0;
                 return result;
             }
