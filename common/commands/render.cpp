@@ -102,11 +102,15 @@ std::unique_ptr<RenderJob> prepare(const RenderArguments& arguments, const Scene
     const double seconds = rule.seconds ? std::min(most, share * *rule.seconds) : most;
     SettingsChoice choice = choose_settings(scene, settings, open, renderer, seconds, context.stop);
     settings = choice.settings;
+    const auto cost_text = [&](const SettingsTrial& trial) -> std::string {
+        const double first = choice.trials.front().cost;
+        if (first > 0.0) return fmt::format("{:.3g} times the cost", trial.cost / first);
+        return trial.cost > 0.0 ? "noise, where the first has none" : "no noise";
+    };
     if (context.verbose)
         for (const SettingsTrial& trial : choice.trials)
-            fmt::print(stderr, "tried {}: {:.3g} times the cost{}\n",
-                trial.options.empty() ? "the scene's own settings" : trial.options,
-                trial.cost / choice.trials.front().cost, &trial == &choice.trials[choice.chosen] ? ", chosen" : "");
+            fmt::print(stderr, "tried {}: {}{}\n", trial.options.empty() ? "the scene's own settings" : trial.options,
+                cost_text(trial), &trial == &choice.trials[choice.chosen] ? ", chosen" : "");
     if (choice.chosen > 0)
         fmt::print("settings chosen for the target error: {} (--integrator, --roulette and --sampling fix them)\n",
             choice.trials[choice.chosen].options);

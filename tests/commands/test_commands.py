@@ -268,6 +268,13 @@ class Commands(unittest.TestCase):
         self.assertEqual(json.loads(figures.read_text())["integrator"], "path")
         self.assertNotIn("settings chosen", result.stdout)
 
+    def test_trials_of_scenes_without_noise_are_told_in_words(self):
+        result = tandem("render", SCENES / "furnace.json", "-o", self.folder / "out.pfm", "--size", "8", "--target-error", "1%",
+                        "-v")
+        self.assertEqual(result.returncode, 0, result.stderr)
+        self.assertIn("tried the scene's own settings: no noise, chosen", result.stderr)
+        self.assertNotIn("nan", result.stderr)
+
     def test_a_target_error_does_not_bring_mis_back(self):
         figures = self.folder / "out.json"
         # A ball under an even sky: paths have next to no noise, next events without MIS have.
