@@ -17,8 +17,6 @@ void check_numbers(std::uint64_t samples, std::uint64_t numbers) {
     if (samples > numbers)
         throw UnsupportedError("adaptive sampling has no numbers for so many samples; use --sampling uniform");
 }
-// Blocks that every pixel has at least: with two, how they differ tells how well its variance is known.
-constexpr double least_blocks = 2.0;
 constexpr double finest_unit = 0.125;  // of what a round adds to a pixel in the mean: counts are multiples of it
 
 // Of a chequerboard.
@@ -252,13 +250,12 @@ GrowingFilm::Growth GrowingFilm::grow_to(std::uint64_t samples, const RenderCont
     RenderControl here{.stop = control.stop, .progress = {}};
     if (control.progress) here.progress = [&, before = samples_](double done) { control.progress(done - before); };
     std::uint64_t wanted = samples;
-    const double blocks_of_mean = static_cast<double>(samples) / static_cast<double>(samples_per_block);
-    const bool adapts = sampling_ == Sampling::adaptive && blocks_of_mean > least_blocks;
+    const bool adapts = sampling_ == Sampling::adaptive && samples > least_alike;
     if (adapts) {
         // In whole blocks, but no more than are left to be shared out.
-        const double blocks = std::max(least_blocks, std::ceil(uniform_share * blocks_of_mean));
+        const double blocks = std::ceil(uniform_share * static_cast<double>(samples) / samples_per_block);
         const double left = std::floor((static_cast<double>(samples) - samples_) / samples_per_block);
-        wanted = std::min(static_cast<std::uint64_t>(blocks) * samples_per_block,
+        wanted = std::min(std::max(least_alike, static_cast<std::uint64_t>(blocks) * samples_per_block),
             alike + static_cast<std::uint64_t>(std::max(0.0, left)) * samples_per_block);
         check_numbers(wanted, numbers_alike);
     }

@@ -14,6 +14,10 @@ namespace tandem {
 // Of all samples, what every pixel has alike: no pixel's count falls below this part of the mean.
 inline constexpr double uniform_share = 0.25;
 
+// Up to so many samples a pixel every pixel has as many: of two blocks, how they differ tells how well its variance is
+// known.
+inline constexpr std::uint64_t least_alike = 2 * samples_per_block;
+
 // By the pixels of a chequerboard's other colour nearby: the root of the weighted mean of their variances,
 // [y * width + x]; 0 where there are none.
 [[nodiscard]] std::vector<double> neighbour_deviations(

@@ -1,5 +1,7 @@
 #include "common/cost/measure.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -7,7 +9,6 @@
 #include <random>
 #include <utility>
 
-#include "common/adaptive_sampling.h"
 #include "common/error.h"
 #include "common/validation/error_metrics.h"
 
@@ -180,6 +181,11 @@ bool render_replicate(RenderJob& job, Sampling sampling, std::uint64_t round, co
     return true;
 }
 
+// Whether adaptive sampling, which the arm or the baseline has, would do just what the other does.
+bool does_not_adapt(const CostArm& arm, const CostArm& baseline, const ArmTrials& trials) {
+    return arm.settings.render.sampling != baseline.settings.render.sampling && trials.samples.back() <= least_alike;
+}
+
 ArmTrials& samples_named(CostSamples& samples, const std::string& name) {
     const auto found = std::ranges::find(samples.arms, name, &ArmTrials::name);
     if (found != samples.arms.end()) return *found;
@@ -282,6 +288,14 @@ void CostExperiment::measure(
             arm.samples = {1};
         if (arm.samples.empty()) {
             skipped_.push_back({arms_[i].knob, arms_[i].setting, "too slow for a sample in its share of the time"});
+            continue;
+        }
+        if (does_not_adapt(arms_[i], arms_.front(), arm)) {
+            skipped_.push_back({arms_[i].knob, arms_[i].setting,
+                fmt::format(
+                    "no more than {} samples a pixel in its share of the time, and up to {} adaptive sampling is "
+                    "uniform",
+                    arm.samples.back(), least_alike)});
             continue;
         }
         taking_part.push_back(i);

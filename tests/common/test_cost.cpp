@@ -240,6 +240,26 @@ TEST_CASE("cost: arms that are alike are said to be alike") {
     CHECK(recommendations(report).at(1).find("nothing is faster, but these may be as fast: ") != std::string::npos);
 }
 
+TEST_CASE("cost: adaptive sampling is measured where it has samples to share out, and else said not to be") {
+    for (const double seconds : {6.0, 60.0}) {
+        CAPTURE(seconds);
+        CostRequest request = request_for(0.0);
+        request.knobs = {"sampling"};
+        request.seconds = seconds;
+        int looks = 0;
+        const CostReport report = run_cost(Scene{}, request, control_of(looks));
+        const std::uint64_t samples = report.figures.front().points.back().samples;
+        CHECK((samples > least_alike) == (seconds > 6.0));
+        const auto measured = std::ranges::count_if(
+            report.figures, [](const ArmFigures& figures) { return figures.arm.name() == "sampling adaptive"; });
+        const auto told = std::ranges::count_if(report.skipped, [](const SkippedArm& arm) {
+            return arm.setting == "adaptive" && arm.reason.find("adaptive sampling is uniform") != std::string::npos;
+        });
+        CHECK(measured == (samples > least_alike ? 1 : 0));
+        CHECK(told == (samples > least_alike ? 0 : 1));
+    }
+}
+
 TEST_CASE("cost: floors are found where there are none no more often than 5 % of the runs") {
     unsigned false_floors = 0, intervals = 0, held = 0;
     for (std::uint64_t seed = 1; seed <= 12; ++seed) {
