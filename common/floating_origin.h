@@ -16,8 +16,10 @@ namespace tandem {
 // up to some 40 bits; 0 along other axes. Empty: all are near.
 [[nodiscard]] std::optional<glm::dvec3> floating_origin(const Scene& scene);
 
-// All that stands in the world, moved by -origin; what happens in it stays the same.
-[[nodiscard]] Scene seen_from(const Scene& scene, const glm::dvec3& origin);
+// All that stands in the world, moved by -origin; what happens in it stays the same. Entities whose own coordinates are
+// large get their place in smaller ones. Empty where that cannot be: coordinates that a texture goes by, or vertices
+// that entities share which stand apart.
+[[nodiscard]] std::optional<Scene> seen_from(const Scene& scene, const glm::dvec3& origin);
 
 // A job for the scene where it stands, by way of `prepare` for the scene as seen from its floating origin, if it has
 // one. The points of traced paths are those of the world.

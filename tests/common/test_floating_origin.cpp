@@ -1,6 +1,8 @@
 // Where scenes are rendered that stand far from the origin of their coordinates.
 #include <doctest/doctest.h>
 
+#include <glm/gtc/matrix_transform.hpp>
+
 #include "common/floating_origin.h"
 #include "common/path_trace.h"
 #include "tests/scene_builder.h"
@@ -16,6 +18,12 @@ Scene room_at(const dvec3& place) {
         .cuboid(diffuse(white), place - dvec3(1.0), place + dvec3(1.0))
         .sphere(diffuse(white), place, 0.25)
         .scene();
+}
+
+// Of the first primitive of an entity, in the world.
+dvec3 corner(const Scene& scene, std::size_t entity) {
+    const Entity& e = scene.entities[entity];
+    return dvec3(e.object_to_world * glm::dvec4(scene.vertices[scene.primitives[e.first_primitive].index[0]], 1.0));
 }
 
 // A job that leads one path from (1, 2, 3) to (4, 5, 6), and on out of the scene.
@@ -69,16 +77,46 @@ TEST_CASE("all that stands in a moved scene is moved, and directions and displac
     medium.grid = std::make_shared<DensityGrid>(
         DensityGrid{{1, 1, 1}, dvec3(1e6 - 1.0, -1.0, -1.0), dvec3(1e6 + 1.0, 1.0, 1.0), {1.0F}});
     scene.media.push_back(medium);
-    const Scene seen = seen_from(scene, {1e6, 0.0, 0.0});
+    const Scene seen = seen_from(scene, {1e6, 0.0, 0.0}).value();
     CHECK(seen.camera.position == dvec3(0.0, 0.0, 0.5));
     CHECK(seen.camera.target == dvec3(0.0));
     CHECK(seen.camera.position_motion == scene.camera.position_motion);
-    CHECK(seen.entities.front().object_to_world[3].x == scene.entities.front().object_to_world[3].x - 1e6);
+    for (std::size_t i = 0; i < scene.entities.size(); ++i)
+        CHECK(corner(seen, i) == corner(scene, i) - dvec3(1e6, 0.0, 0.0));
     CHECK(seen.entities.front().motion == scene.entities.front().motion);
     CHECK(seen.lights.front().position == dvec3(0.0, 1.0, 0.0));
     CHECK(seen.lights.front().direction == light.direction);
     CHECK(seen.media.front().grid->low == dvec3(-1.0));
     CHECK(seen.media.front().grid->high == dvec3(1.0));
+}
+
+TEST_CASE("an entity of large coordinates gets small ones, all of its place, whatever turns and scales it") {
+    const glm::dmat4 turn = glm::rotate(glm::scale(glm::dmat4(1.0), dvec3(0.5, -2.0, 1.0)), 0.3, dvec3(1.0, 2.0, 3.0));
+    const dvec3 far = dvec3(turn * glm::dvec4(1e8, -7e7, 3e7, 1.0));
+    Scene scene = SceneBuilder()
+                      .camera(far + dvec3(0.0, 0.0, 3.0), far, 40.0)
+                      .triangle(diffuse(white), {1e8, -7e7, 3e7}, {1e8 + 1.0, -7e7, 3e7}, {1e8, -7e7 + 1.0, 3e7}, turn)
+                      .scene();
+    const auto origin = floating_origin(scene);
+    REQUIRE(origin);
+    const Scene seen = seen_from(scene, *origin).value();
+    for (const dvec3& vertex : seen.vertices) CHECK(glm::length(vertex) < 32.0);
+    CHECK(glm::length(dvec3(seen.entities[0].object_to_world[3])) < 32.0);
+    CHECK(glm::length(corner(seen, 0) - (corner(scene, 0) - *origin)) < 1e-6);
+
+    SUBCASE("not where a texture goes by them") {
+        scene.textures.emplace_back();
+        scene.materials[scene.entities[0].material].colour_texture = 0;
+        CHECK_FALSE(seen_from(scene, *origin));
+        scene.textures[0].space = TextureSpace::coordinates;
+        CHECK(seen_from(scene, *origin));
+    }
+    SUBCASE("not where another entity has the same vertices elsewhere") {
+        scene.entities.push_back(scene.entities[0]);
+        CHECK(seen_from(scene, *origin));
+        scene.entities[1].object_to_world[3] += glm::dvec4(16.0, 0.0, 0.0, 0.0);
+        CHECK_FALSE(seen_from(scene, *origin));
+    }
 }
 
 TEST_CASE("traced paths of a moved scene tell the points of the world") {
