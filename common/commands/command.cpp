@@ -260,6 +260,29 @@ RenderSettings settings_from(const RenderOptions& options, const Scene& scene) {
     return settings;
 }
 
+std::vector<std::pair<std::string, std::string>> given_options(const RenderOptions& options) {
+    std::vector<std::pair<std::string, std::string>> given;
+    const auto add = [&](const char* name, const std::string& value, const std::string& otherwise = "") {
+        if (value != otherwise) given.emplace_back(name, value);
+    };
+    const auto text = [](const auto& value) { return value ? fmt::format("{}", *value) : std::string(); };
+    add("--integrator", options.integrator);
+    add("--mis", options.mis, "on");
+    add("--bounces", text(options.bounces));
+    add("--roulette", text(options.roulette));
+    add("--effects", options.effects, "needed");
+    add("--triangle-kernel", options.triangle_kernel, std::string(triangle_kernel_names[0]));
+    add("--convex-kernel", options.convex_kernel, std::string(convex_kernel_names[0]));
+    add("--guard", options.guard, std::string(guard_names[0]));
+    if (options.epsilon != IntersectionSettings{}.epsilon) add("--epsilon", fmt::format("{}", options.epsilon));
+    add("--generator", options.generator, std::string(generator_names[0]));
+    add("--clamp", text(options.clamp));
+    add("--fresnel", options.fresnel);
+    add("--accumulation", options.accumulation);
+    add("--sampling", options.sampling);
+    return given;
+}
+
 void refuse_adaptive_sampling(const RenderOptions& options) {
     if (options.sampling == sampling_names[static_cast<std::size_t>(Sampling::adaptive)])
         throw InputError(

@@ -78,6 +78,9 @@ void add_render_options(CLI::App& command, RenderOptions& options);
 // The scene's own settings, changed by the options. Throws InputError.
 [[nodiscard]] RenderSettings settings_from(const RenderOptions& options, const Scene& scene);
 
+// Those that differ from their defaults, but size and seed: name and value, as a command line has them.
+[[nodiscard]] std::vector<std::pair<std::string, std::string>> given_options(const RenderOptions& options);
+
 // Throws InputError for adaptive sampling, which is render's and cost's alone.
 void refuse_adaptive_sampling(const RenderOptions& options);
 

@@ -1,9 +1,11 @@
 // tandem cost: what accuracy costs in time, knob by knob.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <iterator>
 #include <sstream>
 
 #include "common/commands/command.h"
@@ -57,6 +59,21 @@ MakeRenderer maker(const CommandContext& context, const std::string& name, const
     };
 }
 
+// But for threads, which buy no accuracy.
+std::vector<std::pair<std::string, std::string>> baseline_options(const CostArguments& arguments) {
+    std::vector<std::pair<std::string, std::string>> given;
+    const auto add = [&](const char* name, const std::string& value) {
+        if (!value.empty()) given.emplace_back(name, value.find(' ') == std::string::npos ? value : "'" + value + "'");
+    };
+    add("--backend", arguments.backend == "cpu" ? "" : arguments.backend);
+    add("--device", arguments.device);
+    add("--kernel", arguments.kernel);
+    add("--precision", arguments.precision);
+    add("--size", arguments.options.size);
+    std::ranges::move(given_options(arguments.options), std::back_inserter(given));
+    return given;
+}
+
 CostRequest request_of(const CostArguments& arguments, const CommandContext& context, const Scene& scene) {
     CostRequest request;
     request.scene_file = arguments.scene;
@@ -67,6 +84,7 @@ CostRequest request_of(const CostArguments& arguments, const CommandContext& con
     request.baseline.render = settings_from(options, scene);
     request.baseline.backend.precision = precision_from(arguments.precision);
     request.baseline.backend.kernel = arguments.kernel;
+    request.given = baseline_options(arguments);
     request.backend = arguments.backend;
     request.reference_backend = arguments.reference_backend;
     request.make = maker(context, arguments.backend, arguments);

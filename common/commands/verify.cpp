@@ -193,7 +193,6 @@ void add_convergence(const Scene& scene, Renderer& reference, Renderer& candidat
 // The command that follows a sample of the worst pixel on both backends, and on the oracle.
 std::string trace_command(const VerifyArguments& arguments, const std::string& scene, const RenderSettings& settings,
     const WorstPixel& worst) {
-    const RenderOptions& render = arguments.render;
     const std::string file = scene.find(' ') == std::string::npos ? scene : "'" + scene + "'";
     std::string command = fmt::format("tandem trace {} --pixel {},{} --sample {} --seed {} --size {}x{}", file, worst.x,
         worst.y, worst.sample, worst.seed, settings.width, settings.height);
@@ -206,18 +205,8 @@ std::string trace_command(const VerifyArguments& arguments, const std::string& s
     const std::string device = chosen("vulkan", arguments.device, arguments.reference_device);
     const std::string precision = chosen("cpu", arguments.precision, arguments.reference_precision);
     const std::string of_gpu = chosen("vulkan", arguments.precision, arguments.reference_precision);
-    add("--integrator", render.integrator, !render.integrator.empty());
-    add("--mis", render.mis, render.mis != "on");
-    add("--bounces", std::to_string(settings.bounces), render.bounces.has_value());
-    add("--roulette", std::to_string(render.roulette.value_or(0)), render.roulette.has_value());
-    add("--effects", render.effects, render.effects != "needed");
-    add("--triangle-kernel", render.triangle_kernel, render.triangle_kernel != triangle_kernel_names[0]);
-    add("--convex-kernel", render.convex_kernel, render.convex_kernel != convex_kernel_names[0]);
-    add("--guard", render.guard, render.guard != guard_names[0]);
-    add("--epsilon", fmt::format("{}", render.epsilon), render.epsilon != IntersectionSettings{}.epsilon);
-    add("--generator", render.generator, render.generator != generator_names[0]);
-    add("--clamp", fmt::format("{}", render.clamp.value_or(0.0)), render.clamp.has_value());
-    add("--fresnel", render.fresnel, !render.fresnel.empty());
+    for (const auto& [option, value] : given_options(arguments.render))
+        add(option, value, option != "--accumulation" && option != "--sampling");  // of a path there is but one sample
     add("--device", "'" + device + "'", !device.empty());
     add("--precision", precision, !precision.empty());
     add("--vulkan-precision", of_gpu, !of_gpu.empty());

@@ -164,6 +164,19 @@ const ArmFigures* recommended(const CostReport& report, double relative_error) {
     return soonest(report.figures, relative_error);
 }
 
+namespace {
+
+// What the baseline was given goes for every arm, but for what the arm itself says; a guard takes its length with it.
+std::string render_command(const CostReport& report, const CostArm& arm) {
+    const auto says = [&](const std::string& option) { return arm.options.find(option + " ") != std::string::npos; };
+    std::string command = "tandem render " + report.scene_file;
+    for (const auto& [option, value] : report.given)
+        if (!says(option) && !(option == "--epsilon" && says("--guard"))) command += " " + option + " " + value;
+    return command + (arm.options.empty() ? "" : " ") + arm.options;
+}
+
+}  // namespace
+
 std::vector<std::string> recommendations(const CostReport& report) {
     std::vector<std::string> sentences;
     if (report.figures.empty()) return sentences;
@@ -176,11 +189,11 @@ std::vector<std::string> recommendations(const CostReport& report) {
             continue;
         }
         const TimeToError time = best->time_to(error);
-        sentences.push_back(fmt::format("To {}: `tandem render {} {}{}--samples {:.0f}`, {}{}{}. {}", percent(error),
-            report.scene_file, best->arm.options, best->arm.options.empty() ? "" : " ", std::ceil(*time.samples),
-            duration(time.seconds->value), time.extrapolated ? " (extrapolated)" : "",
-            time.floor_unknown ? "; a floor as high is not excluded, and none assumed" : "",
-            confirmation == nullptr ? "It was not measured anew." : sentence_on(*confirmation)));
+        sentences.push_back(
+            fmt::format("To {}: `{} --samples {:.0f}`, {}{}{}. {}", percent(error), render_command(report, best->arm),
+                std::ceil(*time.samples), duration(time.seconds->value), time.extrapolated ? " (extrapolated)" : "",
+                time.floor_unknown ? "; a floor as high is not excluded, and none assumed" : "",
+                confirmation == nullptr ? "It was not measured anew." : sentence_on(*confirmation)));
     }
     for (const ArmFigures& arm : report.figures) {
         if (&arm == &baseline) {

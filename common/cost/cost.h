@@ -12,6 +12,7 @@ namespace tandem {
 struct CostReport {
     std::string scene_file, scene, backend, device, driver;
     std::uint32_t width = 0, height = 0;
+    std::vector<std::pair<std::string, std::string>> given;  // options of the baseline: name and value
     CostReference reference;
     std::string reference_backend;
     std::vector<ArmFigures> figures;  // [0] is the baseline

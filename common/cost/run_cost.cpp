@@ -165,6 +165,7 @@ CostReport run_cost(const Scene& scene, CostRequest request, const CostControl& 
     const double start = now();
     CostReport report;
     report.scene_file = request.scene_file;
+    report.given = request.given;
     report.scene = scene.name;
     report.backend = request.backend;
     report.reference_backend = request.reference_backend;

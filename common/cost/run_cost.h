@@ -13,6 +13,7 @@ struct CostRequest {
     std::string scene_bytes;  // the file's content, for the reference's key
     std::string program;      // version, likewise
     ArmSettings baseline;
+    std::vector<std::pair<std::string, std::string>> given;  // the options of `tandem render` that make the baseline
     std::string backend, reference_backend;
     MakeRenderer make, make_reference;
     std::vector<std::string> knobs;    // only these; empty: all

@@ -240,6 +240,23 @@ TEST_CASE("cost: arms that are alike are said to be alike") {
     CHECK(recommendations(report).at(1).find("nothing is faster, but these may be as fast: ") != std::string::npos);
 }
 
+TEST_CASE("cost: what is recommended to be typed has the options of the baseline, but for those that an arm changes") {
+    CostPoint point;
+    point.samples = 4;
+    point.seconds = {1.0, 1.0, 1.0};
+    CostReport report;
+    report.scene_file = "scene.json";
+    report.given = {{"--backend", "vulkan"}, {"--guard", "fixed-epsilon"}, {"--epsilon", "0.01"}};
+    ArmFigures& arm = report.figures.emplace_back();
+    arm.points.push_back(point);
+    arm.variance = 0.25;
+    const auto told = [&] { return recommendations(report).front(); };
+    const std::string given = "`tandem render scene.json --backend vulkan ";
+    CHECK(told().find(given + "--guard fixed-epsilon --epsilon 0.01 --samples ") != std::string::npos);
+    report.figures.front().arm.options = "--guard ulp";
+    CHECK(told().find(given + "--guard ulp --samples ") != std::string::npos);
+}
+
 TEST_CASE("cost: adaptive sampling is measured where it has samples to share out, and else said not to be") {
     for (const double seconds : {6.0, 60.0}) {
         CAPTURE(seconds);
