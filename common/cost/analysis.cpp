@@ -274,7 +274,7 @@ double compare(const ArmTrials& samples, const ArmTrials& baseline, const ArmFig
     };
     const double log_ratio = time.value + std::log(per_sample(figures) / per_sample(base));
     const double half =
-        std::hypot(0.5 * (time.high - time.low), figures.log_half_of_variance, base.log_half_of_variance);
+        std::hypot(0.5 * (time.high - time.low), std::hypot(figures.log_half_of_variance, base.log_half_of_variance));
     figures.cost_ratio = times_or_over(std::exp(log_ratio), half);
     return half > 0.0 ? 2.0 * normal_upper_tail(std::abs(log_ratio) / half * two_sided) : 1.0;
 }

@@ -78,9 +78,10 @@ Rival compare(const Renewed& rival, const Renewed& best, std::size_t rivals) {
     const PairedEffect paired = paired_seconds(*rival.trials, *best.trials);
     const double ratio = std::log(rival.time.seconds->value / best.time.seconds->value);
     const double widened = normal_quantile(1.0 - 0.5 * level / static_cast<double>(rivals)) / normal_quantile(0.975);
-    const double half =
-        widened * std::hypot(0.5 * (paired.high - paired.low), log_half_of_noise(rival.figures, rival.time),
-                      log_half_of_noise(best.figures, best.time));
+    // Not hypot of three, which in libstdc++ is NaN where one is infinite.
+    const double noise =
+        std::hypot(log_half_of_noise(rival.figures, rival.time), log_half_of_noise(best.figures, best.time));
+    const double half = widened * std::hypot(0.5 * (paired.high - paired.low), noise);
     return {rival.figures.arm.name(), {std::exp(ratio), std::exp(ratio - half), std::exp(ratio + half)}};
 }
 

@@ -28,6 +28,7 @@ std::string factor(const Estimated& ratio) {
 Estimated inverse(const Estimated& ratio) { return {1.0 / ratio.value, 1.0 / ratio.high, 1.0 / ratio.low}; }
 
 std::string duration(double seconds) {
+    if (!std::isfinite(seconds)) return "any time";  // the end of an interval that has none
     if (seconds < 1.0) return fmt::format("{:.3g} ms", 1e3 * seconds);
     if (seconds < 600.0) return fmt::format("{:.3g} s", seconds);
     if (seconds < 7200.0) return fmt::format("{:.0f} min", seconds / 60.0);

@@ -257,6 +257,41 @@ TEST_CASE("cost: what is recommended to be typed has the options of the baseline
     CHECK(told().find(given + "--guard ulp --samples ") != std::string::npos);
 }
 
+TEST_CASE("cost: where a floor may be as high as the error, nothing is known of how much longer rivals take") {
+    const std::vector<CostArm> arms{
+        {"baseline", "", "", {}, true}, {"generator", "hash", "--generator hash", {}, true}};
+    CostReport report;
+    report.reference = {"", "", 1 << 20, 1.0, {4.0, 4.0, 4.0}, {0.0, 0.0, 0.0}, {1e-9, 1e-9, 1e-9}};
+    CostSamples samples{"", report.reference, {}, 1.0};
+    for (const CostArm& arm : arms) {
+        ArmTrials& trials = samples.arms.emplace_back();
+        trials.name = arm.name();
+        trials.samples = {16, 32, 64};
+        trials.sum = {0.1, -0.1, 0.1};
+        trials.sum_of_squares = {0.04, 0.04, 0.04};
+        for (std::uint64_t round = 0; round < 8; ++round) {
+            const double noise = 1.0 + 0.01 * static_cast<double>(round % 3);
+            trials.replicates.push_back({round, {0.016 * noise, 0.032 * noise, 0.064 * noise},
+                {0.02 * noise, 0.01 * noise, 0.005 * noise}, {1e-3, 5e-4, 2.5e-4}, 0.32 * noise});
+        }
+    }
+    report.figures = analyse_cost(arms, samples);
+    REQUIRE(report.figures.size() == 2);
+    for (ArmFigures& figures : report.figures) {
+        figures.has_floor = true;
+        figures.squared_bias = {1e-6, 0.0, 1.0};
+    }
+    report.confirmations = confirm(report.figures, arms, samples);
+    const Confirmation& confirmation = confirmed_at(report, 0.01);
+    REQUIRE(confirmation.rivals.size() == 1);
+    CHECK(confirmation.outcome == Confirmed::open);
+    CHECK(confirmation.rivals.front().time_ratio.low == 0.0);
+    CHECK(std::isinf(confirmation.rivals.front().time_ratio.high));
+    const std::string sentence = recommendations(report).at(1);
+    CHECK(sentence.find(" to any time)") != std::string::npos);
+    CHECK(sentence.find("may be as fast: " + confirmation.rivals.front().name + " (") != std::string::npos);
+}
+
 TEST_CASE("cost: adaptive sampling is measured where it has samples to share out, and else said not to be") {
     for (const double seconds : {6.0, 60.0}) {
         CAPTURE(seconds);
