@@ -44,26 +44,42 @@ TANDEM_INLINE Lanes<Real> plane_error(const FaceTable<Real>& faces, Ints<Real> f
            V(unit_roundoff<Real>) * greatest(largest_magnitude(p), V(Real(0x1p-10)) * faces.extent[face]);
 }
 
+// Bound on the error of points of entities displaced by `size`, from that at rest. The shift of the ray back and of the
+// point there round by sqrt(3) u s each, s now with the shift's own size, and a later ray that is shifted in its turn
+// by as much: below the bound at rest once more.
+template <class V>
+TANDEM_INLINE V error_in_motion(V at_rest, std::type_identity_t<V> size) {
+    return select(size > V(RealOf<V>(0)), V(RealOf<V>(2)) * (at_rest + V(error_factor<RealOf<V>>) * size), at_rest);
+}
+
 // A hit next to an edge may lie beyond the neighbour there, by rounding: a ray that leaves towards that neighbour would
 // miss it, and get out of a closed mesh. So hits beyond an edge, or within a margin of it, are moved in the plane to
 // that margin inside. It holds what the distance from an edge, or from the neighbour's plane, is off by near it: with P
 // = |p|_max, 4u of terms of at most 2 sqrt(3) P, the rounded normal and offset 2 sqrt(3) u P, the moved point 2 sqrt(3)
 // u P: below 21u P; of which, where two edges of 45 degrees meet, a move from one takes all but 0.29 of the other's:
 // 72u P.
+// And a neighbour that stands over the face at an angle: the ray starts up to twice the point's error e above the
+// plane, and is on this side of the neighbour where the margin's sine of the angle exceeds 2 e times its cosine. 8 e do
+// for angles whose tangent is above 1/4, 14 degrees. A triangle smaller than the margin is not moved out of.
 template <class Real>
-TANDEM_INLINE void draw_in(const FaceTable<Real>& faces, Ints<Real> face, Mask<Real> planar, Surface<Real>& surface) {
+TANDEM_INLINE void draw_in(const FaceTable<Real>& faces, Ints<Real> face, Mask<Real> planar, const Lanes<Real>& error,
+    Surface<Real>& surface) {
     using V = Lanes<Real>;
-    const V margin = V(Real(72) * unit_roundoff<Real>) * largest_magnitude(surface.point);
-    std::array<V, 3> move;
+    const V margin =
+        greatest(V(Real(72) * unit_roundoff<Real>) * largest_magnitude(surface.point), V(V(Real(8)) * error));
+    std::array<V, 3> distance;
     std::array<Mask<Real>, 3> near;
     for (std::size_t i = 0; i < 3; ++i) {
-        move[i] = margin - (dot(faces.edge_normal[i][face], surface.point) + faces.edge_offset[i][face]);
-        near[i] = planar & (move[i] > V(Real(0)));
+        distance[i] = dot(faces.edge_normal[i][face], surface.point) + faces.edge_offset[i][face];
+        near[i] = planar & (margin > distance[i]);
     }
     if (none(near[0] | near[1] | near[2])) [[likely]]
         return;
-    for (std::size_t i = 0; i < 3; ++i)
-        surface.point = select(near[i], along(surface.point, move[i], faces.edge_normal[i][face]), surface.point);
+    for (std::size_t i = 0; i < 3; ++i) {
+        const V move = least(margin, V(V(Real(0.25)) * faces.edge_height[i][face])) - distance[i];
+        surface.point = select(
+            near[i] & (move > V(Real(0))), along(surface.point, move, faces.edge_normal[i][face]), surface.point);
+    }
 }
 
 template <class Real>
@@ -80,8 +96,10 @@ TANDEM_INLINE void bend_to_sphere(const SphereTable<Real>& spheres, Ints<Real> s
     surface.normal = select(surface.curved, unit(apply_rows(spheres.normal_map, sphere, q)), surface.normal);
 }
 
+// moved: by how much at most the entity stands elsewhere than where it is met.
 template <class Real>
-TANDEM_INLINE Surface<Real> surface_at(const Tables<Real>& tables, const Ray<Lanes<Real>>& ray, const Hit<Real>& hit) {
+TANDEM_INLINE Surface<Real> surface_at(const Tables<Real>& tables, const Ray<Lanes<Real>>& ray, const Hit<Real>& hit,
+    const Lanes<Real>& moved = Lanes<Real>(Real(0))) {
     using V = Lanes<Real>;
     const FaceTable<Real>& faces = tables.faces;
     Surface<Real> surface;
@@ -100,10 +118,11 @@ TANDEM_INLINE Surface<Real> surface_at(const Tables<Real>& tables, const Ray<Lan
             bend_to_sphere(tables.sphere_table, faces.sphere[hit.face], surface);
         }
     }
-    draw_in(faces, hit.face, hit.found & !surface.curved, surface);
+    const V error = plane_error(faces, hit.face, surface.point);
+    draw_in(faces, hit.face, hit.found & !surface.curved, error_in_motion(error, moved), surface);
     // A sphere has no coplanar neighbours, and rays that leave it pass it over: moved, their origins would only get
     // into what touches it.
-    surface.error_bound = select(surface.curved, V(Real(0)), plane_error(faces, hit.face, surface.point));
+    surface.error_bound = select(surface.curved, V(Real(0)), error);
     const IntersectionSettings& chosen = tables.settings.intersection;
     if (chosen.guard != SelfIntersectionGuard::error_bound) [[unlikely]]
         surface.error_bound =
@@ -114,14 +133,6 @@ TANDEM_INLINE Surface<Real> surface_at(const Tables<Real>& tables, const Ray<Lan
     return surface;
 }
 
-// Bound on the error of points of entities displaced by `size`, from that at rest. The shift of the ray back and of the
-// point there round by sqrt(3) u s each, s now with the shift's own size, and a later ray that is shifted in its turn
-// by as much: below the bound at rest once more.
-template <class V>
-TANDEM_INLINE V error_in_motion(V at_rest, std::type_identity_t<V> size) {
-    return select(size > V(RealOf<V>(0)), V(RealOf<V>(2)) * (at_rest + V(error_factor<RealOf<V>>) * size), at_rest);
-}
-
 // The same where entities move: found on the entity at rest by the ray moved back by `shift`, then moved there.
 template <class Real>
 TANDEM_INLINE Surface<Real> surface_in_motion(
@@ -129,10 +140,11 @@ TANDEM_INLINE Surface<Real> surface_in_motion(
     using V = Lanes<Real>;
     Ray<V> rest = ray;
     rest.origin = ray.origin - shift;
-    Surface<Real> surface = surface_at(tables, rest, hit);
+    const V size = largest_magnitude(shift);
+    Surface<Real> surface = surface_at(tables, rest, hit, size);
     surface.point = surface.point + shift;
     if (tables.settings.intersection.guard == SelfIntersectionGuard::error_bound)
-        surface.error_bound = error_in_motion(surface.error_bound, largest_magnitude(shift));
+        surface.error_bound = error_in_motion(surface.error_bound, size);
     return surface;
 }
 

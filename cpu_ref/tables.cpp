@@ -123,6 +123,7 @@ private:
         for (std::size_t i = 0; i < 3; ++i) {
             edge_normal_[i].push_back(dvec3(0.0));
             edge_offset_[i].push_back(Real(1e30));
+            edge_height_[i].push_back(Real(1e30));
         }
     }
 
@@ -131,11 +132,13 @@ private:
         for (std::size_t i = 0; i < 3; ++i) {
             const dvec3 inwards = glm::normalize(glm::cross(normal, corners[(i + 1) % 3] - corners[i]));
             // The front of a mirrored triangle sees its corners clockwise.
-            const dvec3 n = glm::dot(inwards, corners[(i + 2) % 3] - corners[i]) < 0.0 ? -inwards : inwards;
+            const double height = glm::dot(inwards, corners[(i + 2) % 3] - corners[i]);
+            const dvec3 n = height < 0.0 ? -inwards : inwards;
             edge_normal_[i].x.back() = static_cast<Real>(n.x);
             edge_normal_[i].y.back() = static_cast<Real>(n.y);
             edge_normal_[i].z.back() = static_cast<Real>(n.z);
             edge_offset_[i].back() = static_cast<Real>(-glm::dot(n, corners[i]));
+            edge_height_[i].back() = static_cast<Real>(std::abs(height));
         }
     }
 
@@ -326,7 +329,7 @@ private:
     using Unsigned = UnsignedOf<Real>;
     VectorRows<Real> face_normal_, face_wrong_normal_, face_terms_;
     std::array<VectorRows<Real>, 3> edge_normal_;
-    std::array<std::vector<Real>, 3> edge_offset_;
+    std::array<std::vector<Real>, 3> edge_offset_, edge_height_;
     std::vector<Real> face_offset_, face_extent_, face_terms_of_extent_, face_density_;
     std::vector<Unsigned> face_primitive_, face_material_, face_sphere_, face_curved_, face_entity_;
     std::array<VectorRows<Real>, 3> sphere_to_local_, sphere_to_world_, sphere_normal_;
@@ -463,6 +466,7 @@ void TableBuilder<Real>::finish_faces() {
     for (std::size_t i = 0; i < 3; ++i) {
         edge_normal_[i].assign_to(table.edge_normal[i]);
         table.edge_offset[i].assign(edge_offset_[i]);
+        table.edge_height[i].assign(edge_height_[i]);
     }
     table.terms_of_extent.assign(face_terms_of_extent_);
     table.light_density.assign(face_density_);

@@ -32,13 +32,16 @@ const float least_offset = unit_roundoff;
 // A hit next to an edge may lie beyond the neighbour there, by rounding, and a ray that leaves towards that neighbour would
 // miss it and get out of a closed mesh. So points within a margin of an edge move inwards by it, in the plane. The margin:
 // weights are off by 10 u, and points by gamma(11), of the largest corner; together below gamma(32) of it.
+// A neighbour may also stand over the triangle at an angle, and the ray starts up to twice the point's error above it: 8 times
+// that error are more than enough for the neighbours whose angle's tangent is above 1/4, 14 degrees.
 const float gamma_margin = 32.0001 * unit_roundoff;
+const float margin_of_error = 8.0;
 
-vec3 drawn_in(Triangle triangle, vec3 weights, vec3 point, vec3 normal, float reach) {
+vec3 drawn_in(Triangle triangle, vec3 weights, vec3 point, vec3 normal, float reach, float error) {
     const vec3 corners[3] = vec3[3](triangle.corner0.xyz, triangle.corner1.xyz, triangle.corner2.xyz);
     // Handed on as a float, the point lies up to sqrt(3) roundings of itself elsewhere.
     const float handed = 4.0 * handed_roundoff * max(abs(point.x), max(abs(point.y), abs(point.z)));
-    const float margin = gamma_margin * reach + handed;
+    const float margin = max(gamma_margin * reach + handed, margin_of_error * error);
     // No edge is longer than the diagonal of the cube that holds the corners, 2 sqrt(3) reach.
     const float doubled_area = length(cross(corners[1] - corners[0], corners[2] - corners[0]));
     if (min(weights.x, min(weights.y, weights.z)) * doubled_area >= margin * 3.465 * reach) return point;
@@ -71,7 +74,14 @@ float reach_of(Triangle triangle) {
     return max(largest.x, max(largest.y, largest.z));
 }
 
-Surface triangle_surface(Triangle triangle, vec2 weights) {
+// What the motion of its entity adds to the error of a point. Product and sum round once each, the motion was rounded before:
+// three times u of both terms; and one more for the move of the ray's origin to the entity at rest and back.
+vec3 error_in_motion(vec3 point, vec3 motion) {
+    return motion == vec3(0.0) ? vec3(0.0) : 4.0 * unit_roundoff * (abs(point) + abs(motion));
+}
+
+// motion: of its entity.
+Surface triangle_surface(Triangle triangle, vec2 weights, vec3 motion) {
     precise float weight0 = 1.0 - weights.x - weights.y;
     precise vec3 p0 = weight0 * triangle.corner0.xyz;
     precise vec3 p1 = weights.x * triangle.corner1.xyz;
@@ -79,9 +89,10 @@ Surface triangle_surface(Triangle triangle, vec2 weights) {
     precise vec3 point = p0 + p1 + p2;
     const vec3 raw_normal = vec3(triangle.corner0.w, triangle.corner1.w, triangle.corner2.w);
     const float reach = reach_of(triangle);
-    const vec3 normal = normalize(raw_normal);
-    point = drawn_in(triangle, vec3(weight0, weights), point, normal, reach);
-    return Surface(point, normal, plane_error(triangle, p1, p2, reach), point);
+    const vec3 normal = normalize(raw_normal), error = plane_error(triangle, p1, p2, reach);
+    point = drawn_in(triangle, vec3(weight0, weights), point, normal, reach,
+        dot(abs(normal), error + error_in_motion(point, motion)));
+    return Surface(point, normal, error, point);
 }
 
 vec3 convex_extent(Convex shape) { return vec3(shape.to_world0.w, shape.to_world1.w, shape.to_world2.w); }
@@ -110,28 +121,27 @@ Surface convex_surface(Convex shape, vec3 x, vec3 gradient) {
     return Surface(point, convex_normal(shape, gradient), (gamma_point + handed_roundoff) * spread, point);
 }
 
-// To where the entity is at `time` (MODEL.md section 6). Product and sum round once each, the motion was rounded before:
-// three times u of both terms; and one more for the move of the ray's origin to the entity at rest and back.
-void move_surface(inout Surface surface, uint slot, float time) {
-    const vec3 motion = transforms[placed[slot].entity].motion;
+// To where the entity is at `time` (MODEL.md section 6).
+void move_surface(inout Surface surface, vec3 motion, float time) {
     if (motion == vec3(0.0)) return;
     const vec3 shift = time * motion;
-    surface.error += 4.0 * unit_roundoff * (abs(surface.rest) + abs(motion));
+    surface.error += error_in_motion(surface.rest, motion);
     surface.point = surface.rest + shift;
 }
 
 Surface surface_at(uint slot, uint face, vec3 local, float time) {
     Surface surface;
     const uint kind = kind_of(slot);
+    const vec3 motion = has_entity_motion ? transforms[placed[slot].entity].motion : vec3(0.0);
     if (has_triangles && kind == kind_triangle)
-        surface = triangle_surface(triangles[slot], local.xy);
+        surface = triangle_surface(triangles[slot], local.xy, motion);
     else
         surface = convex_surface(convex_at(slot), local, kind == kind_sphere ? local : face_axis(face));
     // A sphere has no coplanar neighbours, and rays that leave it pass it over: moved, their origins would only get into
     // what touches it.
     if (kind == kind_sphere) surface.error = vec3(0.0);
     if (PLANTED(face_normal_flipped) && kind == kind_cuboid && face == 5u) surface.normal = -surface.normal;
-    if (has_entity_motion) move_surface(surface, slot, time);
+    if (has_entity_motion) move_surface(surface, motion, time);
 #ifdef PLANTED_BUGS
     if (PLANTED(normal_transform_wrong)) {
         const EntityTransform m = transforms[placed[slot].entity];
