@@ -145,9 +145,12 @@ struct Accelerator<Real>::Callbacks {
         if (self.leaf_)
             for (const BoundingBox& other : self.tables_.bounds)
                 box = {glm::min(box.low, other.low), glm::max(box.high, other.high)};
-        const double e = self.inflation_;
-        *arguments->bounds_o = {round_down(box.low.x - e), round_down(box.low.y - e), round_down(box.low.z - e), 0.0f,
-            round_up(box.high.x + e), round_up(box.high.y + e), round_up(box.high.z + e), 0.0f};
+        // Embree passes over boxes that reach beyond 1.844e18; rays start within 10^18 and see what is left of them.
+        constexpr double greatest = 1.8e18;
+        const glm::dvec3 low = glm::clamp(box.low - self.inflation_, -greatest, greatest),
+                         high = glm::clamp(box.high + self.inflation_, -greatest, greatest);
+        *arguments->bounds_o = {round_down(low.x), round_down(low.y), round_down(low.z), 0.0f, round_up(high.x),
+            round_up(high.y), round_up(high.z), 0.0f};
     }
 
     template <bool moving>
