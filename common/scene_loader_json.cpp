@@ -168,7 +168,8 @@ std::string printable(std::string_view text) {
         if (line.size() >= max_shown_bytes) return line + "…";
         const std::size_t length = utf8_length(text);
         const auto lead = static_cast<unsigned char>(text.front());
-        if (length == 0 || lead < 0x20 || lead == 0x7F) {
+        const bool control = length == 2 && lead == 0xC2 && static_cast<unsigned char>(text[1]) < 0xA0;  // U+0080 … 9F
+        if (length == 0 || lead < 0x20 || lead == 0x7F || control) {
             line += fmt::format("\\x{:02x}", lead);
             text.remove_prefix(1);
         } else {
