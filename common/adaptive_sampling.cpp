@@ -118,20 +118,25 @@ std::vector<double> allocate(std::span<const double> deviations, std::span<const
     }
 }
 
-std::optional<double> foretold_error_ratio(const Estimate& pilot) {
+std::optional<Foretold> foretell(const Estimate& pilot) {
     const std::vector<double> variances = pixel_variances(pilot);
     const std::vector<double> deviations = neighbour_deviations(pilot.width(), pilot.height(), variances);
     double uniform = 0.0, adaptive = 0.0;
+    Foretold foretold;
     for (const std::vector<std::uint32_t>& colour : colours(pilot.width(), pilot.pixel_count())) {
         const std::vector<double> counts = allocate(picked<double>(deviations, colour),
             std::vector<double>(colour.size(), uniform_share), static_cast<double>(colour.size()));
         for (std::size_t i = 0; i < colour.size(); ++i) {
             uniform += variances[colour[i]];
             adaptive += variances[colour[i]] / counts[i];
+            foretold.most = std::max(foretold.most, counts[i]);
+            if (counts[i] > 1.0) foretold.favoured.push_back(colour[i]);
         }
     }
     if (!(uniform > 0.0)) return std::nullopt;
-    return adaptive / uniform;
+    std::ranges::sort(foretold.favoured);
+    foretold.squared_error = adaptive / uniform;
+    return foretold;
 }
 
 void VarianceScatter::add(const Estimate& part, std::span<const std::uint32_t> pixels) {

@@ -35,9 +35,14 @@ inline constexpr std::uint64_t numbers_alike = std::uint64_t{1} << 40;
 [[nodiscard]] std::vector<double> allocate(
     std::span<const double> deviations, std::span<const double> least, double total);
 
-// What adaptive sampling makes of the mean squared error of as many uniform samples: a factor, as a pilot of at least 2
-// samples a pixel foretells it. Nothing for a pilot without noise.
-[[nodiscard]] std::optional<double> foretold_error_ratio(const Estimate& pilot);
+// What adaptive sampling makes of as many uniform samples.
+struct Foretold {
+    double squared_error = 1.0;           // of the image, a factor
+    std::vector<std::uint32_t> favoured;  // pixels that get more than the mean, ascending
+    double most = 1.0;                    // that one of them gets, in means
+};
+// As a pilot of at least 2 samples a pixel foretells it. Nothing for a pilot without noise.
+[[nodiscard]] std::optional<Foretold> foretell(const Estimate& pilot);
 
 // How far the variances of a film's pixels may be misjudged, by how they differ between parts of its samples.
 class VarianceScatter {

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <chrono>
 #include <numeric>
+#include <span>
+#include <utility>
 
 #include "common/adaptive_sampling.h"
 #include "common/error.h"
@@ -46,8 +48,13 @@ std::vector<SettingsTrial> candidates(const Scene& scene, const RenderSettings& 
 }
 
 struct Trial {
-    double cost = 0.0;               // variance of a sample times its seconds
-    std::optional<double> adaptive;  // what adaptive sampling makes of it, a factor
+    double cost = 0.0;              // variance of a sample times its seconds
+    double seconds_a_sample = 0.0;  // of all pixels
+    std::uint64_t pixels = 0;
+    std::optional<Foretold> adaptive;
+    [[nodiscard]] double share_of(std::size_t some) const {
+        return static_cast<double>(some) / static_cast<double>(pixels);
+    }
 };
 
 // Of at least `least_samples` and about `seconds`. Nothing after a stop.
@@ -65,7 +72,9 @@ std::optional<Trial> trial_of(RenderJob& job, double seconds, std::stop_token st
     const std::vector<double> variances = variance_of(result.estimate);
     const double variance =
         std::accumulate(variances.begin(), variances.end(), 0.0) / static_cast<double>(variances.size());
-    return Trial{variance * result.seconds / static_cast<double>(samples), foretold_error_ratio(result.estimate)};
+    const double seconds_a_sample = result.seconds / static_cast<double>(samples);
+    return Trial{variance * seconds_a_sample, std::max(seconds_a_sample, 1e-12), result.estimate.pixel_count(),
+        foretell(result.estimate)};
 }
 
 bool may_adapt(const RenderSettings& settings) {
@@ -79,20 +88,55 @@ bool may_adapt(const RenderSettings& settings) {
     return settings.sampling == Sampling::uniform;
 }
 
+// Seconds of a sample of some pixels, in about `seconds` or a block. Nothing after a stop.
+std::optional<double> seconds_of_pass(
+    RenderJob& job, std::span<const std::uint32_t> pixels, double seconds, std::stop_token stop) {
+    RenderResult result;
+    std::uint64_t samples = 1;  // warms up
+    for (const bool timed : {false, true}) {
+        if (timed)
+            samples = static_cast<std::uint64_t>(
+                std::clamp(seconds / std::max(result.seconds, 1e-9), 1.0, static_cast<double>(samples_per_block)));
+        result = job.render_pixels({trial_begin, trial_begin + samples}, pixels, {.stop = stop, .progress = {}});
+        if (result.estimate.count() < samples) return std::nullopt;
+    }
+    return result.seconds / static_cast<double>(samples);
+}
+
+// How much longer adaptive samples take than as many uniform ones: noisy pixels may have longer paths, and passes over
+// few of them, the last of which is as long as the noisiest pixel wants, keep a device less busy. Nothing after a stop.
+std::optional<double> slowness_of_passes(RenderJob& job, const Trial& trial, double seconds, std::stop_token stop) {
+    const std::span<const std::uint32_t> favoured(trial.adaptive->favoured);
+    const std::optional<double> many = seconds_of_pass(job, favoured, seconds, stop);
+    const std::optional<double> one = seconds_of_pass(job, favoured.first(1), seconds, stop);
+    if (!many || !one) return std::nullopt;
+    const double of_paths = *many / (trial.seconds_a_sample * trial.share_of(favoured.size()));
+    return uniform_share + (1.0 - uniform_share) * of_paths + trial.adaptive->most * *one / trial.seconds_a_sample;
+}
+
 // The chosen settings with adaptive sampling, as one more trial, and as the choice if it is clearly better.
-void try_adaptive(const Scene& scene, double ratio, Renderer& renderer, SettingsChoice& choice) {
+void try_adaptive(const Scene& scene, const Trial& of_choice, double seconds, Renderer& renderer,
+    SettingsChoice& choice, std::stop_token stop) {
+    const double error = of_choice.adaptive->squared_error;
     SettingsTrial trial = choice.trials[choice.chosen];
     trial.settings.sampling = Sampling::adaptive;
     trial.options += trial.options.empty() ? "--sampling adaptive" : " --sampling adaptive";
-    trial.cost *= ratio;
-    choice.trials.push_back(trial);
-    if (!(ratio < clearly_better)) return;
-    try {
-        choice.job = renderer.prepare(scene, trial.settings);
-    } catch (const UnsupportedError&) {
-        choice.trials.pop_back();
-        return;
+    trial.cost *= error;
+    std::unique_ptr<RenderJob> job;
+    if (error < clearly_better) {
+        try {
+            job = renderer.prepare(scene, trial.settings);
+        } catch (const UnsupportedError&) {
+            return;  // not an alternative here
+        }
+        const std::optional<double> slowness = slowness_of_passes(*job, of_choice, seconds, stop);
+        if (!slowness) return;
+        trial.cost *= *slowness;
     }
+    const bool better = trial.cost < clearly_better * choice.trials[choice.chosen].cost;
+    choice.trials.push_back(trial);
+    if (!better) return;
+    choice.job = std::move(job);
     choice.settings = trial.settings;
     choice.chosen = choice.trials.size() - 1;
 }
@@ -109,7 +153,7 @@ SettingsChoice choose_settings(const Scene& scene, const RenderSettings& given, 
     if (all.size() < 2 && !(open.sampling && may_adapt(given))) return choice;
     const double each = seconds / (2.0 * static_cast<double>(all.size()));  // half of the time, as jobs take some too
     double least = 0.0;
-    std::optional<double> adaptive;  // of the choice
+    std::optional<Trial> best;
     for (const SettingsTrial& one : all) {
         const bool first = choice.trials.empty();
         if (!first && (now() - start > seconds || stop.stop_requested())) break;
@@ -119,22 +163,23 @@ SettingsChoice choose_settings(const Scene& scene, const RenderSettings& given, 
         } catch (const UnsupportedError&) {
             continue;  // not an alternative here
         }
-        const auto trial = trial_of(first ? *choice.job : *job, each, stop);
+        std::optional<Trial> trial = trial_of(first ? *choice.job : *job, each, stop);
         if (!trial) break;
         choice.trials.push_back(one);
         choice.trials.back().cost = trial->cost;
         if (first) {
             least = trial->cost * clearly_better;
-            adaptive = trial->adaptive;
+            best = std::move(trial);
         } else if (trial->cost < least) {
             least = trial->cost;
-            adaptive = trial->adaptive;
+            best = std::move(trial);
             choice.chosen = choice.trials.size() - 1;
             choice.job = std::move(job);
             choice.settings = one.settings;
         }
     }
-    if (open.sampling && adaptive && may_adapt(choice.settings)) try_adaptive(scene, *adaptive, renderer, choice);
+    if (open.sampling && best && best->adaptive && may_adapt(choice.settings))
+        try_adaptive(scene, *best, each, renderer, choice, stop);
     choice.seconds = now() - start;
     return choice;
 }

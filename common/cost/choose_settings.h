@@ -23,7 +23,7 @@ struct SettingsTrial {
     RenderSettings settings;
     std::string options;  // of `tandem render`; empty: the given ones
     double cost = 0.0;    // variance of one sample x its seconds; 0 where a trial saw no noise. Of adaptive sampling
-                          // as foretold of the trial that it would change
+                          // as foretold of the trial that it would change and of what its passes take
 };
 
 struct SettingsChoice {
@@ -36,7 +36,8 @@ struct SettingsChoice {
 
 // The given settings and every alternative get a trial of equal length, on random numbers that the render does not use;
 // the alternative must be better by a tenth, as trials are short. Whether to sample adaptively is asked of the best of
-// them. Ends trying others after `seconds` or a stop.
+// them, by how uneven its noise is and how long a path takes in the pixels that would get more. Ends trying others
+// after `seconds` or a stop.
 [[nodiscard]] SettingsChoice choose_settings(const Scene& scene, const RenderSettings& given, const OpenSettings& open,
     Renderer& renderer, double seconds, std::stop_token stop);
 

@@ -160,9 +160,9 @@ TEST_CASE("the error is as small as the best counts for the true deviations make
     CHECK(ours < 1.15 * least);  // the neighbours blur the edge between noisy and quiet
     CHECK(ours < 0.45 * uniform);
     SyntheticJob job(adaptive(32), uneven);
-    const auto foretold = foretold_error_ratio(job.render({0, 64}, {}).estimate);
+    const auto foretold = foretell(job.render({0, 64}, {}).estimate);
     REQUIRE(foretold.has_value());
-    CHECK(*foretold == doctest::Approx(ours / uniform).epsilon(0.15));
+    CHECK(foretold->squared_error == doctest::Approx(ours / uniform).epsilon(0.15));
 }
 
 TEST_CASE("where noise is the same everywhere nothing is gained, and little lost") {
@@ -170,12 +170,12 @@ TEST_CASE("where noise is the same everywhere nothing is gained, and little lost
         const double value = random.exponential();
         return Radiance{value, value, value};
     });
-    const auto foretold = foretold_error_ratio(job.render({0, 256}, {}).estimate);
+    const auto foretold = foretell(job.render({0, 256}, {}).estimate);
     REQUIRE(foretold.has_value());
-    CHECK(*foretold > 0.99);
-    CHECK(*foretold < 1.05);
+    CHECK(foretold->squared_error > 0.99);
+    CHECK(foretold->squared_error < 1.05);
     SyntheticJob black(adaptive(8), [](std::uint32_t, std::uint32_t, SampleRandom&) { return Radiance{}; });
-    CHECK_FALSE(foretold_error_ratio(black.render({0, 64}, {}).estimate).has_value());
+    CHECK_FALSE(foretell(black.render({0, 64}, {}).estimate).has_value());
 }
 
 TEST_CASE("passes have numbers of their own, beyond all samples that a render may be asked for") {

@@ -66,5 +66,61 @@ TEST_CASE(
     CHECK(chosen(0.25, {}, with_lamp).settings.integrator == Integrator::path);
 }
 
+// Two columns of 32 have noise; a path takes `slowness` times as long in lists of pixels.
+class UnevenRenderer : public Renderer {
+public:
+    explicit UnevenRenderer(double slowness) : slowness_(slowness) {}
+    RendererInfo info() const override { return {"uneven", "no device", "no driver", "C++"}; }
+    std::unique_ptr<RenderJob> prepare(const Scene&, const RenderSettings& settings) override {
+        struct Job : SyntheticJob {
+            using SyntheticJob::SyntheticJob;
+            double slowness = 1.0;
+            RenderResult render(SampleRange range, const RenderControl& control) override {
+                return timed(SyntheticJob::render(range, control), 1e-6);
+            }
+            RenderResult render_pixels(
+                SampleRange range, std::span<const std::uint32_t> pixels, const RenderControl& control) override {
+                return timed(SyntheticJob::render_pixels(range, pixels, control), slowness * 1e-6);
+            }
+            static RenderResult timed(RenderResult result, double seconds) {
+                result.seconds = seconds * static_cast<double>(result.estimate.count() * result.estimate.pixel_count());
+                return result;
+            }
+        };
+        auto job = std::make_unique<Job>(settings, [](std::uint32_t x, std::uint32_t, SampleRandom& random) {
+            const double value = 5.0 + (x < 2 ? random.triangular() : 0.01 * random.triangular());
+            return Radiance{value, value, value};
+        });
+        job->slowness = slowness_;
+        return job;
+    }
+
+private:
+    double slowness_;
+};
+
+TEST_CASE("adaptive sampling is chosen where noise is uneven, unless its passes are slower than they gain") {
+    for (const double slowness : {1.0, 40.0}) {
+        CAPTURE(slowness);
+        UnevenRenderer renderer(slowness);
+        RenderSettings settings;
+        settings.width = settings.height = 32;
+        const SettingsChoice choice = choose_settings(
+            Scene{}, settings, {.integrator = false, .roulette = false, .sampling = true}, renderer, 1.0, {});
+        REQUIRE(choice.trials.size() == 2);
+        const double ratio = choice.trials[1].cost / choice.trials[0].cost;
+        // Two of 32 columns have nearly all the noise, and their neighbours get some samples too: an eighth or so.
+        CHECK(ratio == doctest::Approx(0.14 * (0.25 + 0.75 * slowness)).epsilon(0.3));
+        CHECK(choice.chosen == (slowness == 1.0 ? 1 : 0));
+        CHECK((choice.settings.sampling == Sampling::adaptive) == (choice.chosen == 1));
+        // The job is the chosen one: it renders lists or does not.
+        const std::vector<std::uint32_t> pixels{1};
+        if (choice.chosen == 1)
+            CHECK(choice.job->render_pixels({0, 1}, pixels).estimate.count() == 1);
+        else
+            CHECK_THROWS_AS((void)choice.job->render_pixels({0, 1}, pixels), UnsupportedError);
+    }
+}
+
 }  // namespace
 }  // namespace tandem
