@@ -60,7 +60,8 @@ TANDEM_INLINE V error_in_motion(V at_rest, std::type_identity_t<V> size) {
 // 72u P.
 // And a neighbour that stands over the face at an angle: the ray starts up to twice the point's error e above the
 // plane, and is on this side of the neighbour where the margin's sine of the angle exceeds 2 e times its cosine. 8 e do
-// for angles whose tangent is above 1/4, 14 degrees. A triangle smaller than the margin is not moved out of.
+// for angles whose tangent is above 1/4, 14 degrees. A triangle smaller than the margin is not moved out of: no move is
+// more than a quarter of its least height, since what moves away from one edge moves as far towards others.
 template <class Real>
 TANDEM_INLINE void draw_in(const FaceTable<Real>& faces, Ints<Real> face, Mask<Real> planar, const Lanes<Real>& error,
     Surface<Real>& surface) {
@@ -75,8 +76,9 @@ TANDEM_INLINE void draw_in(const FaceTable<Real>& faces, Ints<Real> face, Mask<R
     }
     if (none(near[0] | near[1] | near[2])) [[likely]]
         return;
+    const V most = V(Real(0.25)) * faces.least_height[face];
     for (std::size_t i = 0; i < 3; ++i) {
-        const V move = least(margin, V(V(Real(0.25)) * faces.edge_height[i][face])) - distance[i];
+        const V move = least(margin, most) - distance[i];
         surface.point = select(
             near[i] & (move > V(Real(0))), along(surface.point, move, faces.edge_normal[i][face]), surface.point);
     }

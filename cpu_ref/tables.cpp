@@ -123,8 +123,8 @@ private:
         for (std::size_t i = 0; i < 3; ++i) {
             edge_normal_[i].push_back(dvec3(0.0));
             edge_offset_[i].push_back(Real(1e30));
-            edge_height_[i].push_back(Real(1e30));
         }
+        least_height_.push_back(Real(1e30));
     }
 
     // Of the last face, a triangle.
@@ -138,7 +138,7 @@ private:
             edge_normal_[i].y.back() = static_cast<Real>(n.y);
             edge_normal_[i].z.back() = static_cast<Real>(n.z);
             edge_offset_[i].back() = static_cast<Real>(-glm::dot(n, corners[i]));
-            edge_height_[i].back() = static_cast<Real>(std::abs(height));
+            least_height_.back() = std::min(least_height_.back(), static_cast<Real>(std::abs(height)));
         }
     }
 
@@ -329,7 +329,8 @@ private:
     using Unsigned = UnsignedOf<Real>;
     VectorRows<Real> face_normal_, face_wrong_normal_, face_terms_;
     std::array<VectorRows<Real>, 3> edge_normal_;
-    std::array<std::vector<Real>, 3> edge_offset_, edge_height_;
+    std::array<std::vector<Real>, 3> edge_offset_;
+    std::vector<Real> least_height_;
     std::vector<Real> face_offset_, face_extent_, face_terms_of_extent_, face_density_;
     std::vector<Unsigned> face_primitive_, face_material_, face_sphere_, face_curved_, face_entity_;
     std::array<VectorRows<Real>, 3> sphere_to_local_, sphere_to_world_, sphere_normal_;
@@ -466,8 +467,8 @@ void TableBuilder<Real>::finish_faces() {
     for (std::size_t i = 0; i < 3; ++i) {
         edge_normal_[i].assign_to(table.edge_normal[i]);
         table.edge_offset[i].assign(edge_offset_[i]);
-        table.edge_height[i].assign(edge_height_[i]);
     }
+    table.least_height.assign(least_height_);
     table.terms_of_extent.assign(face_terms_of_extent_);
     table.light_density.assign(face_density_);
     table.primitive.assign(face_primitive_);

@@ -114,8 +114,8 @@ struct FaceTable {
     // from the edge. Faces without edges have 0 and a great number.
     std::array<VectorColumn<Real>, 3> edge_normal;
     std::array<RealColumn<Real>, 3> edge_offset;
-    std::array<RealColumn<Real>, 3> edge_height;  // of the triangle over that edge
-    RealColumn<Real> light_density;               // chance of the light over its world area; 0: not a sampled light
+    RealColumn<Real> least_height;   // of a triangle, over its longest edge
+    RealColumn<Real> light_density;  // chance of the light over its world area; 0: not a sampled light
     IndexColumn<Real> primitive, material, sphere, curved;  // curved: curved_bits
     IndexColumn<Real> entity;                               // in scenes with motion only
 };

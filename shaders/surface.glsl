@@ -33,7 +33,8 @@ const float least_offset = unit_roundoff;
 // miss it and get out of a closed mesh. So points within a margin of an edge move inwards by it, in the plane. The margin:
 // weights are off by 10 u, and points by gamma(11), of the largest corner; together below gamma(32) of it.
 // A neighbour may also stand over the triangle at an angle, and the ray starts up to twice the point's error above it: 8 times
-// that error are more than enough for the neighbours whose angle's tangent is above 1/4, 14 degrees.
+// that error are more than enough for the neighbours whose angle's tangent is above 1/4, 14 degrees. No move is more than a
+// quarter of the triangle's least height, since what moves away from one edge moves as far towards others.
 const float gamma_margin = 32.0001 * unit_roundoff;
 const float margin_of_error = 8.0;
 
@@ -45,13 +46,17 @@ vec3 drawn_in(Triangle triangle, vec3 weights, vec3 point, vec3 normal, float re
     // No edge is longer than the diagonal of the cube that holds the corners, 2 sqrt(3) reach.
     const float doubled_area = length(cross(corners[1] - corners[0], corners[2] - corners[0]));
     if (min(weights.x, min(weights.y, weights.z)) * doubled_area >= margin * 3.465 * reach) return point;
+    const vec3 sides =
+        vec3(length(corners[1] - corners[0]), length(corners[2] - corners[1]), length(corners[0] - corners[2]));
+    const float longest = max(sides.x, max(sides.y, sides.z));
+    if (longest == 0.0) return point;
+    const float move = min(margin, 0.25 * doubled_area / longest);
     for (uint i = 0; i < 3; ++i) {
         const vec3 begin = corners[(i + 1) % 3], edge = corners[(i + 2) % 3] - begin;  // across from corner i
         const float long_side = length(edge);
         if (long_side == 0.0) continue;
         const vec3 across = cross(normal, edge) / long_side;
         const float height = dot(across, corners[i] - begin);
-        const float move = min(margin, 0.25 * abs(height));  // of a triangle smaller than the margin not out of it
         if (weights[i] * abs(height) < margin) point += (height < 0.0 ? -move : move) * across;
     }
     return point;
