@@ -13,7 +13,12 @@ layout(std430, set = 3, binding = 2) readonly restrict buffer PixelList {
 
 uint pixel_at(uint place) {
     const bool listed = lists_pixels && both(settings.listed != 0, place < settings.pixel_count);
-    return listed ? pixel_list[place] : settings.first_pixel + place;
+    return listed ? pixel_list[place % max(settings.listed, 1u)] : settings.first_pixel + place;
+}
+
+// How many blocks of samples after the dispatch's first that is, where kernels that sum up whole paths stack the list.
+uint block_at(uint place) {
+    return lists_pixels ? uint(settings.listed != 0) * (place / max(settings.listed, 1u)) : 0u;
 }
 
 #endif

@@ -22,7 +22,7 @@ layout(std430, set = 3, binding = 2) restrict buffer Counters { uint invalid_sam
 
 const uint samples_per_block = 64;  // MODEL.md section 11
 
-// The path of a pixel's sample that is `later` than the dispatch's first. Within a block the low word never overflows.
+// The path of a pixel's sample that is `later` than the dispatch's first. Within its blocks the low word never overflows.
 Path begin_path(uint pixel, uint later) {
     const uvec2 sample_index = uvec2(settings.sample_index.x + later, settings.sample_index.y);
     if (has_entity_motion || has_camera_motion) ray_time = path_time(pixel, sample_index);
@@ -53,7 +53,8 @@ void render_pixel(uint place) {
     for (uint channel = 0; channel < 3; ++channel)
         sums[channel] = begins ? Sums(0.0) : sums_in[channel * settings.pixel_count + place];
     uint done = 0, invalid_here = 0;
-    Path path = begin_path(pixel_at(place), done);
+    const uint first = samples_per_block * block_at(place);
+    Path path = begin_path(pixel_at(place), first);
     while (true) {
         if (done == settings.sample_count) {
             ++done;
@@ -64,7 +65,7 @@ void render_pixel(uint place) {
         const shading_real3 radiance = summand(path.radiance, invalid);
         if (invalid) ++invalid_here;
         for (uint channel = 0; channel < 3; ++channel) sums[channel] = add_sample(sums[channel], radiance[channel]);
-        path = begin_path(path.pixel, ++done);
+        path = begin_path(path.pixel, first + ++done);
     }
     // Mesa's lavapipe leaves all loops of an invocation after 65535 turns of them together; the host must hear of it. No
     // flag would do: compilers know that a loop is left by its break alone.

@@ -72,7 +72,7 @@ layout(push_constant, std430) uniform Settings {
     uint first_invocation;  // its dispatch's share of the tile's invocations
     uint invocations;
     uint keeps_sums;  // a block's first sample is added to those of the block before
-    uint listed;      // the tile's pixels are those of a list (pixel_list.glsl)
+    uint listed;      // the tile's pixels are those of a list, of so many (pixel_list.glsl); 0: no list
 #if defined(PARAMETERS_ADDRESS)
 };
 layout(push_constant, std430) uniform SettingsAddress { Settings settings; };

@@ -65,6 +65,27 @@ TEST_CASE("lists are cut into tiles like images, and the layers find nothing") {
     CHECK(has_bits_of(cut.render_pixels({0, 67}, pixels, {}).estimate, pixels, image));
 }
 
+TEST_CASE("blocks of a short list are rendered side by side, with the bits of one after the other") {
+    Machine machine(true);
+    const Scene scene = full_scene();
+    const std::vector<std::uint32_t> pixels{3, 17, 80, 81, 168};
+    const auto check = [&](const Patterns& patterns, SampleRange range) {
+        RenderSettings settings = adaptive(scene);
+        const Estimate image = machine.job({}, scene, settings).render(range, {}).estimate;
+        VulkanJob job = machine.job(patterns, scene, settings);
+        CHECK(has_bits_of(job.render_pixels(range, pixels, {}).estimate, pixels, image));
+    };
+    Patterns wide;
+    wide.kernel = KernelShape::megakernel;
+    check(wide, {64, 7 * 64 + 3});
+    Patterns narrow = wide;
+    narrow.tile_pixels = 13;  // two blocks at once
+    check(narrow, {0, 3 * 64});
+    // Where the low words of the samples' numbers are over.
+    constexpr std::uint64_t over = std::uint64_t{1} << 32;
+    check(wide, {over - 2 * 64, over + 2 * 64});
+}
+
 TEST_CASE("jobs for uniform sampling have no room for lists, and say so") {
     RenderSettings settings = settings_of(8, 2);
     const auto job = default_renderer().prepare(full_scene(), settings);

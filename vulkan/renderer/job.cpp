@@ -129,7 +129,7 @@ gpu::Settings VulkanJob::stage_settings(Tile tile, std::uint64_t sample) const {
     result.cuboid_count = scene_.cuboid_count;
     result.ray_min = to_distance(settings_.ray_min);
     result.ray_max = to_distance(settings_.ray_max);
-    result.listed = !listed_.empty();
+    result.listed = listed_.empty() ? 0 : tile_listed_;
     result.direct_only = settings_.integrator == Integrator::whitted;
     return result;
 }
@@ -189,10 +189,11 @@ void VulkanJob::record_scene(
 }
 
 void VulkanJob::add_pixel_list(Tile tile) {
-    resources_.set_pixel_list(listed_.subspan(tile.first_pixel, tile.pixel_count));
-    submission_.add({listing, tile.first_pixel, tile.pixel_count}, [=, this](const vk::raii::CommandBuffer& commands) {
-        resources_.record_pixel_list(commands, tile.pixel_count);
-    });
+    const auto left = static_cast<std::uint32_t>(listed_.size()) - tile.first_pixel;
+    const std::uint32_t count = tile_listed_ = std::min(tile.pixel_count, left);
+    resources_.set_pixel_list(listed_.subspan(tile.first_pixel, count));
+    submission_.add({listing, tile.first_pixel, count},
+        [=, this](const vk::raii::CommandBuffer& commands) { resources_.record_pixel_list(commands, count); });
 }
 
 // The clearing stage, of the half of the sums that is not read, at each block. No barrier: nothing reads what was
@@ -424,14 +425,17 @@ Moments VulkanJob::moments_of(const gpu::Vec4& sums) const {
     return {double{sums.x} + double{sums.y}, double{sums.z} + double{sums.w}};
 }
 
-void VulkanJob::collect(Tile tile, Estimate::Plane& plane) {
+// A tile holds its pixels once for each plane.
+void VulkanJob::collect(Tile tile, std::vector<Estimate::Plane>& planes) {
     const gpu::Vec4* sums = resources_.downloaded_sums();
-    for (std::size_t channel = 0; channel < channel_count; ++channel) {
-        const gpu::Vec4* of_channel = sums + channel * tile.pixel_count;
-        Moments* target = &plane[std::size_t{tile.first_pixel} * channel_count + channel];
-        for (std::size_t i = 0; i < tile.pixel_count; ++i) target[i * channel_count] = moments_of(of_channel[i]);
-    }
+    const std::size_t pixels = tile.pixel_count / planes.size();
+    for (std::size_t channel = 0; channel < channel_count; ++channel)
+        for (Estimate::Plane& plane : planes) {
+            Moments* target = &plane[std::size_t{tile.first_pixel} * channel_count + channel];
+            for (std::size_t i = 0; i < pixels; ++i) target[i * channel_count] = moments_of(*sums++);
+        }
     if (accumulation_ != Accumulation::plain) return;
+    Estimate::Plane& plane = planes.front();
     Estimate::Plane now = plane;
     for (std::size_t i = 0; keeps_sums_ && i < plane.size(); ++i) {
         plane[i].sum -= running_[i].sum;
@@ -453,21 +457,32 @@ RenderResult VulkanJob::render_pixels(
     return render_film(range, {0, count}, count, 1, control);
 }
 
+// Whole blocks that one tile holds side by side, so that a short list of pixels fills the device: as many as a
+// submission may have samples of. Sample numbers differ in their low word alone.
+std::uint64_t VulkanJob::blocks_at_once(SampleRange left, std::uint64_t pixels) const {
+    if (listed_.empty() || !traces_whole_paths(patterns_.kernel) || accumulation_ == Accumulation::plain) return 1;
+    constexpr std::uint64_t low_words = std::uint64_t{1} << 32;
+    const std::uint64_t end = std::min(left.end, (left.begin / low_words + 1) * low_words);
+    const std::uint64_t room = std::min<std::uint64_t>(tile_pixels_, plan_.batch() / samples_per_block) / pixels;
+    return std::max<std::uint64_t>(1, std::min(room, (end - left.begin) / samples_per_block));
+}
+
 RenderResult VulkanJob::render_film(
     SampleRange range, Tile all, std::uint32_t width, std::uint32_t height, const RenderControl& control) {
     if (range.begin % samples_per_block != 0 || range.end < range.begin)
         throw Error(fmt::format(
             "a sample range must begin at a multiple of {} and not end before it begins", samples_per_block));
     const auto start = Clock::now();
-    const std::uint32_t end = all.first_pixel + all.pixel_count;
     RenderResult result{Estimate(width, height), 0.0, std::nullopt};
     Progress progress{control};
     std::uint64_t invalid = 0;
     for (SampleRange block{range.begin, 0}; block.begin < range.end && !control.stop.stop_requested();
          block.begin = block.end) {
+        const std::uint64_t blocks = blocks_at_once({block.begin, range.end}, all.pixel_count);
         block.end = std::min(block.begin + samples_per_block, range.end);
+        const std::uint32_t end = all.first_pixel + static_cast<std::uint32_t>(blocks) * all.pixel_count;
         keeps_sums_ = std::exchange(summed_to_, nowhere) == block.begin && accumulation_ == Accumulation::plain;
-        Estimate::Plane plane(result.estimate.pixel_count() * channel_count);
+        std::vector<Estimate::Plane> planes(blocks, Estimate::Plane(result.estimate.pixel_count() * channel_count));
         std::uint64_t done = block.count();
         for (std::uint32_t first = all.first_pixel; first < end && done > 0; first += tile_pixels_) {
             const Tile tile{first, std::min(tile_pixels_, end - first)};
@@ -477,16 +492,18 @@ RenderResult VulkanJob::render_film(
             progress.samples_before += progress.tile_share * static_cast<double>(done_here);
             const std::uint32_t invalid_now = resources_.downloaded_counters().invalid;
             invalid += invalid_now - std::exchange(invalid_before_, invalid_now);
-            collect(tile, plane);
+            collect(tile, planes);
             // With several tiles, only whole blocks exist for every pixel: a stop drops the current one.
-            const bool only_tile = tile.pixel_count == all.pixel_count;
+            const bool only_tile = tile.pixel_count >= all.pixel_count;
             done = only_tile || done_here == block.count() ? done_here : 0;
         }
         if (done == 0) break;
         summed_to_ = block.begin + done;
-        result.estimate.add_block({block.begin, block.begin + done}, std::move(plane));
+        result.estimate.add_block({block.begin, block.begin + done}, std::move(planes.front()));
         result.estimate.add_invalid(std::exchange(invalid, 0));
-        if (done < block.count()) break;
+        if (done < block.count()) break;  // of blocks side by side the first alone goes on from what there was
+        for (std::size_t k = 1; k < blocks; ++k, block.end += samples_per_block)
+            result.estimate.add_block({block.end, block.end + samples_per_block}, std::move(planes[k]));
     }
     if (progress.has_device_clock) result.device_seconds = progress.device_seconds;
     result.seconds = seconds_since(start);

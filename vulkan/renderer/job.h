@@ -80,7 +80,8 @@ private:
     void record(const vk::raii::CommandBuffer& commands, const Dispatch& dispatch, std::uint32_t invocations) const;
     [[nodiscard]] gpu::Settings stage_settings(Tile tile, std::uint64_t sample) const;
     void download(Tile tile);
-    void collect(Tile tile, Estimate::Plane& plane);
+    void collect(Tile tile, std::vector<Estimate::Plane>& planes);
+    [[nodiscard]] std::uint64_t blocks_at_once(SampleRange left, std::uint64_t pixels) const;
     [[nodiscard]] Moments moments_of(const gpu::Vec4& sums) const;
     void adapt_batch(double seconds, std::uint64_t segments);
     [[nodiscard]] KernelForm form() const {
@@ -97,6 +98,7 @@ private:
     RenderSettings settings_;
     SceneData scene_;
     std::span<const std::uint32_t> listed_;  // of the render in hand; empty: all pixels
+    std::uint32_t tile_listed_ = 0;          // of them in the tile, which holds them once for each block
     Specialisation specialisation_;
     std::uint32_t segments_;         // of a sample, that the stages are dispatched for
     std::optional<PathState> kept_;  // from vertex to vertex in buffers

@@ -31,6 +31,9 @@ public:
     // Its dispatch took so long: later shares grow or shrink.
     void took(double seconds);
 
+    // Samples of single pixels that a submission may have.
+    [[nodiscard]] std::uint64_t batch() const { return batch_; }
+
     // Samples that are done for every pixel, the last share counting as done; and of the next few the part done.
     [[nodiscard]] std::uint64_t done() const { return done_; }
     [[nodiscard]] double done_of_next() const;
