@@ -139,8 +139,8 @@ ExitStatus cost(const CostArguments& arguments, const CommandContext& context) {
 void add_measuring(CLI::App& command, CostArguments& arguments) {
     command
         .add_option("--time", arguments.seconds,
-            "Seconds for the whole, the reference included (four replicates of each arm are run even where that takes "
-            "longer)")
+            "Seconds for the whole, the reference included and making kernels not (four replicates of each arm are run "
+            "even where that takes longer)")
         ->check(above_zero(most_seconds))
         ->capture_default_str();
     command.add_option("--knob", arguments.knobs, "Only these knobs (see --list)")->type_name("NAME")->delimiter(',');

@@ -174,7 +174,17 @@ CostReport run_cost(const Scene& scene, CostRequest request, const CostControl& 
 
     CostExperiment experiment(scene, request.make, request.seed);
     check_knobs(knob_settings(scene, request.baseline, request.backend, 0.0), request.knobs);
-    if (!experiment.add({"baseline", "", "", request.baseline, true}))
+    // Kernels are made besides: on a GPU those of twenty arms take longer than many a time for measuring.
+    double making = 0.0;
+    const auto make = [&](const std::vector<CostArm>& arms) {
+        const double before = now();
+        bool made = true;
+        for (const CostArm& arm : arms) made = experiment.add(arm) && made;
+        making += now() - before;
+        return made;
+    };
+    const auto spent = [&] { return now() - start - making; };
+    if (!make({{"baseline", "", "", request.baseline, true}}))
         throw UnsupportedError(experiment.skipped().back().reason);  // nothing to hold the others against
     CostSamples samples;
     samples.reference = make_reference(scene, request, within(control, 0.0, reference_share));
@@ -185,7 +195,7 @@ CostReport run_cost(const Scene& scene, CostRequest request, const CostControl& 
         samples = std::move(*request.earlier);
     }
     const double mean = samples.reference.image_mean();
-    for (const CostArm& arm : single_arms(scene, request, mean, report.skipped)) experiment.add(arm);
+    (void)make(single_arms(scene, request, mean, report.skipped));
     report.device = info.device;
     report.driver = info.driver;
     const double before = samples.seconds;
@@ -200,16 +210,15 @@ CostReport run_cost(const Scene& scene, CostRequest request, const CostControl& 
             control.save(samples);
         };
 
-    const double left = request.seconds - (now() - start);
+    const double left = request.seconds - spent();
     experiment.measure(names_of(experiment.arms()), std::max(0.0, left * mix_begin), samples,
         within(saving, reference_share, mix_begin));
     std::vector<ArmFigures> figures = analyse_cost(experiment.arms(), samples);
     const CostArm mix = mixed(figures, knob_settings(scene, request.baseline, request.backend, mean), request);
-    if (!mix.setting.empty() && !control.stop.stop_requested() && experiment.add(mix)) {
+    if (!mix.setting.empty() && !control.stop.stop_requested() && make({mix})) {
         std::vector<std::string> names{"baseline", mix.name()};
         for (const std::size_t best : best_settings(figures)) names.push_back(figures[best].arm.name());
-        const double rest =
-            std::max(0.5 * mix_share * request.seconds, confirmation_begin * request.seconds - (now() - start));
+        const double rest = std::max(0.5 * mix_share * request.seconds, confirmation_begin * request.seconds - spent());
         experiment.measure(names, rest, samples, within(saving, mix_begin, confirmation_begin));
         figures = analyse_cost(experiment.arms(), samples);
     }
@@ -219,7 +228,7 @@ CostReport run_cost(const Scene& scene, CostRequest request, const CostControl& 
         CostSamples anew = trials_to_confirm(names, samples);
         CostControl unsaved = control;  // it is of use to no later measurement
         unsaved.save = {};
-        const double rest = std::max(0.5 * confirmation_share * request.seconds, request.seconds - (now() - start));
+        const double rest = std::max(0.5 * confirmation_share * request.seconds, request.seconds - spent());
         experiment.measure(names, rest, anew, within(unsaved, confirmation_begin, 1.0));
         report.confirmations = confirm(figures, experiment.arms(), anew);
     }

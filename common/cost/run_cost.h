@@ -18,7 +18,7 @@ struct CostRequest {
     MakeRenderer make, make_reference;
     std::vector<std::string> knobs;    // only these; empty: all
     std::filesystem::path references;  // folder of cached references, made if it is not there; empty: none
-    double seconds = 120.0;            // for everything
+    double seconds = 120.0;            // for everything but making kernels
     std::uint64_t seed = 1;
     std::optional<CostSamples> earlier;  // a measurement to continue
 };

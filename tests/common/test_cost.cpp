@@ -312,6 +312,32 @@ TEST_CASE("cost: adaptive sampling is measured where it has samples to share out
     }
 }
 
+TEST_CASE("cost: however long kernels take to be made, every arm is measured") {
+    int looks = 0;
+    double made = 0.0;
+    CostRequest request = request_for(0.0);
+    request.make = [&](const BackendOptions& options) {
+        struct Slow : KnownRenderer {
+            Slow(const BackendOptions& options, double& made) : KnownRenderer(options, 0.0), made_(made) {}
+            std::unique_ptr<RenderJob> prepare(const Scene& scene, const RenderSettings& settings) override {
+                made_ += 10.0;  // the time for measuring is 6 s
+                return KnownRenderer::prepare(scene, settings);
+            }
+            double& made_;
+        };
+        return std::make_unique<Slow>(options, made);
+    };
+    CostControl control;
+    control.now = [&] { return made + 0.1 * looks++; };
+    const CostReport slow = run_cost(Scene{}, request, control);
+    looks = 0;
+    const CostReport quick = run_cost(Scene{}, request_for(0.0), control_of(looks));
+    REQUIRE(slow.figures.size() == quick.figures.size());
+    for (std::size_t i = 0; i < slow.figures.size(); ++i)
+        CHECK(slow.figures[i].points.size() == quick.figures[i].points.size());
+    CHECK(slow.seconds > made);
+}
+
 TEST_CASE("cost: floors are found where there are none no more often than 5 % of the runs") {
     unsigned false_floors = 0, intervals = 0, held = 0;
     for (std::uint64_t seed = 1; seed <= 12; ++seed) {
