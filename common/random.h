@@ -105,7 +105,7 @@ struct Pair {
 // Which numbers of a block are a pair: the first two and the last two; of a light's block the second and third, which
 // are the point on it, and the first and fourth.
 [[nodiscard]] constexpr bool pairs_inner(std::uint32_t block) { return block % 4 == 1 && block > 4; }
-inline constexpr std::uint32_t second_pair = 0x80000000u;  // added to the block in the keys of its second pair
+inline constexpr std::uint32_t second_pair = 1;  // stands for the sample in the keys of a block's second pair
 }  // namespace sobol
 
 [[nodiscard]] constexpr RandomBlock sobol_block(
@@ -113,7 +113,7 @@ inline constexpr std::uint32_t second_pair = 0x80000000u;  // added to the block
     const auto high = static_cast<std::uint32_t>(sample >> 32);
     const std::uint32_t sample_reversed = sobol::reversed(static_cast<std::uint32_t>(sample));
     const sobol::Pair a = sobol::point(sample_reversed, hashed_block(seed, pixel, 0, high, block));
-    const sobol::Pair b = sobol::point(sample_reversed, hashed_block(seed, pixel, 0, high, block + sobol::second_pair));
+    const sobol::Pair b = sobol::point(sample_reversed, hashed_block(seed, pixel, sobol::second_pair, high, block));
     if (sobol::pairs_inner(block)) return {b.first, a.first, a.second, b.second};
     return {a.first, a.second, b.first, b.second};
 }

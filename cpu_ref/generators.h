@@ -87,10 +87,9 @@ template <class Real>
         return pcg4d_in_lanes<Real>({pixel ^ key[0], low ^ key[1], at ^ key[2], key[3]});
     };
     if (generator == Generator::hash) return hashed(sample_low, block);
-    const Ints<Real> rest = reversed<Real>(sample_low), zero = constant<Real>(0);
-    const PairOfWords<Real> a = sobol_pair<Real>(rest, hashed(zero, block));
-    const PairOfWords<Real> b =
-        sobol_pair<Real>(rest, hashed(zero, word<Real>(block + constant<Real>(sobol::second_pair))));
+    const Ints<Real> rest = reversed<Real>(sample_low);
+    const PairOfWords<Real> a = sobol_pair<Real>(rest, hashed(constant<Real>(0), block));
+    const PairOfWords<Real> b = sobol_pair<Real>(rest, hashed(constant<Real>(sobol::second_pair), block));
     if (sobol::pairs_inner(static_cast<std::uint32_t>(block[0]))) return {b.first, a.first, a.second, b.second};
     return {a.first, a.second, b.first, b.second};  // all lanes' blocks are of one kind
 }

@@ -67,7 +67,7 @@ uvec2 sobol_pair(uint sample_reversed, uvec4 keys) {
 uvec4 sobol_block(uvec2 seed, uint pixel, uvec2 sample_index, uint block) {
     const uint sample_reversed = bitfieldReverse(sample_index.x);
     const uvec2 a = sobol_pair(sample_reversed, hashed_block(seed, pixel, 0, sample_index.y, block));
-    const uvec2 b = sobol_pair(sample_reversed, hashed_block(seed, pixel, 0, sample_index.y, block + 0x80000000u));
+    const uvec2 b = sobol_pair(sample_reversed, hashed_block(seed, pixel, 1, sample_index.y, block));
     // A light's block: the point on it is a pair.
     return block > 4 && block % 4 == 1 ? uvec4(b.x, a, b.y) : uvec4(a, b);
 }

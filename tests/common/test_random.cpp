@@ -103,6 +103,37 @@ TEST_CASE("sobol's samples 2^32 apart are scrambled anew, and one scrambling's m
     CHECK(std::abs(mean - 0.25) < 5.0 * std::sqrt(squares / scramblings) + 1e-7);
 }
 
+TEST_CASE("every two numbers of a path are uniform together, with every generator") {
+    constexpr std::array<std::uint32_t, 5> blocks{0, 4, 5, 8, 9};
+    constexpr std::size_t numbers = 4 * blocks.size(), pairs = numbers * (numbers - 1) / 2;
+    constexpr std::uint32_t paths = 1 << 14, cells = 4;  // a side
+    for (const Generator generator : {Generator::philox, Generator::hash, Generator::sobol})
+        for (const char* of : {"seeds", "pixels", "high words"}) {
+            CAPTURE(static_cast<int>(generator));
+            CAPTURE(of);
+            std::vector<std::vector<double>> seen(pairs, std::vector<double>(cells * cells, 0.0));
+            const std::vector<double> expected(cells * cells, paths / double{cells * cells});
+            for (std::uint32_t i = 0; i < paths; ++i) {
+                // One sample of each scrambling: independent for sobol too.
+                const bool by_seed = of[0] == 's', by_pixel = of[0] == 'p';
+                const std::uint64_t sample = (by_seed || by_pixel ? 0 : std::uint64_t{i} << 32) + i * 37 % 4096;
+                std::array<std::uint32_t, numbers> u{};
+                for (std::size_t b = 0; b < blocks.size(); ++b) {
+                    const RandomBlock words =
+                        random_block(generator, by_seed ? i : 1, by_pixel ? i : 7, sample, blocks[b]);
+                    for (std::size_t k = 0; k < 4; ++k) u[4 * b + k] = words[k] >> 30;
+                }
+                std::size_t pair = 0;
+                for (std::size_t a = 0; a < numbers; ++a)
+                    for (std::size_t b = 0; b < a; ++b) ++seen[pair++][u[a] * cells + u[b]];
+            }
+            for (std::size_t pair = 0; pair < pairs; ++pair) {
+                CAPTURE(pair);
+                CHECK(test::goodness_of_fit(seen[pair], expected).p > 1e-6 / pairs);
+            }
+        }
+}
+
 TEST_CASE("every generator's numbers are uniform, by address and by seed") {
     for (const Generator generator : {Generator::philox, Generator::hash, Generator::sobol})
         for (const bool by_seed : {false, true})
