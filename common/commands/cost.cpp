@@ -102,7 +102,8 @@ CostRequest request_of(const CostArguments& arguments, const CommandContext& con
 
 void print_list(const Scene& scene, const CostRequest& request) {
     std::vector<SkippedArm> skipped;
-    for (const CostArm& arm : single_arms(scene, request, 0.0, skipped))
+    const RendererInfo renderer = request.make(request.baseline.backend)->info();
+    for (const CostArm& arm : single_arms(scene, request, renderer, 0.0, skipped))
         fmt::print("{:32} {}\n", arm.name(), arm.options);
     for (const SkippedArm& arm : skipped) fmt::print("{} {}: not measured: {}\n", arm.knob, arm.setting, arm.reason);
 }

@@ -113,8 +113,8 @@ void add_precisions(std::vector<KnobSetting>& all, const ArmSettings& baseline) 
     }
 }
 
-void add_samplings(std::vector<KnobSetting>& all, const Scene& scene, const ArmSettings& baseline,
-    const std::string& backend, double mean) {
+void add_samplings(
+    std::vector<KnobSetting>& all, const Scene& scene, const ArmSettings& baseline, Accumulation own, double mean) {
     for (std::size_t i = 0; i < generator_names.size(); ++i) {
         const auto generator = static_cast<Generator>(i);
         if (generator == baseline.render.generator) continue;
@@ -122,9 +122,6 @@ void add_samplings(std::vector<KnobSetting>& all, const Scene& scene, const ArmS
         all.push_back({"generator", name, "--generator " + name,
             [generator](ArmSettings& arm) { arm.render.generator = generator; }, ""});
     }
-    // What the backend does by itself, where nothing is asked for.
-    const bool in_double = backend != "vulkan" || baseline.backend.precision == Precision::double_precision;
-    const Accumulation own = in_double ? Accumulation::in_double : Accumulation::compensated;
     for (std::size_t i = 0; i < accumulation_names.size(); ++i) {
         const auto accumulation = static_cast<Accumulation>(i);
         if (accumulation == baseline.render.accumulation.value_or(own)) continue;
@@ -165,13 +162,13 @@ void add_samplings(std::vector<KnobSetting>& all, const Scene& scene, const ArmS
 }  // namespace
 
 std::vector<KnobSetting> knob_settings(
-    const Scene& scene, const ArmSettings& baseline, const std::string& backend, double mean) {
+    const Scene& scene, const ArmSettings& baseline, const RendererInfo& renderer, double mean) {
     std::vector<KnobSetting> all;
     add_integrators(all, scene, baseline);
     add_path_lengths(all, baseline);
-    add_samplings(all, scene, baseline, backend, mean);
+    add_samplings(all, scene, baseline, renderer.accumulation, mean);
     add_precisions(all, baseline);
-    add_intersections(all, scene, baseline, backend);
+    add_intersections(all, scene, baseline, renderer.backend);
     return all;
 }
 

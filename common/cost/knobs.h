@@ -29,9 +29,10 @@ struct KnobSetting {
 
 // Every setting of every knob but those that the baseline has already. What a backend lacks it refuses when the arm is
 // prepared, with its reason.
-// `mean`: of the image, which clamps are multiples of; 0: not known yet, then their options say so.
+// `renderer`: the baseline's. `mean`: of the image, which clamps are multiples of; 0: not known yet, then their options
+// say so.
 [[nodiscard]] std::vector<KnobSetting> knob_settings(
-    const Scene& scene, const ArmSettings& baseline, const std::string& backend, double mean);
+    const Scene& scene, const ArmSettings& baseline, const RendererInfo& renderer, double mean);
 
 // Scattering events that a path may have where roulette is to end it: enough that what is cut off is nothing, as long
 // as some light is absorbed at every event (0.95^256 = 2e-6).

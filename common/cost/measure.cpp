@@ -23,11 +23,6 @@ constexpr double most_overdrawn = 0.05;  // of the time, that an arm may take be
 constexpr double probe_seconds = 0.05;
 constexpr std::uint64_t second_half = std::uint64_t{1} << 62;  // first sample of the reference's second half
 
-double now_by(const CostControl& control) {
-    if (control.now) return control.now();
-    return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
-}
-
 void tell(const CostControl& control, double fraction, const std::string& text) {
     if (control.progress) control.progress(std::clamp(fraction, 0.0, 1.0), text);
 }
@@ -136,9 +131,10 @@ std::vector<std::uint64_t> levels_for(double seconds_a_sample, double share) {
 
 double mean_variance(const FilmMoments& film) {
     const PixelValues variances = variance_of(film);
+    const double count = film.count();  // goes over all pixels
     double sum = 0.0;
     for (std::size_t i = 0; i < variances.size(); ++i)
-        sum += variances[i] * film.count() / static_cast<double>(film.counts[i / channel_count]);
+        sum += variances[i] * count / static_cast<double>(film.counts[i / channel_count]);
     return sum / static_cast<double>(variances.size());
 }
 
@@ -198,6 +194,11 @@ ArmTrials& samples_named(CostSamples& samples, const std::string& name) {
 }
 
 }  // namespace
+
+double now_by(const CostControl& control) {
+    if (control.now) return control.now();
+    return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
 
 CostReference render_reference(
     RenderJob& job, std::optional<CostReference> earlier, double seconds, const CostControl& control) {

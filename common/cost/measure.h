@@ -35,6 +35,7 @@ struct CostControl {
     std::function<void(const CostSamples&)> save;  // after every round
     std::function<double()> now;                   // seconds; empty: the steady clock
 };
+[[nodiscard]] double now_by(const CostControl& control);
 
 // Replicate r of an arm renders the samples from r * 2^replicate_shift on: random numbers of its own, whatever the
 // generator.

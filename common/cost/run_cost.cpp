@@ -77,11 +77,15 @@ InputError other_measurement() {
         "to begin anew");
 }
 
-CostReference make_reference(const Scene& scene, const CostRequest& request, const CostControl& control) {
+// `making`: the seconds that its kernels took to be made are added.
+CostReference make_reference(
+    const Scene& scene, const CostRequest& request, const CostControl& control, double& making) {
+    const double before_making = now_by(control);
     ArmSettings settings = reference_settings(scene, request.baseline, request.reference_backend);
     settings.render.seed = reference_seed;
     const std::unique_ptr<Renderer> renderer = request.make_reference(settings.backend);
     const std::unique_ptr<RenderJob> job = renderer->prepare(scene, settings.render);
+    making += now_by(control) - before_making;
     const RendererInfo info = renderer->info();
     const std::string key = key_of(request, settings, info, *job);
     if (request.earlier && request.earlier->reference.key != key) throw other_measurement();
@@ -141,10 +145,10 @@ void check_knobs(const std::vector<KnobSetting>& all, const std::vector<std::str
 
 }  // namespace
 
-std::vector<CostArm> single_arms(
-    const Scene& scene, const CostRequest& request, double mean, std::vector<SkippedArm>& skipped) {
+std::vector<CostArm> single_arms(const Scene& scene, const CostRequest& request, const RendererInfo& renderer,
+    double mean, std::vector<SkippedArm>& skipped) {
     std::vector<CostArm> arms;
-    for (const KnobSetting& one : knob_settings(scene, request.baseline, request.backend, mean)) {
+    for (const KnobSetting& one : knob_settings(scene, request.baseline, renderer, mean)) {
         if (!request.knobs.empty() && std::ranges::find(request.knobs, one.knob) == request.knobs.end()) continue;
         if (!one.reason.empty()) {
             skipped.push_back({one.knob, one.setting, one.reason});
@@ -158,10 +162,7 @@ std::vector<CostArm> single_arms(
 }
 
 CostReport run_cost(const Scene& scene, CostRequest request, const CostControl& control) {
-    const auto now = [&] {
-        return control.now ? control.now()
-                           : std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
-    };
+    const auto now = [&] { return now_by(control); };
     const double start = now();
     CostReport report;
     report.scene_file = request.scene_file;
@@ -173,7 +174,6 @@ CostReport run_cost(const Scene& scene, CostRequest request, const CostControl& 
     report.height = request.baseline.render.height;
 
     CostExperiment experiment(scene, request.make, request.seed);
-    check_knobs(knob_settings(scene, request.baseline, request.backend, 0.0), request.knobs);
     // Kernels are made besides: on a GPU those of twenty arms take longer than many a time for measuring.
     double making = 0.0;
     const auto make = [&](const std::vector<CostArm>& arms) {
@@ -186,16 +186,17 @@ CostReport run_cost(const Scene& scene, CostRequest request, const CostControl& 
     const auto spent = [&] { return now() - start - making; };
     if (!make({{"baseline", "", "", request.baseline, true}}))
         throw UnsupportedError(experiment.skipped().back().reason);  // nothing to hold the others against
-    CostSamples samples;
-    samples.reference = make_reference(scene, request, within(control, 0.0, reference_share));
     const RendererInfo info = experiment.info();
+    check_knobs(knob_settings(scene, request.baseline, info, 0.0), request.knobs);
+    CostSamples samples;
+    samples.reference = make_reference(scene, request, within(control, 0.0, reference_share), making);
     samples.key = hash_of(samples.reference.key + text_of(request.baseline, info));
     if (request.earlier) {
         if (request.earlier->key != samples.key) throw other_measurement();
         samples = std::move(*request.earlier);
     }
     const double mean = samples.reference.image_mean();
-    (void)make(single_arms(scene, request, mean, report.skipped));
+    (void)make(single_arms(scene, request, info, mean, report.skipped));
     report.device = info.device;
     report.driver = info.driver;
     const double before = samples.seconds;
@@ -214,7 +215,7 @@ CostReport run_cost(const Scene& scene, CostRequest request, const CostControl& 
     experiment.measure(names_of(experiment.arms()), std::max(0.0, left * mix_begin), samples,
         within(saving, reference_share, mix_begin));
     std::vector<ArmFigures> figures = analyse_cost(experiment.arms(), samples);
-    const CostArm mix = mixed(figures, knob_settings(scene, request.baseline, request.backend, mean), request);
+    const CostArm mix = mixed(figures, knob_settings(scene, request.baseline, info, mean), request);
     if (!mix.setting.empty() && !control.stop.stop_requested() && make({mix})) {
         std::vector<std::string> names{"baseline", mix.name()};
         for (const std::size_t best : best_settings(figures)) names.push_back(figures[best].arm.name());

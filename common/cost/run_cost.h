@@ -23,9 +23,10 @@ struct CostRequest {
     std::optional<CostSamples> earlier;  // a measurement to continue
 };
 
-// The single arms of a request, and those that cannot matter. `mean` of the image, 0: not known yet.
-[[nodiscard]] std::vector<CostArm> single_arms(
-    const Scene& scene, const CostRequest& request, double mean, std::vector<SkippedArm>& skipped);
+// The single arms of a request, and those that cannot matter. `renderer`: the baseline's. `mean` of the image, 0: not
+// known yet.
+[[nodiscard]] std::vector<CostArm> single_arms(const Scene& scene, const CostRequest& request,
+    const RendererInfo& renderer, double mean, std::vector<SkippedArm>& skipped);
 
 // Throws InputError for knobs that there are not, an earlier measurement of something else, a black image; Error where
 // a stop came before anything was known.

@@ -327,6 +327,7 @@ TEST_CASE("cost: however long kernels take to be made, every arm is measured") {
         };
         return std::make_unique<Slow>(options, made);
     };
+    request.make_reference = request.make;
     CostControl control;
     control.now = [&] { return made + 0.1 * looks++; };
     const CostReport slow = run_cost(Scene{}, request, control);
@@ -491,7 +492,7 @@ TEST_CASE("cost: of a setting without noise it is said that there is none") {
 TEST_CASE("cost: leaving out MIS brings next events with it, and other integrators bring MIS") {
     ArmSettings baseline;
     const auto setting_of = [&](const std::string& knob, const std::string& setting) {
-        const std::vector<KnobSetting> all = knob_settings(Scene{}, baseline, "cpu", 1.0);
+        const std::vector<KnobSetting> all = knob_settings(Scene{}, baseline, RendererInfo{}, 1.0);
         const auto found = std::ranges::find_if(
             all, [&](const KnobSetting& one) { return one.knob == knob && one.setting == setting; });
         REQUIRE(found != all.end());
@@ -515,11 +516,11 @@ TEST_CASE("cost: leaving out MIS brings next events with it, and other integrato
 
 TEST_CASE(
     "cost: ways of adding samples up are arms, but for the backend's own, and plain sums are not taken for safe") {
-    const auto names = [](const std::string& backend, Precision precision = Precision::single_precision) {
+    const auto names = [](Accumulation own) {
         std::vector<std::string> found;
-        ArmSettings baseline;
-        baseline.backend.precision = precision;
-        for (const KnobSetting& one : knob_settings(Scene{}, baseline, backend, 1.0)) {
+        RendererInfo renderer;
+        renderer.accumulation = own;
+        for (const KnobSetting& one : knob_settings(Scene{}, ArmSettings{}, renderer, 1.0)) {
             if (one.knob != "accumulation") continue;
             CHECK(one.options == "--accumulation " + one.setting);
             CHECK(one.keeps_estimate == (one.setting != "plain"));
@@ -527,9 +528,8 @@ TEST_CASE(
         }
         return found;
     };
-    CHECK(names("cpu") == std::vector<std::string>{"plain", "compensated"});
-    CHECK(names("vulkan") == std::vector<std::string>{"plain", "double"});
-    CHECK(names("vulkan", Precision::double_precision) == std::vector<std::string>{"plain", "compensated"});
+    CHECK(names(Accumulation::in_double) == std::vector<std::string>{"plain", "compensated"});
+    CHECK(names(Accumulation::compensated) == std::vector<std::string>{"plain", "double"});
 }
 
 TEST_CASE("cost: the best settings of several knobs are measured together") {
