@@ -1,4 +1,5 @@
-// The kernels and the guard that are chosen (MODEL.md section 5.3); numbers as in common/intersection_settings.h.
+// The kernels and the guard that are chosen (MODEL.md section 5.3); numbers as in common/intersection_settings.h; and what
+// kernels made for a scene know of it.
 #ifndef INTERSECTION_CHOICES_GLSL
 #define INTERSECTION_CHOICES_GLSL
 
@@ -6,6 +7,7 @@ layout(constant_id = 17) const uint triangle_kernel = 0;  // as in common/inters
 layout(constant_id = 18) const uint convex_kernel = 0;
 layout(constant_id = 19) const uint guard = 0;
 layout(constant_id = 20) const float guard_epsilon = 0.0;
+layout(constant_id = 23) const bool unturned = false;  // the maps of all spheres and cuboids are diagonal
 
 const uint kernel_watertight = 0, kernel_moller_trumbore = 1, kernel_baldwin_weber = 2;
 const bool naive_convex = convex_kernel != 0;

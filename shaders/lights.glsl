@@ -66,7 +66,7 @@ UnitReceiver unit_receiver(Convex shape, Light light, Receiver receiver) {
 float ellipsoid_density(Light light, Receiver receiver, vec3 offset) {
     const Convex shape = convex_at(light.slot);
     const UnitReceiver from = unit_receiver(shape, light, receiver);
-    const vec3 e = vec3(dot(shape.to_unit0.xyz, offset), dot(shape.to_unit1.xyz, offset), dot(shape.to_unit2.xyz, offset));
+    const vec3 e = map_to_unit(shape, offset);
     const float stretched = length(offset) / light.radius;
     if (from.inside) return stretched * stretched * stretched / (4.0 * pi * abs(dot(from.point + e, e)));
     const float ratio = stretched / length(e);
@@ -133,7 +133,7 @@ LightSample sample_ellipsoid_light(Light light, Receiver receiver, vec2 v) {
     const Convex shape = convex_at(light.slot);
     const UnitReceiver from = unit_receiver(shape, light, receiver);
     const vec3 e = from.inside ? sample_sphere(v.x, v.y) - from.point : to_near_side(1.0, -from.point, v);
-    const vec3 offset = vec3(dot(shape.to_world0.xyz, e), dot(shape.to_world1.xyz, e), dot(shape.to_world2.xyz, e));
+    const vec3 offset = map_to_world(shape, e);
     return LightSample(offset, convex_normal(shape, from.point + e), from.inside, 0.0);
 }
 

@@ -20,14 +20,16 @@ dvec2 cos_sin_turn(double u) {
 #else
 // (cos 2 pi u, sin 2 pi u) for u in [0, 1). The reduction is exact: u is a multiple of 2^-24, so are q/4 and r. The Taylor
 // polynomials on |x| <= pi/4 leave x^11/11! < 1.8e-9 and x^12/12! < 1.2e-10, far below 2^-24; their evaluation adds less
-// than 1 ulp of 1.
+// than 1 ulp of 1, whether or not fma rounds once.
 vec2 cos_sin_turn(float u) {
     precise float q = floor(4.0 * u + 0.5);
     precise float r = u - 0.25 * q;
     precise float x = 6.28318530717959 * r;
     precise float x2 = x * x;
-    precise float s = x + x * x2 * (-1.0 / 6.0 + x2 * (1.0 / 120.0 + x2 * (-1.0 / 5040.0 + x2 * (1.0 / 362880.0))));
-    precise float c = 1.0 + x2 * (-0.5 + x2 * (1.0 / 24.0 + x2 * (-1.0 / 720.0 + x2 * (1.0 / 40320.0 - x2 * (1.0 / 3628800.0)))));
+    precise float s = fma(x * x2,
+        fma(x2, fma(x2, fma(x2, 1.0 / 362880.0, -1.0 / 5040.0), 1.0 / 120.0), -1.0 / 6.0), x);
+    precise float c = fma(x2, fma(x2, fma(x2, fma(x2, fma(x2, -1.0 / 3628800.0, 1.0 / 40320.0), -1.0 / 720.0), 1.0 / 24.0),
+        -0.5), 1.0);
     const uint quadrant = uint(q) & 3u;
     const vec2 turned = (quadrant & 1u) != 0u ? vec2(-s, c) : vec2(c, s);
     return quadrant >= 2u ? -turned : turned;

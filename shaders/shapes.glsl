@@ -160,11 +160,18 @@ bool meets_triangle(Triangle triangle, Ray ray, Seen seen, out float t, out vec3
     return watertight_triangle(triangle, ray, seen, t, weights);
 }
 
+// A sphere's or cuboid's map, given by its rows, of a vector. What is left out of a diagonal one are sums of zeros.
+vec3 mapped(vec4 row0, vec4 row1, vec4 row2, vec3 v) {
+    if (unturned) return vec3(row0.x * v.x, row1.y * v.y, row2.z * v.z);
+    return vec3(dot(row0.xyz, v), dot(row1.xyz, v), dot(row2.xyz, v));
+}
+vec3 map_to_unit(Convex shape, vec3 v) { return mapped(shape.to_unit0, shape.to_unit1, shape.to_unit2, v); }
+vec3 map_to_world(Convex shape, vec3 v) { return mapped(shape.to_world0, shape.to_world1, shape.to_world2, v); }
+
 Ray to_unit_space(Convex shape, Ray ray) {
     precise vec3 p = ray.origin - vec3(shape.to_unit0.w, shape.to_unit1.w, shape.to_unit2.w);
-    precise vec3 o = vec3(dot(shape.to_unit0.xyz, p), dot(shape.to_unit1.xyz, p), dot(shape.to_unit2.xyz, p));
-    precise vec3 d = vec3(dot(shape.to_unit0.xyz, ray.direction), dot(shape.to_unit1.xyz, ray.direction),
-        dot(shape.to_unit2.xyz, ray.direction));
+    precise vec3 o = map_to_unit(shape, p);
+    precise vec3 d = map_to_unit(shape, ray.direction);
     return Ray(o, d);
 }
 

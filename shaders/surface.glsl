@@ -103,13 +103,13 @@ Surface triangle_surface(Triangle triangle, vec2 weights, vec3 motion) {
 vec3 convex_extent(Convex shape) { return vec3(shape.to_world0.w, shape.to_world1.w, shape.to_world2.w); }
 
 vec3 convex_point(Convex shape, vec3 x) {
-    precise vec3 p = vec3(dot(shape.to_world0.xyz, x), dot(shape.to_world1.xyz, x), dot(shape.to_world2.xyz, x)) +
-        vec3(shape.to_unit0.w, shape.to_unit1.w, shape.to_unit2.w);
+    precise vec3 p = map_to_world(shape, x) + vec3(shape.to_unit0.w, shape.to_unit1.w, shape.to_unit2.w);
     return p;
 }
 
 // Gradients go to the world by the transpose of the world-to-unit map.
 vec3 convex_normal(Convex shape, vec3 gradient) {
+    if (unturned) return normalize(vec3(shape.to_unit0.x, shape.to_unit1.y, shape.to_unit2.z) * gradient);
     return normalize(shape.to_unit0.xyz * gradient.x + shape.to_unit1.xyz * gradient.y + shape.to_unit2.xyz * gradient.z);
 }
 
@@ -119,9 +119,8 @@ vec3 face_axis(uint face) {
 }
 
 Surface convex_surface(Convex shape, vec3 x, vec3 gradient) {
-    const vec3 magnitude = abs(x);
-    const vec3 spread = vec3(dot(abs(shape.to_world0.xyz), magnitude), dot(abs(shape.to_world1.xyz), magnitude),
-        dot(abs(shape.to_world2.xyz), magnitude)) + abs(vec3(shape.to_unit0.w, shape.to_unit1.w, shape.to_unit2.w));
+    const vec3 spread = mapped(abs(shape.to_world0), abs(shape.to_world1), abs(shape.to_world2), abs(x)) +
+        abs(vec3(shape.to_unit0.w, shape.to_unit1.w, shape.to_unit2.w));
     const vec3 point = convex_point(shape, x);
     return Surface(point, convex_normal(shape, gradient), (gamma_point + handed_roundoff) * spread, point);
 }

@@ -32,4 +32,14 @@ TEST_CASE("The thesis's box has seven cuboids square to the axes, and twelve tri
     CHECK(distinct == 8);
 }
 
+TEST_CASE("Scenes are unturned where no sphere or cuboid is rotated, however their triangles are") {
+    const auto unturned = [](const char* name) {
+        const Scene scene = load_scene(std::filesystem::path(TANDEM_SOURCE_DIR) / "scenes" / name);
+        return is_unturned(flatten(scene, default_settings(scene), Acceleration::automatic));
+    };
+    CHECK(unturned("cornell-thesis.json"));
+    CHECK(unturned("one-weekend.json"));
+    CHECK_FALSE(unturned("cornell-classic.json"));
+}
+
 }  // namespace tandem

@@ -26,6 +26,7 @@ std::vector<SpecialisationConstant> Specialisation::constants() const {
     result.push_back({22, told.aligned_cuboids});
     for (std::uint32_t i = 0; i < told.corners.size(); ++i) result.push_back({60 + i, told.corners[i]});
     result.push_back({24, clamp.has_value()});
+    result.push_back({23, unturned});
     result.push_back({25, std::bit_cast<std::uint32_t>(clamp.value_or(0.0F))});
     result.push_back({26, static_cast<std::uint32_t>(generator)});
     result.push_back({27, mis});

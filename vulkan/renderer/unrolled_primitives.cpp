@@ -6,11 +6,12 @@ namespace tandem {
 
 namespace {
 
-// As is_aligned of shaders/scene_set.glsl finds on the device.
-bool is_aligned(const gpu::EntityTransform& m) {
-    const gpu::Vec3 &a = m.to_object0, &b = m.to_object1, &c = m.to_object2;
-    return a.y == 0 && a.z == 0 && b.x == 0 && b.z == 0 && c.x == 0 && c.y == 0;
+bool is_diagonal(const auto& row0, const auto& row1, const auto& row2) {
+    return row0.y == 0 && row0.z == 0 && row1.x == 0 && row1.z == 0 && row2.x == 0 && row2.y == 0;
 }
+
+// As is_aligned of shaders/scene_set.glsl finds on the device.
+bool is_aligned(const gpu::EntityTransform& m) { return is_diagonal(m.to_object0, m.to_object1, m.to_object2); }
 
 struct Corner {
     std::uint32_t entity;
@@ -26,6 +27,14 @@ Corner corner_of(const SceneData& scene, std::size_t corner) {
 }
 
 }  // namespace
+
+bool is_unturned(const SceneData& scene) {
+    return std::all_of(
+        scene.sources.begin() + scene.triangle_count, scene.sources.end(), [&](const gpu::PrimitiveSource& source) {
+            const gpu::EntityTransform& m = scene.transforms[source.entity];
+            return is_aligned(m) && is_diagonal(m.to_world0, m.to_world1, m.to_world2);
+        });
+}
 
 UnrolledPrimitives describe_unrolled(const SceneData& scene) {
     UnrolledPrimitives result;

@@ -16,6 +16,10 @@ struct UnrolledPrimitives {
     std::array<std::uint32_t, most_unrolled> corners = {};  // three bytes a triangle: the first corner of that place
 };
 
+// Whether the maps between the world and the unit shape of every sphere and cuboid are diagonal: kernels made for the
+// scene leave out what is zero then.
+[[nodiscard]] bool is_unturned(const SceneData& scene);
+
 // At most most_unrolled primitives. Corners are the same that one entity places from equal vertices.
 [[nodiscard]] UnrolledPrimitives describe_unrolled(const SceneData& scene);
 
