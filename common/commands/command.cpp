@@ -172,7 +172,7 @@ void add_render_options(CLI::App& command, RenderOptions& options) {
     command
         .add_option("--accumulation", options.accumulation,
             "How a pixel's samples are added up: double, compensated (two singles) or plain (one single, which drifts "
-            "with the samples); default: double on the cpu, compensated on vulkan")
+            "with the samples); default: double, or compensated on a Vulkan device without doubles")
         ->check(CLI::IsMember(std::vector<std::string>(accumulation_names.begin(), accumulation_names.end())));
     command
         .add_option("--sampling", options.sampling,

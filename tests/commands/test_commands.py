@@ -295,12 +295,12 @@ class Commands(unittest.TestCase):
     def test_accumulation_is_a_setting_of_both_backends(self):
         figures = self.folder / "out.json"
         render = ["render", self.scene, "-o", self.folder / "out.exr", "--size", "8", "--json", figures]
-        for backend, own in [("cpu", "double"), ("vulkan", "compensated")]:
+        for backend in ["cpu", "vulkan"]:
             for accumulation in ["", "plain", "compensated", "double"]:
                 chosen = ["--accumulation", accumulation] if accumulation else []
                 result = tandem(*render, "--backend", backend, *chosen)
                 self.assertEqual(result.returncode, 0, result.stderr)
-                self.assertEqual(json.loads(figures.read_text())["accumulation"], accumulation or own)
+                self.assertEqual(json.loads(figures.read_text())["accumulation"], accumulation or "double")
         self.refused(tandem(*render, "--backend", "oracle", "--accumulation", "plain"), "oracle", "--accumulation")
         self.refused(tandem(*render, "--accumulation", "kahan"), "--accumulation")
 

@@ -60,7 +60,8 @@ TEST_CASE("No kernel leaves a compiler to choose how a sum of products is rounde
         }
     CHECK(count(shader_code(Stage::post_process)).compound == 0);
     CHECK(count(shader_variant(Stage::post_process, ShaderVariant::double_sums)).compound == 0);
-    CHECK(count(shader_variant(Stage::megakernel, ShaderVariant::double_sums)).compound == 0);
+    for (const Stage stage : {Stage::megakernel, Stage::fragment, Stage::rt_paths})
+        CHECK(count(shader_variant(stage, ShaderVariant::double_sums)).compound == 0);
 }
 
 }  // namespace tandem

@@ -112,7 +112,8 @@ TEST_CASE("a job tells of the kernels that it dispatches: its shape's, and its w
         REQUIRE(found != facts.kernels.end());
         return found->amount;
     };
-    for (const auto& [shape, kernel] : {std::pair{"stages", "post-process"}, {"megakernel", "megakernel"}}) {
+    for (const auto& [shape, kernel] :
+        {std::pair{"stages", "post-process"}, {"megakernel", "megakernel"}, {"fragment", "fragment"}}) {
         CAPTURE(shape);
         const std::uint64_t pairs = instructions(shape, Accumulation::compensated, kernel);
         // Neither has rests to keep, and one of them adds in another type.

@@ -18,7 +18,7 @@ TEST_CASE("every operation of floating-point arithmetic in the shipped SPIR-V be
     std::vector<std::span<const std::uint32_t>> shipped;
     for (std::uint32_t stage = 0; stage <= static_cast<std::uint32_t>(Stage::ray_batch_double); ++stage) {
         shipped.push_back(shader_code(static_cast<Stage>(stage)));
-        for (std::uint32_t variant = 1; variant <= static_cast<std::uint32_t>(ShaderVariant::double_sums); ++variant) {
+        for (std::uint32_t variant = 1; variant <= static_cast<std::uint32_t>(last_variant); ++variant) {
             const auto code = shader_variant(static_cast<Stage>(stage), static_cast<ShaderVariant>(variant));
             if (!code.empty()) shipped.push_back(code);
         }

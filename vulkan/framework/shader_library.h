@@ -51,8 +51,13 @@ enum class ShaderVariant : std::uint32_t {
     in_place,
     mixed,
     in_double,
-    double_sums
+    double_sums,
+    uniform_double_sums,
+    storage_double_sums,
+    address_double_sums,
+    specialised_double_sums
 };
+inline constexpr auto last_variant = ShaderVariant::specialised_double_sums;
 
 // Empty where the stage has no such variant, or this build none at all (those with planted bugs).
 [[nodiscard]] std::span<const std::uint32_t> shader_variant(Stage stage, ShaderVariant variant);

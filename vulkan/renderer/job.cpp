@@ -54,7 +54,7 @@ VulkanJob::VulkanJob(const Instance& instance, const Device& device, Stages& sta
       specialisation_(with_parameters(specialise(device, scene, scene_, settings_, planted_bug))),
       segments_(most_segments(specialisation_.effects, settings_)),
       kept_(traces_whole_paths(patterns.kernel) ? std::nullopt : std::optional(specialisation_.path)),
-      accumulation_(chosen_accumulation(settings, precision)),
+      accumulation_(chosen_accumulation(device, settings, precision)),
       stages_(stages),
       layout_(stages.layout(form())),
       pipelines_(stages.pipelines(specialisation_, form())),

@@ -8,6 +8,7 @@
 #include <string>
 
 #include "common/error.h"
+#include "vulkan/framework/shader_library.h"
 #include "vulkan/renderer/double_geometry.h"
 #include "vulkan/renderer/ray_batch.h"
 
@@ -115,15 +116,16 @@ RenderSettings mutated_settings(RenderSettings settings, PlantedFault fault) {
     return settings;
 }
 
-Accumulation chosen_accumulation(const RenderSettings& settings, GeometryPrecision precision) {
-    const bool in_double = precision == GeometryPrecision::double_precision;
-    const Accumulation chosen =
-        settings.accumulation.value_or(in_double ? Accumulation::in_double : Accumulation::compensated);
-    if (in_double && chosen != Accumulation::in_double)
-        throw UnsupportedError("paths in double precision are summed in double; leave --accumulation out");
-    if (precision == GeometryPrecision::mixed && chosen == Accumulation::in_double)
-        throw UnsupportedError(
-            "sums in double go with single or double precision on Vulkan; use --accumulation compensated");
+Accumulation own_accumulation(const Device& device) {
+    const bool can =
+        device.features().doubles && !shader_variant(Stage::megakernel, ShaderVariant::double_sums).empty();
+    return can ? Accumulation::in_double : Accumulation::compensated;
+}
+
+Accumulation chosen_accumulation(const Device& device, const RenderSettings& settings, GeometryPrecision precision) {
+    const Accumulation chosen = settings.accumulation.value_or(own_accumulation(device));
+    if (precision != GeometryPrecision::single_precision && chosen != Accumulation::in_double)
+        throw UnsupportedError("paths in mixed and double precision are summed in double; leave --accumulation out");
     return chosen;
 }
 

@@ -14,9 +14,11 @@ namespace tandem {
 // With the bounces of a planted fault.
 [[nodiscard]] RenderSettings mutated_settings(RenderSettings settings, PlantedFault fault);
 
-// Paths in double are summed in double; sums in double of other paths have kernels of their own, which trace in float.
+// What a device does where settings leave it open: in double where it and this build can.
+[[nodiscard]] Accumulation own_accumulation(const Device& device);
 // Throws UnsupportedError for sums that do not go with the precision.
-[[nodiscard]] Accumulation chosen_accumulation(const RenderSettings& settings, GeometryPrecision precision);
+[[nodiscard]] Accumulation chosen_accumulation(
+    const Device& device, const RenderSettings& settings, GeometryPrecision precision);
 // Of sums in floats, or in pairs of them, which hold squares up to 1.8e19 squared; samples may be above the radiance of
 // their light, as they are divided by a density. Throws UnsupportedError.
 void check_brightness(const Scene& scene);

@@ -6,6 +6,7 @@
 #include "vulkan/backend.h"
 #include "vulkan/framework/device_arithmetic.h"
 #include "vulkan/renderer/job.h"
+#include "vulkan/renderer/job_settings.h"
 #include "vulkan/renderer/kernel_shape.h"
 #include "vulkan/renderer/ray_batch.h"
 
@@ -57,7 +58,7 @@ public:
         const DeviceDescription& device = device_->description();
         RendererInfo info{"vulkan", device.name, device.driver_name + " " + device.driver_version,
             fmt::format("Vulkan {}.{}.{}", device.api_major, device.api_minor, device.api_patch), true};
-        if (geometry_ != GeometryPrecision::double_precision) info.accumulation = Accumulation::compensated;
+        info.accumulation = own_accumulation(*device_);
         return info;
     }
 

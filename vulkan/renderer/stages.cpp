@@ -1,5 +1,7 @@
 #include "vulkan/renderer/stages.h"
 
+#include <algorithm>
+#include <array>
 #include <bit>
 #include <chrono>
 #include <utility>
@@ -24,9 +26,9 @@ std::vector<SpecialisationConstant> Specialisation::constants() const {
     for (std::uint32_t id = 0; id < values.size(); ++id) result.push_back({id, values[id]});
     const UnrolledPrimitives told = unrolled.value_or(UnrolledPrimitives{});
     result.push_back({22, told.aligned_cuboids});
+    result.push_back({23, unturned});
     for (std::uint32_t i = 0; i < told.corners.size(); ++i) result.push_back({60 + i, told.corners[i]});
     result.push_back({24, clamp.has_value()});
-    result.push_back({23, unturned});
     result.push_back({25, std::bit_cast<std::uint32_t>(clamp.value_or(0.0F))});
     result.push_back({26, static_cast<std::uint32_t>(generator)});
     result.push_back({27, mis});
@@ -71,6 +73,23 @@ ShaderVariant KernelForm::variant() const {
             return ShaderVariant::specialised;
     }
     return ShaderVariant::plain;
+}
+
+ShaderVariant KernelForm::summing_variant() const {
+    switch (parameters) {
+        case ParameterPattern::push_constants:
+            break;
+        case ParameterPattern::uniform:
+        case ParameterPattern::dynamic_uniform:
+            return ShaderVariant::uniform_double_sums;
+        case ParameterPattern::storage:
+            return ShaderVariant::storage_double_sums;
+        case ParameterPattern::device_address:
+            return ShaderVariant::address_double_sums;
+        case ParameterPattern::specialisation:
+            return ShaderVariant::specialised_double_sums;
+    }
+    return ShaderVariant::double_sums;
 }
 
 namespace {
@@ -143,10 +162,6 @@ void check(const Device& device, const KernelForm& form, const std::vector<SetBi
             "leave --kernel out");
     if (form.sums_in_double && !has.doubles)
         throw UnsupportedError(name + " has no doubles in shaders (shaderFloat64); use --accumulation compensated");
-    if (form.sums_in_double && (form.shape == KernelShape::fragment || form.shape == KernelShape::ray_tracing))
-        throw UnsupportedError(
-            "fragments and ray-tracing pipelines have no sums in double; use another --kernel, or --accumulation "
-            "compensated");
     const bool default_form =
         form.parameters == ParameterPattern::push_constants && form.descriptors == DescriptorPattern::per_combination;
     if (form.shape != KernelShape::stages && !default_form)
@@ -198,24 +213,23 @@ const FullscreenPass& Stages::fullscreen_pass() {
     return *pass_;
 }
 
-vk::raii::Pipeline Stages::make_fragment(
-    const PipelineLayout& layout, const std::vector<SpecialisationConstant>& constants) {
-    const auto build = [&](std::span<const std::uint32_t> code) {
-        return fullscreen_pass().make_pipeline(layout.handle(), shader_code(Stage::fullscreen), code, constants);
+vk::raii::Pipeline Stages::make_fragment(const PipelineLayout& layout, std::span<const std::uint32_t> code,
+    const std::vector<SpecialisationConstant>& constants) {
+    const auto build = [&](std::span<const std::uint32_t> words) {
+        return fullscreen_pass().make_pipeline(layout.handle(), shader_code(Stage::fullscreen), words, constants);
     };
-    const std::span<const std::uint32_t> code = shader_code(Stage::fragment);
     return contracted_ ? build(without_no_contraction(code)) : build(code);
 }
 
-RayPipeline Stages::make_rays(
-    const PipelineLayout& layout, const std::vector<SpecialisationConstant>& constants) const {
-    const auto code = [&](Stage stage) {
-        const std::span<const std::uint32_t> words = shader_code(stage);
+RayPipeline Stages::make_rays(const PipelineLayout& layout, std::span<const std::uint32_t> of_paths,
+    const std::vector<SpecialisationConstant>& constants) const {
+    const auto code = [&](std::span<const std::uint32_t> words) {
         return contracted_ ? without_no_contraction(words) : std::vector(words.begin(), words.end());
     };
-    const std::vector<std::uint32_t> paths = code(Stage::rt_paths), triangle = code(Stage::rt_triangle),
-                                     sphere = code(Stage::rt_sphere), cuboid = code(Stage::rt_cuboid),
-                                     nearest = code(Stage::rt_nearest);
+    const std::vector<std::uint32_t> paths = code(of_paths), triangle = code(shader_code(Stage::rt_triangle)),
+                                     sphere = code(shader_code(Stage::rt_sphere)),
+                                     cuboid = code(shader_code(Stage::rt_cuboid)),
+                                     nearest = code(shader_code(Stage::rt_nearest));
     return RayPipeline(device_, layout.handle(),
         {paths, shader_code(Stage::rt_nothing), {triangle, sphere, cuboid}, nearest}, constants);
 }
@@ -267,13 +281,15 @@ std::vector<Stage> kernels_of(KernelShape shape, EffectSet effects) {
 }
 
 KernelCode kernel_code(Stage stage, const KernelForm& form) {
-    const std::span<const std::uint32_t> variant = shader_variant(stage, form.variant());
-    const bool plain = variant.empty();
-    if (!form.sums_in_double || (stage != Stage::post_process && stage != Stage::megakernel))
-        return {plain ? shader_code(stage) : variant, plain};
-    const std::span<const std::uint32_t> code = shader_variant(stage, ShaderVariant::double_sums);
-    if (code.empty() || !plain) throw UnsupportedError("this build has no such kernels with sums in double");
-    return {code, plain};
+    constexpr std::array adding_up{Stage::post_process, Stage::megakernel, Stage::fragment, Stage::rt_paths};
+    if (form.sums_in_double && std::ranges::find(adding_up, stage) != adding_up.end()) {
+        const std::span<const std::uint32_t> code = shader_variant(stage, form.summing_variant());
+        if (code.empty()) throw UnsupportedError("this build has no such kernels with sums in double");
+        return {code, form.summing_variant() == ShaderVariant::double_sums};
+    }
+    const std::span<const std::uint32_t> code = shader_variant(stage, form.variant());
+    const bool plain = code.empty();
+    return {plain ? shader_code(stage) : code, plain};
 }
 
 std::shared_ptr<const Stages::Pipelines> Stages::pipelines(
@@ -287,7 +303,8 @@ std::shared_ptr<const Stages::Pipelines> Stages::pipelines(
     made.plain.resize(stage_count);
     for (std::size_t stage = 0; stage < stage_count; ++stage) made.stages.emplace_back(nullptr);
     bool any_variant = false;
-    if (form.shape == KernelShape::ray_tracing) made.rays.emplace(make_rays(form_layout, constants));
+    if (form.shape == KernelShape::ray_tracing)
+        made.rays.emplace(make_rays(form_layout, kernel_code(Stage::rt_paths, form).words, constants));
     for (const Stage stage : kernels_of(form.shape, specialisation.effects)) {
         if (stage >= Stage::rt_paths && stage <= Stage::rt_nearest) continue;  // of the one pipeline
         const auto i = static_cast<std::size_t>(stage);
@@ -296,8 +313,8 @@ std::shared_ptr<const Stages::Pipelines> Stages::pipelines(
         const KernelCode code = kernel_code(stage, form);
         any_variant = any_variant || !code.plain;
         made.plain[i] = code.plain;
-        made.stages[i] =
-            stage == Stage::fragment ? make_fragment(form_layout, constants) : make(form_layout, code.words, constants);
+        made.stages[i] = stage == Stage::fragment ? make_fragment(form_layout, code.words, constants)
+                                                  : make(form_layout, code.words, constants);
     }
     if (form.variant() != ShaderVariant::plain && !any_variant)
         throw UnsupportedError("this build has no kernels for the pattern or the precision");

@@ -83,6 +83,8 @@ struct KernelForm {
     }
     // Of a stage that has it.
     [[nodiscard]] ShaderVariant variant() const;
+    // Of a stage that adds samples up in double.
+    [[nodiscard]] ShaderVariant summing_variant() const;
 };
 // The kernels that a shape dispatches for these effects, in the order in which a frame runs them: without a primitive
 // there is none to place, and nothing to meet.
@@ -132,10 +134,10 @@ private:
     [[nodiscard]] vk::raii::Pipeline make(const PipelineLayout& layout, std::span<const std::uint32_t> code,
         const std::vector<SpecialisationConstant>& constants) const;
 
-    [[nodiscard]] vk::raii::Pipeline make_fragment(
-        const PipelineLayout& layout, const std::vector<SpecialisationConstant>& constants);
-    [[nodiscard]] RayPipeline make_rays(
-        const PipelineLayout& layout, const std::vector<SpecialisationConstant>& constants) const;
+    [[nodiscard]] vk::raii::Pipeline make_fragment(const PipelineLayout& layout, std::span<const std::uint32_t> code,
+        const std::vector<SpecialisationConstant>& constants);
+    [[nodiscard]] RayPipeline make_rays(const PipelineLayout& layout, std::span<const std::uint32_t> of_paths,
+        const std::vector<SpecialisationConstant>& constants) const;
 
     const Device& device_;
     PipelineLayout layout_;  // of forms that need no other
