@@ -14,8 +14,14 @@ namespace tandem {
 
 PairedEffect paired_seconds(const ArmTrials& arm, const ArmTrials& other) {
     std::vector<double> differences;
-    const auto seconds_a_sample = [](const ArmTrials& one, const Replicate& replicate) {
-        return std::max(replicate.seconds.back(), 1e-9) / static_cast<double>(one.samples.back());
+    std::uint64_t common = 0;
+    for (const std::uint64_t samples : arm.samples)
+        if (std::ranges::find(other.samples, samples) != other.samples.end()) common = std::max(common, samples);
+    const auto seconds_a_sample = [common](const ArmTrials& one, const Replicate& replicate) {
+        const auto found = std::ranges::find(one.samples, common);
+        const auto level =
+            static_cast<std::size_t>(found == one.samples.end() ? one.samples.size() - 1 : found - one.samples.begin());
+        return std::max(replicate.seconds[level], 1e-9) / static_cast<double>(one.samples[level]);
     };
     for (const Replicate& replicate : arm.replicates) {
         const auto same = std::ranges::find(other.replicates, replicate.round, &Replicate::round);

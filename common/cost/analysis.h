@@ -58,7 +58,9 @@ struct ArmFigures {
 // Arms with fewer than fewest_replicates replicates are left out. arms[0] is the baseline.
 [[nodiscard]] std::vector<ArmFigures> analyse_cost(const std::vector<CostArm>& arms, const CostSamples& samples);
 
-// Ratio of an arm's seconds a sample to another's, as the logarithm, over the rounds of both.
+// Ratio of an arm's seconds a sample to another's, as the logarithm, over the rounds of both: of the greatest number of
+// samples that both have rendered, so that what a render takes besides its samples counts alike, or of each one's
+// greatest.
 [[nodiscard]] PairedEffect paired_seconds(const ArmTrials& arm, const ArmTrials& other);
 
 // The figures that reach `relative_error` soonest: the baseline (figures[0]), unless another is significantly sooner.

@@ -339,6 +339,56 @@ TEST_CASE("cost: however long kernels take to be made, every arm is measured") {
     CHECK(slow.seconds > made);
 }
 
+TEST_CASE("cost: a device that is slow until it is warm gets the samples of one that is warm") {
+    double busy = 0.0;
+    CostRequest request = request_for(0.0);
+    request.make = [&](const BackendOptions& options) {
+        struct Cold : KnownRenderer {
+            Cold(const BackendOptions& options, double& busy) : KnownRenderer(options, 0.0), busy_(busy) {}
+            std::unique_ptr<RenderJob> prepare(const Scene& scene, const RenderSettings& settings) override {
+                struct ColdJob : RenderJob {
+                    ColdJob(std::unique_ptr<RenderJob> job, double& busy) : job_(std::move(job)), busy_(busy) {}
+                    RenderResult render(SampleRange range, const RenderControl& control) override {
+                        RenderResult result = job_->render(range, control);
+                        if (busy_ < 0.15) result.seconds *= 4.0;
+                        busy_ += result.seconds;
+                        return result;
+                    }
+                    std::unique_ptr<RenderJob> job_;
+                    double& busy_;
+                };
+                return std::make_unique<ColdJob>(KnownRenderer::prepare(scene, settings), busy_);
+            }
+            double& busy_;
+        };
+        return std::make_unique<Cold>(options, busy);
+    };
+    int looks = 0;
+    const CostReport cold = run_cost(Scene{}, request, control_of(looks));
+    looks = 0;
+    const CostReport warm = run_cost(Scene{}, request_for(0.0), control_of(looks));
+    REQUIRE(cold.figures.size() == warm.figures.size());
+    for (std::size_t i = 0; i < cold.figures.size(); ++i)
+        CHECK(cold.figures[i].points.back().samples == warm.figures[i].points.back().samples);
+}
+
+TEST_CASE("cost: arms of unlike numbers of samples are held against each other at one that both have") {
+    const auto trials = [](std::vector<std::uint64_t> samples) {
+        ArmTrials arm;
+        arm.samples = std::move(samples);
+        for (std::uint64_t round = 0; round < 5; ++round) {
+            Replicate replicate;
+            replicate.round = round;
+            for (const std::uint64_t count : arm.samples)
+                replicate.seconds.push_back(1.0 + 0.01 * static_cast<double>(count));
+            arm.replicates.push_back(replicate);
+        }
+        return arm;
+    };
+    CHECK(paired_seconds(trials({8, 16, 32}), trials({16, 32, 64, 128})).value == doctest::Approx(0.0));
+    CHECK(paired_seconds(trials({1, 2}), trials({32, 64})).value == doctest::Approx(std::log(0.51 / (1.64 / 64.0))));
+}
+
 TEST_CASE("cost: floors are found where there are none no more often than 5 % of the runs") {
     unsigned false_floors = 0, intervals = 0, held = 0;
     for (std::uint64_t seed = 1; seed <= 12; ++seed) {
