@@ -4,9 +4,10 @@
 
 namespace tandem::oracle {
 
+bool lets_through(const Material& material) { return material.translucent || material.kind == MaterialKind::boundary; }
+
 bool is_tracked(const Material& material) {
-    return (material.translucent || material.kind == MaterialKind::boundary) &&
-           (material.interior != no_index || material.priority);
+    return lets_through(material) && (material.interior != no_index || material.priority);
 }
 
 std::uint32_t Interiors::uppermost() const {

@@ -8,6 +8,9 @@
 
 namespace tandem::oracle {
 
+// Whether a path may go on to the other side of a surface of this material.
+[[nodiscard]] bool lets_through(const Material& material);
+
 // Whether the path keeps account of being inside bodies of this material.
 [[nodiscard]] bool is_tracked(const Material& material);
 

@@ -44,6 +44,13 @@ struct PathSampler::Path {
     Ray ray;
     Interiors interiors;
     dvec3 throughput{1.0}, light{0.0};
+    // Section 5.2: of a ray that goes on through a face, by how much it starts before that face; the face's material
+    // and normal, the side that the path came from, and the list as it was.
+    double lead = 0.0;
+    bool crossed_from_front = false;
+    std::uint32_t crossed_material = no_index;
+    dvec3 crossed_normal{0.0};
+    Interiors interiors_before = interiors;
 };
 
 struct PathSampler::Vertex {
@@ -126,15 +133,39 @@ PathEnd PathSampler::scatter_in_medium(
         path, {position}, [&](const dvec3& w) { return phase_function(medium.anisotropy, glm::dot(old, w)); });
     const dvec3 direction = phase_direction(medium.anisotropy, old, u.first, u.second);
     path.ray = {position, direction, no_primitive, true, path.ray.time};
+    path.lead = 0.0;
     seen.pdf = phase_function(medium.anisotropy, glm::dot(old, direction));
     return PathEnd::goes_on;
 }
 
-PathEnd PathSampler::pass_through(Path& path, const Hit& hit, const dvec3& direction) const {
+PathSampler::Place PathSampler::place_of(const Path& path, const Hit& hit) const {
+    if (path.lead == 0.0 || hit.primitive == path.ray.left_primitive) return Place::elsewhere;
+    const Incidence in = incidence_of(path.ray.direction, hit.front_normal);
+    if (hit.t > 1.5 * path.lead + 2.0 * hit.rounding / in.cosine) return Place::elsewhere;
+    if (hit.material == path.crossed_material && in.front == path.crossed_from_front) return Place::same_face;
+    const double alignment = glm::dot(in.near_normal, path.crossed_normal);
+    return std::abs(alignment) > 511.0 / 512.0 ? Place::same_place : Place::elsewhere;
+}
+
+PathEnd PathSampler::leave(Path& path, const Hit& hit, const dvec3& direction, Place place) const {
     const bool came_from_front = glm::dot(path.ray.direction, hit.front_normal) < 0.0;
     const bool goes_to_front = glm::dot(direction, hit.front_normal) > 0.0;
+    const double way = hit.t - path.lead, steepness = std::abs(glm::dot(direction, hit.front_normal));
     path.ray = {leaving_origin(hit, goes_to_front), direction, hit.primitive, goes_to_front, path.ray.time};
-    if (came_from_front == goes_to_front || !is_tracked(scene_.materials[hit.material])) return PathEnd::goes_on;
+    path.lead = 0.0;
+    if (came_from_front == goes_to_front) {
+        if (place == Place::same_place) path.interiors = path.interiors_before;
+        return PathEnd::goes_on;
+    }
+    if (place == Place::elsewhere && hit.rounding > 0.0) {
+        path.lead = std::max(0.0, std::min(4.0 * hit.rounding / steepness, 0.5 * way));
+        if (path.lead > 0.0) path.ray.origin = hit.position - path.lead * direction;
+        path.crossed_from_front = came_from_front;
+        path.crossed_material = hit.material;
+        path.crossed_normal = hit.front_normal;
+        path.interiors_before = path.interiors;
+    }
+    if (place == Place::same_face || !is_tracked(scene_.materials[hit.material])) return PathEnd::goes_on;
     if (path.interiors.cross(hit.material, came_from_front)) return PathEnd::goes_on;
     path.light = dvec3(std::numeric_limits<double>::quiet_NaN());  // invalid (section 12)
     return PathEnd::invalid;
@@ -143,10 +174,14 @@ PathEnd PathSampler::pass_through(Path& path, const Hit& hit, const dvec3& direc
 PathEnd PathSampler::scatter_at_surface(Path& path, const Hit& hit, const Numbers& u, TracedVertex& seen) const {
     const Material& material = scene_.materials[hit.material];
     const Incidence in = incidence_of(path.ray.direction, hit.front_normal);
+    const Place place = place_of(path, hit);
+    if (place == Place::same_face) return leave(path, hit, in.direction, place);
+    // What lets nothing through turns all back, and lights shine on it through what is before it.
+    if (place == Place::same_place && !lets_through(material)) path.interiors = path.interiors_before;
     double outer_index = 1.0;
     if (is_tracked(material)) {
         const Interiors::Outside outside = path.interiors.outside_of(hit.material, in.front);
-        if (outside.hides) return pass_through(path, hit, in.direction);
+        if (outside.hides) return leave(path, hit, in.direction, place);
         outer_index = outside.refractive_index;
     }
     const double index = material.refractive_index / outer_index;
@@ -158,7 +193,7 @@ PathEnd PathSampler::scatter_at_surface(Path& path, const Hit& hit, const Number
     if (!scattered) return PathEnd::absorbed;
     seen.pdf = scattered->pdf;
     path.throughput *= scattered->weight;
-    return pass_through(path, hit, scattered->direction);
+    return leave(path, hit, scattered->direction, place);
 }
 
 PathEnd PathSampler::play_roulette(Path& path, std::uint32_t k, double number) const {
@@ -184,7 +219,11 @@ PathEnd PathSampler::advance(Path& path, std::uint32_t k, TracedVertex& seen) co
     Flight flight;
     if (medium != nullptr) {
         const Numbers m = numbers(medium_of_vertex);
-        flight = fly(*medium, path.ray, hit ? hit->t : settings_.ray_max, m.first, m.second);
+        Ray beyond = path.ray;
+        beyond.origin += path.lead * beyond.direction;
+        const double end = hit ? std::max(0.0, hit->t - path.lead) : settings_.ray_max;
+        flight = fly(*medium, beyond, end, m.first, m.second);
+        if (flight.scattered_at) *flight.scattered_at += path.lead;
         path.throughput *= flight.weight;
     }
     seen.throughput = path.throughput;
@@ -201,7 +240,8 @@ PathEnd PathSampler::advance(Path& path, std::uint32_t k, TracedVertex& seen) co
         seen.material = hit->material;
         const Material& material = scene_.materials[hit->material];
         const bool front = glm::dot(path.ray.direction, hit->front_normal) < 0.0;
-        const bool hidden = is_tracked(material) && path.interiors.outside_of(hit->material, front).hides;
+        const bool hidden = place_of(path, *hit) == Place::same_face ||
+                            (is_tracked(material) && path.interiors.outside_of(hit->material, front).hides);
         if (!hidden) path.light += path.throughput * emitted(material, front);
         if (ends_path(material)) return PathEnd::emitter;
     }

@@ -39,7 +39,11 @@ private:
     [[nodiscard]] PathEnd scatter_in_medium(
         Path& path, const Medium& medium, double distance, const Numbers& u, TracedVertex& seen) const;
     [[nodiscard]] PathEnd scatter_at_surface(Path& path, const Hit& hit, const Numbers& u, TracedVertex& seen) const;
-    [[nodiscard]] PathEnd pass_through(Path& path, const Hit& hit, const glm::dvec3& direction) const;
+    // Section 5.2: what a ray that has gone on through a face, and started before it, comes to. Is it where that face
+    // is, is it even the same?
+    enum class Place : std::uint8_t { elsewhere, same_place, same_face };
+    [[nodiscard]] Place place_of(const Path& path, const Hit& hit) const;
+    [[nodiscard]] PathEnd leave(Path& path, const Hit& hit, const glm::dvec3& direction, Place place) const;
     [[nodiscard]] const Medium* medium_of(const Path& path) const;  // null: vacuum
     [[nodiscard]] glm::dvec3 colour_at(const Hit& hit) const;
     // What all punctual lights send to a vertex, times `share` of the direction to each.

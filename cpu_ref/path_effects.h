@@ -30,15 +30,6 @@ void set_lane(Vec3<Lanes<Real>>& a, int lane, const glm::dvec3& value) {
     a.y.v[lane] = static_cast<Real>(value.y);
     a.z.v[lane] = static_cast<Real>(value.z);
 }
-template <class Real>
-[[nodiscard]] bool has_lane(Mask<Real> mask, int lane) {
-    return ((mask.to_bits() >> lane) & 1u) != 0;
-}
-// Calls visit(lane) for the lanes of a mask.
-template <class Real, class Visit>
-void for_each_lane(Mask<Real> mask, Visit visit) {
-    for (unsigned left = mask.to_bits(); left != 0; left &= left - 1) visit(std::countr_zero(left));
-}
 
 // Section 10: weights the throughput by the medium on the way. Returns which paths scatter there, before their hits.
 template <class Real, std::uint64_t effects, class Recorder, class Shade>
@@ -62,7 +53,7 @@ Mask<Real> PathTracer<Real, effects, Recorder, Shade>::cross_media(
         const double end = has_lane(hit.found, lane) ? static_cast<double>(hit.t[lane]) : tables_.settings.ray_max;
         const glm::dvec3 direction = vector_of_lane(ray.direction, lane);
         const MediumForm::Step step = form.advance({vector_of_lane(ray.origin, lane) - lead * direction, direction},
-            end + lead, static_cast<double>(m[0][lane]), static_cast<double>(m[1][lane]));
+            std::max(0.0, end + lead), static_cast<double>(m[0][lane]), static_cast<double>(m[1][lane]));
         set_lane(weight, lane, step.weight);
         if (!step.scattered) return;
         scattered |= 1u << lane;
@@ -123,52 +114,6 @@ void PathTracer<Real, effects, Recorder, Shade>::apply_textures(Vertex& at, cons
         const auto primitive = static_cast<std::uint32_t>(at.surface.primitive[lane]);
         const auto face = static_cast<std::uint32_t>(hit.face[lane]) - tables_.primitives[primitive].first_face;
         set_lane(at.colour, lane, tables_.textures.colour(primitive, face, vector_of_lane(at_rest, lane)));
-    });
-}
-
-template <class Real, std::uint64_t effects, class Recorder, class Shade>
-InteriorList PathTracer<Real, effects, Recorder, Shade>::interior_list(std::uint32_t slot) const {
-    InteriorList list;
-    list.count = static_cast<std::uint32_t>(paths_.interiors.count[slot]);
-    for (std::uint32_t i = 0; i < list.count; ++i)
-        list.material[i] = static_cast<std::uint32_t>(paths_.interiors.material[i][slot]);
-    return list;
-}
-
-// Section 9.4: a surface that is not there is a boundary; else the index on its outside.
-template <class Real, std::uint64_t effects, class Recorder, class Shade>
-void PathTracer<Real, effects, Recorder, Shade>::meet_interfaces(Vertex& at, std::uint32_t first, M lanes) const {
-    for_each_lane(lanes, [&](int lane) {
-        const auto slot = first + static_cast<std::uint32_t>(lane);
-        const Interface found = interface_at(interior_list(slot), tables_.bodies,
-            static_cast<std::uint32_t>(at.surface.material[lane]), has_lane(at.front, lane));
-        at.more.outside_index.v[lane] = static_cast<Shade>(found.outside_index);
-        if (!found.present) at.bits.v[lane] = material_bits::boundary | material_bits::tracked;
-    });
-}
-
-// The list after paths went through surfaces, and the medium that they are in now.
-template <class Real, std::uint64_t effects, class Recorder, class Shade>
-void PathTracer<Real, effects, Recorder, Shade>::change_interiors(
-    Vertex& at, std::uint32_t first, M crossing, M& alive) {
-    for_each_lane(crossing, [&](int lane) {
-        const auto slot = first + static_cast<std::uint32_t>(lane);
-        const auto material = static_cast<std::uint32_t>(at.surface.material[lane]);
-        InteriorList list = interior_list(slot);
-        const bool entered = has_lane(at.front, lane);
-        if (entered)
-            list.remove_left_unseen(material, tables_.bodies[material].count);
-        else
-            list.remove(material);
-        if (entered && !list.append(material)) {  // the sample is invalid
-            at.radiance.x.v[lane] = std::numeric_limits<Shade>::quiet_NaN();
-            alive = alive & !M::from_bits(1u << lane);
-            return;
-        }
-        paths_.interiors.count[slot] = list.count;
-        for (std::uint32_t i = 0; i < list.count; ++i) paths_.interiors.material[i][slot] = list.material[i];
-        const std::uint32_t uppermost = list.uppermost(tables_.bodies);
-        paths_.interiors.medium[slot] = uppermost == no_index ? tables_.medium : tables_.bodies[uppermost].medium;
     });
 }
 

@@ -92,6 +92,8 @@ private:
     static constexpr bool in_media = has(Effect::medium_absorption);
     static constexpr bool distant_lights =
         has(Effect::point_lights) || has(Effect::suns) || has(Effect::sampled_background);
+    // Rays that go on through a surface.
+    static constexpr bool crossing = has(Effect::translucent) || has(Effect::boundary);
     static constexpr bool microfacets = has(Effect::rough_conductor) || has(Effect::rough_translucent);
     // Any effect beyond the lean variants.
     static constexpr bool general = moving || textured || in_media || distant_lights || microfacets ||
@@ -105,18 +107,25 @@ private:
     // State of the paths, a slot each.
     struct Pool {
         alignas(64) std::array<Slots<Real>, 3> origin, direction, throughput, radiance;
-        alignas(64) Slots<Real> density;  // of the last scattering direction; 0: not from a diffuse vertex
+        // Of the last scattering direction; 0: not from a diffuse vertex. Negative: the ray goes on through a surface,
+        // and starts by so much before it (section 5.2).
+        alignas(64) Slots<Real> density;
         alignas(64) Slots<U> pixel, sample, vertex, primitive, inside, path;
         struct Motion {
             alignas(64) Slots<Real> time;
+        };
+        struct Crossing {
+            alignas(64) Slots<U> face;  // that the ray has left
         };
         struct Interiors {
             alignas(64) Slots<U> medium, count;
             alignas(64) std::array<Slots<U>, most_interiors> material;
             // How far along the ray its origin lies from the surface that it left (section 5.2): media begin there.
+            // Negative: before it.
             alignas(64) Slots<Real> lead;
         };
         [[no_unique_address]] std::conditional_t<moving, Motion, NoState> motion;
+        [[no_unique_address]] std::conditional_t<crossing, Crossing, NoState> crossed;
         [[no_unique_address]] std::conditional_t<general, Interiors, NoState> interiors;
     };
 
@@ -143,7 +152,9 @@ private:
     // Block `use` of the vertex.
     TANDEM_INLINE RandomLanes<Shade> shading_numbers(const Vertex& at, std::uint32_t use) const;
     [[nodiscard]] Vec3<S> background(const Vec3<V>& direction, std::uint32_t first, M lanes) const;
-    void meet_vertex(Vertex& at, std::uint32_t first, const Ray<V>& ray, const Hit<Real>& hit) const;
+    void meet_vertex(Vertex& at, std::uint32_t first, const Ray<V>& ray, const Hit<Real>& hit);
+    void find_place(Vertex& at, std::uint32_t first, const Hit<Real>& hit, V projection);
+    [[nodiscard]] V start_before(const Vertex& at, M crossed, V side) const;
     void add_emission(Vertex& at, std::uint32_t first, const Hit<Real>& hit, const Ray<V>& ray) const;
     void add_direct_light(Vertex& at, M lanes, std::uint32_t first);
     void scatter(Vertex& at, M lanes, std::uint32_t first);
@@ -166,7 +177,9 @@ private:
     struct Outcome;
     [[gnu::noinline]] void scatter_specially(
         Vertex& at, ShadeMask lanes, const RandomLanes<Shade>& u, Outcome& outcome) const;
-    [[gnu::noinline]] void change_interiors(Vertex& at, std::uint32_t first, M crossing, M& alive);
+    [[gnu::noinline]] void change_interiors(Vertex& at, std::uint32_t first, M crossed, M& alive);
+    [[gnu::noinline]] void undo_crossing(std::uint32_t first, M lanes);
+    void store_interiors(std::uint32_t slot, const InteriorList& list);
     [[nodiscard]] InteriorList interior_list(std::uint32_t slot) const;
 
     // traced_path.cpp.in: for recorders that record.
@@ -199,6 +212,14 @@ struct PathTracer<Real, effects, Recorder, Shade>::Vertex {
     I bits, number;
     Vec3<S> colour, throughput, radiance;
     SampleId<Real> id;
+    // Section 5.2, of rays that started before a face that they go on through: is this where that face is, and is it
+    // the same? way: of the ray, beyond that face.
+    struct Place {
+        M same_place, same_face;
+        V way;
+        I face;
+    };
+    [[no_unique_address]] std::conditional_t<crossing, Place, NoState> place;
     struct More {
         M in_medium;
         V medium_distance;
@@ -310,7 +331,7 @@ Vec3<Lanes<Shade>> PathTracer<Real, effects, Recorder, Shade>::background(
 // What the vertex is made of.
 template <class Real, std::uint64_t effects, class Recorder, class Shade>
 TANDEM_INLINE void PathTracer<Real, effects, Recorder, Shade>::meet_vertex(
-    Vertex& at, std::uint32_t first, const Ray<V>& ray, const Hit<Real>& hit) const {
+    Vertex& at, std::uint32_t first, const Ray<V>& ray, const Hit<Real>& hit) {
     if constexpr (general) {
         find_surface(at, first, ray, hit);
     } else {
@@ -322,6 +343,7 @@ TANDEM_INLINE void PathTracer<Real, effects, Recorder, Shade>::meet_vertex(
     at.cosine = shaded(absolute(projection));
     at.bits = tables_.materials.bits[at.surface.material];
     at.colour = shading_.materials.colour[shaded(at.surface.material)];
+    if constexpr (crossing) find_place(at, first, hit, projection);
     if constexpr (general) {
         find_vertex(at, first, ray, hit);
     } else {
@@ -395,8 +417,9 @@ bool PathTracer<Real, effects, Recorder, Shade>::advance(std::uint32_t first) {
 template <class Real, std::uint64_t effects, class Recorder, class Shade>
 void PathTracer<Real, effects, Recorder, Shade>::add_emission(
     Vertex& at, std::uint32_t first, const Hit<Real>& hit, const Ray<V>& ray) const {
-    const M emits = hit.found & has_bit(at.bits, U{material_bits::emits}) &
-                    (at.front | has_bit(at.bits, U{material_bits::both_sides}));
+    M emits = hit.found & has_bit(at.bits, U{material_bits::emits}) &
+              (at.front | has_bit(at.bits, U{material_bits::both_sides}));
+    if constexpr (crossing) emits = emits & !at.place.same_face;
     if (none(emits)) return;
     Vec3<S> light = shading_.materials.radiance[shaded(at.surface.material)];
     if constexpr (has(Effect::light_sampling)) {
@@ -548,6 +571,14 @@ void PathTracer<Real, effects, Recorder, Shade>::scatter(Vertex& at, M lanes, st
         goes_on = outcome.alive;
     }
     if (planted(PlantedBug::albedo_twice)) absorbed = select(diffuse, absorbed * at.colour, absorbed);
+    if constexpr (crossing) {
+        const ShadeMask passed = shaded(at.place.same_face) & all;
+        if (any(passed)) {
+            turned = select(passed, shaded(at.direction), turned);
+            absorbed = select(passed, Vec3<S>{one, one, one}, absorbed);
+            goes_on = goes_on | passed;
+        }
+    }
     Vec3<S> throughput = at.throughput * absorbed;
     if constexpr (Recorder::records)
         recorder_.scattered = geometric(ShadeMask(goes_on & any_light(throughput))).to_bits();
@@ -557,22 +588,33 @@ void PathTracer<Real, effects, Recorder, Shade>::scatter(Vertex& at, M lanes, st
     const Vec3<V> direction = geometric(turned);
     const V side = dot(direction, at.surface.normal);
     M inside = side < V(Real(0));
-    if constexpr (general) {
-        inside = inside & !at.more.in_medium;
-        store<Real>(&paths_.interiors.lead[first], at.surface.error_bound * absolute(side));
-        const M tracked = alive & has_bit(at.bits, U{material_bits::tracked});
-        if (any(tracked))
-            change_interiors(at, first,
-                tracked & ((dot(direction, at.facing) < V(Real(0))) | has_bit(at.bits, U{material_bits::boundary})),
-                alive);
+    if constexpr (general) inside = inside & !at.more.in_medium;
+    Vec3<V> origin = leaving_origin(tables_, at.surface, select(inside, -at.surface.normal, at.surface.normal));
+    V leaving_density = geometric(density);
+    if constexpr (crossing) {
+        const M crossed = alive & ((at.front & inside) | !(at.front | inside));
+        const V start = start_before(at, crossed, side);
+        const M before = start > V(Real(0));
+        if (any(before)) {
+            origin = select(before, along(at.surface.point, -start, direction), origin);
+            leaving_density = select(before, -start, leaving_density);
+            store_ints<Real>(&paths_.crossed.face[first], at.place.face);
+        }
+        if constexpr (general) {
+            store<Real>(&paths_.interiors.lead[first], select(before, -start, at.surface.error_bound * absolute(side)));
+            if (any(at.place.same_place))
+                undo_crossing(
+                    first, at.place.same_place & alive & !crossed & has_bit(at.bits, U{material_bits::transmits}));
+            const M tracked = crossed & has_bit(at.bits, U{material_bits::tracked}) & !at.place.same_face;
+            if (any(tracked)) change_interiors(at, first, tracked, alive);
+        }
     }
-    const Vec3<V> origin = leaving_origin(tables_, at.surface, select(inside, -at.surface.normal, at.surface.normal));
     I primitive = at.surface.primitive;
     if (planted(PlantedBug::self_hit_not_excluded)) primitive = I(U{no_primitive});
     store3(paths_.origin, first, origin);
     store3(paths_.direction, first, direction);
     store3(paths_.throughput, first, geometric(throughput));
-    store<Real>(&paths_.density[first], geometric(density));
+    store<Real>(&paths_.density[first], leaving_density);
     store_ints<Real>(&paths_.primitive[first], primitive);
     store_ints<Real>(&paths_.inside[first], select(inside, I(U{1}), I(U{0})));
     store_ints<Real>(&paths_.vertex[first], select(alive, at.number + I(U{1}), at.number));
@@ -580,4 +622,5 @@ void PathTracer<Real, effects, Recorder, Shade>::scatter(Vertex& at, M lanes, st
 
 }  // namespace tandem::cpu
 
+#include "cpu_ref/path_crossing.h"
 #include "cpu_ref/path_effects.h"

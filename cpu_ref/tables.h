@@ -92,6 +92,7 @@ inline constexpr unsigned diffuse = 1, specular = 2, translucent = 4, emits = 8,
                           boundary = 1024, tracked = 2048, textured = 4096;
 inline constexpr unsigned medium = 8192;                                  // no material's: a vertex in a medium
 inline constexpr unsigned receives = diffuse | rough_conductor | medium;  // next events
+inline constexpr unsigned transmits = translucent | boundary;
 inline constexpr unsigned scatters = diffuse | specular | smooth_conductor | rough_conductor | boundary | medium;
 }  // namespace material_bits
 

@@ -7,6 +7,7 @@
 const uint slot_mask = 0x07ffffffu;
 const uint no_slot = slot_mask;
 const uint ray_inside = 1u << 27;  // leaves a sphere or cuboid towards its inside
+const uint ray_axis_shift = 30;    // two bits: the axis of the cuboid's face that it leaves
 
 const uint hit_none = slot_mask;  // in place of a slot: the ray left the scene
 

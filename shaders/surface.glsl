@@ -118,11 +118,22 @@ vec3 face_axis(uint face) {
     return vec3(face < 2u ? side : 0.0, face >= 2u && face < 4u ? side : 0.0, face >= 4u ? side : 0.0);
 }
 
-Surface convex_surface(Convex shape, vec3 x, vec3 gradient) {
+vec3 convex_error(Convex shape, vec3 x) {
     const vec3 spread = mapped(abs(shape.to_world0), abs(shape.to_world1), abs(shape.to_world2), abs(x)) +
         abs(vec3(shape.to_unit0.w, shape.to_unit1.w, shape.to_unit2.w));
+    return (gamma_point + handed_roundoff) * spread;
+}
+
+Surface convex_surface(Convex shape, vec3 x, vec3 gradient) {
     const vec3 point = convex_point(shape, x);
-    return Surface(point, convex_normal(shape, gradient), (gamma_point + handed_roundoff) * spread, point);
+    return Surface(point, convex_normal(shape, gradient), convex_error(shape, x), point);
+}
+
+// Bound on the error of all points of the primitive, such as planes that coincide with its faces may have.
+vec3 error_of_planes(uint slot, Surface surface) {
+    if (kind_of(slot) == kind_triangle) return surface.error;
+    const Convex shape = convex_at(slot);
+    return max(surface.error, convex_error(shape, convex_extent(shape)));
 }
 
 // To where the entity is at `time` (MODEL.md section 6).

@@ -78,7 +78,7 @@ bool advance(inout Path path, uint at_record) {
     records[at_record + 2] = word(as_float(position), on_surface ? placed[hit.slot].material : no_index);
     records[at_record + 3] = word(as_float(normal), end);
     records[at_record + 4] = word(throughput, at.in_medium ? 1u : 0u);
-    records[at_record + 5] = word(as_float(path.radiance), as_float(leaving.density));
+    records[at_record + 5] = word(as_float(path.radiance), as_float(max(leaving.density, 0.0)));
     records[at_record + 6] = word(as_float(leaving.direction), 0u);
     records[at_record + 7] = word(as_float(path.throughput), 0u);
     records[at_record + 8] = word(towards_light, 0u);

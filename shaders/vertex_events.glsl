@@ -15,11 +15,13 @@ struct Path {
     real3 origin;    // of the ray; unknown unless keeps_origin
     uint word;       // that the ray left with (hit.glsl)
     real3 direction;  // of the ray
-    float density;   // of the scattering that chose it; 0: none
+    // Of the scattering that chose it; 0: none. Negative: the ray goes on through a surface, and starts by so much before it
+    // (section 5.2).
+    float density;
     uvec4 bodies;    // that the ray is in (interiors.glsl)
     uint medium;     // that the ray is in, or no_index
 };
-const bool keeps_origin = has_light_sampling || has_medium_absorption;
+const bool keeps_origin = has_light_sampling || has_medium_absorption || has_crossing;
 
 // What leaves a vertex: a ray, a shadow ray, both or neither.
 struct Departure {
@@ -41,7 +43,7 @@ Departure departure_from(real3 origin, uint word) {
 // W_k of MODEL.md section 9.2: the weight of light that scattering finds.
 float scattering_weight(Path path, uint slot, Surface surface) {
     const uint index = placed[slot].light;
-    if (index == no_light || path.density == 0.0) return 1.0;
+    if (index == no_light || path.density <= 0.0) return 1.0;
     const Light light = lights[index];
     if (!has_mis) return light.probability > 0.0 ? 0.0 : 1.0;
     Receiver receiver = Receiver(path.origin, path.origin, path.word & slot_mask, (path.word & ray_inside) != 0u);
@@ -163,6 +165,52 @@ void sample_lights(Path path, Material material, Surface surface, uint slot, rea
             diffuse_response(absorbed(material, vec3(1.0)), shaded(n_f), shaded(incident.direction)), leaving);
 }
 
+// The material of the primitive that the ray left, the side that it came to it from, and the normal there.
+uint material_left(Path path) { return placed[path.word & slot_mask].material; }
+bool left_from_front(Path path) { return (path.word & ray_inside) != 0u; }
+vec3 normal_left(Path path) {
+    const uint slot = path.word & slot_mask;
+    if (kind_of(slot) != kind_triangle)
+        return shaded(convex_normal(convex_at(slot), face_axis(2 * (path.word >> ray_axis_shift))));
+    const Triangle triangle = triangles[slot];
+    return shaded(normalize(vec3(triangle.corner0.w, triangle.corner1.w, triangle.corner2.w)));
+}
+
+// What lies where the face lies that the ray has gone on through (5.2).
+struct Place {
+    bool same_place;
+    bool same_face;
+};
+
+Place place_of(Path path, uint slot, uint material, bool front, Surface surface, float c) {
+    Place place = Place(false, false);
+    if (!has_crossing || path.density >= 0.0 || slot == (path.word & slot_mask)) return place;
+    const float way = shaded(dot(surface.point - path.origin, path.direction));
+    if (way > -1.5 * path.density + 2.0 * shaded(dot(abs(surface.normal), surface.error)) / c) return place;
+    place.same_face = material == material_left(path) && front == left_from_front(path);
+    place.same_place = place.same_face || abs(dot(shaded(surface.normal), normal_left(path))) > 511.0 / 512.0;
+    return place;
+}
+
+// The list of a path that turns back where it has gone on through another surface (9.4): as it was before that.
+uvec4 before_crossing(Path path) {
+    const uint left = material_left(path);
+    if (!is_tracked(materials[left])) return path.bodies;
+    uvec4 bodies = path.bodies;
+    if (left_from_front(path)) return without_latest(bodies, left);
+    append(bodies, left);  // there is room: it was taken out
+    return bodies;
+}
+
+// How far before a surface a ray starts that goes on through it; 0: it starts beyond (5.2).
+float start_before(Path path, uint slot, Surface surface, real3 direction) {
+    if (guard != guard_error_bound || surface.error == vec3(0.0)) return 0.0;
+    const float error = shaded(dot(abs(surface.normal), error_of_planes(slot, surface)));
+    const float way = shaded(dot(surface.point - path.origin, path.direction)) + min(path.density, 0.0);
+    const float start = min(4.0 * error / shaded(abs(dot(direction, surface.normal))), 0.5 * way);
+    return max(start, 0.0);
+}
+
 Departure meet_surface(inout Path path, Hit hit, Surface surface) {
     const uint slot = hit.slot;
     Departure leaving = departure_from(vec3(0.0), slot);
@@ -176,7 +224,15 @@ Departure meet_surface(inout Path path, Hit hit, Surface surface) {
     const bool emissive = material.kind == material_emissive;
     float outside = 1.0;
     bool there = true;
-    if (has_nested_dielectrics && is_tracked(material))
+    const bool transmits = translucent || (has_boundary && material.kind == material_boundary);
+    const Place place = place_of(path, slot, material_index, front, surface, c);
+    if (has_interiors && place.same_place && !transmits) {
+        path.bodies = before_crossing(path);
+        path.medium = medium_in(path.bodies);
+    }
+    if (place.same_face)
+        there = false;
+    else if (has_nested_dielectrics && is_tracked(material))
         there = is_there(path, material, material_index, front, outside);
     if (has_emission && there && material.radiance != vec3(0.0) && emits_to(material, front)) {
         const float share = has_translucent_emission && emissive && translucent ? material.alpha : 1.0;
@@ -205,7 +261,8 @@ Departure meet_surface(inout Path path, Hit hit, Surface surface) {
             if (conducts || has_rough_translucent) path.throughput *= scattering.weight;
         }
         if (scattering.direction != vec3(0.0)) to_front = dot(scattering.direction, surface.normal) > 0.0;
-        if (has_interiors && scattering.direction != vec3(0.0) && to_front != front && is_tracked(material) &&
+        if (has_interiors && place.same_place && transmits && to_front == front) path.bodies = before_crossing(path);
+        if (has_interiors && scattering.direction != vec3(0.0) && to_front != front && !place.same_face && is_tracked(material) &&
             !cross_surface(path, material_index, front, path.bodies)) {
             path.radiance = vec3(uintBitsToFloat(0x7fc00000u));  // NaN: invalid (section 12)
             return departure_from(vec3(0.0), slot);
@@ -215,6 +272,14 @@ Departure meet_surface(inout Path path, Hit hit, Surface surface) {
         if (leaving.direction == vec3(0.0)) to_front = front;
     }
     leaving.origin = offset_ray_origin(surface, to_front ? surface.normal : -surface.normal);
+    if (has_crossing && to_front != front && !place.same_place) {
+        const float start = start_before(path, slot, surface, leaving.direction);
+        if (start > 0.0) {
+            leaving.origin = surface.point - start * leaving.direction;
+            leaving.density = -start;
+            leaving.word |= (hit.face >> 1) << ray_axis_shift;
+        }
+    }
     if (!to_front) leaving.word |= ray_inside;
     return leaving;
 }
@@ -236,10 +301,16 @@ Arrival arrival(inout Path path, Hit hit, real time) {
     if (!has_medium_absorption) return at;
     path.medium = medium_in(path.bodies);
     if (both(path.medium == no_index, path.direction.x < 2.0)) return at;
-    const Ray ray = Ray(path.origin, path.direction);
+    Ray ray = Ray(path.origin, path.direction);
+    real before = 0.0;
+    if (has_crossing) {
+        before = max(-path.density, 0.0);
+        ray.origin += before * ray.direction;
+    }
     const real end = at.missed ? ray_max : max(0.0, dot(at.surface.point - ray.origin, ray.direction));
     const vec2 m = random_block(settings.seed, path.pixel, path.sample_index, block_medium(path.segment)).xy;
     at.in_medium = is_scattered(media[path.medium], ray, end, m, path.throughput, at.distance);
+    at.distance += before;
     return at;
 }
 

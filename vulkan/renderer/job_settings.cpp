@@ -82,7 +82,8 @@ Specialisation specialise(const Device& device, const Scene& described, const Sc
         to_distance(settings.ray_min), to_distance(settings.ray_max), fault, settings.intersection, false,
         std::isfinite(settings.clamp) ? std::optional(static_cast<float>(settings.clamp)) : std::nullopt,
         settings.generator, settings.mis, settings.accumulation == Accumulation::plain,
-        settings.sampling == Sampling::adaptive, !general && !scene.in_double && is_unturned(scene)};
+        settings.sampling == Sampling::adaptive, !general && !scene.in_double && is_unturned(scene),
+        general || passes_faces(scene)};
 }
 
 SceneData flatten_for(
