@@ -152,19 +152,24 @@ PathEnd PathSampler::leave(Path& path, const Hit& hit, const dvec3& direction, P
     const bool goes_to_front = glm::dot(direction, hit.front_normal) > 0.0;
     const double way = hit.t - path.lead, steepness = std::abs(glm::dot(direction, hit.front_normal));
     path.ray = {leaving_origin(hit, goes_to_front), direction, hit.primitive, goes_to_front, path.ray.time};
+    const double lead_before = path.lead, whole = 4.0 * hit.rounding / steepness;
+    const bool crosses = came_from_front != goes_to_front;
     path.lead = 0.0;
-    if (came_from_front == goes_to_front) {
-        if (place == Place::same_place) path.interiors = path.interiors_before;
-        return PathEnd::goes_on;
+    if (hit.rounding > 0.0) {
+        const bool ranked = scene_.materials[hit.material].priority.value_or(0) != 0;
+        if (crosses && place == Place::elsewhere && !ranked) path.lead = std::max(0.0, std::min(whole, 0.5 * way));
+        // Once more through what lies there before this surface.
+        if (!crosses && place == Place::same_place && lets_through(scene_.materials[hit.material]))
+            path.lead = std::min(whole, 256.0 * hit.rounding) + lead_before;
     }
-    if (place == Place::elsewhere && hit.rounding > 0.0) {
-        path.lead = std::max(0.0, std::min(4.0 * hit.rounding / steepness, 0.5 * way));
-        if (path.lead > 0.0) path.ray.origin = hit.position - path.lead * direction;
-        path.crossed_from_front = came_from_front;
+    if (path.lead > 0.0) {
+        path.ray.origin = hit.position - path.lead * direction;
+        path.crossed_from_front = !goes_to_front;
         path.crossed_material = hit.material;
         path.crossed_normal = hit.front_normal;
         path.interiors_before = path.interiors;
     }
+    if (!crosses) return PathEnd::goes_on;
     if (place == Place::same_face || !is_tracked(scene_.materials[hit.material])) return PathEnd::goes_on;
     if (path.interiors.cross(hit.material, came_from_front)) return PathEnd::goes_on;
     path.light = dvec3(std::numeric_limits<double>::quiet_NaN());  // invalid (section 12)

@@ -39,15 +39,20 @@ TANDEM_INLINE void PathTracer<Real, effects, Recorder, Shade>::find_place(
         undo_crossing(first, at.place.same_place & !has_bit(at.bits, U{material_bits::transmits}));
 }
 
-// By how much a ray that goes on through a face starts before it, 0 for those that start beyond (section 5.2). side:
-// cosine between its direction and the front normal.
+// By how much a ray that leaves a face starts before it, 0 for those that start beyond (section 5.2). side: cosine
+// between its direction and the front normal.
 template <class Real, std::uint64_t effects, class Recorder, class Shade>
 TANDEM_INLINE Lanes<Real> PathTracer<Real, effects, Recorder, Shade>::start_before(
-    const Vertex& at, M crossed, V side) const {
+    const Vertex& at, std::uint32_t first, M alive, M crossed, V side) const {
     const V zero(Real(0));
     if (tables_.settings.intersection.guard != SelfIntersectionGuard::error_bound) return zero;
-    const V start = least(V(V(Real(4)) * at.surface.error_bound / absolute(side)), V(V(Real(0.5)) * at.place.way));
-    return select(crossed & !at.place.same_place & (start > zero), start, zero);
+    const V error = at.surface.error_bound, whole = V(Real(4)) * error / absolute(side);
+    const M through = crossed & !at.place.same_place & !has_bit(at.bits, U{material_bits::ranked});
+    V start = select(through, least(whole, V(V(Real(0.5)) * at.place.way)), zero);
+    const M back = at.place.same_place & alive & !crossed & has_bit(at.bits, U{material_bits::transmits});
+    if (any(back))
+        start = select(back, least(whole, V(V(Real(256)) * error)) - load<Real>(&paths_.density[first]), start);
+    return select((error > zero) & (start > zero), start, zero);
 }
 
 template <class Real, std::uint64_t effects, class Recorder, class Shade>
@@ -67,7 +72,9 @@ void PathTracer<Real, effects, Recorder, Shade>::meet_interfaces(Vertex& at, std
         const Interface found = interface_at(interior_list(slot), tables_.bodies,
             static_cast<std::uint32_t>(at.surface.material[lane]), has_lane(at.front, lane));
         at.more.outside_index.v[lane] = static_cast<Shade>(found.outside_index);
-        if (!found.present) at.bits.v[lane] = material_bits::boundary | material_bits::tracked;
+        if (!found.present)
+            at.bits.v[lane] =
+                material_bits::boundary | material_bits::tracked | (at.bits.v[lane] & U{material_bits::ranked});
     });
 }
 

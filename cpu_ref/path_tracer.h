@@ -154,7 +154,7 @@ private:
     [[nodiscard]] Vec3<S> background(const Vec3<V>& direction, std::uint32_t first, M lanes) const;
     void meet_vertex(Vertex& at, std::uint32_t first, const Ray<V>& ray, const Hit<Real>& hit);
     void find_place(Vertex& at, std::uint32_t first, const Hit<Real>& hit, V projection);
-    [[nodiscard]] V start_before(const Vertex& at, M crossed, V side) const;
+    [[nodiscard]] V start_before(const Vertex& at, std::uint32_t first, M alive, M crossed, V side) const;
     void add_emission(Vertex& at, std::uint32_t first, const Hit<Real>& hit, const Ray<V>& ray) const;
     void add_direct_light(Vertex& at, M lanes, std::uint32_t first);
     void scatter(Vertex& at, M lanes, std::uint32_t first);
@@ -593,7 +593,7 @@ void PathTracer<Real, effects, Recorder, Shade>::scatter(Vertex& at, M lanes, st
     V leaving_density = geometric(density);
     if constexpr (crossing) {
         const M crossed = alive & ((at.front & inside) | !(at.front | inside));
-        const V start = start_before(at, crossed, side);
+        const V start = start_before(at, first, alive, crossed, side);
         const M before = start > V(Real(0));
         if (any(before)) {
             origin = select(before, along(at.surface.point, -start, direction), origin);
@@ -602,9 +602,6 @@ void PathTracer<Real, effects, Recorder, Shade>::scatter(Vertex& at, M lanes, st
         }
         if constexpr (general) {
             store<Real>(&paths_.interiors.lead[first], select(before, -start, at.surface.error_bound * absolute(side)));
-            if (any(at.place.same_place))
-                undo_crossing(
-                    first, at.place.same_place & alive & !crossed & has_bit(at.bits, U{material_bits::transmits}));
             const M tracked = crossed & has_bit(at.bits, U{material_bits::tracked}) & !at.place.same_face;
             if (any(tracked)) change_interiors(at, first, tracked, alive);
         }

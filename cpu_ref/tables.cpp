@@ -378,6 +378,7 @@ unsigned bits_of(const Material& material) {
         b |= rough ? material_bits::rough_conductor : material_bits::smooth_conductor;
     if (boundary) b |= material_bits::boundary;
     if (is_tracked(material)) b |= material_bits::tracked;
+    if (material.priority.value_or(0) != 0) b |= material_bits::ranked;
     if ((diffuse || specular) && material.colour_texture != no_index) b |= material_bits::textured;
     if (material.radiance != dvec3(0.0)) b |= material_bits::emits;
     if (material.sides == EmittingSides::both) b |= material_bits::both_sides;

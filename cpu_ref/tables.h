@@ -90,7 +90,8 @@ namespace material_bits {
 inline constexpr unsigned diffuse = 1, specular = 2, translucent = 4, emits = 8, both_sides = 16, schlick = 32,
                           fuzzy = 64, smooth_conductor = 128, rough_conductor = 256, rough_translucent = 512,
                           boundary = 1024, tracked = 2048, textured = 4096;
-inline constexpr unsigned medium = 8192;                                  // no material's: a vertex in a medium
+inline constexpr unsigned ranked = 8192;                                  // a priority other than 0
+inline constexpr unsigned medium = 16384;                                 // no material's: a vertex in a medium
 inline constexpr unsigned receives = diffuse | rough_conductor | medium;  // next events
 inline constexpr unsigned transmits = translucent | boundary;
 inline constexpr unsigned scatters = diffuse | specular | smooth_conductor | rough_conductor | boundary | medium;

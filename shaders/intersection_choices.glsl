@@ -8,7 +8,7 @@ layout(constant_id = 18) const uint convex_kernel = 0;
 layout(constant_id = 19) const uint guard = 0;
 layout(constant_id = 20) const float guard_epsilon = 0.0;
 layout(constant_id = 23) const bool unturned = false;  // the maps of all spheres and cuboids are diagonal
-layout(constant_id = 32) const bool has_crossing = true;  // some triangle or cuboid lets rays through
+layout(constant_id = 32) const bool has_crossing = true;  // some that rays go through coincide with others
 
 const uint kernel_watertight = 0, kernel_moller_trumbore = 1, kernel_baldwin_weber = 2;
 const bool naive_convex = convex_kernel != 0;

@@ -202,13 +202,15 @@ uvec4 before_crossing(Path path) {
     return bodies;
 }
 
-// How far before a surface a ray starts that goes on through it; 0: it starts beyond (5.2).
-float start_before(Path path, uint slot, Surface surface, real3 direction) {
+// How far before a surface a ray starts that goes on through it, or back through another at the same place; 0: it starts
+// beyond (5.2).
+float start_before(Path path, uint slot, Surface surface, real3 direction, bool back) {
     if (guard != guard_error_bound || surface.error == vec3(0.0)) return 0.0;
     const float error = shaded(dot(abs(surface.normal), error_of_planes(slot, surface)));
+    const float whole = 4.0 * error / shaded(abs(dot(direction, surface.normal)));
+    if (back) return min(whole, 256.0 * error) - path.density;
     const float way = shaded(dot(surface.point - path.origin, path.direction)) + min(path.density, 0.0);
-    const float start = min(4.0 * error / shaded(abs(dot(direction, surface.normal))), 0.5 * way);
-    return max(start, 0.0);
+    return max(min(whole, 0.5 * way), 0.0);
 }
 
 Departure meet_surface(inout Path path, Hit hit, Surface surface) {
@@ -261,7 +263,6 @@ Departure meet_surface(inout Path path, Hit hit, Surface surface) {
             if (conducts || has_rough_translucent) path.throughput *= scattering.weight;
         }
         if (scattering.direction != vec3(0.0)) to_front = dot(scattering.direction, surface.normal) > 0.0;
-        if (has_interiors && place.same_place && transmits && to_front == front) path.bodies = before_crossing(path);
         if (has_interiors && scattering.direction != vec3(0.0) && to_front != front && !place.same_face && is_tracked(material) &&
             !cross_surface(path, material_index, front, path.bodies)) {
             path.radiance = vec3(uintBitsToFloat(0x7fc00000u));  // NaN: invalid (section 12)
@@ -272,8 +273,9 @@ Departure meet_surface(inout Path path, Hit hit, Surface surface) {
         if (leaving.direction == vec3(0.0)) to_front = front;
     }
     leaving.origin = offset_ray_origin(surface, to_front ? surface.normal : -surface.normal);
-    if (has_crossing && to_front != front && !place.same_place) {
-        const float start = start_before(path, slot, surface, leaving.direction);
+    const bool back = place.same_place && transmits && to_front == front && goes_on(leaving);
+    if (has_crossing && (back || (to_front != front && !place.same_place && material.priority == 0))) {
+        const float start = start_before(path, slot, surface, leaving.direction, back);
         if (start > 0.0) {
             leaving.origin = surface.point - start * leaving.direction;
             leaving.density = -start;

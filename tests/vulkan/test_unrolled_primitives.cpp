@@ -42,16 +42,4 @@ TEST_CASE("Scenes are unturned where no sphere or cuboid is rotated, however the
     CHECK_FALSE(unturned("cornell-classic.json"));
 }
 
-TEST_CASE("Scenes pass faces where a triangle or cuboid lets rays through") {
-    const auto passes = [](const char* name) {
-        const Scene scene = load_scene(std::filesystem::path(TANDEM_SOURCE_DIR) / "scenes" / name);
-        return passes_faces(flatten(scene, default_settings(scene), Acceleration::automatic));
-    };
-    CHECK_FALSE(passes("one-weekend.json"));  // balls of glass
-    CHECK_FALSE(passes("cornell-classic.json"));
-    CHECK(passes("hard/glass-touching-cuboids.json"));
-    CHECK(passes("hard/media-touching-meshes.json"));
-    CHECK(passes("hard/media-on-floor.json"));
-}
-
 }  // namespace tandem

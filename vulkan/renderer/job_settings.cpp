@@ -7,6 +7,7 @@
 #include <limits>
 #include <string>
 
+#include "common/coincident_faces.h"
 #include "common/error.h"
 #include "vulkan/framework/shader_library.h"
 #include "vulkan/renderer/double_geometry.h"
@@ -83,7 +84,7 @@ Specialisation specialise(const Device& device, const Scene& described, const Sc
         std::isfinite(settings.clamp) ? std::optional(static_cast<float>(settings.clamp)) : std::nullopt,
         settings.generator, settings.mis, settings.accumulation == Accumulation::plain,
         settings.sampling == Sampling::adaptive, !general && !scene.in_double && is_unturned(scene),
-        general || passes_faces(scene)};
+        passed_faces_coincide(described)};
 }
 
 SceneData flatten_for(

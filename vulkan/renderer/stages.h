@@ -47,7 +47,7 @@ struct Specialisation {
     bool plain_sums = false;
     bool lists_pixels = false;                            // some dispatches are of lists of pixels
     bool unturned = false;                                // the maps of all spheres and cuboids are diagonal
-    bool passes_faces = true;                             // some triangle or cuboid lets rays through
+    bool faces_coincide = true;                           // passed_faces_coincide
     std::uint32_t workgroup = workgroup_size;             // invocations
     std::vector<SpecialisationConstant> parameters = {};  // ParameterPattern::specialisation's
 

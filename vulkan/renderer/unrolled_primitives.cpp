@@ -36,15 +36,6 @@ bool is_unturned(const SceneData& scene) {
         });
 }
 
-bool passes_faces(const SceneData& scene) {
-    for (std::uint32_t slot = 0; slot < scene.placed.size(); ++slot) {
-        if (slot >= scene.triangle_count && slot < scene.triangle_count + scene.sphere_count) continue;
-        const gpu::Material& material = scene.materials[scene.placed[slot].material];
-        if ((material.flags & gpu::flag_translucent) != 0 || material.kind == static_cast<std::uint32_t>(MaterialKind::boundary)) return true;
-    }
-    return false;
-}
-
 UnrolledPrimitives describe_unrolled(const SceneData& scene) {
     UnrolledPrimitives result;
     for (std::uint32_t i = 0; i < scene.cuboid_count; ++i)

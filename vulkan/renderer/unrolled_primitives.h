@@ -20,10 +20,6 @@ struct UnrolledPrimitives {
 // scene leave out what is zero then.
 [[nodiscard]] bool is_unturned(const SceneData& scene);
 
-// Whether some triangle or cuboid is of a material that lets rays through: only then do rays start before what they go on
-// through (MODEL.md section 5.2).
-[[nodiscard]] bool passes_faces(const SceneData& scene);
-
 // At most most_unrolled primitives. Corners are the same that one entity places from equal vertices.
 [[nodiscard]] UnrolledPrimitives describe_unrolled(const SceneData& scene);
 
