@@ -3,6 +3,7 @@
 
 #include <cmath>
 
+#include "common/scene_loader.h"
 #include "common/statistics/distributions.h"
 #include "common/validation/paired.h"
 #include "common/validation/verify.h"
@@ -69,4 +70,25 @@ TEST_CASE("a few parted paths and constant pixels are no fault") {
         return [value](std::uint32_t, std::uint32_t, SampleRandom&) { return Radiance{value, value, value}; };
     };
     CHECK(compare_paths(estimate_of(constant(1.0), 1), estimate_of(constant(2.0), 1), rounding).p == 1.0);
+}
+
+TEST_CASE("paths may part where faces coincide, and nowhere else") {
+    const auto other_numbers = [](std::uint32_t x, std::uint32_t y, SampleRandom& random) {
+        random.uniform();
+        return noise(x, y, random);
+    };
+    for (const auto& [name, may_part] : {std::pair{"hard/media-on-floor.json", true}, {"glass.json", false}}) {
+        CAPTURE(name);
+        const Scene scene = load_scene(std::filesystem::path(TANDEM_SOURCE_DIR) / "scenes" / name);
+        SyntheticRenderer a(noise, "cpu", Strays{}), b(other_numbers, "vulkan", Strays{});
+        VerifyOptions options;
+        RenderSettings settings;
+        settings.width = settings.height = 32;
+        options.settings = settings;
+        options.max_samples = 4096;
+        const SceneVerdict verdict = verify_scene(scene, a, b, options);
+        CHECK(verdict.paired.done);
+        CHECK(verdict.paired.paths.has_value() != may_part);
+        CHECK((verdict.verdict == Verdict::disagree) != may_part);
+    }
 }
