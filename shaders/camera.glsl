@@ -59,10 +59,10 @@ Ray camera_ray(uvec2 pixel, vec4 u, float time) {
     return Ray(frame.position + shift, unit_or_zero(PLANT_SCALE(focus_scaled, camera.focus_distance) * q - shift));
 }
 
-// The ray with which a sample of a pixel begins.
-Ray first_ray(uint pixel, uvec2 sample_index, float time) {
-    const vec4 u = random_block(settings.seed, pixel, sample_index, block_film_and_lens);
-    return camera_ray(uvec2(pixel % settings.width, pixel / settings.width), u, time);
+uvec2 pixel_position(uint pixel) { return uvec2(pixel % settings.width, pixel / settings.width); }
+
+vec4 camera_numbers(uint pixel, uvec2 sample_index) {
+    return random_block(settings.seed, pixel, sample_index, block_film_and_lens);
 }
 
 #endif

@@ -11,7 +11,7 @@ float ray_time = 0.0;
 
 // The ray as it meets the primitive's entity at rest (MODEL.md section 6). The tree's boxes hold all of its way.
 Ray at_rest(Ray ray, uint slot) {
-    if (has_entity_motion) ray.origin -= ray_time * transforms[placed[slot].entity].motion;
+    if (has_entity_motion) ray.origin -= ray_time * transforms[placed_at(slot).entity].motion;
     return ray;
 }
 
@@ -78,34 +78,39 @@ void keep_triangle(uint slot, Triangle triangle, Seen seen, Ray ray, uint own, b
 void try_sphere(uint i, Ray ray, uint own, bool inside, bool in_order, inout Hit best) {
     const uint slot = triangle_total() + i;
     if (PLANTED(primitive_lost) && slot % 64u == 9u) return;
-    const Ray unit_ray = to_unit_space(sphere_at(i), at_rest(ray, slot));
-    const vec2 ts = sphere_distances(unit_ray, meeting(slot == own, inside));
+    const vec2 ts = sphere_distances(to_unit_space(sphere_at(i), at_rest(ray, slot)), meeting(slot == own, inside));
     const float t = ts.x >= ray_min ? ts.x : ts.y;
-    if (is_closer(t, slot, best, in_order)) best = Hit(t, slot, 0, unit_ray.origin + t * unit_ray.direction);
+    if (is_closer(t, slot, best, in_order)) best = Hit(t, slot, 0, vec3(0.0));
 }
 
-// best.face: 1 where the ray leaves the cuboid, until the hit is located.
+void locate_sphere(inout Hit hit, Ray ray) {
+    const Ray unit_ray = to_unit_space(convex_at(hit.slot), at_rest(ray, hit.slot));
+    hit.local = normalize(unit_ray.origin + hit.t * unit_ray.direction);
+}
+
+// best.local: where the ray enters the cuboid, until all are tried.
 void try_cuboid(uint i, Convex cuboid, Ray ray, SlabRay slabs, uint own, bool inside, bool in_order, inout Hit best) {
     const uint slot = triangle_total() + sphere_total() + i;
     const vec2 span = cuboid_distances(i, cuboid, at_rest(ray, slot), slabs, meeting(slot == own, inside));
     const bool enters = span.x >= ray_min;
     const float t = enters ? span.x : span.y;
-    if (span.x <= span.y && is_closer(t, slot, best, in_order)) best = Hit(t, slot, enters ? 0 : 1, vec3(0.0));
+    if (span.x <= span.y && is_closer(t, slot, best, in_order)) best = Hit(t, slot, 0, vec3(span.x));
 }
 
 // The face is that of the last plane which the ray enters through, or of the first that it leaves through. The point is
 // moved exactly on it, and within it. (Where the point comes nearest to a plane would tell nothing of a cuboid as thin as
 // the rounding of the point.)
 void locate_cuboid(inout Hit hit, Ray ray) {
-    const Convex cuboid = cuboids[hit.slot - triangle_total() - sphere_total()];
+    const Convex cuboid = convex_at(hit.slot);
     const vec3 extent = vec3(cuboid.to_world0.w, cuboid.to_world1.w, cuboid.to_world2.w);
     const Ray unit_ray = to_unit_space(cuboid, at_rest(ray, hit.slot));
     const vec3 direction = unit_ray.direction, point = unit_ray.origin + hit.t * direction;
     const bool leaves = hit.face == 1;
+    const float sense = leaves ? 1.0 : -1.0;  // products with it are exact
     const bvec3 stands = lessThan(abs(direction), vec3(least_component)), ascends = greaterThan(direction, vec3(0.0));
     const vec3 towards = mix(-extent, extent, ascends);
-    precise vec3 way = unit_ray.origin + (leaves ? -towards : towards);  // back from the plane
-    precise vec3 rank = (leaves ? way : -way) / mix(direction, vec3(1.0), stands);
+    precise vec3 way = unit_ray.origin - sense * towards;  // back from the plane
+    precise vec3 rank = sense * way / mix(direction, vec3(1.0), stands);
     rank = mix(rank, vec3(-3.4e38), stands);
     const uint axis = rank.x >= rank.y && rank.x >= rank.z ? 0 : rank.y >= rank.z ? 1 : 2;
     const bool high = (axis == 0 ? ascends.x : axis == 1 ? ascends.y : ascends.z) == leaves;
@@ -145,9 +150,24 @@ Hit closest_triangle(Ray ray, uint own, float limit) {
             [[unroll]] for (uint i = 0; i < fixed_triangles; ++i)
                 if (may_be_within(shared_seen(i, at_rest(ray, i), frame).edges)) within |= 1u << i;
             if (own < fixed_triangles && !PLANTED(self_hit_not_excluded)) within &= ~(1u << own);
-            for (; within != 0; within &= within - 1) {
-                const uint i = findLSB(within);
-                keep_triangle(i, triangles[i], seen_by(triangles[i], at_rest(ray, i), frame), ray, own, true, best);
+            // The nearest plane first: most often that is the one, and the other triangles need no test.
+            while (within != 0) {
+                uint nearest = 0;
+                float least = best.t;
+                bool any = false;
+                for (uint rest = within; rest != 0; rest &= rest - 1) {
+                    const uint i = findLSB(rest);
+                    const float t = plane_distance(triangle_of(i), at_rest(ray, i));
+                    if (t >= ray_min && t < least) {
+                        least = t;
+                        nearest = i;
+                        any = true;
+                    }
+                }
+                if (!any) break;
+                const Triangle triangle = triangle_of(nearest);
+                keep_triangle(nearest, triangle, seen_by(triangle, at_rest(ray, nearest), frame), ray, own, true, best);
+                within = best.slot == hit_none ? within & ~(1u << nearest) : 0;
             }
         } else {
             [[unroll]] for (uint i = 0; i < fixed_triangles; ++i)
@@ -157,7 +177,6 @@ Hit closest_triangle(Ray ray, uint own, float limit) {
         for (uint i = 0; i < settings.triangle_count; ++i)
             keep_triangle(i, triangle_at(i), seen_by(triangle_at(i), at_rest(ray, i), frame), ray, own, true, best);
     }
-    best.local = vec3(best.local.xy / best.local.z, 0.0);
     return best;
 }
 
@@ -175,7 +194,6 @@ Hit closest_sphere(Ray ray, uint own, bool inside, float limit) {
     } else {
         for (uint i = 0; i < settings.sphere_count; ++i) try_sphere(i, ray, own, inside, true, best);
     }
-    best.local = normalize(best.local);
     return best;
 }
 
@@ -195,19 +213,33 @@ Hit closest_cuboid(Ray ray, uint own, bool inside, float limit) {
             [[unroll]] for (uint i = 0; i < fixed_cuboids; ++i)
                 try_cuboid(i, cuboid_at(i), ray, slabs, own, inside, true, best);
         } else {
-            for (uint i = 0; i < settings.cuboid_count; ++i) try_cuboid(i, cuboids[i], ray, slabs, own, inside, true, best);
+            for (uint i = 0; i < settings.cuboid_count; ++i) try_cuboid(i, cuboid_of(i), ray, slabs, own, inside, true, best);
         }
     } else {
-        for (uint i = 0; i < settings.cuboid_count; ++i) try_cuboid(i, cuboids[i], ray, slabs, own, inside, true, best);
+        for (uint i = 0; i < settings.cuboid_count; ++i) try_cuboid(i, cuboid_of(i), ray, slabs, own, inside, true, best);
     }
+    best.face = best.local.x >= ray_min ? 0 : 1;
     return best;
 }
 
-// The closer of the hits of two kinds.
-Hit closer(Hit a, Hit b) {
-    if (b.slot == hit_none) return a;
-    if (a.slot == hit_none || b.t < a.t || placed[b.slot].id < placed[a.slot].id) return b;
-    return a;
+// Keeps the closer of the hits of two kinds, `other` being no farther away.
+void keep_closer(inout Hit best, Hit other) {
+    if (other.slot == hit_none) return;
+    if (best.slot != hit_none && other.t == best.t && placed_at(best.slot).id < placed_at(other.slot).id) return;
+    best.t = other.t;
+    best.slot = other.slot;
+    best.face = other.face;
+}
+
+// Where on its primitive a hit is.
+void locate(inout Hit hit, Ray ray) {
+    if (hit.slot == hit_none) return;
+    if (has_triangles && hit.slot < triangle_total())
+        hit.local = vec3(hit.local.xy / hit.local.z, 0.0);
+    else if (has_spheres && hit.slot < triangle_total() + sphere_total())
+        locate_sphere(hit, ray);
+    else if (has_cuboids)
+        locate_cuboid(hit, ray);
 }
 
 #ifndef RAY_TRACING
@@ -215,10 +247,13 @@ Hit closest_hit(Ray ray, uint own, bool inside) {
     Hit best = Hit(ray_max, hit_none, 0, vec3(0.0));
     if (!is_sound(ray)) return best;
     if (!excludes_left) own = no_slot;
-    if (has_triangles) best = closer(best, closest_triangle(ray, own, best.t));
-    if (has_spheres) best = closer(best, closest_sphere(ray, own, inside, best.t));
-    if (has_cuboids) best = closer(best, closest_cuboid(ray, own, inside, best.t));
-    if (has_cuboids && best.slot != hit_none && best.slot >= triangle_total() + sphere_total()) locate_cuboid(best, ray);
+    if (has_triangles) {
+        best = closest_triangle(ray, own, best.t);
+        if (best.slot == hit_none) best.t = ray_max;
+    }
+    if (has_spheres) keep_closer(best, closest_sphere(ray, own, inside, best.t));
+    if (has_cuboids) keep_closer(best, closest_cuboid(ray, own, inside, best.t));
+    locate(best, ray);
     return best;
 }
 #endif

@@ -11,7 +11,11 @@ bool is_invalid(float x) {
 
 // 0 for a sample that is invalid, which the caller counts.
 vec3 summand(vec3 radiance, out bool invalid) {
-    invalid = is_invalid(radiance.r) || is_invalid(radiance.g) || is_invalid(radiance.b);
+    // Of few samples one is larger, as an integer, than all numbers that are neither infinite nor have a sign.
+    const uvec3 bits = floatBitsToUint(radiance);
+    invalid = false;
+    if (max(bits.r, max(bits.g, bits.b)) >= 0x7f800000u)
+        invalid = is_invalid(radiance.r) || is_invalid(radiance.g) || is_invalid(radiance.b);
     if (invalid) radiance = vec3(0.0);
     // As if two of 512 threads had read the same sum.
     if (PLANTED(sample_lost) && (floatBitsToUint(radiance.r) * 2654435761u >> 23) == 7u) radiance = vec3(0.0);

@@ -12,5 +12,5 @@ void main() {
     const uint place = at.y * settings.width + at.x - settings.first_pixel;
     // A share of the tile; a place before it or before the tile is beyond it too, since the difference wraps.
     if (place - settings.first_invocation >= settings.invocations || gl_HelperInvocation) return;
-    render_pixel(place);
+    render_pixels(place, 0);
 }

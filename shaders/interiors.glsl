@@ -22,7 +22,7 @@ uint uppermost(uvec4 bodies) {
     for (uint i = 0; i < most_bodies; ++i) {
         const uint body = body_at(bodies, i);
         if (body == no_body) break;
-        const int own = materials[body].priority;
+        const int own = material_at(body).priority;
         if (best != no_body && own < priority) continue;
         best = body;
         priority = own;
@@ -63,7 +63,7 @@ uvec4 without_left_unseen(uvec4 bodies, uint body) {
             earliest = i - 1;
             ++count;
         }
-    return count >= materials[body].bodies ? without_entry(bodies, earliest) : bodies;
+    return count >= material_at(body).bodies ? without_entry(bodies, earliest) : bodies;
 }
 
 // Those on the far side of the surface of `body`, but for itself.
@@ -74,7 +74,7 @@ uvec4 beside(uvec4 bodies, uint body, bool front) {
 // The medium of a ray in these bodies, or no_index.
 uint medium_in(uvec4 bodies) {
     if (!has_interiors || body_at(bodies, 0) == no_body) return scene.medium;
-    return materials[uppermost(bodies)].interior;
+    return material_at(uppermost(bodies)).interior;
 }
 
 #endif

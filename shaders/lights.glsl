@@ -27,7 +27,7 @@ bool is_inside_cuboid(Light light, Receiver receiver) {
 
 // The receiver of a light whose entity moves, as the entity at rest sees it.
 Receiver beside_rest(Receiver receiver, Light light, float time) {
-    receiver.point -= time * transforms[placed[light.slot].entity].motion;
+    receiver.point -= time * transforms[placed_at(light.slot).entity].motion;
     return receiver;
 }
 
@@ -110,13 +110,13 @@ struct LightSample {
 };
 
 LightSample sample_triangle_light(Light light, Receiver receiver, vec2 v) {
-    const Triangle triangle = triangles[light.slot];
+    const Triangle triangle = triangle_of(light.slot);
     const float s = PLANT(triangle_light_uneven, v.x, sqrt(v.x));
     const vec3 p1 = s * (1.0 - v.y) * triangle.corner1.xyz, p2 = s * v.y * triangle.corner2.xyz;
     const vec3 point = (1.0 - s) * triangle.corner0.xyz + p1 + p2;
-    const vec3 normal = normalize(vec3(triangle.corner0.w, triangle.corner1.w, triangle.corner2.w));
-    return LightSample(point - receiver.point, normal, true,
-        dot(abs(normal), plane_error(triangle, p1, p2, reach_of(triangle))));
+    const TriangleFacts facts = triangle_facts(light.slot);
+    return LightSample(point - receiver.point, facts.normal, true,
+        dot(abs(facts.normal), plane_error(triangle, p1, p2, facts.reach)));
 }
 
 LightSample sample_sphere_light(Light light, Receiver receiver, vec2 v) {
@@ -184,7 +184,7 @@ Incident from_primitive(Light light, Receiver receiver, vec2 v) {
     if (light.kind == kind_triangle && light.slot == receiver.slot) return no_incident;
     const vec3 direction = chosen.offset / distance;
     const float light_cosine = -dot(chosen.normal, direction);
-    const Material material = materials[placed[light.slot].material];
+    const Material material = material_at(placed_at(light.slot).material);
     const bool front = light_cosine > 0.0;
     if (light_cosine == 0.0 || !emits_to(material, front) || (!front && !chosen.sees_back)) return no_incident;
     const float density = light.probability * light_density(light, receiver, chosen.offset, abs(light_cosine));

@@ -82,11 +82,11 @@ bool any_cuboid_blocks(Ray ray, float t_max, uint own, bool inside, uint light) 
                 if (!blocked) blocked = cuboid_blocks(i, cuboid_at(i), ray, slabs, t_max, own, inside, light);
         } else {
             for (uint i = 0; i < settings.cuboid_count && !blocked; ++i)
-                blocked = cuboid_blocks(i, cuboids[i], ray, slabs, t_max, own, inside, light);
+                blocked = cuboid_blocks(i, cuboid_of(i), ray, slabs, t_max, own, inside, light);
         }
     } else {
         for (uint i = 0; i < settings.cuboid_count && !blocked; ++i)
-            blocked = cuboid_blocks(i, cuboids[i], ray, slabs, t_max, own, inside, light);
+            blocked = cuboid_blocks(i, cuboid_of(i), ray, slabs, t_max, own, inside, light);
     }
     return blocked;
 }

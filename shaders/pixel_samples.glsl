@@ -1,5 +1,6 @@
 // All of a pixel's samples in one invocation, with the path and the sums in registers, for the kernels that do so: where a
-// path ends, the next sample's begins in the same turn of the loop.
+// path ends, the next sample's begins in the same turn of the loop, and after a pixel's last sample the first of a pixel that
+// nobody has begun.
 #ifndef PIXEL_SAMPLES_GLSL
 #define PIXEL_SAMPLES_GLSL
 
@@ -18,24 +19,62 @@ dvec3 summand(dvec3 radiance, out bool invalid) {
 
 layout(std430, set = 3, binding = 0) readonly restrict buffer SumsIn { Sums sums_in[]; };
 layout(std430, set = 3, binding = 1) writeonly restrict buffer SumsOut { Sums sums_out[]; };
-layout(std430, set = 3, binding = 2) restrict buffer Counters { uint invalid_samples, unfinished; };
+layout(std430, set = 3, binding = 2) restrict buffer Counters { uint invalid_samples, unfinished, begun; };
 
 const uint samples_per_block = 64;  // MODEL.md section 11
 
-// The path of a pixel's sample that is `later` than the dispatch's first. Within its blocks the low word never overflows.
-Path begin_path(uint pixel, uint later) {
-    const uvec2 sample_index = uvec2(settings.sample_index.x + later, settings.sample_index.y);
-    if (has_entity_motion || has_camera_motion) ray_time = path_time(pixel, sample_index);
-    const Ray ray = first_ray(pixel, sample_index, ray_time);
-    return Path(pixel, sample_index, 0, vec3(1.0), vec3(0.0), ray.origin, no_slot, ray.direction, 0.0, in_no_body,
-        no_index);
+// Of the pixel that an invocation has begun.
+Sums sums[3];
+uvec2 position;  // in the image
+
+const uint no_place = 0xffffffffu;  // in place of one in the tile: none is left
+
+void begin_pixel(uint place) {
+    if (place == no_place) return;
+    position = pixel_position(pixel_at(place));
+    const bool begins = settings.sample_index.x % samples_per_block == 0 && settings.keeps_sums == 0;
+    for (uint channel = 0; channel < 3; ++channel)
+        sums[channel] = begins ? Sums(0.0) : sums_in[channel * settings.pixel_count + place];
 }
 
-// One segment and the vertex at its end; false: the path has ended.
-bool advance(inout Path path) {
+void add_radiance(shading_real3 radiance) {
+    for (uint channel = 0; channel < 3; ++channel) sums[channel] = add_sample(sums[channel], radiance[channel]);
+}
+
+void end_pixel(uint place) {
+    for (uint channel = 0; channel < 3; ++channel) sums_out[channel * settings.pixel_count + place] = sums[channel];
+}
+
+// A sample of the dispatch. Within its blocks the low word never overflows.
+uvec2 sample_at(uint place, uint done) {
+    return uvec2(settings.sample_index.x + samples_per_block * block_at(place) + done, settings.sample_index.y);
+}
+
+vec4 camera_numbers(uint place, uint done) {
+    return random_block(settings.seed, pixel_at(place), sample_at(place, done), block_film_and_lens);
+}
+
+// u: its camera_numbers.
+Path begin_path(uint place, uint done, vec4 u) {
+    const uint pixel = pixel_at(place);
+    const uvec2 sample_index = sample_at(place, done);
+    if (has_entity_motion || has_camera_motion) ray_time = path_time(pixel, sample_index);
+    const Ray ray = camera_ray(position, u, ray_time);
+    return Path(pixel, sample_index, 0, vec3(1.0), vec3(0.0), ray.origin, no_slot, ray.direction, 0.0, in_no_body, no_index);
+}
+
+// One segment and the vertex at its end; false: the path has ended. next_numbers: of the pixel's next sample's camera ray,
+// where `ended_early`, so that threads that scatter and threads that begin anew compute their numbers together.
+bool advance(uint place, uint done, inout Path path, out bool ended_early, out vec4 next_numbers) {
+    path.pixel = pixel_at(place);
+    path.sample_index = sample_at(place, done);
     const Hit hit = closest_hit(
         Ray(path.origin, path.direction), path.word & slot_mask, (path.word & ray_inside) != 0u);
-    const Departure leaving = arrive(path, hit, ray_time);
+    const Arrival at = arrival(path, hit, ray_time);
+    ended_early = ends_at(path, hit, at);
+    next_numbers = random_block(settings.seed, path.pixel, sample_at(place, ended_early ? done + 1 : done),
+        ended_early ? block_film_and_lens : block_scatter(path.segment));
+    const Departure leaving = leave(path, hit, at, next_numbers);
     if (has_shadow(leaving) && is_lit(leaving.origin, leaving.word, leaving.shadow))
         path.radiance += leaving.contribution;
     path.origin = leaving.origin;
@@ -46,32 +85,40 @@ bool advance(inout Path path) {
     return goes_on(leaving);
 }
 
-// The samples of the pixel at `place` of the tile.
-void render_pixel(uint place) {
-    Sums sums[3];
-    const bool begins = settings.sample_index.x % samples_per_block == 0 && settings.keeps_sums == 0;
-    for (uint channel = 0; channel < 3; ++channel)
-        sums[channel] = begins ? Sums(0.0) : sums_in[channel * settings.pixel_count + place];
+// The place in the tile of a pixel of the dispatch that nobody has begun. Each of `claimants` invocations is turned away
+// once; the last of them leaves the count as it was found.
+uint claim_place(uint claimants) {
+    const uint before = atomicAdd(begun, 1);
+    if (before == settings.invocations + claimants - 1) atomicExchange(begun, 0);
+    return before < settings.invocations ? place_of(settings.first_invocation + before) : no_place;
+}
+
+// The samples of the pixel at `place` of the tile; then, of dispatches with claimants, of pixels that they claim.
+void render_pixels(uint place, uint claimants) {
     uint done = 0, invalid_here = 0;
-    const uint first = samples_per_block * block_at(place);
-    Path path = begin_path(pixel_at(place), first);
+    begin_pixel(place);
+    Path path = begin_path(place, done, camera_numbers(place, done));
     while (true) {
-        if (done == settings.sample_count) {
-            ++done;
-            break;
-        }
-        if (advance(path)) continue;
-        bool invalid;
-        const shading_real3 radiance = summand(path.radiance, invalid);
+        if (place == no_place) break;
+        bool at_hand, invalid;
+        vec4 u;
+        if (advance(place, done, path, at_hand, u)) continue;
+        add_radiance(summand(path.radiance, invalid));
         if (invalid) ++invalid_here;
-        for (uint channel = 0; channel < 3; ++channel) sums[channel] = add_sample(sums[channel], radiance[channel]);
-        path = begin_path(path.pixel, first + ++done);
+        if (++done == settings.sample_count) {
+            end_pixel(place);
+            done = 0;
+            place = claimants == 0 ? no_place : claim_place(claimants);
+            begin_pixel(place);
+            at_hand = false;
+        }
+        if (!at_hand) u = camera_numbers(place, done);
+        path = begin_path(place, done, u);
     }
     // Mesa's lavapipe leaves all loops of an invocation after 65535 turns of them together; the host must hear of it. No
     // flag would do: compilers know that a loop is left by its break alone.
-    if (done != settings.sample_count + 1) atomicAdd(unfinished, 1);
+    if (place != no_place) atomicAdd(unfinished, 1);
     if (invalid_here > 0) atomicAdd(invalid_samples, invalid_here);
-    for (uint channel = 0; channel < 3; ++channel) sums_out[channel * settings.pixel_count + place] = sums[channel];
 }
 
 #endif

@@ -35,7 +35,7 @@ void main() {
     }
     const Surface surface = surface_at(hit.slot, hit.face, hit.local, 0.0);
     points[i] = vec4(surface.point, hit.t);
-    normals[i] = uvec4(floatBitsToUint(surface.normal), placed[hit.slot].id);
+    normals[i] = uvec4(floatBitsToUint(surface.normal), placed_at(hit.slot).id);
     fronts[i] = vec4(offset_ray_origin(surface, surface.normal), 0.0);
     backs[i] = vec4(offset_ray_origin(surface, -surface.normal), 0.0);
 }

@@ -38,7 +38,7 @@ void main() {
     }
     const Surface surface = surface_at(hit.slot, hit.face, hit.local, 0.0);
     points[i] = dvec4(surface.point, hit.t);
-    normals[i] = dvec4(surface.normal, double(placed[hit.slot].id));
+    normals[i] = dvec4(surface.normal, double(placed_at(hit.slot).id));
     fronts[i] = dvec4(offset_ray_origin(surface, surface.normal), 0.0);
     backs[i] = dvec4(offset_ray_origin(surface, -surface.normal), 0.0);
 }

@@ -22,7 +22,7 @@ void main() {
     if (i >= settings.pixel_count) return;
     const uint pixel = pixel_at(i);
     const float time = has_camera_motion ? path_time(pixel, settings.sample_index) : 0.0;
-    const Ray ray = first_ray(pixel, settings.sample_index, time);
+    const Ray ray = camera_ray(pixel_position(pixel), camera_numbers(pixel, settings.sample_index), time);
     origins_out[i] = uvec4(floatBitsToUint(ray.origin), no_slot);
     directions_out[i] = vec4(ray.direction, 0.0);
     if (i == 0) {

@@ -49,7 +49,7 @@ const bool preloaded = unrolled && !few_primitives;
 Triangle own_triangles[preloaded ? fixed_triangles + 1 : 1];
 Convex own_spheres[preloaded ? fixed_spheres + 1 : 1];
 Convex own_cuboids[preloaded ? fixed_cuboids + 1 : 1];
-void preload_primitives() {
+void preload_own() {
     if (!preloaded) return;
     [[unroll]] for (uint i = 0; i < fixed_triangles; ++i) own_triangles[i] = triangles[i];
     [[unroll]] for (uint i = 0; i < fixed_spheres; ++i) own_spheres[i] = spheres[i];
@@ -72,11 +72,98 @@ Convex cuboid_at(uint i) {
     return cuboids[i];
 }
 #else
-void preload_primitives() {}
+void preload_own() {}
 Triangle triangle_at(uint i) { return triangles[i]; }
 Convex sphere_at(uint i) { return spheres[i]; }
 Convex cuboid_at(uint i) { return cuboids[i]; }
 #endif
+#endif
+
+#ifndef WRITES_SCENE
+// What follows from a triangle's corners.
+struct TriangleFacts {
+    real3 normal;  // unit
+    real reach;    // greatest coordinate of a corner, by size
+    real doubled_area;
+};
+
+TriangleFacts facts_of(Triangle triangle) {
+    const real3 a = triangle.corner0.xyz, b = triangle.corner1.xyz, c = triangle.corner2.xyz;
+    const real3 largest = max(abs(a), max(abs(b), abs(c)));
+    return TriangleFacts(normalize(real3(triangle.corner0.w, triangle.corner1.w, triangle.corner2.w)),
+        max(largest.x, max(largest.y, largest.z)), length(cross(b - a, c - a)));
+}
+
+#ifdef SHARES_SCENE
+// What threads read one by one, of what each has hit: of a small scene from a copy that the workgroup shares, as drivers check
+// buffers' bounds at every read.
+layout(constant_id = 33) const uint shared_materials = 0;
+const bool shares = unrolled && shared_materials > 0;
+const uint all_fixed = fixed_triangles + fixed_spheres + fixed_cuboids;
+shared Placed copied_placed[shares ? all_fixed + 1 : 1];
+shared Material copied_materials[shares ? shared_materials + 1 : 1];
+shared Triangle copied_triangles[shares ? fixed_triangles + 1 : 1];
+shared TriangleFacts copied_facts[shares ? fixed_triangles + 1 : 1];
+shared Convex copied_convexes[shares ? fixed_spheres + fixed_cuboids + 1 : 1];
+void copy_scene() {
+    if (!shares) return;
+    const uint first = gl_LocalInvocationIndex, step = gl_WorkGroupSize.x;
+    for (uint i = first; i < all_fixed; i += step) copied_placed[i] = placed[i];
+    for (uint i = first; i < shared_materials; i += step) copied_materials[i] = materials[i];
+    for (uint i = first; i < fixed_triangles; i += step) {
+        copied_triangles[i] = triangles[i];
+        copied_facts[i] = facts_of(triangles[i]);
+    }
+    for (uint i = first; i < fixed_spheres; i += step) copied_convexes[i] = spheres[i];
+    for (uint i = first; i < fixed_cuboids; i += step) copied_convexes[fixed_spheres + i] = cuboids[i];
+    barrier();
+}
+Placed placed_at(uint slot) {
+    if (shares) return copied_placed[slot];
+    return placed[slot];
+}
+Material material_at(uint i) {
+    if (shares) return copied_materials[i];
+    return materials[i];
+}
+Triangle triangle_of(uint slot) {
+    if (shares) return copied_triangles[slot];
+    return triangles[slot];
+}
+TriangleFacts triangle_facts(uint slot) {
+    if (shares) return copied_facts[slot];
+    return facts_of(triangles[slot]);
+}
+Convex cuboid_of(uint i) {
+    if (shares) return copied_convexes[fixed_spheres + i];
+    return cuboids[i];
+}
+Convex convex_at(uint slot) {
+    if (shares) return copied_convexes[slot - fixed_triangles];
+    slot -= triangle_total();
+    if (has_spheres && slot < sphere_total()) return spheres[slot];
+    return cuboids[slot - sphere_total()];
+}
+#else
+void copy_scene() {}
+Placed placed_at(uint slot) { return placed[slot]; }
+Material material_at(uint i) { return materials[i]; }
+Triangle triangle_of(uint slot) { return triangles[slot]; }
+TriangleFacts triangle_facts(uint slot) { return facts_of(triangles[slot]); }
+Convex cuboid_of(uint i) { return cuboids[i]; }
+Convex convex_at(uint slot) {
+    slot -= triangle_total();
+    if (has_spheres && slot < sphere_total()) return spheres[slot];
+    return cuboids[slot - sphere_total()];
+}
+#endif
+#endif
+
+#ifdef LOOPS_OVER_PRIMITIVES
+void preload_primitives() {
+    preload_own();
+    copy_scene();
+}
 
 // Whether the faces of a cuboid are square to the axes of the world, so that its planes need no map.
 bool is_aligned(uint i, Convex cuboid) {

@@ -87,21 +87,25 @@ bool is_near(Triangle triangle, Ray ray, Seen seen) {
     return beside <= reach * reach;
 }
 
+// Where the ray meets its plane.
+float plane_distance(Triangle triangle, Ray ray) {
+    const vec3 normal = vec3(triangle.corner0.w, triangle.corner1.w, triangle.corner2.w);
+    precise float steepness = dot(ray.direction, normal);
+    precise float height = dot(triangle.corner0.xyz - ray.origin, normal);
+    return height / steepness;
+}
+
 bool watertight_triangle(Triangle triangle, Ray ray, Seen seen, out float t, out vec3 weights) {
-    t = 0.0;
-    weights = vec3(0.0);
     const float v = seen.edges.y, w = seen.edges.z;
     const float u = PLANT(triangle_edge_lost, seen.edges.x - planted_amount * (seen.edges.x + v + w), seen.edges.x);
-    if (!is_within(vec3(u, v, w))) return false;
     const vec3 normal = vec3(triangle.corner0.w, triangle.corner1.w, triangle.corner2.w);
     precise float sum = u + v + w;
     precise float steepness = dot(ray.direction, normal);
-    if (sum == 0.0 || steepness == 0.0) return false;  // seen edge-on, or of zero area
-    if (!is_near(triangle, ray, seen)) return false;
     precise float height = dot(triangle.corner0.xyz - ray.origin, normal);
     t = height / steepness;
     weights = vec3(v, w, sum);
-    return true;
+    // Not where it is seen edge-on, or of zero area.
+    return all(bvec3(is_within(vec3(u, v, w)), sum != 0.0, steepness != 0.0)) && is_near(triangle, ray, seen);
 }
 
 // [Möller 1997], without culling.

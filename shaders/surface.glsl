@@ -13,14 +13,8 @@ struct Surface {
 };
 
 uint kind_of(uint slot) {
-    if (has_triangles && slot < settings.triangle_count) return kind_triangle;
-    return has_spheres && slot < settings.triangle_count + settings.sphere_count ? kind_sphere : kind_cuboid;
-}
-
-Convex convex_at(uint slot) {
-    slot -= settings.triangle_count;
-    if (has_spheres && slot < settings.sphere_count) return spheres[slot];
-    return cuboids[slot - settings.sphere_count];
+    if (has_triangles && slot < triangle_total()) return kind_triangle;
+    return has_spheres && slot < triangle_total() + sphere_total() ? kind_sphere : kind_cuboid;
 }
 
 // A plane is met again by its neighbours as dot(corner - origin, normal): two points subtracted (1), products (1), sums (2),
@@ -38,13 +32,14 @@ const float least_offset = unit_roundoff;
 const float gamma_margin = 32.0001 * unit_roundoff;
 const float margin_of_error = 8.0;
 
-vec3 drawn_in(Triangle triangle, vec3 weights, vec3 point, vec3 normal, float reach, float error) {
+vec3 drawn_in(Triangle triangle, TriangleFacts facts, vec3 weights, vec3 point, float error) {
+    const vec3 normal = facts.normal;
+    const float reach = facts.reach, doubled_area = facts.doubled_area;
     const vec3 corners[3] = vec3[3](triangle.corner0.xyz, triangle.corner1.xyz, triangle.corner2.xyz);
     // Handed on as a float, the point lies up to sqrt(3) roundings of itself elsewhere.
     const float handed = 4.0 * handed_roundoff * max(abs(point.x), max(abs(point.y), abs(point.z)));
     const float margin = max(gamma_margin * reach + handed, margin_of_error * error);
     // No edge is longer than the diagonal of the cube that holds the corners, 2 sqrt(3) reach.
-    const float doubled_area = length(cross(corners[1] - corners[0], corners[2] - corners[0]));
     if (min(weights.x, min(weights.y, weights.z)) * doubled_area >= margin * 3.465 * reach) return point;
     const vec3 sides =
         vec3(length(corners[1] - corners[0]), length(corners[2] - corners[1]), length(corners[0] - corners[2]));
@@ -74,11 +69,6 @@ vec3 plane_error(Triangle triangle, vec3 p1, vec3 p2, float reach) {
     return (gamma_plane + handed_roundoff) * (abs(triangle.corner0.xyz) + abs(p1) + abs(p2)) + least_offset * reach;
 }
 
-float reach_of(Triangle triangle) {
-    const vec3 largest = max(abs(triangle.corner0.xyz), max(abs(triangle.corner1.xyz), abs(triangle.corner2.xyz)));
-    return max(largest.x, max(largest.y, largest.z));
-}
-
 // What the motion of its entity adds to the error of a point. Product and sum round once each, the motion was rounded before:
 // three times u of both terms; and one more for the move of the ray's origin to the entity at rest and back.
 vec3 error_in_motion(vec3 point, vec3 motion) {
@@ -86,18 +76,16 @@ vec3 error_in_motion(vec3 point, vec3 motion) {
 }
 
 // motion: of its entity.
-Surface triangle_surface(Triangle triangle, vec2 weights, vec3 motion) {
+Surface triangle_surface(Triangle triangle, TriangleFacts facts, vec2 weights, vec3 motion) {
     precise float weight0 = 1.0 - weights.x - weights.y;
     precise vec3 p0 = weight0 * triangle.corner0.xyz;
     precise vec3 p1 = weights.x * triangle.corner1.xyz;
     precise vec3 p2 = weights.y * triangle.corner2.xyz;
     precise vec3 point = p0 + p1 + p2;
-    const vec3 raw_normal = vec3(triangle.corner0.w, triangle.corner1.w, triangle.corner2.w);
-    const float reach = reach_of(triangle);
-    const vec3 normal = normalize(raw_normal), error = plane_error(triangle, p1, p2, reach);
-    point = drawn_in(triangle, vec3(weight0, weights), point, normal, reach,
-        dot(abs(normal), error + error_in_motion(point, motion)));
-    return Surface(point, normal, error, point);
+    const vec3 error = plane_error(triangle, p1, p2, facts.reach);
+    point = drawn_in(triangle, facts, vec3(weight0, weights), point,
+        dot(abs(facts.normal), error + error_in_motion(point, motion)));
+    return Surface(point, facts.normal, error, point);
 }
 
 vec3 convex_extent(Convex shape) { return vec3(shape.to_world0.w, shape.to_world1.w, shape.to_world2.w); }
@@ -147,9 +135,9 @@ void move_surface(inout Surface surface, vec3 motion, float time) {
 Surface surface_at(uint slot, uint face, vec3 local, float time) {
     Surface surface;
     const uint kind = kind_of(slot);
-    const vec3 motion = has_entity_motion ? transforms[placed[slot].entity].motion : vec3(0.0);
+    const vec3 motion = has_entity_motion ? transforms[placed_at(slot).entity].motion : vec3(0.0);
     if (has_triangles && kind == kind_triangle)
-        surface = triangle_surface(triangles[slot], local.xy, motion);
+        surface = triangle_surface(triangle_of(slot), triangle_facts(slot), local.xy, motion);
     else
         surface = convex_surface(convex_at(slot), local, kind == kind_sphere ? local : face_axis(face));
     // A sphere has no coplanar neighbours, and rays that leave it pass it over: moved, their origins would only get into
@@ -159,7 +147,7 @@ Surface surface_at(uint slot, uint face, vec3 local, float time) {
     if (has_entity_motion) move_surface(surface, motion, time);
 #ifdef PLANTED_BUGS
     if (PLANTED(normal_transform_wrong)) {
-        const EntityTransform m = transforms[placed[slot].entity];
+        const EntityTransform m = transforms[placed_at(slot).entity];
         const vec3 n = normalize(m.to_world0.xyz * surface.normal.x + m.to_world1.xyz * surface.normal.y +
                                  m.to_world2.xyz * surface.normal.z);  // in object space
         surface.normal = normalize(vec3(dot(m.to_world0.xyz, n), dot(m.to_world1.xyz, n), dot(m.to_world2.xyz, n)));

@@ -42,7 +42,7 @@ vec2 texture_coordinates(uint slot, uint face, vec3 local) {
 }
 
 real3 object_point(uint slot, real3 rest) {
-    const EntityTransform m = transforms[placed[slot].entity];
+    const EntityTransform m = transforms[placed_at(slot).entity];
     const real3 p = rest - real3(m.to_world0.w, m.to_world1.w, m.to_world2.w);
     return real3(dot(m.to_object0, p), dot(m.to_object1, p), dot(m.to_object2, p));
 }

@@ -42,7 +42,7 @@ uint end_of(Path path, Hit hit, Arrival at) {
     if (at.missed && !at.in_medium) return end_left_scene;
     bool receives = at.in_medium;
     if (!at.in_medium) {
-        const Material material = materials[placed[hit.slot].material];
+        const Material material = material_at(placed_at(hit.slot).material);
         if (material.kind == material_emissive && !has_flag(material, flag_translucent)) return end_emitter;
         receives = material.kind == material_diffuse || (material.kind == material_conductor && material.roughness > 0.0);
     }
@@ -65,7 +65,7 @@ bool advance(inout Path path, uint at_record) {
     if (on_surface) position = at.surface.point;
     if (on_surface) normal = at.surface.normal;
     if (at.in_medium) position = medium_point(path, at);
-    const Departure leaving = leave(path, hit, at);
+    const Departure leaving = leave(path, hit, at, scatter_numbers(path));
     vec3 brought = vec3(0.0), towards_light = vec3(0.0);
     if (has_shadow(leaving) && is_lit(leaving.origin, leaving.word, leaving.shadow)) {
         brought = as_float(leaving.contribution);
@@ -74,8 +74,8 @@ bool advance(inout Path path, uint at_record) {
     }
     const uint end = goes_on(leaving) ? end_none : end_of(path, hit, at);
     records[at_record] = word(as_float(origin), as_float(at.in_medium ? at.distance : hit.t));
-    records[at_record + 1] = word(as_float(direction), on_surface ? placed[hit.slot].id : no_index);
-    records[at_record + 2] = word(as_float(position), on_surface ? placed[hit.slot].material : no_index);
+    records[at_record + 1] = word(as_float(direction), on_surface ? placed_at(hit.slot).id : no_index);
+    records[at_record + 2] = word(as_float(position), on_surface ? placed_at(hit.slot).material : no_index);
     records[at_record + 3] = word(as_float(normal), end);
     records[at_record + 4] = word(throughput, at.in_medium ? 1u : 0u);
     records[at_record + 5] = word(as_float(path.radiance), as_float(max(leaving.density, 0.0)));
@@ -100,7 +100,8 @@ void main() {
     const uint pixel = settings.first_pixel;
     const uvec2 sample_index = uvec2(settings.sample_index.x + i, settings.sample_index.y);
     if (has_entity_motion || has_camera_motion) ray_time = path_time(pixel, sample_index);
-    const Ray ray = first_ray(pixel, sample_index, has_camera_motion ? ray_time : 0.0);
+    const Ray ray = camera_ray(
+        pixel_position(pixel), camera_numbers(pixel, sample_index), has_camera_motion ? ray_time : 0.0);
     Path path = Path(pixel, sample_index, 0, vec3(1.0), vec3(0.0), ray.origin, no_slot, ray.direction, 0.0, in_no_body,
         no_index);
     const uint head = i * (1 + words_per_vertex * (settings.bounces + 1));

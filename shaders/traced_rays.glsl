@@ -19,13 +19,7 @@ Hit closest_hit(Ray ray, uint own, bool inside) {
     traced = TracedRay(best, excludes_left ? own : no_slot, inside ? 1 : 0, no_slot);
     trace_ray(ray, 0, ray_max);
     best = traced.hit;
-    if (best.slot == hit_none) return best;
-    if (has_triangles && best.slot < triangle_total())
-        best.local = vec3(best.local.xy / best.local.z, 0.0);
-    else if (has_spheres && best.slot < triangle_total() + sphere_total())
-        best.local = normalize(best.local);
-    else if (has_cuboids)
-        locate_cuboid(best, ray);
+    locate(best, ray);
     return best;
 }
 

@@ -42,7 +42,7 @@ Departure departure_from(real3 origin, uint word) {
 
 // W_k of MODEL.md section 9.2: the weight of light that scattering finds.
 float scattering_weight(Path path, uint slot, Surface surface) {
-    const uint index = placed[slot].light;
+    const uint index = placed_at(slot).light;
     if (index == no_light || path.density <= 0.0) return 1.0;
     const Light light = lights[index];
     if (!has_mis) return light.probability > 0.0 ? 0.0 : 1.0;
@@ -113,7 +113,7 @@ vec3 after_roulette(inout Path path, vec3 direction, float u) {
 bool ends_here() { return has_direct_only && settings.direct_only != 0; }
 
 // A vertex within the medium of the ray (10).
-Departure meet_medium(inout Path path, real3 point) {
+Departure meet_medium(inout Path path, real3 point, vec4 u) {
     Departure leaving = departure_from(point, no_slot);
     if (path.segment == settings.bounces) return leaving;
     const Medium medium = media[path.medium];
@@ -125,7 +125,6 @@ Departure meet_medium(inout Path path, real3 point) {
                 medium_response(medium, shaded(path.direction), shaded(incident.direction)), leaving);
     }
     if (!ends_here()) {
-        const vec4 u = scatter_numbers(path);
         const vec3 direction = normalize(sample_phase(shaded(medium.anisotropy), shaded(path.direction), u.xy));
         leaving.density = phase(shaded(medium.anisotropy), dot(shaded(path.direction), direction));
         leaving.direction = after_roulette(path, direction, u.w);
@@ -144,7 +143,7 @@ bool is_there(Path path, Material material, uint body, bool front, out float out
     outside = 1.0;
     const uint other = uppermost(beside(path.bodies, body, front));
     if (other == no_body) return true;
-    const Material around = materials[other];
+    const Material around = material_at(other);
     if (has_flag(around, flag_translucent)) outside = around.refractive_index;
     return PLANT(priority_ignored, true, around.priority <= material.priority);
 }
@@ -166,14 +165,13 @@ void sample_lights(Path path, Material material, Surface surface, uint slot, rea
 }
 
 // The material of the primitive that the ray left, the side that it came to it from, and the normal there.
-uint material_left(Path path) { return placed[path.word & slot_mask].material; }
+uint material_left(Path path) { return placed_at(path.word & slot_mask).material; }
 bool left_from_front(Path path) { return (path.word & ray_inside) != 0u; }
 vec3 normal_left(Path path) {
     const uint slot = path.word & slot_mask;
     if (kind_of(slot) != kind_triangle)
         return shaded(convex_normal(convex_at(slot), face_axis(2 * (path.word >> ray_axis_shift))));
-    const Triangle triangle = triangles[slot];
-    return shaded(normalize(vec3(triangle.corner0.w, triangle.corner1.w, triangle.corner2.w)));
+    return shaded(triangle_facts(slot).normal);
 }
 
 // What lies where the face lies that the ray has gone on through (5.2).
@@ -195,7 +193,7 @@ Place place_of(Path path, uint slot, uint material, bool front, Surface surface,
 // The list of a path that turns back where it has gone on through another surface (9.4): as it was before that.
 uvec4 before_crossing(Path path) {
     const uint left = material_left(path);
-    if (!is_tracked(materials[left])) return path.bodies;
+    if (!is_tracked(material_at(left))) return path.bodies;
     uvec4 bodies = path.bodies;
     if (left_from_front(path)) return without_latest(bodies, left);
     append(bodies, left);  // there is room: it was taken out
@@ -213,11 +211,11 @@ float start_before(Path path, uint slot, Surface surface, real3 direction, bool 
     return max(min(whole, 0.5 * way), 0.0);
 }
 
-Departure meet_surface(inout Path path, Hit hit, Surface surface) {
+Departure meet_surface(inout Path path, Hit hit, Surface surface, vec4 u) {
     const uint slot = hit.slot;
     Departure leaving = departure_from(vec3(0.0), slot);
-    const uint material_index = placed[slot].material;
-    Material material = materials[material_index];
+    const uint material_index = placed_at(slot).material;
+    Material material = material_at(material_index);
     const vec3 d = shaded(path.direction);
     const bool front = dot(d, surface.normal) < 0.0;
     const real3 n_f = front ? surface.normal : -surface.normal;
@@ -252,7 +250,6 @@ Departure meet_surface(inout Path path, Hit hit, Surface surface) {
 
     bool to_front = front;
     if (!(ends_here() && (diffuse || rough))) {
-        const vec4 u = scatter_numbers(path);
         Scattering scattering = Scattering(d, vec3(1.0), 0.0);
         if (there) {
             scattering = scatter_at(material, d, shaded(n_f), c, front, outside, u);
@@ -318,17 +315,26 @@ Arrival arrival(inout Path path, Hit hit, real time) {
 
 real3 medium_point(Path path, Arrival at) { return path.origin + at.distance * path.direction; }
 
-// The vertex there. What does not go on and leaves no shadow ray has ended, its sample being path.radiance.
-Departure leave(inout Path path, Hit hit, Arrival at) {
-    if (at.in_medium) return meet_medium(path, medium_point(path, at));
-    if (!at.missed) return meet_surface(path, hit, at.surface);
+// Whether the path ends there whatever its numbers; of few others it turns out later.
+bool ends_at(Path path, Hit hit, Arrival at) {
+    if (path.segment == settings.bounces) return true;
+    if (at.missed || at.in_medium) return !at.in_medium;
+    const Material material = material_at(placed_at(hit.slot).material);
+    return material.kind == material_emissive && !(has_translucent && has_flag(material, flag_translucent));
+}
+
+// The vertex there. What does not go on and leaves no shadow ray has ended, its sample being path.radiance. u: its
+// scatter_numbers, unless it ends_at.
+Departure leave(inout Path path, Hit hit, Arrival at, vec4 u) {
+    if (at.in_medium) return meet_medium(path, medium_point(path, at), u);
+    if (!at.missed) return meet_surface(path, hit, at.surface, u);
     leave_scene(path);
     return departure_from(vec3(0.0), 0);
 }
 
 Departure arrive(inout Path path, Hit hit, real time) {
     const Arrival at = arrival(path, hit, time);
-    return leave(path, hit, at);
+    return leave(path, hit, at, ends_at(path, hit, at) ? vec4(0.0) : scatter_numbers(path));
 }
 
 #endif

@@ -10,7 +10,7 @@ namespace tandem {
 // How the work of a path is cut into kernels.
 enum class KernelShape : std::uint32_t {
     stages,        // the thesis's six, as a wavefront: rays in queues from segment to segment, dispatched indirectly
-    megakernel,    // an invocation a pixel, its paths in registers
+    megakernel,    // whole paths, in registers, pixel by pixel
     image_stages,  // the thesis's six as they were: each over the whole image, rays at their pixels' places
     fragment,      // the megakernel's work in the fragment shader of a render pass
     ray_tracing,   // the same in a ray-tracing pipeline, whose traversal finds hits (VK_KHR_ray_tracing_pipeline)
@@ -86,6 +86,20 @@ enum class DescriptorPattern : std::uint32_t {
     arrays_nonuniform,  // the same, but declared to differ between invocations
 };
 
+// How the invocations of a megakernel's dispatch come to their pixels.
+enum class PixelPattern : std::uint32_t {
+    automatic,  // claimed where there are no trees and the driver tells how many invocations the device holds
+    one_each,   // an invocation a pixel
+    claimed,    // as many as the device holds; each takes a pixel that none has begun, and another when that is done
+};
+
+// Where a megakernel reads what it must know of a primitive that was hit, which threads ask for one by one.
+enum class HitDataPattern : std::uint32_t {
+    automatic,  // shared, if the scene is small enough and the device no CPU
+    buffers,    // storage buffers
+    shared,     // copies that each workgroup makes in its shared memory
+};
+
 // Which of the device's queues a job uses.
 enum class QueueKind : std::uint32_t {
     rendering,      // of the family that a renderer takes
@@ -113,8 +127,11 @@ struct Patterns {
     BarrierPattern barriers = BarrierPattern::memory;
     ParameterPattern parameters = ParameterPattern::push_constants;
     DescriptorPattern descriptors = DescriptorPattern::per_combination;
+    HitDataPattern hit_data = HitDataPattern::automatic;
     QueueSlot queue = {};
     std::uint32_t workgroup = 128;  // invocations of a workgroup
+    PixelPattern pixels = PixelPattern::automatic;
+    std::uint32_t claimants = 0;  // invocations of a dispatch where pixels are claimed; 0: as many as the device holds
     std::uint32_t tile_pixels = 0;  // in flight at a time; 0: as many as the device takes
     // The job renders the pixels of one of so many parts of the image, row by row; the others stay empty.
     std::uint32_t part = 0, parts = 1;

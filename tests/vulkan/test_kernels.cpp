@@ -21,6 +21,8 @@ namespace {
 std::vector<std::uint32_t> optimised(Stage stage, EffectSet effects) {
     Specialisation specialisation;
     specialisation.effects = effects;
+    // As general kernels are told them: without a primitive there would be no code for any.
+    specialisation.triangles = specialisation.spheres = specialisation.cuboids = 0xffffffffu;
     specialisation.path.interiors = effects.has(Effect::interiors);
     return optimised_spirv(shader_code(stage), specialisation.constants());
 }
@@ -95,7 +97,9 @@ const EffectSet lit = plain.united({Effect::emission, Effect::light_sampling, Ef
 std::string flag(std::uint32_t bit) { return fmt::format("op 199 of {:#x}", bit); }
 std::string kind(std::uint32_t number) { return fmt::format("op 170 of {:#x}", number); }
 
-constexpr const char* either = "op 166";  // OpLogicalOr
+constexpr const char* either = "op 166";                // OpLogicalOr
+constexpr const char* scaled = "op 133 of 0x3f800000";  // OpFMul by the share of a surface's light: 1
+constexpr const char* compared = "op 179";              // OpSLessThan, of priorities alone
 constexpr const char* floor_ = "function 8";
 constexpr const char* at_most = "op 188";   // OpFOrdLessThanEqual
 constexpr const char* to_whole = "op 110";  // OpConvertFToS
@@ -117,7 +121,7 @@ std::vector<Signature> signatures() {
         {Effect::rough_translucent, Stage::scatter, glass_, at_most},
         {Effect::smooth_conductor, Stage::scatter, plain, literal(2.0f)},
         {Effect::rough_conductor, Stage::scatter, plain, at_most}, {Effect::boundary, Stage::scatter, plain, kind(4)},
-        {Effect::emission, Stage::scatter, plain, either},
+        {Effect::emission, Stage::scatter, plain, scaled},
         {Effect::one_sided_emission, Stage::scatter, plain.with(Effect::emission), flag(4)},
         {Effect::translucent_emission, Stage::scatter, glass_.with(Effect::emission), "",
             "chooses between alpha, which absorption reads too, and 1: nothing of it is its own"},
@@ -132,7 +136,7 @@ std::vector<Signature> signatures() {
         {Effect::medium_scattering, Stage::scatter, fog, literal(0.693147181f)},
         {Effect::anisotropic_phase, Stage::scatter, fog.with(Effect::medium_scattering), clamp_},
         {Effect::density_grid, Stage::scatter, fog, tables}, {Effect::interiors, Stage::scatter, plain, "binding 2 14"},
-        {Effect::nested_dielectrics, Stage::scatter, glass_.with(Effect::interiors), "binding 0 5 0 * 11"},
+        {Effect::nested_dielectrics, Stage::scatter, glass_.with(Effect::interiors), compared},
         {Effect::light_sampling, Stage::intersect, plain.with(Effect::emission), "binding 2 11"},
         {Effect::triangle_lights, Stage::scatter,
             // No surface is a triangle, so that none but the light's are read.

@@ -2,9 +2,11 @@
 #include <doctest/doctest.h>
 
 #include <algorithm>
+#include <filesystem>
 #include <functional>
 
 #include "common/error.h"
+#include "common/scene_loader.h"
 #include "tests/vulkan/machine.h"
 
 using namespace tandem;
@@ -30,6 +32,17 @@ Patterns with(const std::function<void(Patterns&)>& change) {
     Patterns patterns;
     change(patterns);
     return patterns;
+}
+
+// Of 24 x 18 or so pixels: so many invocations that claim them, in workgroups of 32.
+Patterns claiming(std::uint32_t claimants) {
+    return with([&](Patterns& p) {
+        p.kernel = KernelShape::megakernel;
+        p.pixels = PixelPattern::claimed;
+        p.claimants = claimants;
+        p.hit_data = HitDataPattern::shared;
+        p.workgroup = 32;
+    });
 }
 
 std::vector<Patterns> variants() {
@@ -64,7 +77,16 @@ std::vector<Patterns> variants() {
         with([](Patterns& p) { p.parameters = ParameterPattern::specialisation; }),
         with([](Patterns& p) { p.descriptors = DescriptorPattern::rewritten; }),
         with([](Patterns& p) { p.descriptors = DescriptorPattern::templates; }),
-        with([](Patterns& p) { p.descriptors = DescriptorPattern::push; }), with([](Patterns& p) {
+        with([](Patterns& p) { p.descriptors = DescriptorPattern::push; }), claiming(64), claiming(320),
+        with([](Patterns& p) {
+            p = claiming(64);
+            p.recording = RecordingPattern::pre_recorded;
+        }),
+        with([](Patterns& p) {
+            p.kernel = KernelShape::megakernel;
+            p.hit_data = HitDataPattern::shared;
+        }),
+        with([](Patterns& p) {
             p.recording = RecordingPattern::secondary;
             p.recording_threads = 2;
             p.recordings_per_buffer = 2;
@@ -91,6 +113,35 @@ TEST_CASE("no pattern changes the image, and the validation layer finds nothing 
         CAPTURE(number);
         check_pattern(machine, all[number], expected);
     }
+}
+
+// Devices that are no CPU render like this by themselves.
+TEST_CASE("claimed pixels and shared copies leave every shipped scene as it is") {
+    Machine machine(true);
+    int shared = 0;
+    for (const auto& entry : std::filesystem::directory_iterator(std::filesystem::path(TANDEM_SOURCE_DIR) / "scenes")) {
+        if (entry.path().extension() != ".json") continue;
+        const Scene scene = load_scene(entry.path());
+        RenderSettings settings = with_longer_side(default_settings(scene), 21);
+        settings.bounces = std::min(settings.bounces, 6u);
+        CAPTURE(scene.name);
+        const auto image = [&](const Patterns& patterns) {
+            return machine.job(patterns, scene, settings).render({0, 7}, {}).estimate;
+        };
+        const auto claimed = [&] {
+            try {
+                Estimate estimate = image(claiming(64));
+                ++shared;
+                return estimate;
+            } catch (const UnsupportedError&) {  // a larger scene
+                Patterns patterns = claiming(64);
+                patterns.hit_data = HitDataPattern::automatic;
+                return image(patterns);
+            }
+        };
+        CHECK(same_bits(claimed(), image({})));
+    }
+    CHECK(shared >= 12);
 }
 
 // What the layer cannot judge, or what Vulkan does not promise: the device gives the image all the same, or has it not.
@@ -135,6 +186,8 @@ TEST_CASE("patterns that exclude each other are refused") {
     });
     refused([](Patterns& p) { p.queue = {QueueKind::rendering, 99}; });
     refused([](Patterns& p) { p.workgroup = 1u << 20; });
+    refused([](Patterns& p) { p.pixels = PixelPattern::claimed; });
+    refused([](Patterns& p) { p.hit_data = HitDataPattern::shared; });
     refused([](Patterns& p) {
         p.kernel = KernelShape::megakernel;
         p.parameters = ParameterPattern::uniform;

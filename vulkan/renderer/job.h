@@ -65,6 +65,7 @@ private:
     double run(Progress& progress);
     void record_scene(
         const vk::raii::CommandBuffer& commands, const gpu::Settings& settings, std::uint32_t sum_parity) const;
+    [[nodiscard]] std::uint32_t claimants(std::uint32_t places) const;
     void add_megakernel(Tile tile, std::uint64_t first_sample, const MegakernelShare& share);
     void add_pixel_list(Tile tile);
     void add_pre_processing(Tile tile);

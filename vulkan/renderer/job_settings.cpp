@@ -20,6 +20,10 @@ namespace {
 // In place of a count, for kernels that serve any scene (shaders/settings.glsl).
 constexpr std::uint32_t told_at_run_time = 0xffffffffu;
 
+// That workgroups keep: with as many primitives as loops are unrolled for, less than half of the 16 KiB of shared
+// memory that every device has.
+constexpr std::size_t most_shared_materials = 32;
+
 // The effects that the shaders can simulate.
 constexpr EffectSet simulated = EffectSet::all();
 
@@ -84,7 +88,9 @@ Specialisation specialise(const Device& device, const Scene& described, const Sc
         std::isfinite(settings.clamp) ? std::optional(static_cast<float>(settings.clamp)) : std::nullopt,
         settings.generator, settings.mis, settings.accumulation == Accumulation::plain,
         settings.sampling == Sampling::adaptive, !general && !scene.in_double && is_unturned(scene),
-        passed_faces_coincide(described)};
+        passed_faces_coincide(described),
+        unrolled && scene.materials.size() <= most_shared_materials ? static_cast<std::uint32_t>(scene.materials.size())
+                                                                    : 0};
 }
 
 SceneData flatten_for(

@@ -28,6 +28,7 @@ std::vector<SpecialisationConstant> Specialisation::constants() const {
     result.push_back({22, told.aligned_cuboids});
     result.push_back({23, unturned});
     result.push_back({32, faces_coincide && (effects.has(Effect::translucent) || effects.has(Effect::boundary))});
+    result.push_back({33, shared_materials});
     for (std::uint32_t i = 0; i < told.corners.size(); ++i) result.push_back({60 + i, told.corners[i]});
     result.push_back({24, clamp.has_value()});
     result.push_back({25, std::bit_cast<std::uint32_t>(clamp.value_or(0.0F))});
