@@ -22,6 +22,7 @@ namespace tandem {
 [[nodiscard]] Family pipelines_family(const SharedDevice& device);         // caches, derivatives, threads
 [[nodiscard]] Family kernels_family(const SharedDevice& device);           // shapes of the kernels
 [[nodiscard]] Family workgroups_family(const SharedDevice& device);        // and their workgroups
+[[nodiscard]] Family megakernel_family(const SharedDevice& device);        // what its invocations take and share
 
 // Not one of all_families(): it tests the runner, not a pattern.
 inline constexpr double self_test_busy_seconds = 0.5e-3;

@@ -53,7 +53,7 @@ Family kernels_family(const SharedDevice& device) {
             arm("wavefront", "six stages, rays of each segment compacted in queues, dispatched indirectly", {}),
             arm("image-stages", "the thesis's six stages, each dispatched over the image, rays at their pixels",
                 with_kernel(KernelShape::image_stages)),
-            arm("megakernel", "an invocation a pixel, its paths in registers", with_kernel(KernelShape::megakernel)),
+            arm("megakernel", "whole paths in registers, pixel by pixel", with_kernel(KernelShape::megakernel)),
             arm("fragment", "the same in the fragment shader of a render pass", with_kernel(KernelShape::fragment)),
             arm("ray-tracing", "a ray-tracing pipeline (VK_KHR_ray_tracing_pipeline)",
                 with_kernel(KernelShape::ray_tracing)),
@@ -90,6 +90,35 @@ Family workgroups_family(const SharedDevice& device) {
                     fmt::format("{}, {} invocations a workgroup", name, size), patterns));
             }
         return arms;
+    };
+    return family;
+}
+
+Family megakernel_family(const SharedDevice& device) {
+    Family family;
+    family.name = "megakernel";
+    family.question = "Should a megakernel's invocations claim pixels, and share what hits need?";
+    family.hypothesis =
+        "Claims spare subgroups the wait for their longest pixel, shared copies the checks of buffers' bounds";
+    family.source = "Aila and Laine 2009 (persistent threads)";
+    family.held = "the paths, the scene, one submission, memory, one recording thread";
+    family.along = "samples";
+    for (const std::uint32_t samples : {1u, 4u, 16u})
+        family.workloads.push_back(workload_of({device->sizes().back(), samples, device->bounces()}));
+    family.arms = [device](const Workload& workload) {
+        const auto arm = [&](const char* name, const char* text, PixelPattern pixels, HitDataPattern hit_data) {
+            Patterns patterns = with_kernel(KernelShape::megakernel);
+            patterns.pixels = pixels;
+            patterns.hit_data = hit_data;
+            return shape_arm(device, workload, name, text, patterns);
+        };
+        return std::vector<Arm>{arm("a-pixel-each", "an invocation a pixel, what hits need in buffers",
+                                    PixelPattern::one_each, HitDataPattern::buffers),
+            arm("claimed", "as many invocations as the device holds, which claim pixels one after the other",
+                PixelPattern::claimed, HitDataPattern::buffers),
+            arm("shared", "what hits need copied to each workgroup's shared memory", PixelPattern::one_each,
+                HitDataPattern::shared),
+            arm("claimed-shared", "both", PixelPattern::claimed, HitDataPattern::shared)};
     };
     return family;
 }
