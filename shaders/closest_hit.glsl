@@ -84,7 +84,7 @@ void try_sphere(uint i, Ray ray, uint own, bool inside, bool in_order, inout Hit
 }
 
 void locate_sphere(inout Hit hit, Ray ray) {
-    const Ray unit_ray = to_unit_space(convex_at(hit.slot), at_rest(ray, hit.slot));
+    const Ray unit_ray = to_unit_space(sphere_of(hit.slot - triangle_total()), at_rest(ray, hit.slot));
     hit.local = normalize(unit_ray.origin + hit.t * unit_ray.direction);
 }
 
@@ -101,7 +101,7 @@ void try_cuboid(uint i, Convex cuboid, Ray ray, SlabRay slabs, uint own, bool in
 // moved exactly on it, and within it. (Where the point comes nearest to a plane would tell nothing of a cuboid as thin as
 // the rounding of the point.)
 void locate_cuboid(inout Hit hit, Ray ray) {
-    const Convex cuboid = convex_at(hit.slot);
+    const Convex cuboid = cuboid_of(hit.slot - triangle_total() - sphere_total());
     const vec3 extent = vec3(cuboid.to_world0.w, cuboid.to_world1.w, cuboid.to_world2.w);
     const Ray unit_ray = to_unit_space(cuboid, at_rest(ray, hit.slot));
     const vec3 direction = unit_ray.direction, point = unit_ray.origin + hit.t * direction;

@@ -134,6 +134,10 @@ TriangleFacts triangle_facts(uint slot) {
     if (shares) return copied_facts[slot];
     return facts_of(triangles[slot]);
 }
+Convex sphere_of(uint i) {
+    if (shares) return copied_convexes[i];
+    return spheres[i];
+}
 Convex cuboid_of(uint i) {
     if (shares) return copied_convexes[fixed_spheres + i];
     return cuboids[i];
@@ -150,6 +154,7 @@ Placed placed_at(uint slot) { return placed[slot]; }
 Material material_at(uint i) { return materials[i]; }
 Triangle triangle_of(uint slot) { return triangles[slot]; }
 TriangleFacts triangle_facts(uint slot) { return facts_of(triangles[slot]); }
+Convex sphere_of(uint i) { return spheres[i]; }
 Convex cuboid_of(uint i) { return cuboids[i]; }
 Convex convex_at(uint slot) {
     slot -= triangle_total();

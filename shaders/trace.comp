@@ -65,7 +65,7 @@ bool advance(inout Path path, uint at_record) {
     if (on_surface) position = at.surface.point;
     if (on_surface) normal = at.surface.normal;
     if (at.in_medium) position = medium_point(path, at);
-    const Departure leaving = leave(path, hit, at, scatter_numbers(path));
+    const Departure leaving = leave(path, hit, at, vec4(0.0));
     vec3 brought = vec3(0.0), towards_light = vec3(0.0);
     if (has_shadow(leaving) && is_lit(leaving.origin, leaving.word, leaving.shadow)) {
         brought = as_float(leaving.contribution);

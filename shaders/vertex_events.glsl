@@ -85,8 +85,13 @@ Incident next_event(Path path, Receiver receiver) {
     return incident_light(receiver, v, has_entity_motion ? path_time(path.pixel, path.sample_index) : 0.0);
 }
 
-vec4 scatter_numbers(Path path) {
+// drawn: these, where kernels of whole paths have them (pixel_samples.glsl).
+vec4 scatter_numbers(Path path, vec4 drawn) {
+#ifdef DRAWS_AHEAD
+    return drawn;
+#else
     return random_block(settings.seed, path.pixel, path.sample_index, block_scatter(path.segment));
+#endif
 }
 
 // What remains of the light on its way through the medium at the vertex (9.2).
@@ -113,7 +118,7 @@ vec3 after_roulette(inout Path path, vec3 direction, float u) {
 bool ends_here() { return has_direct_only && settings.direct_only != 0; }
 
 // A vertex within the medium of the ray (10).
-Departure meet_medium(inout Path path, real3 point, vec4 u) {
+Departure meet_medium(inout Path path, real3 point, vec4 drawn) {
     Departure leaving = departure_from(point, no_slot);
     if (path.segment == settings.bounces) return leaving;
     const Medium medium = media[path.medium];
@@ -125,6 +130,7 @@ Departure meet_medium(inout Path path, real3 point, vec4 u) {
                 medium_response(medium, shaded(path.direction), shaded(incident.direction)), leaving);
     }
     if (!ends_here()) {
+        const vec4 u = scatter_numbers(path, drawn);
         const vec3 direction = normalize(sample_phase(shaded(medium.anisotropy), shaded(path.direction), u.xy));
         leaving.density = phase(shaded(medium.anisotropy), dot(shaded(path.direction), direction));
         leaving.direction = after_roulette(path, direction, u.w);
@@ -211,7 +217,7 @@ float start_before(Path path, uint slot, Surface surface, real3 direction, bool 
     return max(min(whole, 0.5 * way), 0.0);
 }
 
-Departure meet_surface(inout Path path, Hit hit, Surface surface, vec4 u) {
+Departure meet_surface(inout Path path, Hit hit, Surface surface, vec4 drawn) {
     const uint slot = hit.slot;
     Departure leaving = departure_from(vec3(0.0), slot);
     const uint material_index = placed_at(slot).material;
@@ -250,6 +256,7 @@ Departure meet_surface(inout Path path, Hit hit, Surface surface, vec4 u) {
 
     bool to_front = front;
     if (!(ends_here() && (diffuse || rough))) {
+        const vec4 u = scatter_numbers(path, drawn);
         Scattering scattering = Scattering(d, vec3(1.0), 0.0);
         if (there) {
             scattering = scatter_at(material, d, shaded(n_f), c, front, outside, u);
@@ -323,18 +330,18 @@ bool ends_at(Path path, Hit hit, Arrival at) {
     return material.kind == material_emissive && !(has_translucent && has_flag(material, flag_translucent));
 }
 
-// The vertex there. What does not go on and leaves no shadow ray has ended, its sample being path.radiance. u: its
+// The vertex there. What does not go on and leaves no shadow ray has ended, its sample being path.radiance. drawn: its
 // scatter_numbers, unless it ends_at.
-Departure leave(inout Path path, Hit hit, Arrival at, vec4 u) {
-    if (at.in_medium) return meet_medium(path, medium_point(path, at), u);
-    if (!at.missed) return meet_surface(path, hit, at.surface, u);
+Departure leave(inout Path path, Hit hit, Arrival at, vec4 drawn) {
+    if (at.in_medium) return meet_medium(path, medium_point(path, at), drawn);
+    if (!at.missed) return meet_surface(path, hit, at.surface, drawn);
     leave_scene(path);
     return departure_from(vec3(0.0), 0);
 }
 
 Departure arrive(inout Path path, Hit hit, real time) {
     const Arrival at = arrival(path, hit, time);
-    return leave(path, hit, at, ends_at(path, hit, at) ? vec4(0.0) : scatter_numbers(path));
+    return leave(path, hit, at, vec4(0.0));
 }
 
 #endif

@@ -30,6 +30,7 @@
 #include "media.glsl"
 #include "interiors.glsl"
 #include "lights.glsl"
+#define DRAWS_AHEAD
 #include "vertex_events.glsl"
 #include "single.glsl"
 #include "film.glsl"
