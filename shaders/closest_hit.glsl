@@ -5,6 +5,7 @@
 #include "hit.glsl"
 #include "bvh.glsl"
 #include "shared_corners.glsl"
+#include "triangle_boxes.glsl"
 
 // Of the path whose rays are traced; the kernel sets it where has_entity_motion.
 float ray_time = 0.0;
@@ -125,10 +126,47 @@ void locate_cuboid(inout Hit hit, Ray ray) {
         hit.local.z = side * extent.z;
 }
 
-// Asked where `unrolled` alone has been: Mesa 22.3 unrolls a loop before it finds a condition of several constants false,
-// and a mesh's loop has as many turns as triangles (12 GB and more for 10^5).
-bool settles_apart() {
-    return few_primitives && triangle_kernel == kernel_watertight && !PLANTED(triangle_edge_lost);
+// Whether threads pick the triangles that their rays may meet before they test any. Asked where `unrolled` alone has been:
+// Mesa 22.3 unrolls a loop before it finds a condition of several constants false, and a mesh's loop has as many turns as
+// triangles (12 GB and more for 10^5).
+layout(constant_id = 36) const bool picks_candidates = false;
+bool picks() { return picks_candidates && triangle_kernel == kernel_watertight && !PLANTED(triangle_edge_lost); }
+
+// A bit for each triangle that the ray may meet.
+uint candidates(Ray ray, uint own, mat3 frame) {
+    uint within = meets_boxes(ray);
+    [[unroll]] for (uint i = 0; i < fixed_triangles; ++i)
+        if (!is_boxed(i) && may_be_within(shared_seen(i, at_rest(ray, i), frame).edges)) within |= 1u << i;
+    if (own < fixed_triangles && !PLANTED(self_hit_not_excluded)) within &= ~(1u << own);
+    return PLANT(primitive_lost, within & ~(1u << 9), within);
+}
+
+// Threads of a subgroup meet different triangles, each few: what follows is for those alone. The nearest plane first: most
+// often that is the one, and the other triangles need no test.
+Hit closest_candidate(Ray ray, uint within, mat3 frame, Hit best) {
+    while (within != 0) {
+        uint nearest = 0;
+        float least = best.t;
+        bool any = false;
+        for (uint rest = within; rest != 0; rest &= rest - 1) {
+            const uint i = findLSB(rest);
+            const float t = plane_distance(triangle_of(i), at_rest(ray, i));
+            if (t >= ray_min && t < least) {
+                least = t;
+                nearest = i;
+                any = true;
+            }
+        }
+        if (!any) break;
+        const Triangle triangle = triangle_of(nearest);
+        const Ray resting = at_rest(ray, nearest);
+        vec3 weights;
+        within &= ~(1u << nearest);
+        if (!passes_within(triangle, resting, seen_by(triangle, resting, frame), true, weights)) continue;
+        best = Hit(least, nearest, 0, weights);
+        within = 0;
+    }
+    return best;
 }
 
 // The closest hits of each kind of primitive, up to and including the distance `limit`.
@@ -144,31 +182,8 @@ Hit closest_triangle(Ray ray, uint own, float limit) {
             current = bvh_pop();
         }
     } else if (unrolled) {
-        if (settles_apart()) {
-            // Threads of a subgroup meet different triangles, each few: what follows the edges is for those alone.
-            uint within = 0;
-            [[unroll]] for (uint i = 0; i < fixed_triangles; ++i)
-                if (may_be_within(shared_seen(i, at_rest(ray, i), frame).edges)) within |= 1u << i;
-            if (own < fixed_triangles && !PLANTED(self_hit_not_excluded)) within &= ~(1u << own);
-            // The nearest plane first: most often that is the one, and the other triangles need no test.
-            while (within != 0) {
-                uint nearest = 0;
-                float least = best.t;
-                bool any = false;
-                for (uint rest = within; rest != 0; rest &= rest - 1) {
-                    const uint i = findLSB(rest);
-                    const float t = plane_distance(triangle_of(i), at_rest(ray, i));
-                    if (t >= ray_min && t < least) {
-                        least = t;
-                        nearest = i;
-                        any = true;
-                    }
-                }
-                if (!any) break;
-                const Triangle triangle = triangle_of(nearest);
-                keep_triangle(nearest, triangle, seen_by(triangle, at_rest(ray, nearest), frame), ray, own, true, best);
-                within = best.slot == hit_none ? within & ~(1u << nearest) : 0;
-            }
+        if (picks()) {
+            best = closest_candidate(ray, candidates(ray, own, frame), frame, best);
         } else {
             [[unroll]] for (uint i = 0; i < fixed_triangles; ++i)
                 keep_triangle(i, triangle_at(i), shared_seen(i, at_rest(ray, i), frame), ray, own, true, best);

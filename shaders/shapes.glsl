@@ -95,17 +95,21 @@ float plane_distance(Triangle triangle, Ray ray) {
     return height / steepness;
 }
 
-bool watertight_triangle(Triangle triangle, Ray ray, Seen seen, out float t, out vec3 weights) {
+// Whether the ray passes between the edges. Not where it does not cross the plane, or the triangle is of zero area.
+bool passes_within(Triangle triangle, Ray ray, Seen seen, bool crosses, out vec3 weights) {
     const float v = seen.edges.y, w = seen.edges.z;
     const float u = PLANT(triangle_edge_lost, seen.edges.x - planted_amount * (seen.edges.x + v + w), seen.edges.x);
-    const vec3 normal = vec3(triangle.corner0.w, triangle.corner1.w, triangle.corner2.w);
     precise float sum = u + v + w;
+    weights = vec3(v, w, sum);
+    return all(bvec3(is_within(vec3(u, v, w)), sum != 0.0, crosses)) && is_near(triangle, ray, seen);
+}
+
+bool watertight_triangle(Triangle triangle, Ray ray, Seen seen, out float t, out vec3 weights) {
+    const vec3 normal = vec3(triangle.corner0.w, triangle.corner1.w, triangle.corner2.w);
     precise float steepness = dot(ray.direction, normal);
     precise float height = dot(triangle.corner0.xyz - ray.origin, normal);
     t = height / steepness;
-    weights = vec3(v, w, sum);
-    // Not where it is seen edge-on, or of zero area.
-    return all(bvec3(is_within(vec3(u, v, w)), sum != 0.0, steepness != 0.0)) && is_near(triangle, ray, seen);
+    return passes_within(triangle, ray, seen, steepness != 0.0, weights);
 }
 
 // [Möller 1997], without culling.

@@ -100,6 +100,14 @@ enum class HitDataPattern : std::uint32_t {
     shared,     // copies that each workgroup makes in its shared memory
 };
 
+// Which triangles threads test in full, where the loop over them is unrolled.
+enum class CandidatePattern : std::uint32_t {
+    automatic,  // boxes, or edges where the scene has none; on a CPU every one
+    every,      // one after the other
+    edges,      // those whose edges the ray passes between, the nearest plane's first
+    boxes,      // the same, but boxes that are made of triangles are first taken as wholes
+};
+
 // Which of the device's queues a job uses.
 enum class QueueKind : std::uint32_t {
     rendering,      // of the family that a renderer takes
@@ -128,6 +136,7 @@ struct Patterns {
     ParameterPattern parameters = ParameterPattern::push_constants;
     DescriptorPattern descriptors = DescriptorPattern::per_combination;
     HitDataPattern hit_data = HitDataPattern::automatic;
+    CandidatePattern candidates = CandidatePattern::automatic;
     QueueSlot queue = {};
     std::uint32_t workgroup = 128;  // invocations of a workgroup
     PixelPattern pixels = PixelPattern::automatic;

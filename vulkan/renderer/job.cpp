@@ -102,6 +102,21 @@ void VulkanJob::prepare_rays(const Scene& scene) {
     traced_world_.emplace(device_, traced_boxes(scene, scene_), layout_.set(traced_set));
 }
 
+void VulkanJob::choose_candidates(Specialisation& specialisation) const {
+    const CandidatePattern wanted = patterns_.candidates;
+    if (wanted == CandidatePattern::automatic) return;
+    const bool picks = wanted == CandidatePattern::edges || wanted == CandidatePattern::boxes;
+    const bool can_pick = specialisation.unrolled && specialisation.triangles > 0 &&
+                          specialisation.intersection.triangles == TriangleKernel::watertight;
+    if (picks && !can_pick)
+        throw UnsupportedError(
+            "candidates are picked of a few triangles, by the watertight kernel in single precision");
+    if (wanted == CandidatePattern::boxes && specialisation.unrolled->boxes.empty())
+        throw UnsupportedError("the scene has no box that is made of triangles");
+    specialisation.picks_candidates = picks;
+    if (picks && wanted == CandidatePattern::edges) specialisation.unrolled->boxes.clear();
+}
+
 Specialisation VulkanJob::with_parameters(Specialisation specialisation) const {
     const vk::PhysicalDeviceLimits& limits = device_.limits();
     specialisation.workgroup = patterns_.workgroup;
@@ -120,6 +135,7 @@ Specialisation VulkanJob::with_parameters(Specialisation specialisation) const {
             "workgroups of a megakernel alone copy what hits need, of small scenes, in single precision");
     if (patterns_.hit_data == HitDataPattern::buffers || (patterns_.hit_data == HitDataPattern::automatic && on_cpu))
         specialisation.shared_materials = 0;
+    choose_candidates(specialisation);
     if (patterns_.parameters == ParameterPattern::specialisation)
         specialisation.parameters = fixed_parameters(stage_settings({}, 0));
     return specialisation;

@@ -56,6 +56,7 @@ private:
     // The pixels that are this job's.
     [[nodiscard]] Tile part() const;
     [[nodiscard]] Specialisation with_parameters(Specialisation specialisation) const;
+    void choose_candidates(Specialisation& specialisation) const;  // by the pattern
     void begin_frame(bool fresh);
     void add_whole_paths(Tile tile, std::uint64_t samples);
     void begin_submission();

@@ -88,7 +88,7 @@ Specialisation specialise(const Device& device, const Scene& described, const Sc
         std::isfinite(settings.clamp) ? std::optional(static_cast<float>(settings.clamp)) : std::nullopt,
         settings.generator, settings.mis, settings.accumulation == Accumulation::plain,
         settings.sampling == Sampling::adaptive, !general && !scene.in_double && is_unturned(scene),
-        passed_faces_coincide(described),
+        passed_faces_coincide(described), unrolled && from_blocks,
         unrolled && scene.materials.size() <= most_shared_materials ? static_cast<std::uint32_t>(scene.materials.size())
                                                                     : 0};
 }

@@ -47,6 +47,7 @@ UnrolledPrimitives describe_unrolled(const SceneData& scene) {
         const auto first = static_cast<std::uint32_t>(std::ranges::find(seen, seen.back()) - seen.begin());
         result.corners[i / 3] |= first << 8 * (i % 3);
     }
+    result.boxes = find_triangle_boxes(scene, result.corners);
     return result;
 }
 
