@@ -19,7 +19,9 @@ Scene small_room() {
     builder.camera({0.1, 0.2, 0.3}, {1.0, 0.4, -0.3}, 70.0);
     Material material = diffuse(glm::dvec3(0.7, 0.5, 0.3));
     material.radiance = glm::dvec3(0.25);
-    builder.cuboid(builder.material(material), {-1.0, -1.0, -1.0}, {1.0, 1.5, 2.0});
+    const std::uint32_t walls = builder.material(material);
+    builder.cuboid(walls, {-1.0, -1.0, -1.0}, {1.0, 1.5, 2.0});
+    builder.triangle(walls, {{{0.9, -0.9, -0.9}, {0.9, -0.9, 0.9}, {0.9, 0.9, 0.0}}});
     return builder.scene;
 }
 

@@ -22,36 +22,33 @@ std::vector<ImageSize> sizes_for(const BenchRequest& request, const Device& devi
     return {{128, 72}, {480, 270}, {1920, 1080}};
 }
 
-// A few samples: enough to tell one image from another.
-constexpr std::uint64_t gate_samples = 4;
-
 class RenderRun : public ArmRun {
 public:
-    RenderRun(SharedDevice device, const RenderWork& work, const Patterns& patterns, bool fresh,
-        std::optional<EffectSet> effects)
+    RenderRun(SharedDevice device, const RenderWork& work, const Patterns& patterns, const Tuning& tuning,
+        std::uint64_t gate_samples)
         : device_(std::move(device)),
           work_(work),
-          fresh_(fresh),
-          job_(device_->job(work.size, work.bounces, patterns, effects)),
+          gate_samples_(gate_samples),
+          job_(device_->job(work.size, work.bounces, patterns, tuning)),
           host_times_(device_) {}
 
     [[nodiscard]] ClockReadings run() override {
         const double start = steady_seconds();
-        const SubmissionTimes times = job_->frame(work_.samples, fresh_);
+        const SubmissionTimes times = job_->frame(work_.samples);
         ClockReadings readings = readings_of(times, steady_seconds() - start);
         host_times_.add_to(readings, times);
         return readings;
     }
 
     [[nodiscard]] std::optional<ArmOutput> output() override {
-        auto estimate = std::make_shared<const Estimate>(job_->render({0, gate_samples}, {}).estimate);
+        auto estimate = std::make_shared<const Estimate>(job_->render({0, gate_samples_}, {}).estimate);
         return ArmOutput{digest_of(*estimate), std::move(estimate)};
     }
 
 private:
     SharedDevice device_;
     RenderWork work_;
-    bool fresh_;
+    std::uint64_t gate_samples_;
     std::unique_ptr<VulkanJob> job_;
     HostTimes host_times_;
 };
@@ -88,13 +85,13 @@ BenchDevice::BenchDevice(const BenchRequest& request)
       sizes_(sizes_for(request, device_)) {}
 
 std::unique_ptr<VulkanJob> BenchDevice::job(
-    ImageSize size, std::uint32_t bounces, const Patterns& patterns, std::optional<EffectSet> effects) {
+    ImageSize size, std::uint32_t bounces, const Patterns& patterns, const Tuning& tuning) {
     RenderSettings settings = default_settings(scene_);
     settings.width = size.width;
     settings.height = size.height;
     settings.bounces = bounces;
     settings.roulette_start = no_roulette;
-    if (effects) settings.effects = effects;
+    if (tuning) tuning(settings);
     return std::make_unique<VulkanJob>(
         instance_, device_, stages_, scene_, settings, Acceleration::automatic, PlantedBug::none, patterns);
 }
@@ -118,9 +115,15 @@ RenderWork work_of(const Workload& workload) {
 }
 
 Arm render_arm(const SharedDevice& device, const Workload& workload, std::string name, std::string text,
-    const Patterns& patterns, bool fresh, std::optional<EffectSet> effects) {
-    return {std::move(name), std::move(text),
-        [=, work = work_of(workload)] { return std::make_unique<RenderRun>(device, work, patterns, fresh, effects); }};
+    const Patterns& patterns) {
+    return tuned_arm(device, workload, std::move(name), std::move(text), patterns, {});
+}
+
+Arm tuned_arm(const SharedDevice& device, const Workload& workload, std::string name, std::string text,
+    const Patterns& patterns, const Tuning& tuning, std::uint64_t gate_samples) {
+    return {std::move(name), std::move(text), [=, work = work_of(workload)] {
+                return std::make_unique<RenderRun>(device, work, patterns, tuning, gate_samples);
+            }};
 }
 
 ClockReadings readings_of(const SubmissionTimes& times, double total) {

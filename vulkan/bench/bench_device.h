@@ -1,6 +1,8 @@
 // What all arms share: one device, its pipelines and the scene; and arms that render.
 #pragma once
 
+#include <functional>
+
 #include "common/experiment/bench.h"
 #include "vulkan/core/device_clock.h"
 #include "vulkan/renderer/job.h"
@@ -12,6 +14,9 @@ struct ImageSize {
     [[nodiscard]] double pixels() const { return static_cast<double>(width) * height; }
 };
 
+// What of the path tracer's settings is another than the scene's file says.
+using Tuning = std::function<void(RenderSettings&)>;
+
 class BenchDevice {
 public:
     explicit BenchDevice(const BenchRequest& request);
@@ -20,7 +25,7 @@ public:
     // Of the validation layer, which only TANDEM_VALIDATION=1 wakes: it has no place beside a clock.
     [[nodiscard]] ValidationLog& log() const { return instance_.log(); }
     [[nodiscard]] std::unique_ptr<VulkanJob> job(
-        ImageSize size, std::uint32_t bounces, const Patterns& patterns, std::optional<EffectSet> effects = {});
+        ImageSize size, std::uint32_t bounces, const Patterns& patterns, const Tuning& tuning = {});
     // Of the six stages for the scene, and the layout that goes with it.
     [[nodiscard]] const Specialisation& specialisation();
     [[nodiscard]] vk::PipelineLayout layout() { return stages_.layout().handle(); }
@@ -51,9 +56,13 @@ struct RenderWork {
 [[nodiscard]] Workload workload_of(const RenderWork& work);
 [[nodiscard]] RenderWork work_of(const Workload& workload);
 
-// Times frames of an unchanged scene, or of one that is sent anew for each frame; the gate compares whole renders.
-[[nodiscard]] Arm render_arm(const SharedDevice& device, const Workload& workload, std::string name, std::string text,
-    const Patterns& patterns, bool fresh = false, std::optional<EffectSet> effects = {});
+// Times frames of an unchanged scene; the gate compares whole renders.
+[[nodiscard]] Arm render_arm(
+    const SharedDevice& device, const Workload& workload, std::string name, std::string text, const Patterns& patterns);
+// The same with other settings. gate_samples: of the renders that the gate compares, the baseline's among them; a few
+// tell one image from another, the verdict on other random numbers wants more.
+[[nodiscard]] Arm tuned_arm(const SharedDevice& device, const Workload& workload, std::string name, std::string text,
+    const Patterns& patterns, const Tuning& tuning, std::uint64_t gate_samples = 4);
 
 // When submissions began and ended by the host's clock. What a device cannot say is left out. Readings of both clocks
 // are taken outside of what is timed: the last ones of an earlier run serve as this one's first.

@@ -10,8 +10,8 @@ namespace {
 
 // Arithmetic that a compiler may order otherwise from kernel to kernel: what is not the baseline's bits is judged.
 Arm shape_arm(const SharedDevice& device, const Workload& workload, std::string name, std::string text,
-    const Patterns& patterns, std::optional<EffectSet> effects = {}) {
-    Arm arm = render_arm(device, workload, std::move(name), std::move(text), patterns, false, effects);
+    const Patterns& patterns) {
+    Arm arm = render_arm(device, workload, std::move(name), std::move(text), patterns);
     arm.same_bits = false;
     return arm;
 }
@@ -19,12 +19,19 @@ Arm shape_arm(const SharedDevice& device, const Workload& workload, std::string 
 // Kernels for any scene, which CPUs' drivers take minutes and gigabytes to compile.
 Arm general_arm(const SharedDevice& device, const Workload& workload, std::string name, std::string text,
     const Patterns& patterns) {
-    if (device->device().description().type != DeviceType::cpu)
-        return shape_arm(device, workload, std::move(name), std::move(text), patterns, EffectSet::all());
+    if (device->device().description().type != DeviceType::cpu) {
+        const Tuning everything = [](RenderSettings& settings) { settings.effects = EffectSet::all(); };
+        Arm arm = tuned_arm(device, workload, std::move(name), std::move(text), patterns, everything);
+        arm.same_bits = false;
+        return arm;
+    }
     return {std::move(name), std::move(text), []() -> std::unique_ptr<ArmRun> {
                 throw UnsupportedError("kernels for any scene take a CPU's driver minutes to compile");
             }};
 }
+
+// Other paths make other noise, and the image is to be known to a fraction of a percent.
+constexpr std::uint64_t samples_of_verdict = 64;
 
 Patterns with_kernel(KernelShape kernel) {
     Patterns patterns;
@@ -119,6 +126,60 @@ Family megakernel_family(const SharedDevice& device) {
             arm("shared", "what hits need copied to each workgroup's shared memory", PixelPattern::one_each,
                 HitDataPattern::shared),
             arm("claimed-shared", "both", PixelPattern::claimed, HitDataPattern::shared)};
+    };
+    return family;
+}
+
+Family candidates_family(const SharedDevice& device) {
+    Family family;
+    family.name = "candidates";
+    family.question = "Should threads pick the triangles that their rays may meet before they test any?";
+    family.hypothesis =
+        "Threads of a subgroup meet different triangles: what few need is done once after all were looked over";
+    family.source = "Aila and Laine 2009 (speculative traversal)";
+    family.held = "the paths, the scene, a megakernel, one submission, memory, one recording thread";
+    family.along = "samples";
+    for (const std::uint32_t samples : {1u, 16u})
+        family.workloads.push_back(workload_of({device->sizes().back(), samples, device->bounces()}));
+    family.arms = [device](const Workload& workload) {
+        const auto arm = [&](const char* name, const char* text, CandidatePattern candidates) {
+            Patterns patterns = with_kernel(KernelShape::megakernel);
+            patterns.candidates = candidates;
+            return shape_arm(device, workload, name, text, patterns);
+        };
+        return std::vector<Arm>{arm("every", "every triangle tested in full, in turn", CandidatePattern::every),
+            arm("edges", "those whose edges the ray passes between, the nearest plane's first",
+                CandidatePattern::edges),
+            arm("boxes", "the same, boxes made of triangles taken as wholes", CandidatePattern::boxes)};
+    };
+    return family;
+}
+
+Family settings_family(const SharedDevice& device) {
+    Family family;
+    family.name = "settings";
+    family.question = "What do cheaper random numbers, guards and shorter paths save, for the same image?";
+    family.hypothesis = "Most of a path's time is its segments, so that roulette saves most";
+    family.source = "Arvo and Kirk 1990 (roulette)";
+    family.held = "the expected image, the scene, a megakernel, one submission, memory, one recording thread";
+    family.along = "samples";
+    family.workloads.push_back(workload_of({device->sizes().back(), 16, device->bounces()}));
+    family.arms = [device](const Workload& workload) {
+        const auto arm = [&](const char* name, const char* text, const Tuning& tuning) {
+            Arm result = tuned_arm(
+                device, workload, name, text, with_kernel(KernelShape::megakernel), tuning, samples_of_verdict);
+            result.same_bits = false;
+            return result;
+        };
+        const Tuning hash = [](RenderSettings& settings) { settings.generator = Generator::hash; };
+        const Tuning ulp = [](RenderSettings& settings) { settings.intersection.guard = SelfIntersectionGuard::ulp; };
+        const Tuning roulette = [](RenderSettings& settings) { settings.roulette_start = 1; };
+        return std::vector<Arm>{arm("as-it-is", "Philox, error bounds, paths end by themselves", {}),
+            arm("hash", "random numbers by a hash", hash), arm("ulp-guard", "rays moved off by integer steps", ulp),
+            arm("roulette", "roulette from the first scattering event on: paths are shorter, pixels noisier", roulette),
+            arm("all", "all three", [=](RenderSettings& settings) {
+                for (const Tuning& change : {hash, ulp, roulette}) change(settings);
+            })};
     };
     return family;
 }
