@@ -126,10 +126,11 @@ void locate_cuboid(inout Hit hit, Ray ray) {
         hit.local.z = side * extent.z;
 }
 
+layout(constant_id = 36) const bool picks_candidates = false;
+
 // Whether threads pick the triangles that their rays may meet before they test any. Asked where `unrolled` alone has been:
 // Mesa 22.3 unrolls a loop before it finds a condition of several constants false, and a mesh's loop has as many turns as
 // triangles (12 GB and more for 10^5).
-layout(constant_id = 36) const bool picks_candidates = false;
 bool picks() { return picks_candidates && triangle_kernel == kernel_watertight && !PLANTED(triangle_edge_lost); }
 
 // A bit for each triangle that the ray may meet.
@@ -160,9 +161,10 @@ Hit closest_candidate(Ray ray, uint within, mat3 frame, Hit best) {
         if (!any) break;
         const Triangle triangle = triangle_of(nearest);
         const Ray resting = at_rest(ray, nearest);
+        const bool crosses = dot(ray.direction, vec3(triangle.corner0.w, triangle.corner1.w, triangle.corner2.w)) != 0.0;
         vec3 weights;
         within &= ~(1u << nearest);
-        if (!passes_within(triangle, resting, seen_by(triangle, resting, frame), true, weights)) continue;
+        if (!passes_within(triangle, resting, seen_by(triangle, resting, frame), crosses, weights)) continue;
         best = Hit(least, nearest, 0, weights);
         within = 0;
     }

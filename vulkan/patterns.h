@@ -100,9 +100,9 @@ enum class HitDataPattern : std::uint32_t {
     shared,     // copies that each workgroup makes in its shared memory
 };
 
-// Which triangles threads test in full, where the loop over them is unrolled.
+// Which triangles threads test in full for the closest hit, where the loop over them is unrolled.
 enum class CandidatePattern : std::uint32_t {
-    automatic,  // boxes, or edges where the scene has none; on a CPU every one
+    automatic,  // boxes where that tells enough, else edges; on a CPU every one
     every,      // one after the other
     edges,      // those whose edges the ray passes between, the nearest plane's first
     boxes,      // the same, but boxes that are made of triangles are first taken as wholes

@@ -42,7 +42,8 @@ void add_triangles(Scene& scene, const Triangles& triangles, const glm::dmat4& m
 }
 
 std::vector<TriangleBox> boxes_of(const Scene& scene) {
-    return describe_unrolled(flatten(scene, settings_of(8, 2), Acceleration::automatic)).boxes;
+    const SceneData data = flatten(scene, settings_of(8, 2), Acceleration::automatic);
+    return find_triangle_boxes(data, describe_unrolled(data).corners);
 }
 
 std::vector<TriangleBox> boxes_among(
@@ -99,6 +100,7 @@ TEST_CASE("The thesis's glass cube is a box, each half of a face where it is") {
     const std::vector<TriangleBox> boxes = boxes_of(scene);
     REQUIRE(boxes.size() == 1);
     const TriangleBox& box = boxes[0];
+    CHECK(is_selective(box));
     CHECK(std::set<std::uint8_t>(box.slots.begin(), box.slots.end()).size() == 12);
     const Entity& entity = scene.entities.back();
     const auto in_box = [&](glm::dvec3 vertex) {
@@ -157,6 +159,20 @@ TEST_CASE("Two boxes and what is no box keep apart") {
     REQUIRE(boxes.size() == 2);
     CHECK(*std::ranges::max_element(boxes[0].slots) == 11);
     CHECK(*std::ranges::min_element(boxes[1].slots) == 13);
+}
+
+TEST_CASE("Kernels use the boxes whose margin leaves something to tell") {
+    const auto used = [](glm::dvec3 size, glm::dvec3 at) {
+        SceneBuilder builder;
+        builder.camera({3, 4, 5}, {0, 0, 0});
+        builder.material(diffuse(glm::dvec3(0.5)));
+        add_triangles(builder.scene, cube, turned(30, {1, 1, 0}, size, at));
+        return !describe_unrolled(flatten(builder.scene, settings_of(8, 2), Acceleration::automatic)).boxes.empty();
+    };
+    CHECK(used({1, 1, 1}, {1, 2, 3}));
+    CHECK(used({1, 0.05, 1}, {0, 0, 0}));
+    CHECK_FALSE(used({1, 0.001, 1}, {0, 0, 0}));
+    CHECK_FALSE(used({1, 1, 1}, {1e4, 0, 0}));
 }
 
 TEST_CASE("Rays meet what they meet whichever triangles are tested in full") {

@@ -110,11 +110,15 @@ void VulkanJob::choose_candidates(Specialisation& specialisation) const {
                           specialisation.intersection.triangles == TriangleKernel::watertight;
     if (picks && !can_pick)
         throw UnsupportedError(
-            "candidates are picked of a few triangles, by the watertight kernel in single precision");
-    if (wanted == CandidatePattern::boxes && specialisation.unrolled->boxes.empty())
-        throw UnsupportedError("the scene has no box that is made of triangles");
+            "candidates are picked of a few triangles, by kernels made for the scene that loop over them, with the "
+            "watertight test in single precision");
     specialisation.picks_candidates = picks;
-    if (picks && wanted == CandidatePattern::edges) specialisation.unrolled->boxes.clear();
+    if (!picks) return;
+    std::vector<TriangleBox>& boxes = specialisation.unrolled->boxes;
+    boxes.clear();
+    if (wanted == CandidatePattern::edges) return;
+    boxes = find_triangle_boxes(scene_, specialisation.unrolled->corners);
+    if (boxes.empty()) throw UnsupportedError("the scene has no box that is made of triangles");
 }
 
 Specialisation VulkanJob::with_parameters(Specialisation specialisation) const {

@@ -52,18 +52,18 @@ double size_of(glm::dvec3 v) { return std::max({std::abs(v.x), std::abs(v.y), st
 // Gives each corner its place, if they are those of a box with these edges from the first corner.
 bool place_corners(Corners& corners, const std::array<glm::dvec3, 3>& edges) {
     const double tolerance = 1e-5 * (size_of(edges[0]) + size_of(edges[1]) + size_of(edges[2]));
+    std::vector<Corners::iterator> placed;
     for (std::uint32_t place = 0; place < corners_of_box; ++place) {
         glm::dvec3 wanted = corners[0].vertex;
         for (std::uint32_t k = 0; k < 3; ++k)
             if ((place >> k & 1u) != 0) wanted += edges[k];
         const auto found = std::ranges::find_if(
             corners, [&](const Corner& corner) { return size_of(corner.vertex - wanted) <= tolerance; });
-        if (found == corners.end()) return false;
+        if (found == corners.end() || std::ranges::find(placed, found) != placed.end()) return false;
         found->place = place;
+        placed.push_back(found);
     }
-    std::uint32_t taken = 0;
-    for (const Corner& corner : corners) taken |= 1u << corner.place;
-    return taken == 255;
+    return true;
 }
 
 // The three edges from the first corner.
@@ -101,9 +101,11 @@ bool place_triangle(TriangleBox& box, std::uint32_t& cut, std::uint32_t slot, st
 
 // The map to the box, and what rounding may amount to. Sizes are of vectors' greatest components. A line is off by at
 // most 30 u R^2 (|p| + |c|) + 8 u R in the kernel (R: of the rows' sums; p: from the centre c; sums of products of
-// three terms, and m); the corners that the tests of triangles project are off by 16 u of their distance, to which each
-// edge function answers with up to twice R^2 as much, and with 3 u of the square of the longest side on top. 128 is
-// above the sum of these.
+// three terms, and m). The corners that the tests of triangles project are off by up to 28 u of their distance, by
+// Vulkan's least accuracy and for directions of unit length to within float's rounding, as all are that paths take;
+// each edge function answers with up to twice R^2 as much, and with 3 u of the square of the longest side on top, as
+// is_near of shaders/shapes.glsl keeps farther rays off. 128 is above the sum of these. What corners are off the box
+// counts by `deviation`, whatever its size.
 bool measure(
     TriangleBox& box, const gpu::EntityTransform& m, const Corners& corners, const std::array<glm::dvec3, 3>& edges) {
     constexpr double u = 0.5 * std::numeric_limits<float>::epsilon();
@@ -168,6 +170,16 @@ std::optional<TriangleBox> box_of(
 }
 
 }  // namespace
+
+bool is_selective(const TriangleBox& box) {
+    double least = std::numeric_limits<double>::infinity();
+    for (std::size_t k = 0; k < 3; ++k) {
+        double row = 0;
+        for (std::size_t j = 0; j < 3; ++j) row += std::abs(double{box.to_box[3 * k + j]});
+        least = std::min(least, row);
+    }
+    return box.margin < 0.05 * least;
+}
 
 std::vector<TriangleBox> find_triangle_boxes(const SceneData& scene, std::span<const std::uint32_t> corners) {
     std::vector<TriangleBox> result;

@@ -18,12 +18,16 @@ struct TriangleBox {
     std::array<float, 3> centre = {};  // world
     std::array<float, 9> to_box = {};  // rows: world, less the centre, to the space in which the box is [-1, 1]^3
     float slope = 0, margin = 0;       // what rounding may amount to there: slope * (distance from the centre) + margin
-    std::array<std::uint8_t, 12> slots =
-        {};                    // two triangles a face, -x +x -y +y -z +z; no_triangle: the face is open there
+    // Two triangles a face, -x +x -y +y -z +z; no_triangle: the face is open there.
+    std::array<std::uint8_t, 12> slots = {};
     std::uint32_t rising = 0;  // bit i: face i is cut from (-1, -1) to (1, 1), its first triangle having (1, -1)
 };
 
-// The boxes among the first 32 triangles, at most most_triangle_boxes: sets of triangles that share corners with each
+// Whether the margin leaves much to tell, as it does not of plates thinner than a hundredth of their size, nor far from
+// the world's origin: there kernels do better by the triangles' edges.
+[[nodiscard]] bool is_selective(const TriangleBox& box);
+
+// The boxes among at most 32 triangles, at most most_triangle_boxes: sets of triangles that share corners with each
 // other and no others, have eight of them in all, lie in the faces and stand still. corners: as in UnrolledPrimitives.
 [[nodiscard]] std::vector<TriangleBox> find_triangle_boxes(
     const SceneData& scene, std::span<const std::uint32_t> corners);

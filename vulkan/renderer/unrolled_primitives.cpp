@@ -1,6 +1,7 @@
 #include "vulkan/renderer/unrolled_primitives.h"
 
 #include <algorithm>
+#include <iterator>
 
 namespace tandem {
 
@@ -47,7 +48,7 @@ UnrolledPrimitives describe_unrolled(const SceneData& scene) {
         const auto first = static_cast<std::uint32_t>(std::ranges::find(seen, seen.back()) - seen.begin());
         result.corners[i / 3] |= first << 8 * (i % 3);
     }
-    result.boxes = find_triangle_boxes(scene, result.corners);
+    std::ranges::copy_if(find_triangle_boxes(scene, result.corners), std::back_inserter(result.boxes), is_selective);
     return result;
 }
 
