@@ -1,7 +1,7 @@
 // The host's two witnesses: the Embree path tracer and the brute-force oracle.
 #pragma once
 
-#include "common/renderer.h"
+#include "common/render/renderer.h"
 
 namespace tandem {
 

@@ -5,13 +5,13 @@
 #include <thread>
 
 #include "common/error.h"
-#include "common/floating_origin.h"
+#include "common/render/floating_origin.h"
 #include "cpu_ref/backend.h"
-#include "cpu_ref/bidirectional.h"
+#include "cpu_ref/bidirectional/bidirectional.h"
+#include "cpu_ref/path_tracer/ray_batch.h"
+#include "cpu_ref/path_tracer/render_job.h"
+#include "cpu_ref/path_tracer/variants.h"
 #include "cpu_ref/planted.h"
-#include "cpu_ref/ray_batch.h"
-#include "cpu_ref/render_job.h"
-#include "cpu_ref/variants.h"
 
 #if defined(__x86_64__)
 #include <cpuid.h>

@@ -1,8 +1,8 @@
-// Where a planted bug (common/planted_bugs.h) changes what this room computes: one question, which is answered when
-// compiling in release builds, so that they hold no trace.
+// Where a planted bug (common/render/planted_bugs.h) changes what this room computes: one question, which is answered
+// when compiling in release builds, so that they hold no trace.
 #pragma once
 
-#include "common/planted_bugs.h"
+#include "common/render/planted_bugs.h"
 
 namespace tandem::cpu {
 

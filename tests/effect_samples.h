@@ -1,5 +1,5 @@
-// A small scene for every effect of common/effects.h, made so that two of them go together: what a sample adds stands
-// at a place of its own, and changes nothing of what another has added.
+// A small scene for every effect of common/render/effects.h, made so that two of them go together: what a sample adds
+// stands at a place of its own, and changes nothing of what another has added.
 #pragma once
 
 #include <algorithm>
@@ -10,9 +10,9 @@
 #include <string>
 #include <vector>
 
-#include "common/effects.h"
-#include "common/renderer.h"
-#include "common/scene.h"
+#include "common/render/effects.h"
+#include "common/render/renderer.h"
+#include "common/scene/scene.h"
 
 namespace tandem::test {
 

@@ -7,7 +7,7 @@
 #include <initializer_list>
 #include <utility>
 
-#include "common/scene.h"
+#include "common/scene/scene.h"
 
 namespace tandem::test {
 

@@ -10,9 +10,9 @@
 #include <glm/geometric.hpp>
 
 #include "common/error.h"
-#include "common/path_trace.h"
-#include "common/renderer.h"
-#include "common/scene_loader.h"
+#include "common/render/path_trace.h"
+#include "common/render/renderer.h"
+#include "common/scene/loader/scene_loader.h"
 
 namespace tandem::test {
 

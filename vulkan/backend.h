@@ -1,7 +1,7 @@
 // The Vulkan compute path tracer as a backend.
 #pragma once
 
-#include "common/renderer.h"
+#include "common/render/renderer.h"
 
 namespace tandem {
 

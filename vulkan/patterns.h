@@ -1,5 +1,5 @@
 // Ways to use Vulkan for one and the same image: the factors that the pattern benchmarks vary (vulkan/bench). But
-// for the kernel's shape (renderer/kernel_shape.h) the defaults are what `tandem render` does. Images do not depend on
+// for the kernel's shape (renderer/kernels/kernel_shape.h) the defaults are what `tandem render` does. Images do not depend on
 // them.
 #pragma once
 
@@ -66,7 +66,7 @@ enum class BarrierPattern : std::uint32_t {
     event,         // an event set after the writes and waited for, with a global memory barrier
 };
 
-// How a dispatch is told what it alone is to do: the words of shaders/settings.glsl.
+// How a dispatch is told what it alone is to do: the words of shaders/kernels/settings.glsl.
 enum class ParameterPattern : std::uint32_t {
     push_constants,
     uniform,          // a uniform buffer, a descriptor set for each dispatch

@@ -16,8 +16,8 @@
 #include "common/experiment/compare_results.h"
 #include "common/experiment/results.h"
 #include "common/experiment/thesis.h"
-#include "common/image_io.h"
-#include "common/scene_loader.h"
+#include "common/image/image_io.h"
+#include "common/scene/loader/scene_loader.h"
 
 namespace tandem {
 

@@ -11,7 +11,7 @@
 
 #include "common/commands/console.h"
 #include "common/error.h"
-#include "common/image_io.h"
+#include "common/image/image_io.h"
 
 namespace tandem {
 

@@ -10,7 +10,7 @@
 #include <string>
 
 #include "common/experiment/bench.h"
-#include "common/renderer.h"
+#include "common/render/renderer.h"
 
 namespace tandem {
 

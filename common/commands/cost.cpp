@@ -12,8 +12,8 @@
 #include "common/commands/console.h"
 #include "common/cost/run_cost.h"
 #include "common/error.h"
-#include "common/image_io.h"
-#include "common/scene_loader.h"
+#include "common/image/image_io.h"
+#include "common/scene/loader/scene_loader.h"
 
 namespace tandem {
 

@@ -7,8 +7,8 @@
 #include "common/commands/command.h"
 #include "common/commands/console.h"
 #include "common/error.h"
-#include "common/scene_loader.h"
-#include "common/validation/specialisation.h"
+#include "common/scene/loader/scene_loader.h"
+#include "common/validation/verify/specialisation.h"
 
 namespace tandem {
 

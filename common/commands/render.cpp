@@ -10,9 +10,9 @@
 #include "common/commands/console.h"
 #include "common/cost/choose_settings.h"
 #include "common/error.h"
-#include "common/image_io.h"
-#include "common/scene_loader.h"
-#include "common/stopping.h"
+#include "common/image/image_io.h"
+#include "common/render/stopping.h"
+#include "common/scene/loader/scene_loader.h"
 
 namespace tandem {
 

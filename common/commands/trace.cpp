@@ -6,8 +6,8 @@
 
 #include "common/commands/command.h"
 #include "common/error.h"
-#include "common/scene_loader.h"
-#include "common/validation/trace_comparison.h"
+#include "common/scene/loader/scene_loader.h"
+#include "common/validation/verify/trace_comparison.h"
 
 namespace tandem {
 

@@ -1,5 +1,5 @@
 // tandem verify: two backends, one verdict a scene. tandem compare: the same for images of any renderers.
-#include "common/validation/verify.h"
+#include "common/validation/verify/verify.h"
 
 #include <fmt/format.h>
 
@@ -9,13 +9,13 @@
 #include "common/commands/command.h"
 #include "common/commands/console.h"
 #include "common/error.h"
-#include "common/image_io.h"
-#include "common/scene_loader.h"
+#include "common/image/image_io.h"
+#include "common/scene/loader/scene_loader.h"
 #include "common/self_test/self_test.h"
-#include "common/validation/compare.h"
-#include "common/validation/junit.h"
-#include "common/validation/report.h"
-#include "common/validation/verdict_json.h"
+#include "common/validation/compare/compare.h"
+#include "common/validation/report/junit.h"
+#include "common/validation/report/report.h"
+#include "common/validation/report/verdict_json.h"
 
 namespace tandem {
 

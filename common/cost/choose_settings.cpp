@@ -8,8 +8,8 @@
 #include <span>
 #include <utility>
 
-#include "common/adaptive_sampling.h"
 #include "common/error.h"
+#include "common/render/adaptive_sampling.h"
 
 namespace tandem {
 

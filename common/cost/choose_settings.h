@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "common/renderer.h"
+#include "common/render/renderer.h"
 
 namespace tandem {
 

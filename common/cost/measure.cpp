@@ -10,7 +10,7 @@
 #include <utility>
 
 #include "common/error.h"
-#include "common/validation/error_metrics.h"
+#include "common/validation/verdict/error_metrics.h"
 
 namespace tandem {
 

@@ -9,9 +9,9 @@
 #include <string>
 #include <vector>
 
-#include "common/adaptive_sampling.h"
 #include "common/cost/knobs.h"
 #include "common/cost/samples.h"
+#include "common/render/adaptive_sampling.h"
 
 namespace tandem {
 

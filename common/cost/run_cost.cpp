@@ -10,7 +10,7 @@
 
 #include "common/error.h"
 #include "common/experiment/experiment.h"
-#include "common/image_io.h"
+#include "common/image/image_io.h"
 
 namespace tandem {
 

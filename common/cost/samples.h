@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "common/estimate.h"
+#include "common/render/estimate.h"
 
 namespace tandem {
 

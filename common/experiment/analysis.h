@@ -1,8 +1,8 @@
 // What the raw readings of experiments say: effects with intervals, crossovers, and verdicts on claims.
 #pragma once
 
-#include "common/experiment/paired_effect.h"
 #include "common/experiment/runner.h"
+#include "common/statistics/paired_effect.h"
 
 namespace tandem {
 

@@ -5,7 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "common/experiment/claims.h"
-#include "common/scene.h"
+#include "common/scene/scene.h"
 
 namespace tandem {
 

@@ -6,8 +6,8 @@
 #include <array>
 #include <cmath>
 
-#include "common/experiment/paired_effect.h"
 #include "common/statistics/multiple_tests.h"
+#include "common/statistics/paired_effect.h"
 
 namespace tandem {
 

@@ -8,9 +8,9 @@
 #include <numeric>
 
 #include "common/error.h"
-#include "common/experiment/paired_effect.h"
-#include "common/random.h"
-#include "common/validation/verdict.h"
+#include "common/render/random.h"
+#include "common/statistics/paired_effect.h"
+#include "common/validation/verdict/verdict.h"
 
 namespace tandem {
 

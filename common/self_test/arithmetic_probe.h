@@ -9,7 +9,7 @@
 
 namespace tandem {
 
-// The numbers are those of shaders/self_test.comp.
+// The numbers are those of shaders/kernels/self_test.comp.
 enum class Operation : std::uint32_t {
     add = 0,
     subtract = 1,

@@ -5,7 +5,7 @@
 #include <limits>
 #include <numbers>
 
-#include "common/random.h"
+#include "common/render/random.h"
 
 namespace tandem {
 

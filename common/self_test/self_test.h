@@ -8,7 +8,7 @@
 #include <string_view>
 #include <vector>
 
-#include "common/renderer.h"
+#include "common/render/renderer.h"
 #include "common/self_test/functions.h"
 
 namespace tandem {

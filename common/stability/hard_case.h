@@ -10,8 +10,8 @@
 #include <string>
 #include <vector>
 
-#include "common/ray_batch.h"
-#include "common/scene.h"
+#include "common/render/ray_batch.h"
+#include "common/scene/scene.h"
 
 namespace tandem::stability {
 

@@ -4,8 +4,8 @@
 #include <cmath>
 
 #include "common/error.h"
-#include "common/scene_loader.h"
-#include "common/stopping.h"
+#include "common/render/stopping.h"
+#include "common/scene/loader/scene_loader.h"
 
 namespace tandem::stability {
 

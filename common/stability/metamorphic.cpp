@@ -6,7 +6,7 @@
 #include <glm/gtc/matrix_transform.hpp>
 
 #include "common/error.h"
-#include "common/scene_loader.h"
+#include "common/scene/loader/scene_loader.h"
 
 namespace tandem::stability {
 

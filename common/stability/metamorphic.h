@@ -6,7 +6,7 @@
 #include <stop_token>
 #include <string_view>
 
-#include "common/renderer.h"
+#include "common/render/renderer.h"
 #include "common/stability/stability.h"
 
 namespace tandem::stability {

@@ -3,7 +3,7 @@
 
 #include <stop_token>
 
-#include "common/renderer.h"
+#include "common/render/renderer.h"
 #include "common/stability/hard_case.h"
 
 namespace tandem::stability {

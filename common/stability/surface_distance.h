@@ -5,7 +5,7 @@
 #include <glm/glm.hpp>
 #include <vector>
 
-#include "common/scene.h"
+#include "common/scene/scene.h"
 
 namespace tandem::stability {
 

@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <span>
 
-#include "common/estimate.h"
+#include "common/render/estimate.h"
 
 namespace tandem {
 

@@ -1,5 +1,6 @@
 // How often equal renderers are called different: verdicts with ever new seeds, counted. A line of JSON is printed for
-// each experiment as it is done. Run by scripts/calibrate, which turns them into common/validation/CALIBRATION.md.
+// each experiment as it is done. Run by scripts/measure/calibrate, which turns them into
+// tests/records/calibration/CALIBRATION.md.
 //
 //     calibrate list
 //     calibrate run [ID...] [--runs N] [--first K] [--time SECONDS] [--threads T] [--scenes FOLDER]
@@ -18,7 +19,7 @@
 #include <thread>
 
 #include "common/error.h"
-#include "common/validation/verify.h"
+#include "common/validation/verify/verify.h"
 #include "tests/calibration/experiments.h"
 
 using namespace tandem;

@@ -4,7 +4,7 @@
 #include <utility>
 
 #include "common/error.h"
-#include "common/scene_loader.h"
+#include "common/scene/loader/scene_loader.h"
 #include "cpu_ref/backend.h"
 #include "tests/common/synthetic_renderer.h"
 #include "vulkan/backend.h"

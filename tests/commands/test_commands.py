@@ -699,17 +699,17 @@ class Commands(unittest.TestCase):
         self.refused(tandem("render", self.scene, "-o", out, "--backend", "oracle", "--guard", "ulp"), "oracle")
         self.refused(tandem("render", self.scene, "-o", out, "--epsilon", "0.1"), "--epsilon", "fixed-epsilon")
 
-    # scripts/guidelines writes pages of it for what has not been measured. Arms of `threads` depend on the machine.
+    # scripts/measure/guidelines writes pages of it for what has not been measured. Arms of `threads` depend on the machine.
     def test_bench_lists_what_is_stored_beside_its_results(self):
         out = self.folder / "list.json"
         self.assertEqual(tandem("bench", "--scene", self.scene, "--list", "--json", out).returncode, 0)
         listed = json.loads(out.read_text())
-        stored = json.loads((SCENES.parent / "vulkan/bench/families.json").read_text())
+        stored = json.loads((SCENES.parent / "tests/records/patterns/families.json").read_text())
         for families in (listed["families"], stored["families"]):
             for family in families:
                 if family["name"] == "threads":
                     family["arms"] = []
-        self.assertEqual(listed, stored, "run tandem bench --list --json vulkan/bench/families.json")
+        self.assertEqual(listed, stored, "run tandem bench --list --json tests/records/patterns/families.json")
 
     def test_cost_measures_continues_and_refuses(self):
         out, samples = self.folder / "cost.json", self.folder / "cost.samples"

@@ -32,7 +32,7 @@ class Scripts(unittest.TestCase):
         for number, content in enumerate(contents):
             files.append(self.folder / f"taken-{number}.json")
             files[-1].write_text(content if isinstance(content, str) else "\n".join(map(json.dumps, content)))
-        return subprocess.run([sys.executable, SCRIPTS / script, "--take", *files, "--name", "here", "--device", "a machine",
+        return subprocess.run([sys.executable, SCRIPTS / "measure" / script, "--take", *files, "--name", "here", "--device", "a machine",
                                "-o", self.folder], capture_output=True, text=True, timeout=60)
 
     def refused(self, result, mention):
@@ -56,7 +56,7 @@ class Scripts(unittest.TestCase):
 
         def take(content, name="here"):
             file.write_text(content)
-            return subprocess.run([sys.executable, SCRIPTS / "growth", "--take", file, name], capture_output=True, text=True,
+            return subprocess.run([sys.executable, SCRIPTS / "measure/growth", "--take", file, name], capture_output=True, text=True,
                                   timeout=60)
 
         for content in ["", "{", "[1]", '{"size": 1, "bounces": 4, "rounds": 2, "rows": []}',
@@ -64,9 +64,9 @@ class Scripts(unittest.TestCase):
             self.refused(take(content), "taken.json")
         for name in ["--foo", "a/b", ""]:
             self.refused(take("{}", name), "no name of a machine")
-        self.assertFalse((SCRIPTS.parent / "tests/benchmarks/results/here.json").exists())
+        self.assertFalse((SCRIPTS.parent / "tests/records/growth/here.json").exists())
         file.unlink()
-        self.refused(subprocess.run([sys.executable, SCRIPTS / "growth", "--take", file, "here"], capture_output=True,
+        self.refused(subprocess.run([sys.executable, SCRIPTS / "measure/growth", "--take", file, "here"], capture_output=True,
                                     text=True, timeout=60), "taken.json")
 
     def test_parts_of_an_experiment_join_and_gaps_do_not(self):

@@ -11,8 +11,8 @@
 #include <vector>
 
 #include "common/error.h"
-#include "common/image_io.h"
-#include "common/scene_loader.h"
+#include "common/image/image_io.h"
+#include "common/scene/loader/scene_loader.h"
 #include "tests/temporary_folder.h"
 
 namespace tandem::test {

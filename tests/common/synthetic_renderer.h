@@ -8,7 +8,7 @@
 #include <numeric>
 #include <utility>
 
-#include "common/renderer.h"
+#include "common/render/renderer.h"
 
 namespace tandem {
 

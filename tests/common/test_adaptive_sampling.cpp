@@ -5,8 +5,8 @@
 #include <cmath>
 #include <numeric>
 
-#include "common/adaptive_sampling.h"
 #include "common/error.h"
+#include "common/render/adaptive_sampling.h"
 #include "common/statistics/sample_moments.h"
 #include "tests/common/synthetic_renderer.h"
 

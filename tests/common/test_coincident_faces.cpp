@@ -3,8 +3,8 @@
 
 #include <glm/gtc/matrix_transform.hpp>
 
-#include "common/coincident_faces.h"
-#include "common/scene_loader.h"
+#include "common/scene/coincident_faces.h"
+#include "common/scene/loader/scene_loader.h"
 
 using namespace tandem;
 

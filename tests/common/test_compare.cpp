@@ -7,9 +7,9 @@
 
 #include "common/error.h"
 #include "common/statistics/distributions.h"
-#include "common/validation/compare.h"
-#include "common/validation/pixel_correlation.h"
-#include "common/validation/verdict_json.h"
+#include "common/validation/compare/compare.h"
+#include "common/validation/compare/pixel_correlation.h"
+#include "common/validation/report/verdict_json.h"
 #include "tests/common/synthetic_renderer.h"
 #include "tests/temporary_folder.h"
 

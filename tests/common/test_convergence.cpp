@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "common/validation/convergence.h"
+#include "common/validation/verify/convergence.h"
 #include "tests/common/synthetic_renderer.h"
 
 namespace tandem {

@@ -8,11 +8,11 @@
 #include <string>
 #include <vector>
 
-#include "common/effects.h"
 #include "common/error.h"
-#include "common/renderer.h"
-#include "common/scene.h"
-#include "common/scene_loader.h"
+#include "common/render/effects.h"
+#include "common/render/renderer.h"
+#include "common/scene/loader/scene_loader.h"
+#include "common/scene/scene.h"
 
 using namespace tandem;
 using enum tandem::Effect;

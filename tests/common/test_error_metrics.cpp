@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "common/validation/error_metrics.h"
+#include "common/validation/verdict/error_metrics.h"
 
 namespace tandem {
 namespace {

@@ -6,7 +6,7 @@
 #include <random>
 
 #include "common/error.h"
-#include "common/estimate.h"
+#include "common/render/estimate.h"
 
 using namespace tandem;
 

@@ -3,8 +3,8 @@
 
 #include <glm/gtc/matrix_transform.hpp>
 
-#include "common/floating_origin.h"
-#include "common/path_trace.h"
+#include "common/render/floating_origin.h"
+#include "common/render/path_trace.h"
 #include "tests/scene_builder.h"
 
 using namespace tandem;

@@ -13,8 +13,8 @@
 #include <string>
 
 #include "common/error.h"
-#include "common/image_io.h"
-#include "common/image_io_parts.h"
+#include "common/image/image_io.h"
+#include "common/image/image_io_parts.h"
 #include "tests/temporary_folder.h"
 
 using namespace tandem;

@@ -3,10 +3,10 @@
 
 #include <cmath>
 
-#include "common/scene_loader.h"
+#include "common/scene/loader/scene_loader.h"
 #include "common/statistics/distributions.h"
-#include "common/validation/paired.h"
-#include "common/validation/verify.h"
+#include "common/validation/verdict/paired.h"
+#include "common/validation/verify/verify.h"
 #include "tests/common/synthetic_renderer.h"
 
 using namespace tandem;

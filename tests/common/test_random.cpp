@@ -8,7 +8,7 @@
 #include <set>
 #include <vector>
 
-#include "common/random.h"
+#include "common/render/random.h"
 #include "tests/chi_square.h"
 
 using namespace tandem;

@@ -11,8 +11,8 @@
 #include <string>
 
 #include "common/error.h"
-#include "common/scene_loader.h"
-#include "common/scene_loader_json.h"
+#include "common/scene/loader/json.h"
+#include "common/scene/loader/scene_loader.h"
 #include "tests/common/draw.h"
 #include "tests/temporary_folder.h"
 

@@ -10,8 +10,8 @@
 #include <utility>
 #include <vector>
 
-#include "common/scene.h"
-#include "common/scene_loader.h"
+#include "common/scene/loader/scene_loader.h"
+#include "common/scene/scene.h"
 
 using namespace tandem;
 

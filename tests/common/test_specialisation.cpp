@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "common/error.h"
-#include "common/validation/specialisation.h"
+#include "common/validation/verify/specialisation.h"
 
 namespace tandem {
 namespace {

@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "common/stopping.h"
+#include "common/render/stopping.h"
 #include "tests/common/synthetic_renderer.h"
 
 using namespace tandem;

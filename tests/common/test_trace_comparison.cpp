@@ -3,7 +3,7 @@
 #include <cmath>
 
 #include "common/error.h"
-#include "common/validation/trace_comparison.h"
+#include "common/validation/verify/trace_comparison.h"
 #include "tests/common/synthetic_renderer.h"
 
 namespace tandem {

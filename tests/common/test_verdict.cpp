@@ -5,8 +5,8 @@
 #include <random>
 
 #include "common/statistics/multiple_tests.h"
-#include "common/validation/schedule.h"
-#include "common/validation/verdict.h"
+#include "common/validation/verdict/verdict.h"
+#include "common/validation/verify/schedule.h"
 
 using namespace tandem;
 

@@ -3,8 +3,8 @@
 
 #include <chrono>
 
-#include "common/validation/verdict_json.h"
-#include "common/validation/verify.h"
+#include "common/validation/report/verdict_json.h"
+#include "common/validation/verify/verify.h"
 #include "tests/common/synthetic_renderer.h"
 
 using namespace tandem;

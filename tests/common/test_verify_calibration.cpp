@@ -2,7 +2,7 @@
 #include <doctest/doctest.h>
 
 #include "common/statistics/distributions.h"
-#include "common/validation/verify.h"
+#include "common/validation/verify/verify.h"
 #include "tests/common/synthetic_renderer.h"
 
 using namespace tandem;

@@ -1,7 +1,7 @@
 // Verdicts as JUnit XML. That a parser takes it is tested in tests/commands.
 #include <doctest/doctest.h>
 
-#include "common/validation/junit.h"
+#include "common/validation/report/junit.h"
 
 using namespace tandem;
 

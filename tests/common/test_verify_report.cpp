@@ -8,10 +8,10 @@
 #include <nlohmann/json.hpp>
 
 #include "common/error.h"
-#include "common/image_io.h"
-#include "common/validation/colour_map.h"
-#include "common/validation/report.h"
-#include "common/validation/verify.h"
+#include "common/image/image_io.h"
+#include "common/validation/report/colour_map.h"
+#include "common/validation/report/report.h"
+#include "common/validation/verify/verify.h"
 #include "tests/common/synthetic_renderer.h"
 #include "tests/temporary_folder.h"
 

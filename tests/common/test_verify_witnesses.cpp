@@ -5,9 +5,9 @@
 #include <numbers>
 
 #include "common/error.h"
-#include "common/validation/greatest_sample.h"
-#include "common/validation/verdict_json.h"
-#include "common/validation/verify.h"
+#include "common/validation/report/verdict_json.h"
+#include "common/validation/verdict/greatest_sample.h"
+#include "common/validation/verify/verify.h"
 #include "tests/common/synthetic_renderer.h"
 #include "tests/scene_builder.h"
 

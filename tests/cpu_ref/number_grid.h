@@ -1,7 +1,7 @@
 // Numbers for samplers: a regular grid over the unit square, in lanes.
 #pragma once
 
-#include "cpu_ref/sampling.h"
+#include "cpu_ref/path_tracer/arithmetic/sampling.h"
 
 namespace tandem::test {
 

@@ -6,7 +6,7 @@
 #include <numbers>
 
 #include "common/error.h"
-#include "common/scene_loader.h"
+#include "common/scene/loader/scene_loader.h"
 #include "cpu_ref/backend.h"
 #include "tests/scene_builder.h"
 

@@ -5,8 +5,8 @@
 #include <filesystem>
 
 #include "common/error.h"
-#include "common/scene_loader.h"
-#include "cpu_ref/variants.h"
+#include "common/scene/loader/scene_loader.h"
+#include "cpu_ref/path_tracer/variants.h"
 #include "tests/cpu_ref/renders.h"
 
 using namespace tandem;

@@ -5,8 +5,8 @@
 #include <cmath>
 #include <numbers>
 
-#include "cpu_ref/accelerator.h"
-#include "cpu_ref/distant_lights.h"
+#include "cpu_ref/path_tracer/geometry/accelerator.h"
+#include "cpu_ref/path_tracer/light/distant_lights.h"
 #include "tests/cpu_ref/statistics.h"
 #include "tests/scene_builder.h"
 

@@ -4,9 +4,9 @@
 #include <cmath>
 #include <numbers>
 
-#include "common/random.h"
-#include "cpu_ref/distant_lights.h"
-#include "cpu_ref/environment.h"
+#include "common/render/random.h"
+#include "cpu_ref/path_tracer/light/distant_lights.h"
+#include "cpu_ref/path_tracer/light/environment.h"
 #include "tests/cpu_ref/statistics.h"
 #include "tests/scene_builder.h"
 

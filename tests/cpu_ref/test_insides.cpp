@@ -1,7 +1,7 @@
 // Motion, media and nested bodies of MODEL.md sections 6, 9.4 and 10, rendered: closed forms.
 #include <doctest/doctest.h>
 
-#include "cpu_ref/interiors.h"
+#include "cpu_ref/path_tracer/geometry/interiors.h"
 #include "tests/cpu_ref/renders.h"
 
 using namespace tandem;

@@ -6,7 +6,7 @@
 #include <memory>
 #include <random>
 
-#include "cpu_ref/accelerator.h"
+#include "cpu_ref/path_tracer/geometry/accelerator.h"
 #include "tests/scene_builder.h"
 
 using namespace tandem;

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <numbers>
 
-#include "cpu_ref/accelerator.h"
-#include "cpu_ref/light_sampling.h"
+#include "cpu_ref/path_tracer/geometry/accelerator.h"
+#include "cpu_ref/path_tracer/light/light_sampling.h"
 #include "tests/scene_builder.h"
 
 using namespace tandem;

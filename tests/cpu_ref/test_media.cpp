@@ -4,9 +4,9 @@
 #include <cmath>
 #include <numbers>
 
-#include "common/random.h"
-#include "cpu_ref/media.h"
-#include "cpu_ref/phase.h"
+#include "common/render/random.h"
+#include "cpu_ref/path_tracer/material/media.h"
+#include "cpu_ref/path_tracer/material/phase.h"
 #include "tests/cpu_ref/statistics.h"
 
 using namespace tandem;

@@ -5,7 +5,7 @@
 #include <complex>
 #include <numbers>
 
-#include "cpu_ref/scattering.h"
+#include "cpu_ref/path_tracer/material/scattering.h"
 #include "tests/cpu_ref/number_grid.h"
 #include "tests/cpu_ref/statistics.h"
 

@@ -5,7 +5,7 @@
 #include <numbers>
 #include <vector>
 
-#include "cpu_ref/sampling.h"
+#include "cpu_ref/path_tracer/arithmetic/sampling.h"
 #include "tests/cpu_ref/number_grid.h"
 
 using namespace tandem;

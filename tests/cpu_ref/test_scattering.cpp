@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "cpu_ref/scattering.h"
+#include "cpu_ref/path_tracer/material/scattering.h"
 #include "tests/scene_builder.h"
 
 using namespace tandem;

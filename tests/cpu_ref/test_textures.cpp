@@ -5,7 +5,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "cpu_ref/textures.h"
+#include "cpu_ref/path_tracer/material/textures.h"
 #include "tests/scene_builder.h"
 
 using namespace tandem;

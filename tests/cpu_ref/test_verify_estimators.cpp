@@ -3,8 +3,8 @@
 
 #include <filesystem>
 
-#include "common/scene_loader.h"
-#include "common/validation/verify.h"
+#include "common/scene/loader/scene_loader.h"
+#include "common/validation/verify/verify.h"
 #include "cpu_ref/backend.h"
 
 namespace tandem {

@@ -1,9 +1,9 @@
-// Whether a scene keeps what common/scene.h promises to the backends, which trust it.
+// Whether a scene keeps what common/scene/scene.h promises to the backends, which trust it.
 #pragma once
 
 #include <string>
 
-#include "common/scene.h"
+#include "common/scene/scene.h"
 
 namespace tandem::fuzz {
 

@@ -9,9 +9,9 @@
 #include <string>
 
 #include "common/error.h"
-#include "common/image_io.h"
-#include "common/renderer.h"
-#include "common/scene_loader.h"
+#include "common/image/image_io.h"
+#include "common/render/renderer.h"
+#include "common/scene/loader/scene_loader.h"
 #include "tests/fuzz/sound_scene.h"
 #include "tests/temporary_folder.h"
 

@@ -1,11 +1,11 @@
-// The catalogue of planted bugs (VALIDATION 6): which bug (common/planted_bugs.h), with which amounts, in which
+// The catalogue of planted bugs (VALIDATION 6): which bug (common/render/planted_bugs.h), with which amounts, in which
 // backend, and the shipped scenes that should show it, the cheapest first.
 #pragma once
 
 #include <string>
 #include <vector>
 
-#include "common/planted_bugs.h"
+#include "common/render/planted_bugs.h"
 
 namespace tandem::test {
 

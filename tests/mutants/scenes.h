@@ -1,11 +1,11 @@
-// Small scenes, each made so that a family of planted bugs (common/planted_bugs.h) shows in it at a few hundred
+// Small scenes, each made so that a family of planted bugs (common/render/planted_bugs.h) shows in it at a few hundred
 // samples a pixel of a small image.
 #pragma once
 
 #include <string>
 
-#include "common/renderer.h"
-#include "common/scene.h"
+#include "common/render/renderer.h"
+#include "common/scene/scene.h"
 
 namespace tandem::test {
 

@@ -2,7 +2,7 @@
 // shipped scenes of scenes/closed-forms, met by every sound witness in tests/suite, must be missed by every buggy one.
 #include <doctest/doctest.h>
 
-#include "common/scene_loader.h"
+#include "common/scene/loader/scene_loader.h"
 #include "tests/suite/witnesses.h"
 
 using namespace tandem;

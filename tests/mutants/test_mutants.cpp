@@ -1,5 +1,5 @@
-// The verifier is verified: scripts/mutants has run the whole catalogue of planted bugs and kept
-// which scene caught each (common/validation/mutants.json). Here every bug must have such a scene, and what little
+// The verifier is verified: scripts/measure/mutants has run the whole catalogue of planted bugs and kept
+// which scene caught each (tests/records/mutants/mutants.json). Here every bug must have such a scene, and what little
 // effort caught must be caught by it again.
 #include <doctest/doctest.h>
 
@@ -26,9 +26,9 @@ struct Catch {
 using Key = std::pair<std::string, std::string>;  // id and planting
 Key key_of(const Mutant& mutant) { return {mutant.id(), name_of(mutant.planting)}; }
 
-// Of this machine's kind (2 CPU cores and lavapipe), or of another that scripts/mutants --take stored.
+// Of this machine's kind (2 CPU cores and lavapipe), or of another that scripts/measure/mutants --take stored.
 std::map<Key, Catch> recorded(const std::string& name = "mutants") {
-    std::ifstream file(TANDEM_SOURCE_DIR "/common/validation/" + name + ".json");
+    std::ifstream file(TANDEM_SOURCE_DIR "/tests/records/mutants/" + name + ".json");
     std::map<Key, Catch> catches;
     for (const json& line : json::parse(file)) {
         if (!line.contains("planting")) continue;
@@ -60,7 +60,7 @@ void check_caught_again(Planting planting, std::size_t part, std::size_t parts) 
     }
 }
 
-// What has not been run yet, or with little effort only, is said; scripts/mutants goes on with it.
+// What has not been run yet, or with little effort only, is said; scripts/measure/mutants goes on with it.
 void check_record(const std::string& name) {
     const std::map<Key, Catch> catches = recorded(name);
     std::size_t waiting = 0;
@@ -77,7 +77,7 @@ void check_record(const std::string& name) {
             CHECK(known->second.caught);
     }
     CHECK(catches.size() > 200);
-    WARN_MESSAGE(waiting == 0, waiting, " of ", catalogue().size(), " wait to be run by scripts/mutants");
+    WARN_MESSAGE(waiting == 0, waiting, " of ", catalogue().size(), " wait to be run by scripts/measure/mutants");
 }
 
 }  // namespace

@@ -1,9 +1,9 @@
 // The verifier is verified, on scenes made for it: a bug planted in one backend must bring the
 // verdict "disagree" against the sound other one, and two sound backends must never get it. The sound side is the
-// reference. The whole catalogue, on the shipped scenes, is scripts/mutants' and test_mutants.cpp's.
+// reference. The whole catalogue, on the shipped scenes, is scripts/measure/mutants' and test_mutants.cpp's.
 #include <doctest/doctest.h>
 
-#include "common/validation/verify.h"
+#include "common/validation/verify/verify.h"
 #include "cpu_ref/backend.h"
 #include "tests/mutants/scenes.h"
 #include "vulkan/backend.h"

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "common/scene_loader.h"
+#include "common/scene/loader/scene_loader.h"
 #include "cpu_ref/backend.h"
 #include "vulkan/backend.h"
 

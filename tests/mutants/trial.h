@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "common/validation/verify.h"
+#include "common/validation/verify/verify.h"
 #include "tests/mutants/catalogue.h"
 
 namespace tandem::test {

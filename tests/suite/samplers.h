@@ -6,7 +6,7 @@
 #include <numbers>
 #include <utility>
 
-#include "common/path_trace.h"
+#include "common/render/path_trace.h"
 #include "tests/chi_square.h"
 #include "tests/suite/witnesses.h"
 

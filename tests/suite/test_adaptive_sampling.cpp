@@ -2,8 +2,8 @@
 // threads, and less noise than as many uniform samples leave.
 #include <numeric>
 
-#include "common/adaptive_sampling.h"
-#include "common/scene_loader.h"
+#include "common/render/adaptive_sampling.h"
+#include "common/scene/loader/scene_loader.h"
 #include "tests/suite/witnesses.h"
 
 using namespace tandem;

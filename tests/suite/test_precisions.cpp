@@ -3,7 +3,7 @@
 #include <glm/gtc/matrix_transform.hpp>
 #include <set>
 
-#include "common/scene_loader.h"
+#include "common/scene/loader/scene_loader.h"
 #include "tests/suite/witnesses.h"
 
 using namespace tandem;

@@ -4,7 +4,7 @@
 #include <filesystem>
 #include <functional>
 
-#include "common/scene_loader.h"
+#include "common/scene/loader/scene_loader.h"
 #include "tests/suite/witnesses.h"
 
 using namespace tandem;

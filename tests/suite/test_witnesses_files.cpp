@@ -2,7 +2,7 @@
 #include <algorithm>
 #include <filesystem>
 
-#include "common/scene_loader.h"
+#include "common/scene/loader/scene_loader.h"
 #include "tests/suite/witnesses.h"
 
 using namespace tandem;

@@ -2,8 +2,8 @@
 // Closed forms are held in test_witnesses_lights, _distant_lights and _files.
 #include <filesystem>
 
-#include "common/scene_loader.h"
-#include "common/validation/verify.h"
+#include "common/scene/loader/scene_loader.h"
+#include "common/validation/verify/verify.h"
 #include "tests/suite/samplers.h"
 #include "tests/suite/witnesses.h"
 

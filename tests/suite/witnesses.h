@@ -17,7 +17,7 @@
 #include <vector>
 
 #include "common/error.h"
-#include "common/renderer.h"
+#include "common/render/renderer.h"
 #include "cpu_ref/backend.h"
 #include "tests/scene_builder.h"
 #include "vulkan/backend.h"

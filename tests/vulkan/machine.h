@@ -2,7 +2,7 @@
 #pragma once
 
 #include "tests/vulkan/scene_builder.h"
-#include "vulkan/renderer/job.h"
+#include "vulkan/renderer/job/job.h"
 
 namespace tandem::testing {
 

@@ -4,7 +4,7 @@
 #include <array>
 #include <span>
 
-#include "common/renderer.h"
+#include "common/render/renderer.h"
 #include "vulkan/backend.h"
 
 namespace tandem::testing {

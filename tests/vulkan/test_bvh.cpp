@@ -7,9 +7,9 @@
 #include <glm/vector_relational.hpp>
 #include <limits>
 
-#include "common/random.h"
+#include "common/render/random.h"
 #include "tests/vulkan/scene_builder.h"
-#include "vulkan/renderer/bvh.h"
+#include "vulkan/renderer/scene/bvh.h"
 
 using namespace tandem;
 using namespace tandem::testing;

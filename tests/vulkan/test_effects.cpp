@@ -7,9 +7,9 @@
 #include <map>
 #include <regex>
 
-#include "common/effects.h"
 #include "common/error.h"
-#include "common/scene_loader.h"
+#include "common/render/effects.h"
+#include "common/scene/loader/scene_loader.h"
 #include "tests/vulkan/scene_builder.h"
 
 using namespace tandem;
@@ -30,7 +30,7 @@ bool specialised_is_general(const Scene& scene, const RenderSettings& settings) 
 }  // namespace
 
 TEST_CASE("bit i of the shaders' words of effects is effect i") {
-    std::ifstream file(std::filesystem::path(TANDEM_SOURCE_DIR) / "shaders/effects.glsl");
+    std::ifstream file(std::filesystem::path(TANDEM_SOURCE_DIR) / "shaders/kernels/effects.glsl");
     const std::regex declaration(R"(const bool has_(\w+) = \(effects_(low|high) & \(1u << (\d+)\)\) != 0u;)");
     std::uint32_t count = 0;
     for (std::string line; std::getline(file, line);) {

@@ -1,4 +1,4 @@
-// That the kernels leave their arithmetic no choice (shaders/exact_arithmetic.py).
+// That the kernels leave their arithmetic no choice (shaders/tools/exact_arithmetic.py).
 #include <doctest/doctest.h>
 
 #include <algorithm>

@@ -6,7 +6,7 @@
 #include <set>
 
 #include "common/error.h"
-#include "common/scene_loader.h"
+#include "common/scene/loader/scene_loader.h"
 #include "tests/vulkan/scene_builder.h"
 
 using namespace tandem;

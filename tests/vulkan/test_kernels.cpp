@@ -11,7 +11,7 @@
 #include "tests/vulkan/scene_builder.h"
 #include "vulkan/framework/shader_library.h"
 #include "vulkan/framework/spirv_optimizer.h"
-#include "vulkan/renderer/stages.h"
+#include "vulkan/renderer/kernels/stages.h"
 
 using namespace tandem;
 using namespace tandem::testing;

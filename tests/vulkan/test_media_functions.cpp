@@ -9,7 +9,7 @@
 #include <glm/vec3.hpp>
 #include <numbers>
 
-#include "common/random.h"
+#include "common/render/random.h"
 #include "double_function_probe.h"
 #include "function_probe.h"
 #include "grid_probe.h"

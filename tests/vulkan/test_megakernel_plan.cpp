@@ -3,7 +3,7 @@
 
 #include <array>
 
-#include "vulkan/renderer/megakernel_plan.h"
+#include "vulkan/renderer/kernels/megakernel_plan.h"
 
 using namespace tandem;
 

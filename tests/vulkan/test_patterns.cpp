@@ -6,7 +6,7 @@
 #include <functional>
 
 #include "common/error.h"
-#include "common/scene_loader.h"
+#include "common/scene/loader/scene_loader.h"
 #include "tests/vulkan/machine.h"
 
 using namespace tandem;

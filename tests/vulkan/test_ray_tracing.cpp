@@ -8,10 +8,10 @@
 #include <glm/ext/matrix_transform.hpp>
 
 #include "common/error.h"
-#include "common/scene_loader.h"
+#include "common/scene/loader/scene_loader.h"
 #include "tests/vulkan/machine.h"
-#include "vulkan/renderer/traced_world.h"
-#include "vulkan/renderer/world_boxes.h"
+#include "vulkan/renderer/scene/traced_world.h"
+#include "vulkan/renderer/scene/world_boxes.h"
 
 using namespace tandem;
 using namespace tandem::testing;

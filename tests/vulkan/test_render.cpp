@@ -183,7 +183,7 @@ TEST_CASE("the shaders that users get hold no planted bug") {
         for (std::size_t at = header_words; at < words.size(); at += words[at] >> 16) {
             if ((words[at] & 0xFFFFu) != decorate || words[at + 2] != specialisation_id) continue;
             ++constants;
-            CHECK(words[at + 3] != 30);  // the amount and the bug of shaders/planted.glsl
+            CHECK(words[at + 3] != 30);  // the amount and the bug of shaders/kernels/planted.glsl
             CHECK(words[at + 3] != 31);
         }
         CHECK(constants > 0);

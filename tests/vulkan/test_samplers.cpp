@@ -10,7 +10,7 @@
 #include <glm/vec3.hpp>
 #include <numbers>
 
-#include "common/random.h"
+#include "common/render/random.h"
 #include "sampling_probe.h"
 #include "tests/vulkan/probe.h"
 

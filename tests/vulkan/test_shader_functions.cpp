@@ -6,7 +6,7 @@
 #include <cstring>
 #include <numbers>
 
-#include "common/random.h"
+#include "common/render/random.h"
 #include "moments_probe.h"
 #include "random_probe.h"
 #include "tests/vulkan/probe.h"

@@ -8,9 +8,9 @@
 #include <set>
 
 #include "common/error.h"
-#include "common/scene_loader.h"
+#include "common/scene/loader/scene_loader.h"
 #include "tests/vulkan/machine.h"
-#include "vulkan/renderer/unrolled_primitives.h"
+#include "vulkan/renderer/kernels/unrolled_primitives.h"
 
 using namespace tandem;
 using namespace tandem::testing;

@@ -4,8 +4,8 @@
 #include <bit>
 #include <filesystem>
 
-#include "common/scene_loader.h"
-#include "vulkan/renderer/unrolled_primitives.h"
+#include "common/scene/loader/scene_loader.h"
+#include "vulkan/renderer/kernels/unrolled_primitives.h"
 
 namespace tandem {
 

@@ -5,7 +5,7 @@
 
 #include "common/experiment/bench.h"
 #include "vulkan/core/device_clock.h"
-#include "vulkan/renderer/job.h"
+#include "vulkan/renderer/job/job.h"
 
 namespace tandem {
 

@@ -1,4 +1,4 @@
-// Single operations of a device, by shaders/self_test.comp, for its self-test.
+// Single operations of a device, by shaders/kernels/self_test.comp, for its self-test.
 #pragma once
 
 #include "common/self_test/arithmetic_probe.h"

@@ -39,7 +39,7 @@ inline constexpr std::array<const char*, stage_count> stage_names{"pre-process",
 
 // Stages compiled otherwise, as patterns want them (vulkan/patterns.h): parameters from elsewhere than push constants,
 // ray state in arrays of descriptors, rays that stay at their pixels' places. Or for another precision
-// (shaders/real.glsl), or with sums in double.
+// (shaders/arithmetic/real.glsl), or with sums in double.
 enum class ShaderVariant : std::uint32_t {
     plain,
     uniform,

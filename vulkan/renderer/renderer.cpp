@@ -2,13 +2,13 @@
 #include <fmt/format.h>
 
 #include "common/error.h"
-#include "common/floating_origin.h"
+#include "common/render/floating_origin.h"
 #include "vulkan/backend.h"
 #include "vulkan/framework/device_arithmetic.h"
-#include "vulkan/renderer/job.h"
-#include "vulkan/renderer/job_settings.h"
-#include "vulkan/renderer/kernel_shape.h"
-#include "vulkan/renderer/ray_batch.h"
+#include "vulkan/renderer/job/job.h"
+#include "vulkan/renderer/job/job_settings.h"
+#include "vulkan/renderer/job/ray_batch.h"
+#include "vulkan/renderer/kernels/kernel_shape.h"
 
 namespace tandem {
 

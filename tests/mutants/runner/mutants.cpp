@@ -1,5 +1,5 @@
-// Runs the catalogue of planted bugs and prints a line of JSON for each as it is done. Run by scripts/mutants, which
-// makes the table of it.
+// Runs the catalogue of planted bugs and prints a line of JSON for each as it is done. Run by scripts/measure/mutants,
+// which makes the table of it.
 //
 //     mutants list                        ids and plantings, a line each
 //     mutants reasons                     which bugs are not planted in both, and why

@@ -4,9 +4,9 @@
 layout(local_size_x = 64) in;
 layout(std430, set = 0, binding = 0) readonly buffer Input { dvec4 arguments[]; };
 layout(std430, set = 0, binding = 1) writeonly buffer Output { double results[]; };
-#include "double.glsl"
-#include "sampling.glsl"
-#include "elementary.glsl"
+#include "arithmetic/double.glsl"
+#include "arithmetic/sampling.glsl"
+#include "arithmetic/elementary.glsl"
 void main() {
     const uint i = gl_GlobalInvocationID.x;
     if (i >= arguments.length()) return;

@@ -4,8 +4,8 @@
 layout(local_size_x = 64) in;
 layout(std430, set = 0, binding = 0) readonly buffer Input { uvec4 arguments[]; };
 layout(std430, set = 0, binding = 1) writeonly buffer Output { uvec4 results[]; };
-#include "elementary.glsl"
-#include "noise.glsl"
+#include "arithmetic/elementary.glsl"
+#include "material/noise.glsl"
 void main() {
     const uint i = gl_GlobalInvocationID.x;
     if (i >= arguments.length()) return;

@@ -5,15 +5,15 @@
 layout(local_size_x = 64) in;
 layout(std430, set = 0, binding = 0) readonly buffer Input { float tables[]; };
 layout(std430, set = 0, binding = 1) writeonly buffer Output { vec4 results[]; };
-#include "effects.glsl"
-#include "planted.glsl"
+#include "kernels/effects.glsl"
+#include "kernels/planted.glsl"
 const float pi = 3.14159265358979;
-#include "scene_structs.glsl"
-#include "sampling.glsl"
-#include "shapes.glsl"
-#include "elementary.glsl"
-#include "tables.glsl"
-#include "media.glsl"
+#include "scene/scene_structs.glsl"
+#include "arithmetic/sampling.glsl"
+#include "geometry/shapes.glsl"
+#include "arithmetic/elementary.glsl"
+#include "material/tables.glsl"
+#include "material/media.glsl"
 
 vec3 three(uint at) { return vec3(tables[at], tables[at + 1], tables[at + 2]); }
 

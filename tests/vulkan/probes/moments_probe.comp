@@ -1,7 +1,7 @@
 // Each invocation sums 64 samples and their squares as the post-processing stage does.
 #version 460
 #extension GL_GOOGLE_include_directive : require
-#include "moments.glsl"
+#include "kernels/moments.glsl"
 layout(local_size_x = 64) in;
 layout(std430, set = 0, binding = 0) readonly buffer Input { float samples[]; };
 layout(std430, set = 0, binding = 1) writeonly buffer Output { vec4 moments[]; };

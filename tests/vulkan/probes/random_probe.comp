@@ -1,7 +1,7 @@
 // Philox on the device: one block of words for each counter and key.
 #version 460
 #extension GL_GOOGLE_include_directive : require
-#include "random.glsl"
+#include "arithmetic/random.glsl"
 layout(local_size_x = 64) in;
 layout(std430, set = 0, binding = 0) readonly buffer Input { uvec4 addresses[]; };  // counter, (key, -, -)
 layout(std430, set = 0, binding = 1) writeonly buffer Output { uvec4 words[]; };

@@ -1,0 +1,224 @@
+#include "common/image/image_io.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cmath>
+#include <cstring>
+#include <fstream>
+#include <random>
+#include <system_error>
+
+#include "common/error.h"
+#include "common/image/image_io_parts.h"
+
+namespace tandem {
+
+namespace image_files {
+
+namespace {
+
+// Where a link leads, so that the link itself survives the replacement.
+std::filesystem::path resolved(const std::filesystem::path& path) {
+    std::error_code error;
+    const std::filesystem::path real = std::filesystem::canonical(path, error);
+    return error ? path : real;
+}
+
+}  // namespace
+
+ReplacementFile::ReplacementFile(const std::filesystem::path& target) : target_(resolved(target)) {
+    std::error_code error;
+    const auto status = std::filesystem::status(target_, error);
+    if (status.type() == std::filesystem::file_type::directory)
+        throw input_error(target.string(), "", "is a folder", "name a file");
+    if (std::filesystem::exists(status) && status.type() != std::filesystem::file_type::regular)
+        throw input_error(target.string(), "", "is not a regular file", "name a regular file");
+    std::random_device random;
+    for (int attempt = 0;; ++attempt) {
+        const std::string name =
+            fmt::format(".{}.{:08x}{}", target_.stem().string(), random(), target_.extension().string());
+        temporary_ = target_.parent_path() / name;
+        const int descriptor = ::open(temporary_.c_str(), O_CREAT | O_EXCL | O_WRONLY | O_CLOEXEC, 0666);
+        if (descriptor >= 0) {
+            ::close(descriptor);
+            return;
+        }
+        constexpr int attempts = 100;  // names already taken, by chance or by files left behind
+        if (errno == EEXIST && attempt < attempts) continue;
+        throw input_error(target.string(), "", std::string("cannot be written (") + std::strerror(errno) + ")",
+            errno == ENOENT ? "create the folder first" : "choose a folder that can be written");
+    }
+}
+
+ReplacementFile::~ReplacementFile() {
+    std::error_code ignored;  // after commit() there is nothing to remove
+    std::filesystem::remove(temporary_, ignored);
+}
+
+void ReplacementFile::commit() {
+    std::error_code error;
+    std::filesystem::rename(temporary_, target_, error);
+    if (error)
+        throw input_error(target_.string(), "", "cannot be replaced (" + error.message() + ")",
+            "choose a folder that can be written");
+}
+
+std::string ending(const std::filesystem::path& path) {
+    std::string text = path.extension().string();
+    std::ranges::transform(text, text.begin(),
+        [](unsigned char c) { return c < 0x80 ? static_cast<char>(std::tolower(c)) : static_cast<char>(c); });
+    return text;
+}
+
+void require_regular_file(const std::filesystem::path& path) {
+    std::error_code error;
+    const auto status = std::filesystem::status(path, error);
+    if (status.type() == std::filesystem::file_type::not_found)
+        throw input_error(path.string(), "", "no such file", "check the path");
+    if (error)
+        throw input_error(path.string(), "", "cannot be reached (" + error.message() + ")", "check its permissions");
+    if (status.type() != std::filesystem::file_type::regular)
+        throw input_error(path.string(), "", "is not a regular file", "name an image file");
+    if (::access(path.c_str(), R_OK) != 0)
+        throw input_error(path.string(), "", "cannot be opened", "check its permissions");
+}
+
+std::vector<std::uint8_t> to_srgb8(const Image& image, double exposure) {
+    const std::size_t channels = image.channels.size();
+    std::vector<std::uint8_t> bytes;
+    bytes.reserve(std::size_t{image.width} * image.height * 3);
+    for (std::size_t pixel = 0; pixel < std::size_t{image.width} * image.height; ++pixel)
+        for (std::size_t c = 0; c < 3; ++c) {
+            const double linear = image.pixels[pixel * channels + (channels < 3 ? 0 : c)] * exposure;
+            const double clipped = linear > 0.0 ? std::min(linear, 1.0) : 0.0;
+            const double encoded =
+                clipped <= 0.0031308 ? 12.92 * clipped : 1.055 * std::pow(clipped, 1.0 / 2.4) - 0.055;
+            bytes.push_back(static_cast<std::uint8_t>(std::lround(255.0 * encoded)));
+        }
+    return bytes;
+}
+
+}  // namespace image_files
+
+namespace {
+
+using namespace image_files;
+
+void require_consistent(const Image& image) {
+    if (image.width == 0 || image.height == 0 || image.channels.empty() ||
+        image.pixels.size() != std::size_t{image.width} * image.height * image.channels.size())
+        throw Error("an image's pixels do not fit its size and channels");
+}
+
+// Pipes and devices (/dev/stdout) have no old content to keep, and cannot be replaced.
+bool is_stream(const std::filesystem::path& path) {
+    std::error_code error;
+    const auto type = std::filesystem::status(path, error).type();
+    return type == std::filesystem::file_type::fifo || type == std::filesystem::file_type::character;
+}
+
+void require_known_ending(const std::filesystem::path& path) {
+    const std::string found = ending(path);
+    if (found == ".pfm") return;
+    if (found != ".exr" && found != ".png")
+        throw input_error(path.string(), "", "unknown kind of image \"" + found + "\"",
+            has_library() ? "end the name in .exr, .png or .pfm" : "end the name in .pfm");
+    if (!has_library())
+        throw input_error(path.string(), "",
+            "this program was built without OpenImageIO and writes no " + found + " files",
+            "end the name in .pfm, or build with TANDEM_IMAGE_IO=ON");
+}
+
+}  // namespace
+
+Image read_image(const std::filesystem::path& path, std::uint64_t limit) {
+    require_regular_file(path);
+    Image image = ending(path) == ".pfm" ? read_pfm(path, limit) : read_with_library(path, limit);
+    if (image.full_width == 0 || image.full_height == 0) {
+        image.full_x = image.data_x;
+        image.full_y = image.data_y;
+        image.full_width = image.width;
+        image.full_height = image.height;
+    }
+    return image;
+}
+
+void write_image(const std::filesystem::path& path, const Image& image) {
+    require_consistent(image);
+    require_known_ending(path);
+    if (ending(path) == ".png")
+        throw input_error(
+            path.string(), "", "a .png file cannot hold these floating-point channels", "end the name in .exr");
+    ReplacementFile file(path);
+    if (ending(path) == ".exr")
+        write_exr(file.path(), image, path);
+    else
+        write_pfm(file.path(), image, path);
+    file.commit();
+}
+
+void write_png(const std::filesystem::path& path, const Image& image, double exposure) {
+    require_consistent(image);
+    require_known_ending(path);
+    if (ending(path) != ".png")
+        throw input_error(path.string(), "", "an 8-bit picture is a .png file", "end the name in .png");
+    ReplacementFile file(path);
+    write_srgb8_png(file.path(), to_srgb8(image, exposure), image.width, image.height, path);
+    file.commit();
+}
+
+Image image_of(const FilmMoments& film, const std::map<std::string, std::string>& metadata, bool independent) {
+    Image image;
+    image.width = film.width;
+    image.height = film.height;
+    image.full_width = image.width;
+    image.full_height = image.height;
+    image.channels = {"R", "G", "B"};
+    if (independent) image.channels.insert(image.channels.end(), {"variance.R", "variance.G", "variance.B", "count"});
+    image.metadata = metadata;
+    const std::vector<double> mean = mean_of(film), variance = variance_of(film);
+    image.pixels.reserve(film.pixel_count() * image.channels.size());
+    for (std::size_t first = 0; first < mean.size(); first += 3) {
+        for (std::size_t c = 0; c < 3; ++c) image.pixels.push_back(static_cast<float>(mean[first + c]));
+        if (!independent) continue;
+        for (std::size_t c = 0; c < 3; ++c) image.pixels.push_back(static_cast<float>(variance[first + c]));
+        image.pixels.push_back(static_cast<float>(film.counts[first / 3]));
+    }
+    return image;
+}
+
+void check_writable_image(const std::filesystem::path& path) {
+    require_known_ending(path);
+    const ReplacementFile probe(path);  // made and removed
+}
+
+void check_writable_text(const std::filesystem::path& path) {
+    if (!is_stream(path)) const ReplacementFile probe(path);
+}
+
+void check_writable_folder(const std::filesystem::path& folder) {
+    std::error_code error;
+    std::filesystem::create_directories(folder, error);
+    if (error) throw input_error(folder.string(), "", "cannot be made: " + error.message(), "choose another folder");
+    const ReplacementFile probe(folder / "probe");
+}
+
+void write_text_file(const std::filesystem::path& path, const std::string& text) {
+    const auto put = [&](const std::filesystem::path& where) {
+        std::ofstream stream(where, std::ios::binary | std::ios::trunc);
+        stream.write(text.data(), static_cast<std::streamsize>(text.size()));
+        stream.close();
+        if (!stream)
+            throw input_error(path.string(), "", "cannot be written to its end", "check the space on its disk");
+    };
+    if (is_stream(path)) return put(path);
+    ReplacementFile file(path);
+    put(file.path());
+    file.commit();
+}
+
+}  // namespace tandem

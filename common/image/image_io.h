@@ -1,0 +1,61 @@
+// Images in and out. With TANDEM_IMAGE_IO through OpenImageIO (EXR, PNG, and whatever else it reads); without it, raw
+// float PFM (three channels) only. Files appear whole or not at all.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "common/render/estimate.h"
+
+namespace tandem {
+
+struct Image {
+    std::uint32_t width = 0, height = 0;  // the data window, pixels
+    std::vector<std::string> channels;    // "R", "variance.R", "count", …
+    std::vector<float> pixels;            // [(y * width + x) * channels.size() + channel], y down
+    std::map<std::string, std::string> metadata;
+    std::int32_t data_x = 0, data_y = 0;            // upper left corner of the data window
+    std::int32_t full_x = 0, full_y = 0;            // display window
+    std::uint32_t full_width = 0, full_height = 0;  // 0: the data window's
+    std::string colour_space;                       // as the file declares it; empty: it does not
+};
+
+// Floats of the largest image read: 4 GiB, 8192² pixels of 16 channels. A header may promise anything.
+inline constexpr std::uint64_t greatest_float_count = std::uint64_t{1} << 30;
+
+// Throws InputError (file, reason, mend), also for an image of more floats than `limit`.
+[[nodiscard]] Image read_image(const std::filesystem::path& path, std::uint64_t limit = greatest_float_count);
+
+// Float32 EXR (or PFM: first three channels) with every channel and all metadata. Throws InputError when it cannot be
+// written; an existing file is replaced only by a complete one.
+void write_image(const std::filesystem::path& path, const Image& image);
+
+// R, G, B (mean), variance.R/G/B (of one sample, MODEL.md section 11) and count, with `metadata` beside. Without
+// variance and count where samples are not `independent`: they would not say how well the mean is known.
+[[nodiscard]] Image image_of(
+    const FilmMoments& film, const std::map<std::string, std::string>& metadata, bool independent = true);
+[[nodiscard]] inline Image image_of(const Estimate& estimate, const std::map<std::string, std::string>& metadata) {
+    return image_of(film_of(estimate), metadata);
+}
+
+// 8-bit sRGB PNG of the first three channels of linear `image`, multiplied by `exposure`, clipped to [0, 1].
+// The transfer function is that of IEC 61966-2-1.
+void write_png(const std::filesystem::path& path, const Image& image, double exposure = 1.0);
+
+// Throws InputError unless a file could be made at `path` (folder there and writable, known ending) — asked before a
+// long render, so that nothing is lost at its end. Leaves nothing behind.
+void check_writable_image(const std::filesystem::path& path);
+
+// The same of a file of any ending, for write_text_file. Pipes and devices pass.
+void check_writable_text(const std::filesystem::path& path);
+
+// Makes the folder if need be. Throws InputError where it cannot be made or takes no files.
+void check_writable_folder(const std::filesystem::path& folder);
+
+// Writes text whole or not at all. Throws InputError.
+void write_text_file(const std::filesystem::path& path, const std::string& text);
+
+}  // namespace tandem

@@ -1,0 +1,129 @@
+// EXR, PNG and what else OpenImageIO reads. Its headers stay in this file.
+#include <OpenImageIO/imageio.h>
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <array>
+#include <cmath>
+#include <memory>
+
+#include "common/error.h"
+#include "common/image/image_io_parts.h"
+
+namespace tandem::image_files {
+
+namespace {
+
+// libpng and others behind OpenImageIO write to stderr what they also return as the error.
+class QuietStderr {
+public:
+    QuietStderr() : kept_(::dup(STDERR_FILENO)) {
+        const int nowhere = ::open("/dev/null", O_WRONLY | O_CLOEXEC);
+        if (kept_ >= 0 && nowhere >= 0) ::dup2(nowhere, STDERR_FILENO);
+        if (nowhere >= 0) ::close(nowhere);
+    }
+    ~QuietStderr() {
+        if (kept_ < 0) return;
+        ::dup2(kept_, STDERR_FILENO);
+        ::close(kept_);
+    }
+    QuietStderr(const QuietStderr&) = delete;
+    QuietStderr& operator=(const QuietStderr&) = delete;
+
+private:
+    int kept_;
+};
+
+std::string one_line(std::string text) {
+    for (char& c : text)
+        if (c == '\n' || c == '\r') c = ' ';
+    while (!text.empty() && text.back() == ' ') text.pop_back();
+    return text.empty() ? "no reason given" : text;
+}
+
+// As the file declares it. Chromaticities count where they are not those of Rec. 709, which an EXR file has by default.
+std::string colour_space_of(const OIIO::ImageSpec& spec) {
+    std::string name(spec.get_string_attribute("oiio:ColorSpace"));
+    const OIIO::ParamValue* chromaticities =
+        spec.find_attribute("chromaticities", OIIO::TypeDesc(OIIO::TypeDesc::FLOAT, 8));
+    if (chromaticities == nullptr) return name;
+    constexpr std::array<float, 8> rec709{0.64f, 0.33f, 0.3f, 0.6f, 0.15f, 0.06f, 0.3127f, 0.329f};
+    const auto* found = static_cast<const float*>(chromaticities->data());
+    bool same = true;
+    for (std::size_t i = 0; i < rec709.size(); ++i)
+        same = same && std::abs(found[i] - rec709[i]) < 1e-3f;  // three digits are usual
+    return same ? name : name + ", chromaticities " + chromaticities->get_string();
+}
+
+void write(const std::filesystem::path& path, const OIIO::ImageSpec& spec, OIIO::TypeDesc type, const void* pixels,
+    const std::filesystem::path& shown) {
+    const auto refuse = [&](const std::string& reason) -> InputError {
+        return input_error(
+            shown.string(), "", "cannot be written (" + one_line(reason) + ")", "check its folder and disk");
+    };
+    const std::unique_ptr<OIIO::ImageOutput> output = OIIO::ImageOutput::create(path.string());
+    if (!output) throw refuse(OIIO::geterror());
+    if (!output->open(path.string(), spec) || !output->write_image(type, pixels) || !output->close())
+        throw refuse(output->geterror());
+}
+
+}  // namespace
+
+bool has_library() { return true; }
+
+Image read_with_library(const std::filesystem::path& path, std::uint64_t limit) {
+    const auto refuse = [&](const std::string& reason, const std::string& mend) -> InputError {
+        return input_error(path.string(), "", reason, mend);
+    };
+    const QuietStderr quiet;
+    const std::unique_ptr<OIIO::ImageInput> input = OIIO::ImageInput::open(path.string());
+    if (!input)
+        throw refuse("is no readable image (" + one_line(OIIO::geterror()) + ")", "name an EXR, PNG or PFM file");
+    const OIIO::ImageSpec& spec = input->spec();
+    if (spec.deep || spec.depth > 1) throw refuse("is a deep or a volume image", "name a flat one");
+    if (spec.width < 1 || spec.height < 1 || spec.nchannels < 1) throw refuse("has no pixels", "write it again");
+    Image image;
+    image.width = static_cast<std::uint32_t>(spec.width);
+    image.height = static_cast<std::uint32_t>(spec.height);
+    image.channels = spec.channelnames;
+    image.data_x = spec.x;
+    image.data_y = spec.y;
+    image.full_x = spec.full_x;
+    image.full_y = spec.full_y;
+    image.full_width = static_cast<std::uint32_t>(spec.full_width);
+    image.full_height = static_cast<std::uint32_t>(spec.full_height);
+    image.colour_space = colour_space_of(spec);
+    for (const OIIO::ParamValue& attribute : spec.extra_attribs)
+        image.metadata[attribute.name().string()] = attribute.get_string();
+    const std::uint64_t count = std::uint64_t{image.width} * image.height * image.channels.size();
+    if (count > limit) throw refuse("is larger than " + std::to_string(limit >> 18) + " MiB of floats", "cut it");
+    image.pixels.resize(count);
+    if (!input->read_image(0, 0, 0, spec.nchannels, OIIO::TypeDesc::FLOAT, image.pixels.data()))
+        throw refuse("cannot be read to its end (" + one_line(input->geterror()) + ")", "write it again");
+    return image;
+}
+
+void write_exr(const std::filesystem::path& path, const Image& image, const std::filesystem::path& shown) {
+    OIIO::ImageSpec spec(static_cast<int>(image.width), static_cast<int>(image.height),
+        static_cast<int>(image.channels.size()), OIIO::TypeDesc::FLOAT);
+    spec.channelnames = image.channels;
+    spec.x = image.data_x;
+    spec.y = image.data_y;
+    const bool windowed = image.full_width != 0 && image.full_height != 0;
+    spec.full_x = windowed ? image.full_x : image.data_x;
+    spec.full_y = windowed ? image.full_y : image.data_y;
+    spec.full_width = static_cast<int>(windowed ? image.full_width : image.width);
+    spec.full_height = static_cast<int>(windowed ? image.full_height : image.height);
+    for (const auto& [key, value] : image.metadata) spec.attribute(key, value);
+    spec.attribute("compression", "zip");
+    write(path, spec, OIIO::TypeDesc::FLOAT, image.pixels.data(), shown);
+}
+
+void write_srgb8_png(const std::filesystem::path& path, const std::vector<std::uint8_t>& pixels, std::uint32_t width,
+    std::uint32_t height, const std::filesystem::path& shown) {
+    OIIO::ImageSpec spec(static_cast<int>(width), static_cast<int>(height), 3, OIIO::TypeDesc::UINT8);
+    spec.attribute("oiio:ColorSpace", "sRGB");
+    write(path, spec, OIIO::TypeDesc::UINT8, pixels.data(), shown);
+}
+
+}  // namespace tandem::image_files

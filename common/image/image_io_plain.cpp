@@ -1,0 +1,29 @@
+// In place of image_io_oiio.cpp where TANDEM_IMAGE_IO is off: only PFM is left, and everything else says why.
+#include "common/error.h"
+#include "common/image/image_io_parts.h"
+
+namespace tandem::image_files {
+
+namespace {
+
+InputError no_library(const std::filesystem::path& path) {
+    return input_error(path.string(), "", "this program was built without OpenImageIO and knows .pfm images only",
+        "build with TANDEM_IMAGE_IO=ON");
+}
+
+}  // namespace
+
+bool has_library() { return false; }
+
+Image read_with_library(const std::filesystem::path& path, std::uint64_t) { throw no_library(path); }
+
+void write_exr(const std::filesystem::path&, const Image&, const std::filesystem::path& shown) {
+    throw no_library(shown);
+}
+
+void write_srgb8_png(const std::filesystem::path&, const std::vector<std::uint8_t>&, std::uint32_t, std::uint32_t,
+    const std::filesystem::path& shown) {
+    throw no_library(shown);
+}
+
+}  // namespace tandem::image_files

@@ -1,0 +1,29 @@
+// Scenes that stand far from the origin of their coordinates, rendered where they would lose the least by rounding.
+#pragma once
+
+#include <functional>
+#include <glm/vec3.hpp>
+#include <memory>
+#include <optional>
+
+#include "common/render/renderer.h"
+
+namespace tandem {
+
+// Single precision rounds in proportion to a coordinate's size, so a mesh of size 1 has 13 representable numbers a side
+// at 10^6. Where all surfaces and the camera stand together, far from the origin along an axis, this is the point to
+// subtract: the middle of the box that holds them, rounded to few bits, so that the difference is exact for numbers of
+// up to some 40 bits; 0 along other axes. Empty: all are near.
+[[nodiscard]] std::optional<glm::dvec3> floating_origin(const Scene& scene);
+
+// All that stands in the world, moved by -origin; what happens in it stays the same. Entities whose own coordinates are
+// large get their place in smaller ones. Empty where that cannot be: coordinates that a texture goes by, or vertices
+// that entities share which stand apart.
+[[nodiscard]] std::optional<Scene> seen_from(const Scene& scene, const glm::dvec3& origin);
+
+// A job for the scene where it stands, by way of `prepare` for the scene as seen from its floating origin, if it has
+// one. The points of traced paths are those of the world.
+[[nodiscard]] std::unique_ptr<RenderJob> prepare_near_origin(
+    const Scene& scene, const std::function<std::unique_ptr<RenderJob>(const Scene&)>& prepare);
+
+}  // namespace tandem

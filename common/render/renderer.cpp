@@ -1,0 +1,80 @@
+#include "common/render/renderer.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "common/error.h"
+#include "common/render/path_trace.h"
+
+namespace tandem {
+
+RenderSettings default_settings(const Scene& scene) {
+    RenderSettings settings;
+    settings.width = scene.film.width;
+    settings.height = scene.film.height;
+    settings.integrator = scene.defaults.integrator;
+    settings.bounces = scene.defaults.bounces;
+    settings.roulette_start = scene.defaults.roulette_start;
+    settings.ray_min = scene.defaults.ray_min;
+    settings.ray_max = scene.defaults.ray_max;
+    return settings;
+}
+
+std::optional<Scene> changed_by(const RenderSettings& settings, const Scene& scene) {
+    if (!settings.fresnel) return std::nullopt;
+    Scene changed = scene;
+    for (Material& material : changed.materials) material.fresnel = *settings.fresnel;
+    return changed;
+}
+
+RenderSettings with_longer_side(RenderSettings settings, std::uint32_t longer_side) {
+    const double scale = static_cast<double>(longer_side) / std::max(settings.width, settings.height);
+    const auto scaled = [&](std::uint32_t length) {
+        return static_cast<std::uint32_t>(std::max(1.0, std::round(length * scale)));
+    };
+    settings.width = scaled(settings.width);
+    settings.height = scaled(settings.height);
+    return settings;
+}
+
+void check_sampling(const RenderSettings& settings) {
+    if (settings.sampling == Sampling::uniform) return;
+    if (settings.generator == Generator::sobol)
+        throw UnsupportedError(
+            "adaptive sampling goes by the scatter of a pixel's samples, which says nothing of the error of Sobol "
+            "points; use another --generator or --sampling uniform");
+    if (settings.integrator == Integrator::bidirectional)
+        throw UnsupportedError(
+            "a bidirectional sample lights several pixels, so that none can have more samples than another; use "
+            "another --integrator or --sampling uniform");
+    if (settings.accumulation == Accumulation::plain)
+        throw UnsupportedError(
+            "plain sums run over all samples of every pixel alike; use another --accumulation or --sampling uniform");
+}
+
+std::string integrator_name(Integrator integrator) {
+    return std::string(integrator_names.at(static_cast<std::size_t>(integrator)));
+}
+
+std::unique_ptr<RayIntersector> Renderer::intersector(const Scene& /*scene*/, const RenderSettings& /*settings*/) {
+    throw UnsupportedError("the " + info().backend + " backend takes no rays of its caller; it renders images alone");
+}
+
+RenderResult RenderJob::render_pixels(
+    SampleRange /*range*/, std::span<const std::uint32_t> /*pixels*/, const RenderControl& /*control*/) {
+    throw UnsupportedError("this renderer gives every pixel as many samples; use --sampling uniform");
+}
+
+std::vector<PathTrace> RenderJob::trace(std::uint32_t /*x*/, std::uint32_t /*y*/, SampleRange /*samples*/) {
+    throw UnsupportedError("this renderer cannot follow a single path");
+}
+
+const Backend& find_backend(const BackendList& backends, const std::string& name) {
+    const auto found = std::ranges::find(backends, name, &Backend::name);
+    if (found != backends.end()) return *found;
+    std::string known;
+    for (const Backend& backend : backends) known += (known.empty() ? "" : ", ") + backend.name;
+    throw InputError("no backend '" + name + "'; choose one of " + known);
+}
+
+}  // namespace tandem

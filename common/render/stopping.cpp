@@ -1,0 +1,156 @@
+#include "common/render/stopping.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <condition_variable>
+#include <mutex>
+#include <thread>
+#include <vector>
+
+#include "common/render/adaptive_sampling.h"
+#include "common/statistics/distributions.h"
+
+namespace tandem {
+
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+// Requests a stop of `source` at a time, unless it is destroyed before.
+class Deadline {
+public:
+    Deadline(std::stop_source source, std::optional<Clock::time_point> when) {
+        if (!when) return;
+        thread_ = std::jthread([source, when = *when](std::stop_token ending) mutable {
+            std::mutex mutex;
+            std::unique_lock lock(mutex);
+            std::condition_variable_any wake;
+            wake.wait_until(lock, ending, when, [] { return false; });
+            if (!ending.stop_requested()) source.request_stop();
+        });
+    }
+
+private:
+    std::jthread thread_;
+};
+
+// So many black samples a pixel say that the image is black: it then has no relative error that could be met.
+constexpr std::uint64_t black_samples = 1024;
+
+// Samples to ask for next: of uniform samples without a target error all that are left; else a quarter of what there
+// is, so that the error is looked at often but the overshoot stays small, no more than the error is expected to need,
+// and so that a stop finds adaptive samples where they are of use.
+std::uint64_t next_end(const StoppingRule& rule, std::uint64_t done, std::optional<double> error, Sampling sampling) {
+    const std::uint64_t last = rule.samples.value_or(std::uint64_t{1} << 40);
+    std::uint64_t step = last - done;
+    if (rule.relative_error || !rule.samples || sampling == Sampling::adaptive) {
+        step = std::min(step, std::max(samples_per_block, done / 4));
+        if (rule.relative_error && error) {
+            const double needed = static_cast<double>(done) * std::pow(*error / *rule.relative_error, 2.0);
+            const double left = std::max(1.0, std::ceil(needed - static_cast<double>(done)));
+            if (left < static_cast<double>(step)) step = static_cast<std::uint64_t>(left);
+        }
+    }
+    std::uint64_t end = done + step;
+    if (end < last) end = (end + samples_per_block - 1) / samples_per_block * samples_per_block;
+    return std::min(end, last);
+}
+
+double fraction_done(const StoppingRule& rule, double samples, double seconds, std::optional<double> error) {
+    double fraction = 0.0;
+    if (rule.samples) fraction = std::max(fraction, samples / static_cast<double>(*rule.samples));
+    if (rule.seconds) fraction = std::max(fraction, seconds / *rule.seconds);
+    if (rule.relative_error && error) fraction = std::max(fraction, std::pow(*rule.relative_error / *error, 2.0));
+    return fraction;
+}
+
+// Variance of the mean of every pixel, its channels added up, as they share paths.
+std::vector<double> pixel_errors(const FilmMoments& film) {
+    const std::vector<double> variances = variance_of(film);
+    std::vector<double> errors(film.pixel_count(), 0.0);
+    for (std::size_t i = 0; i < variances.size(); ++i)
+        errors[i / channel_count] += variances[i] / static_cast<double>(film.counts[i / channel_count]);
+    return errors;
+}
+
+// Of the root of a mean of squared errors whose expectation is sum v_p / P: by how much such a mean itself scatters (a
+// pixel's channels counting as one: 2 sum v_p^2 / (sum v_p)^2), and by how much the variances may be misjudged, which
+// the parts of the render show.
+std::optional<ErrorInterval> interval_of(
+    const FilmMoments& film, double relative_error, const VarianceScatter& scatter) {
+    const auto misjudged = scatter.misjudged(film.counts);
+    if (!misjudged) return std::nullopt;
+    double sum = 0.0, of_squares = 0.0;
+    for (const double own : pixel_errors(film)) {
+        sum += own;
+        of_squares += own * own;
+    }
+    const double half = 0.5 * std::hypot(normal_quantile(0.975) * std::sqrt(2.0 * of_squares) / sum,
+                                  student_quantile(0.975, misjudged->degrees) * misjudged->relative);
+    return ErrorInterval{relative_error * std::exp(-half), relative_error * std::exp(half)};
+}
+
+}  // namespace
+
+std::optional<double> relative_error_of(const FilmMoments& film) {
+    if (film.counts.empty() || *std::ranges::min_element(film.counts) < 2) return std::nullopt;
+    double mean = 0.0, variance = 0.0;
+    for (const double value : mean_of(film)) mean += value;
+    if (mean <= 0.0) return std::nullopt;
+    for (const double error : pixel_errors(film)) variance += error;
+    const double values = static_cast<double>(film.pixel_count() * channel_count);
+    return std::sqrt(variance / values) / (mean / values);
+}
+
+StoppedRender render_until(RenderJob& job, const StoppingRule& rule, std::stop_token stop,
+    const std::function<void(const RenderProgress&)>& progress, Sampling sampling) {
+    std::stop_source ending;
+    const std::stop_callback forward(stop, [&] { ending.request_stop(); });
+    const Clock::time_point start = Clock::now();
+    std::optional<Clock::time_point> when;
+    if (rule.seconds)
+        when = start + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(*rule.seconds));
+    const Deadline deadline(ending, when);
+
+    StoppedRender result;
+    GrowingFilm film(job, sampling);
+    std::uint64_t done = 0;
+    for (;;) {
+        const std::uint64_t end = next_end(rule, done, result.relative_error, sampling);
+        RenderControl control{.stop = ending.get_token(), .progress = {}};
+        if (progress)
+            control.progress = [&](double samples) {
+                const double all = static_cast<double>(done) + samples;
+                const double seconds = std::chrono::duration<double>(Clock::now() - start).count();
+                progress({all, fraction_done(rule, all, seconds, result.relative_error), result.relative_error});
+            };
+        GrowingFilm::Growth growth = film.grow_to(end, control);
+        if (film.samples() == 0.0 && !stop.stop_requested()) {
+            // The time was too short for anything: an image takes one sample a pixel at least.
+            control.stop = stop;
+            growth = film.grow_to(1, control);
+        }
+        result.seconds += growth.seconds;
+        if (growth.device_seconds) result.device_seconds = result.device_seconds.value_or(0.0) + *growth.device_seconds;
+        done = end;
+        result.film = film.film();
+        result.relative_error = relative_error_of(result.film);
+        if (stop.stop_requested()) {
+            result.complete = growth.complete && done == rule.samples;
+            break;
+        }
+        if (ending.stop_requested() || done == rule.samples) break;
+        if (!rule.relative_error) continue;
+        if (result.relative_error && *result.relative_error <= *rule.relative_error) break;
+        if (!result.relative_error && done >= black_samples && !rule.samples && !rule.seconds) {
+            result.complete = false;
+            break;
+        }
+    }
+    if (result.relative_error)
+        result.relative_error_interval = interval_of(result.film, *result.relative_error, film.scatter());
+    return result;
+}
+
+}  // namespace tandem

@@ -1,0 +1,45 @@
+// Rendering until enough: so many samples, so much time, so small an error, or a stop request, whichever comes first.
+#pragma once
+
+#include <functional>
+#include <optional>
+
+#include "common/render/renderer.h"
+
+namespace tandem {
+
+struct StoppingRule {
+    std::optional<std::uint64_t> samples;  // a pixel
+    std::optional<double> seconds;         // wall clock; the last samples, or the only one, may end later
+    std::optional<double> relative_error;  // see relative_error_of
+};
+
+struct RenderProgress {
+    double samples = 0.0;   // a pixel
+    double fraction = 0.0;  // of the whole, by the rule that will likely end it
+    std::optional<double> relative_error;
+};
+
+// An error and the interval that holds what an image like this one really has, with 95 %.
+struct ErrorInterval {
+    double low = 0.0, high = 0.0;
+};
+
+struct StoppedRender {
+    FilmMoments film;
+    double seconds = 0.0;  // of rendering
+    std::optional<double> device_seconds;
+    std::optional<double> relative_error;                  // none below two samples
+    std::optional<ErrorInterval> relative_error_interval;  // none of a pixel without two parts
+    bool complete = true;  // false: stop request, or an error asked for of a black image
+};
+
+// Root mean square, over pixels and channels, of the standard error of the mean, divided by the mean over pixels and
+// channels. None below two samples or for a black image.
+[[nodiscard]] std::optional<double> relative_error_of(const FilmMoments& film);
+
+// Adaptive: samples of the rule are a pixel's in the mean, and the job is prepared for it.
+[[nodiscard]] StoppedRender render_until(RenderJob& job, const StoppingRule& rule, std::stop_token stop,
+    const std::function<void(const RenderProgress&)>& progress, Sampling sampling = Sampling::uniform);
+
+}  // namespace tandem

@@ -1,0 +1,318 @@
+// glTF 2.0 models (.gltf, .glb), by tinygltf, whose header stays in this file. It trusts much of what a file says, so
+// the JSON is held to our limits first, and every offset is checked before data are read.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <glm/geometric.hpp>
+#include <glm/gtc/matrix_access.hpp>
+#include <glm/gtc/matrix_transform.hpp>
+#include <glm/gtc/quaternion.hpp>
+#include <string_view>
+
+#include "common/error.h"
+#include "common/scene/loader/models.h"
+#include "common/scene/loader/parts.h"
+
+#define TINYGLTF_IMPLEMENTATION
+#define TINYGLTF_NO_STB_IMAGE
+#define TINYGLTF_NO_STB_IMAGE_WRITE
+#define TINYGLTF_NO_EXTERNAL_IMAGE
+#include <tiny_gltf.h>
+
+namespace tandem::scene_json {
+
+namespace {
+
+constexpr std::size_t greatest_triangles = std::size_t{1} << 24;
+constexpr std::size_t greatest_buffers = 16;  // tinygltf copies a .glb file's data for each
+constexpr std::uint64_t greatest_offset = greatest_file_bytes;
+constexpr int greatest_depth = 64;
+
+// Keys whose values, or those of an array's elements, are counts, offsets and indices.
+constexpr std::string_view whole_numbers[] = {"count", "byteOffset", "byteLength", "byteStride", "buffer", "bufferView",
+    "mesh", "indices", "mode", "componentType", "scene", "skin", "nodes", "children", "POSITION", "TEXCOORD_0"};
+
+std::uint32_t little_endian(std::string_view bytes, std::size_t offset) {
+    std::uint32_t value = 0;
+    for (std::size_t i = 4; i-- > 0;) value = value << 8 | static_cast<unsigned char>(bytes[offset + i]);
+    return value;
+}
+
+// Elements of an accessor, all within their buffer.
+struct Elements {
+    const unsigned char* data = nullptr;
+    std::size_t count = 0, stride = 0;
+    int component = 0;
+
+    template <class T>
+    [[nodiscard]] T value(std::size_t element, std::size_t place) const {
+        T result;
+        std::memcpy(&result, data + element * stride + place * sizeof(T), sizeof(T));
+        return result;
+    }
+    [[nodiscard]] double fraction(std::size_t element, std::size_t place) const {  // a float, or a normalised integer
+        if (component == TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE) return value<std::uint8_t>(element, place) / 255.0;
+        if (component == TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT) return value<std::uint16_t>(element, place) / 65535.0;
+        return static_cast<double>(value<float>(element, place));
+    }
+    [[nodiscard]] std::uint32_t index(std::size_t element) const {
+        if (component == TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE) return value<std::uint8_t>(element, 0);
+        if (component == TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT) return value<std::uint16_t>(element, 0);
+        return value<std::uint32_t>(element, 0);
+    }
+};
+
+class GltfReader {
+public:
+    GltfReader(const std::filesystem::path& path, const Place& place, const std::string& shown_name, bool coordinates)
+        : path_(path), place_(place), shown_(shown_name), coordinates_(coordinates) {}
+
+    TriangleModel read() {
+        parse();
+        check_extensions();
+        if (source_.scenes.empty()) refuse("has no scene", "export it with one");
+        visited_.assign(source_.nodes.size(), false);
+        for (const int node : at(source_.scenes, source_.defaultScene < 0 ? 0 : source_.defaultScene).nodes)
+            read_node(node, glm::dmat4(1.0), 0);
+        if (model_.triangles.empty()) refuse("holds no triangle", "name a model with triangles");
+        if (coordinates_) set_coordinates(model_, corners_);
+        return std::move(model_);
+    }
+
+private:
+    [[noreturn]] void refuse(const std::string& reason, const std::string& mend) const {
+        throw input_error(place_.file, place_.pointer, printable(shown_) + ": " + reason, mend);
+    }
+
+    template <class T>
+    const T& at(const std::vector<T>& list, int index) const {
+        if (index < 0 || static_cast<std::size_t>(index) >= list.size())
+            refuse(fmt::format("names element {} of {}", index, list.size()), "export it again");
+        return list[static_cast<std::size_t>(index)];
+    }
+
+    // The JSON, bounded in depth and buffers, before tinygltf sees it.
+    void check_json(const std::string& bytes, bool binary) const {
+        std::string json = bytes;
+        if (binary) {
+            constexpr std::size_t header = 20;  // magic, version, length; the first chunk's length and type
+            if (bytes.size() < header || little_endian(bytes, 12) > bytes.size() - header)
+                refuse("is no sound binary glTF file", "export it again");
+            json = bytes.substr(header, little_endian(bytes, 12));
+        }
+        const Json document =
+            parse_strict(json, fmt::format("{}: {}: {}", place_.file, place_.pointer, printable(shown_)));
+        if (document.is_object() && document.contains("buffers") && document["buffers"].size() > greatest_buffers)
+            refuse(fmt::format("has more than {} buffers", greatest_buffers), "export it with one");
+        check_whole_numbers(document, "");
+    }
+
+    // tinygltf takes a count, an offset or an index that is no whole number for one that is not there.
+    void check_whole_numbers(const Json& value, std::string_view key) const {
+        if (value.is_object()) {
+            for (const auto& [name, member] : value.items())
+                if (name != "extras" && name != "extensions") check_whole_numbers(member, name);
+        } else if (value.is_array()) {
+            for (const Json& element : value) check_whole_numbers(element, key);
+        } else if (!value.is_number_unsigned() && std::ranges::find(whole_numbers, key) != std::end(whole_numbers)) {
+            refuse(
+                fmt::format("\"{}\" is {}, which is no whole number", key, printable(value.dump())), "export it again");
+        }
+    }
+
+    static bool pass_over_image(
+        tinygltf::Image*, int, std::string*, std::string*, int, int, const unsigned char*, int, void*) {
+        return true;
+    }
+
+    // A buffer's file, which tinygltf also looks for in the working folder: only the model's own counts.
+    static bool is_beside(const std::string& name, void* self) {
+        const auto& reader = *static_cast<GltfReader*>(self);
+        return name.starts_with(reader.folder()) && std::filesystem::exists(name);
+    }
+    static bool read_buffer(std::vector<unsigned char>* data, std::string*, const std::string& name, void* self) {
+        const auto& reader = *static_cast<GltfReader*>(self);
+        const std::string bytes = read_bounded_file(name, greatest_file_bytes, reader.place_, reader.shown_);
+        data->assign(bytes.begin(), bytes.end());
+        return true;
+    }
+    [[nodiscard]] std::string folder() const { return (path_.parent_path() / "").string(); }
+
+    void parse() {
+        const std::string bytes = read_bounded_file(path_, greatest_file_bytes, place_, shown_);
+        const bool binary = bytes.starts_with("glTF");
+        check_json(bytes, binary);
+        tinygltf::TinyGLTF parser;
+        parser.SetImageLoader(&pass_over_image, nullptr);
+        parser.SetFsCallbacks({&is_beside, [](const std::string& name, void*) { return name; }, &read_buffer,
+            [](std::string*, const std::string&, const std::vector<unsigned char>&, void*) { return false; }, this});
+        std::string error, warning;
+        const auto length = static_cast<unsigned>(bytes.size());
+        const bool sound = binary
+                               ? parser.LoadBinaryFromMemory(&source_, &error, &warning,
+                                     reinterpret_cast<const unsigned char*>(bytes.data()), length, folder())
+                               : parser.LoadASCIIFromString(&source_, &error, &warning, bytes.data(), length, folder());
+        while (!error.empty() && std::string_view(" \n.").find(error.back()) != std::string_view::npos)
+            error.pop_back();
+        if (!sound) refuse("is no sound glTF 2.0 model: " + printable(error), "export it again");
+        if (!source_.asset.version.starts_with("2."))
+            refuse("is glTF of version \"" + printable(source_.asset.version) + "\"", "export it as glTF 2.0");
+    }
+
+    void check_extensions() const {
+        for (const std::string& name : source_.extensionsRequired)
+            if (!name.starts_with("KHR_materials_") && !name.starts_with("KHR_texture_"))
+                refuse("requires the extension " + printable(name), "export it without");
+    }
+
+    [[nodiscard]] glm::dmat4 transform_of(const tinygltf::Node& node) const {
+        const auto sized = [&](const std::vector<double>& list, std::size_t size) {
+            if (!list.empty() && list.size() != size) refuse("has a node of no sound transform", "export it again");
+            return !list.empty();
+        };
+        glm::dmat4 matrix(1.0);
+        if (sized(node.matrix, 16)) {
+            for (int i = 0; i < 16; ++i) matrix[i / 4][i % 4] = node.matrix[static_cast<std::size_t>(i)];
+            if (glm::row(matrix, 3) != glm::dvec4(0.0, 0.0, 0.0, 1.0))
+                refuse("has a node of a transform that is not affine", "end its matrix with the row 0, 0, 0, 1");
+            return matrix;
+        }
+        if (sized(node.translation, 3))
+            matrix = glm::translate(matrix, {node.translation[0], node.translation[1], node.translation[2]});
+        if (sized(node.rotation, 4)) {
+            glm::dquat turn;
+            turn.x = node.rotation[0];
+            turn.y = node.rotation[1];
+            turn.z = node.rotation[2];
+            turn.w = node.rotation[3];
+            const double length = glm::length(turn);
+            if (!(length > 0.0 && std::isfinite(length)))
+                refuse("has a node of no sound rotation", "write a unit quaternion");
+            matrix = matrix * glm::mat4_cast(glm::normalize(turn));
+        }
+        if (sized(node.scale, 3)) matrix = glm::scale(matrix, {node.scale[0], node.scale[1], node.scale[2]});
+        return matrix;
+    }
+
+    void read_node(int index, const glm::dmat4& outer, int depth) {
+        const tinygltf::Node& node = at(source_.nodes, index);
+        if (visited_[static_cast<std::size_t>(index)] || depth > greatest_depth)
+            refuse("has nodes that are no tree", "export it again");
+        visited_[static_cast<std::size_t>(index)] = true;
+        if (node.skin >= 0) refuse("is deformed by a skin", "apply it before the export");
+        const glm::dmat4 matrix = outer * transform_of(node);
+        if (node.mesh >= 0)
+            for (const tinygltf::Primitive& primitive : at(source_.meshes, node.mesh).primitives)
+                read_primitive(primitive, matrix);
+        for (const int child : node.children) read_node(child, matrix, depth + 1);
+    }
+
+    // `type` and the components allowed, the last of which a file may also have normalised.
+    [[nodiscard]] Elements elements(int accessor_index, int type, std::initializer_list<int> components) const {
+        const tinygltf::Accessor& accessor = at(source_.accessors, accessor_index);
+        if (accessor.sparse.isSparse) refuse("has a sparse accessor", "export it without");
+        if (accessor.type != type || std::ranges::find(components, accessor.componentType) == components.end())
+            refuse("has an accessor of another type than its use", "export it again");
+        const tinygltf::BufferView& view = at(source_.bufferViews, accessor.bufferView);
+        const std::vector<unsigned char>& data = at(source_.buffers, view.buffer).data;
+        const auto size = static_cast<std::size_t>(
+            tinygltf::GetComponentSizeInBytes(static_cast<std::uint32_t>(accessor.componentType)) *
+            tinygltf::GetNumComponentsInType(static_cast<std::uint32_t>(accessor.type)));
+        const std::size_t stride = view.byteStride == 0 ? size : view.byteStride;
+        for (const std::size_t number :
+            {accessor.byteOffset, accessor.count, view.byteOffset, view.byteLength, view.byteStride})
+            if (number > greatest_offset) refuse("has an accessor beyond its buffer", "export it again");
+        if (accessor.count == 0 || view.byteOffset + view.byteLength > data.size() ||
+            accessor.byteOffset + (accessor.count - 1) * stride + size > view.byteLength)
+            refuse("has an accessor beyond its buffer", "export it again");
+        return {data.data() + view.byteOffset + accessor.byteOffset, accessor.count, stride, accessor.componentType};
+    }
+
+    void read_primitive(const tinygltf::Primitive& primitive, const glm::dmat4& matrix) {
+        if (primitive.mode != TINYGLTF_MODE_TRIANGLES)
+            refuse(fmt::format("has a primitive of mode {}", primitive.mode), "export it as triangles, mode 4");
+        if (!primitive.targets.empty()) refuse("is deformed by morph targets", "apply them before the export");
+        const auto position = primitive.attributes.find("POSITION");
+        if (position == primitive.attributes.end()) refuse("has a primitive without POSITION", "export it again");
+        const Elements points = elements(position->second, TINYGLTF_TYPE_VEC3, {TINYGLTF_COMPONENT_TYPE_FLOAT});
+        const auto first = static_cast<std::uint32_t>(model_.vertices.size());
+        if (first + points.count > 3 * greatest_triangles) refuse_size();
+        for (std::size_t i = 0; i < points.count; ++i) {
+            const glm::dvec4 point(
+                points.value<float>(i, 0), points.value<float>(i, 1), points.value<float>(i, 2), 1.0);
+            model_.vertices.emplace_back(matrix * point);
+            const glm::dvec3& vertex = model_.vertices.back();
+            if (!(std::max({std::abs(vertex.x), std::abs(vertex.y), std::abs(vertex.z)}) <= greatest_length) ||
+                !std::isfinite(glm::length(vertex)))
+                refuse("has a vertex that is not finite, or too far out", "export it again");
+        }
+        read_triangles(primitive, points.count, first, glm::determinant(glm::dmat3(matrix)) < 0.0);
+    }
+
+    // A mirrored node's triangles have their fronts the other way round [glTF 2.0, section 3.7.4].
+    void read_triangles(const tinygltf::Primitive& primitive, std::size_t points, std::uint32_t first, bool mirrored) {
+        const bool indexed = primitive.indices >= 0;
+        const Elements indices =
+            indexed ? elements(primitive.indices, TINYGLTF_TYPE_SCALAR,
+                          {TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE, TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT,
+                              TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT})
+                    : Elements{};
+        const std::size_t count = indexed ? indices.count : points;
+        if (count % 3 != 0) refuse("has a triangle of fewer than three corners", "export it again");
+        if (model_.triangles.size() + count / 3 > greatest_triangles) refuse_size();
+        const Elements coordinates = read_coordinates(primitive, points);
+        for (std::size_t i = 0; i < count; i += 3) {
+            std::array<std::uint32_t, 3> triangle{};
+            CornerCoordinates corners = default_coordinates;
+            for (std::size_t k = 0; k < 3; ++k) {
+                const std::size_t place = i + (mirrored && k > 0 ? 3 - k : k);
+                const std::size_t index = indexed ? indices.index(place) : place;
+                if (index >= points) refuse(fmt::format("vertex {} is not among {}", index, points), "export it again");
+                triangle[k] = first + static_cast<std::uint32_t>(index);
+                if (coordinates.data != nullptr) corners[k] = coordinates_at(coordinates, index);
+            }
+            model_.triangles.push_back(triangle);
+            if (coordinates_) corners_.push_back(corners);
+        }
+    }
+
+    [[nodiscard]] Elements read_coordinates(const tinygltf::Primitive& primitive, std::size_t points) const {
+        const auto found = primitive.attributes.find("TEXCOORD_0");
+        if (!coordinates_ || found == primitive.attributes.end()) return {};
+        const Elements coordinates = elements(found->second, TINYGLTF_TYPE_VEC2,
+            {TINYGLTF_COMPONENT_TYPE_FLOAT, TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE,
+                TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT});
+        if (coordinates.count != points) refuse("has not one texture coordinate a vertex", "export it again");
+        return coordinates;
+    }
+
+    // glTF counts v downwards from the top of an image.
+    [[nodiscard]] glm::dvec2 coordinates_at(const Elements& coordinates, std::size_t index) const {
+        const glm::dvec2 at(coordinates.fraction(index, 0), 1.0 - coordinates.fraction(index, 1));
+        if (!(std::abs(at.x) <= greatest_coordinate && std::abs(at.y) <= greatest_coordinate))
+            refuse("has a texture coordinate that is not finite, or too large", "export it again");
+        return at;
+    }
+
+    [[noreturn]] void refuse_size() const { refuse("has more than 2^24 triangles", "simplify it"); }
+
+    const std::filesystem::path& path_;
+    const Place& place_;
+    const std::string& shown_;
+    bool coordinates_;
+    tinygltf::Model source_;
+    std::vector<bool> visited_;
+    TriangleModel model_;
+    std::vector<CornerCoordinates> corners_;
+};
+
+}  // namespace
+
+TriangleModel read_gltf(
+    const std::filesystem::path& path, const Place& place, const std::string& shown_name, bool coordinates) {
+    return GltfReader(path, place, shown_name, coordinates).read();
+}
+
+}  // namespace tandem::scene_json

@@ -1,0 +1,150 @@
+#include "common/validation/compare/compare.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+
+#include "common/error.h"
+#include "common/validation/compare/pixel_correlation.h"
+
+namespace tandem {
+
+namespace {
+
+void check_same(const NamedImage& a, const NamedImage& b) {
+    const auto refuse = [&](const std::string& what, const std::string& of_a, const std::string& of_b) {
+        throw input_error(b.name, "", fmt::format("its {} {} is not that of {}, {}", what, of_b, a.name, of_a),
+            "compare images of the same film");
+    };
+    const Image &x = a.image, &y = b.image;
+    const auto size = [](const Image& i) { return fmt::format("{}x{}", i.width, i.height); };
+    if (x.width != y.width || x.height != y.height) refuse("size", size(x), size(y));
+    const auto origin = [](const Image& i) { return fmt::format("({}, {})", i.data_x, i.data_y); };
+    if (x.data_x != y.data_x || x.data_y != y.data_y) refuse("data window's origin", origin(x), origin(y));
+    const auto display = [](const Image& i) {
+        return fmt::format("{}x{} at ({}, {})", i.full_width ? i.full_width : i.width,
+            i.full_height ? i.full_height : i.height, i.full_x, i.full_y);
+    };
+    if (display(x) != display(y)) refuse("display window", display(x), display(y));
+    if (!x.colour_space.empty() && !y.colour_space.empty() && x.colour_space != y.colour_space)
+        refuse("colour space", "'" + x.colour_space + "'", "'" + y.colour_space + "'");
+}
+
+// An image without noise may well be the same twice; one with noise came of the same random numbers.
+bool noiseless(const Image& image) {
+    bool has_variance = false;
+    for (std::size_t channel = 0; channel < image.channels.size(); ++channel) {
+        if (image.channels[channel].find("ariance") == std::string::npos) continue;
+        has_variance = true;
+        for (std::size_t i = channel; i < image.pixels.size(); i += image.channels.size())
+            if (image.pixels[i] != 0.0f) return false;
+    }
+    return has_variance;
+}
+
+void check_different_bits(const std::vector<const NamedImage*>& images) {
+    for (std::size_t i = 0; i < images.size(); ++i)
+        for (std::size_t j = i + 1; j < images.size(); ++j)
+            if (images[i]->image.pixels == images[j]->image.pixels && !noiseless(images[i]->image))
+                throw input_error(images[j]->name, "",
+                    "holds the same pixels as " + images[i]->name + ", so the two are no independent evidence",
+                    "render it with another seed");
+}
+
+// Tandem's generator is a function of the seed: with one seed on both sides, errors are not independent.
+void check_seeds(const std::vector<NamedImage>& reference, const std::vector<NamedImage>& candidate) {
+    const auto seed = [](const NamedImage& named) {
+        const auto& metadata = named.image.metadata;
+        const auto tandem_seed = metadata.find("tandem:seed");
+        return tandem_seed == metadata.end() ? std::string() : tandem_seed->second;
+    };
+    for (const NamedImage& a : reference)
+        for (const NamedImage& b : candidate)
+            if (!seed(a).empty() && seed(a) == seed(b))
+                throw input_error(b.name, "", "was made with seed " + seed(b) + ", as " + a.name + " was",
+                    "render one of them with another seed");
+}
+
+void check_sides(const std::vector<NamedImage>& reference, const std::vector<NamedImage>& candidate) {
+    if (reference.empty() || candidate.empty())
+        throw InputError("compare: a side has no images; give at least one a side");
+    std::vector<const NamedImage*> all;
+    for (const auto* side : {&reference, &candidate})
+        for (const NamedImage& named : *side) {
+            check_same(reference.front(), named);
+            all.push_back(&named);
+        }
+    check_different_bits(all);
+    check_seeds(reference, candidate);
+}
+
+double variance_of_means(const SampledImage& side) {
+    double sum = 0.0;
+    for (const PixelStatistics& pixel : side.pixels) sum += pixel.variance / pixel.count;
+    return sum;
+}
+
+// A side of one image does not tell how far its pixels go together; the difference of both sides does, of which the
+// other's share is known where it has several images.
+void estimate_correlation(
+    SampledImage& reference, bool reference_alone, SampledImage& candidate, bool candidate_alone) {
+    if (!reference_alone && !candidate_alone) return;
+    const double both = neighbour_correlation(reference, candidate);
+    if (reference_alone && candidate_alone) {
+        reference.correlation = candidate.correlation = both;
+        return;
+    }
+    SampledImage &alone = reference_alone ? reference : candidate, &known = reference_alone ? candidate : reference;
+    const double of_alone = variance_of_means(alone), of_known = variance_of_means(known);
+    if (of_alone > 0.0)
+        alone.correlation = std::max(1.0, (both * (of_alone + of_known) - known.correlation * of_known) / of_alone);
+}
+
+}  // namespace
+
+Criteria CompareOptions::comparison_criteria() {
+    Criteria criteria;
+    criteria.negligible.image = 0x1p-10;
+    criteria.negligible.tile = 1e-2;
+    criteria.negligible.pixel = 2e-2;
+    criteria.same_estimator = false;
+    criteria.fixed_tolerance = 0x1p-10;
+    return criteria;
+}
+
+SceneVerdict compare_images(
+    const std::vector<NamedImage>& reference, const std::vector<NamedImage>& candidate, const CompareOptions& options) {
+    const auto start = std::chrono::steady_clock::now();
+    check_sides(reference, candidate);
+    SceneVerdict verdict;
+    verdict.scene = reference.front().name;
+    verdict.criteria = options.criteria;
+    verdict.reference_name = options.reference_name;
+    verdict.candidate_name = options.candidate_name;
+    verdict.reference_info.backend = verdict.candidate_info.backend = "image";
+    verdict.reference = sampled_image_of(reference, options.variance_of);
+    verdict.candidate = sampled_image_of(candidate, options.variance_of);
+    estimate_correlation(verdict.reference, reference.size() == 1, verdict.candidate, candidate.size() == 1);
+    verdict.settings.width = verdict.reference.width;
+    verdict.settings.height = verdict.reference.height;
+    const LookShare share{options.criteria.false_alarm, options.criteria.doubt};
+    verdict.judgement = judge(verdict.reference, verdict.candidate, nullptr, options.criteria, share);
+    verdict.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    verdict.looks.push_back(look_of(
+        verdict.judgement, std::min(verdict.reference.samples, verdict.candidate.samples), share, verdict.seconds));
+    conclude(verdict);
+    return verdict;
+}
+
+SceneVerdict compare_files(const std::vector<std::filesystem::path>& reference,
+    const std::vector<std::filesystem::path>& candidate, const CompareOptions& options) {
+    const auto read = [](const std::vector<std::filesystem::path>& files) {
+        std::vector<NamedImage> images;
+        for (const std::filesystem::path& file : files) images.push_back({file.string(), read_image(file)});
+        return images;
+    };
+    return compare_images(read(reference), read(candidate), options);
+}
+
+}  // namespace tandem

@@ -1,0 +1,63 @@
+// The verdict on images of any two renderers. A side is one image with variance channels and a count, or two or more
+// images of independent seeds.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "common/image/image_io.h"
+#include "common/validation/verify/verify.h"
+
+namespace tandem {
+
+// What a variance channel holds: the variance of one sample (Tandem's own files) or of the pixel's mean.
+enum class VarianceOf { sample, mean };
+
+struct CompareOptions {
+    Criteria criteria = comparison_criteria();
+    VarianceOf variance_of = VarianceOf::sample;
+    std::string reference_name = "A", candidate_name = "B";
+
+    // Two renderers that share no text. Images of half precision are rounded by 2^-11 a side: equal pixels are equal
+    // to 2^-10, and the image's mean may differ by as much (`negligible`; options say otherwise where files hold
+    // floats). Other estimators may have other variances. Places where two programs put a film sample, or the facets of
+    // a curved surface, are taken to differ by up to 0.05 pixel, what registration calls a shift: an edge with a step C
+    // of the scale moves 0.05 C/8 of the smallest tile, so 1 % is C = 1.6. A pixel of an edge may differ by 5 % C; 2 %
+    // is what is not called a fault where a step is as large as 0.4 of the pixel.
+    [[nodiscard]] static Criteria comparison_criteria();
+};
+
+// One image as read, with the name that errors call it by.
+struct NamedImage {
+    std::string name;
+    Image image;
+};
+
+// Channels read: R, G, B, or those of a layer ("ViewLayer.Combined.R": the one called Combined, beauty or rgba, else
+// the only one); variance.R, .G, .B (or Variance.*, as pbrt-v4's gbuffer film writes them) and `count`. Alpha and other
+// channels are left out. A side
+// of one image needs its variance and its number of samples: the channel `count`, or the metadata "samples" or
+// "samplesPerPixel"; variances of the mean go without one (`assumed_count` then). A side of k >= 2 images takes its
+// variance from their scatter, and from it also how far neighbouring pixels go together (pixel filters, samplers); that
+// of a side of one image is taken from the difference of both sides (pixel_correlation.h), for images of 32x32 pixels
+// and more.
+//
+// Throws InputError, naming what differs or is missing: sizes, windows, channels, colour spaces, a single image without
+// variance, images that are the same bits, on one side or on both (no variance, and no evidence), the same seed on both
+// sides in the metadata of Tandem's own files.
+[[nodiscard]] SceneVerdict compare_images(const std::vector<NamedImage>& reference,
+    const std::vector<NamedImage>& candidate, const CompareOptions& options = {});
+
+// Number of samples taken for granted where only the variance of the mean is known; it bounds how sure one pixel can
+// be.
+inline constexpr double assumed_count = 64.0;
+
+// Reads the files and compares them.
+[[nodiscard]] SceneVerdict compare_files(const std::vector<std::filesystem::path>& reference,
+    const std::vector<std::filesystem::path>& candidate, const CompareOptions& options = {});
+
+// One side as the statistics see it. Throws InputError.
+[[nodiscard]] SampledImage sampled_image_of(const std::vector<NamedImage>& side, VarianceOf variance_of);
+
+}  // namespace tandem

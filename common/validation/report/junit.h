@@ -1,0 +1,21 @@
+// Verdicts as JUnit XML, which CI servers show: one testsuite, a testcase a scene.
+#pragma once
+
+#include <span>
+#include <string>
+#include <vector>
+
+#include "common/validation/verify/scene_verdict.h"
+
+namespace tandem {
+
+// agree      a testcase that passed;
+// disagree   <failure>: the sentence as its message, the reasons as its text;
+// undecided  <error>, not <skipped>: servers count skipped tests as no harm, and what is not known is no agreement;
+// not_run    <skipped>: scenes that a stop request left out.
+// `command` ("verify") names the suite and the class of its cases. Characters that XML 1.0 cannot hold, and bytes that
+// are no UTF-8, become U+FFFD.
+[[nodiscard]] std::string junit_xml(
+    const std::string& command, std::span<const SceneVerdict> verdicts, const std::vector<std::string>& not_run = {});
+
+}  // namespace tandem

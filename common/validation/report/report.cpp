@@ -1,0 +1,124 @@
+#include "common/validation/report/report.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+
+#include "common/image/image_io.h"
+#include "common/validation/report/colour_map.h"
+#include "common/validation/report/verdict_json.h"
+
+namespace tandem {
+
+namespace {
+
+using nlohmann::json;
+
+// Mean of the picture once exposed, as photographers set middle grey.
+constexpr double middle_grey = 0.18;
+// -log10 p at which the map of p-values reaches its brightest.
+constexpr double brightest_p_decades = 8.0;
+
+double grey_mean(const SampledImage& image) {
+    const auto means = channel_means(image);
+    return (means[0] + means[1] + means[2]) / 3.0;
+}
+
+Image picture(const SampledImage& sampled) {
+    Image image;
+    image.width = sampled.width;
+    image.height = sampled.height;
+    image.channels = {"R", "G", "B"};
+    for (const PixelStatistics& pixel : sampled.pixels) image.pixels.push_back(static_cast<float>(pixel.mean));
+    return image;
+}
+
+// Candidate less reference, mean of the channels.
+std::vector<double> grey_differences(const SceneVerdict& verdict) {
+    std::vector<double> differences(verdict.reference.pixels.size() / channel_count, 0.0);
+    for (std::size_t i = 0; i < verdict.reference.pixels.size(); ++i)
+        differences[i / channel_count] +=
+            (verdict.candidate.pixels[i].mean - verdict.reference.pixels[i].mean) / channel_count;
+    return differences;
+}
+
+// |difference| that 99 % of the pixels stay below.
+double range_of(const std::vector<double>& differences) {
+    std::vector<double> sizes(differences);
+    for (double& size : sizes) size = std::abs(size);
+    const auto place = sizes.begin() + static_cast<std::ptrdiff_t>(sizes.size() * 99 / 100);
+    std::ranges::nth_element(sizes, place);
+    return *place;
+}
+
+// Each pixel's tile: of its channels the one that differs most, over the margin.
+std::vector<double> tile_differences(const SceneVerdict& verdict) {
+    const LevelResult& level = verdict.judgement.level("tiles 16x16");
+    const TileGrid grid(verdict.reference.width, verdict.reference.height, standard_tile_edge);
+    std::vector<double> map;
+    for (const std::uint32_t tile : grid.tile_of_pixel()) {
+        double most = 0.0;
+        for (std::size_t c = 0; c < channel_count; ++c) {
+            const double relative = level.regions[tile * channel_count + c].relative;
+            if (std::abs(relative) > std::abs(most)) most = relative;
+        }
+        map.push_back(most / verdict.criteria.margins.tile);
+    }
+    return map;
+}
+
+// -log10 of the least p of the three channels, times three.
+std::vector<double> p_decades(const SceneVerdict& verdict) {
+    std::vector<double> map;
+    for (std::size_t i = 0; i < verdict.judgement.pixel_p.size(); i += channel_count) {
+        const auto first = verdict.judgement.pixel_p.begin() + static_cast<std::ptrdiff_t>(i);
+        const double p = std::min(1.0, channel_count * *std::min_element(first, first + channel_count));
+        map.push_back(-std::log10(std::max(p, 1e-300)) / brightest_p_decades);
+    }
+    return map;
+}
+
+std::string file_stem(std::size_t index, const std::string& scene) {
+    std::string stem = fmt::format("{:02}-", index + 1);
+    const std::string name = std::filesystem::path(scene).stem().string();
+    for (const char c : name) stem += std::isalnum(static_cast<unsigned char>(c)) != 0 ? c : '-';
+    return stem;
+}
+
+json write_pictures(const std::filesystem::path& folder, const std::string& stem, const SceneVerdict& verdict) {
+    const std::uint32_t width = verdict.reference.width, height = verdict.reference.height;
+    const double mean = grey_mean(verdict.reference);
+    const double exposure = mean > 0.0 ? middle_grey / mean : 1.0;
+    const auto file = [&](const std::string& what) { return stem + "-" + what + ".png"; };
+    write_png(folder / file("reference"), picture(verdict.reference), exposure);
+    write_png(folder / file("candidate"), picture(verdict.candidate), exposure);
+
+    std::vector<double> differences = grey_differences(verdict);
+    const double range = range_of(differences);
+    for (double& difference : differences) difference /= range > 0.0 ? range : 1.0;
+    write_png(folder / file("difference"), false_colour_image(width, height, differences, diverging_colour));
+    write_png(folder / file("tiles"), false_colour_image(width, height, tile_differences(verdict), diverging_colour));
+    write_png(folder / file("p"), false_colour_image(width, height, p_decades(verdict), sequential_colour));
+    return {{"reference", file("reference")}, {"candidate", file("candidate")}, {"difference", file("difference")},
+        {"tiles", file("tiles")}, {"p", file("p")}, {"exposure", exposure},
+        {"difference_range_relative", mean > 0.0 ? json(range / mean) : json(nullptr)},
+        {"tiles_range_relative", verdict.criteria.margins.tile}, {"p_range_decades", brightest_p_decades}};
+}
+
+}  // namespace
+
+void write_report(const std::filesystem::path& folder, std::span<const SceneVerdict> verdicts,
+    const std::vector<DeviceSelfTest>& self_tests, const std::vector<std::string>& not_run) {
+    check_writable_folder(folder);
+    json report = to_json(verdicts, not_run);
+    report["device_self_tests"] = to_json(self_tests);
+    for (std::size_t i = 0; i < verdicts.size(); ++i)
+        report["scenes"][i]["images"] = verdicts[i].looks.empty()
+                                            ? json(nullptr)
+                                            : write_pictures(folder, file_stem(i, verdicts[i].scene), verdicts[i]);
+    write_text_file(folder / "report.json", report.dump(2) + "\n");
+}
+
+}  // namespace tandem

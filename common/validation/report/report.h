@@ -1,0 +1,18 @@
+// A folder that a report is made of: report.json and the pictures. scripts/report turns it into one HTML file.
+#pragma once
+
+#include <filesystem>
+#include <span>
+#include <vector>
+
+#include "common/self_test/self_test.h"
+#include "common/validation/verify/scene_verdict.h"
+
+namespace tandem {
+
+// Writes DIR/report.json (verdict_json.h, "device_self_tests", and for each scene "images": file names and the ranges
+// of the maps) and the PNGs it names. Makes the folder if need be. Throws InputError where it cannot be written.
+void write_report(const std::filesystem::path& folder, std::span<const SceneVerdict> verdicts,
+    const std::vector<DeviceSelfTest>& self_tests = {}, const std::vector<std::string>& not_run = {});
+
+}  // namespace tandem

@@ -1,0 +1,233 @@
+#include "common/validation/report/verdict_json.h"
+
+#include <cmath>
+
+#include "common/validation/verdict/error_metrics.h"
+
+namespace tandem {
+
+namespace {
+
+using nlohmann::json;
+
+constexpr std::array<const char*, channel_count> channel_names{"R", "G", "B"};
+
+json number(double value) { return std::isfinite(value) ? json(value) : json(nullptr); }
+
+json region_json(const RegionComparison& region) {
+    const Rectangle& r = region.region;
+    return {{"x0", r.x0}, {"y0", r.y0}, {"x1", r.x1}, {"y1", r.y1}, {"channel", channel_names.at(region.channel)},
+        {"reference", number(region.reference)}, {"candidate", number(region.candidate)},
+        {"relative_difference", number(region.relative)}, {"relative_difference_low", number(region.relative_low)},
+        {"relative_difference_high", number(region.relative_high)}, {"statistic", number(region.statistic)},
+        {"degrees_of_freedom", number(region.dof)}, {"p", number(region.p)}};
+}
+
+json level_json(const LevelResult& level) {
+    json result{{"name", level.name}, {"test", level.test}, {"tests", level.tests}, {"p", number(level.p)},
+        {"threshold", level.threshold}, {"gates", level.threshold > 0.0}, {"significant", level.significant},
+        {"minimum_detectable_relative",
+            level.minimum_detectable_relative > 0.0 ? json(level.minimum_detectable_relative) : json(nullptr)},
+        {"worst", region_json(level.worst)}};
+    if (!level.regions.empty()) result["bound_relative"] = number(widest(level).bound());
+    return result;
+}
+
+json info_json(const std::string& name, const RendererInfo& info, std::uint64_t seed) {
+    return {{"name", name}, {"backend", info.backend}, {"device", info.device}, {"driver", info.driver},
+        {"api", info.api}, {"seed", seed}};
+}
+
+json settings_json(const RenderSettings& settings) {
+    return {{"width", settings.width}, {"height", settings.height},
+        {"integrator", integrator_name(settings.integrator)}, {"mis", settings.mis}, {"bounces", settings.bounces},
+        {"roulette_start", settings.roulette_start == no_roulette ? json(nullptr) : json(settings.roulette_start)},
+        {"accumulation", settings.accumulation
+                             ? json(accumulation_names[static_cast<std::size_t>(*settings.accumulation)])
+                             : json(nullptr)},
+        {"ray_min", number(settings.ray_min)}, {"ray_max", number(settings.ray_max)}};
+}
+
+json criteria_json(const Criteria& criteria) {
+    const Margins& m = criteria.margins;
+    const Negligible& n = criteria.negligible;
+    return {{"margin_image_relative", m.image}, {"margin_tile_relative", m.tile}, {"tile_floor_relative", m.tile_floor},
+        {"channel_floor_relative", m.channel_floor}, {"negligible_image_relative", n.image},
+        {"negligible_tile_relative", n.tile}, {"negligible_pixel_relative", n.pixel},
+        {"negligible_paired_image_relative", n.paired_image}, {"negligible_paired_tile_relative", n.paired_tile},
+        {"negligible_paired_pixel_relative", n.paired_pixel}, {"negligible_variance_ratio", n.variance_ratio},
+        {"false_alarm", criteria.false_alarm}, {"doubt", criteria.doubt}, {"discovery_rate", criteria.discovery_rate},
+        {"power", criteria.power}, {"fixed_tolerance_relative", criteria.fixed_tolerance},
+        {"same_estimator", criteria.same_estimator}};
+}
+
+json looks_json(const std::vector<Look>& looks) {
+    json rows = json::array();
+    for (const Look& look : looks)
+        rows.push_back({{"samples", look.samples}, {"false_alarm", look.share.false_alarm}, {"doubt", look.share.doubt},
+            {"verdict", name_of(look.verdict)}, {"least_p", number(look.least_p)},
+            {"image_bound_relative", number(look.image_bound)}, {"tile_bound_relative", number(look.tile_bound)},
+            {"seconds", look.seconds}});
+    return rows;
+}
+
+json paired_json(const PairedResult& paired) {
+    if (!paired.done) return nullptr;
+    const RegionComparison& image = widest(paired.image);
+    return {{"samples", paired.samples}, {"blocks", paired.blocks}, {"relative_difference", number(image.relative)},
+        {"relative_difference_low", number(image.relative_low)},
+        {"relative_difference_high", number(image.relative_high)},
+        {"worst_tile_relative", number(widest(paired.tiles).bound())},
+        {"identical_fraction", paired.identical_fraction}, {"diverged_fraction", paired.diverged_fraction}};
+}
+
+json registration_json(const std::optional<Registration>& registration) {
+    if (!registration) return nullptr;
+    const Registration& r = *registration;
+    return {{"exposure", r.exposure}, {"exposure_error", r.exposure_error}, {"shift_x_pixels", r.shift_x},
+        {"shift_x_error_pixels", r.shift_x_error}, {"shift_y_pixels", r.shift_y},
+        {"shift_y_error_pixels", r.shift_y_error}, {"explained", r.explained}, {"exposure_found", r.exposure_found},
+        {"shift_found", r.shift_found}, {"text", r.text}};
+}
+
+json outvoted_json(Outvoted outvoted) { return outvoted == Outvoted::nobody ? json(nullptr) : json(name_of(outvoted)); }
+
+json closed_form_json(const SceneVerdict& v) {
+    const ClosedFormUse& use = v.closed_form;
+    if (!use.form) return use.skipped.empty() ? json(nullptr) : json{{"applies", false}, {"skipped", use.skipped}};
+    json result{{"applies", true}, {"skipped", nullptr}, {"formula", use.form->formula},
+        {"radiance", use.form->radiance}, {"rounding_relative", use.form->rounding},
+        {"greatest_sample", use.form->greatest}, {"outvoted", nullptr}};
+    if (v.looks.empty()) return result;
+    result["outvoted"] = outvoted_json(outvoted_by_closed_form(v.judgement));
+    for (const auto& [key, name] :
+        {std::pair{"reference", closed_form_reference_level}, {"candidate", closed_form_candidate_level}})
+        result[key] = region_json(widest(v.judgement.level(name)));
+    return result;
+}
+
+json referee_side_json(const std::optional<Judgement>& judgement) {
+    if (!judgement) return nullptr;
+    const RegionComparison& image = widest(judgement->level("paired image"));
+    return {{"contradicted", judgement->verdict == Verdict::disagree}, {"relative_difference", number(image.relative)},
+        {"relative_difference_low", number(image.relative_low)},
+        {"relative_difference_high", number(image.relative_high)},
+        {"reasons", judgement->verdict == Verdict::disagree ? json(judgement->reasons) : json::array()}};
+}
+
+json referee_json(const std::optional<RefereeReport>& referee) {
+    if (!referee) return nullptr;
+    const RefereeReport& r = *referee;
+    json result = info_json(r.name, r.info, r.settings.seed);
+    result.update({{"text", r.text}, {"outvoted", outvoted_json(r.outvoted)}, {"width", r.settings.width},
+        {"height", r.settings.height}, {"integrator", integrator_name(r.settings.integrator)}, {"samples", r.samples},
+        {"seconds", r.seconds}, {"budget_seconds", r.budget_seconds}, {"reference", referee_side_json(r.reference)},
+        {"candidate", referee_side_json(r.candidate)}});
+    return result;
+}
+
+json estimated_json(const Estimated& figure) {
+    return {{"value", number(figure.value)}, {"low", number(figure.low)}, {"high", number(figure.high)}};
+}
+
+json convergence_side_json(const ConvergenceSide& side) {
+    json errors = json::array();
+    for (const Estimated& error : side.squared_errors) errors.push_back(estimated_json(error));
+    const auto root = [](double square) { return std::sqrt(std::max(square, 0.0)); };
+    const Estimated& bias = side.squared_bias;
+    return {{"squared_errors_relative", errors}, {"slope", estimated_json(side.slope)},
+        {"bias_floor_relative", estimated_json({root(bias.value), root(bias.low), root(bias.high)})},
+        {"squared_bias_relative", estimated_json(bias)}, {"variance_ratio", estimated_json(side.variance_ratio)}};
+}
+
+json convergence_json(const std::optional<ConvergenceReport>& report) {
+    if (!report) return nullptr;
+    json between = json::array();
+    for (const Estimated& ratio : report->between) between.push_back(estimated_json(ratio));
+    return {{"samples", report->samples}, {"reference_samples", report->reference_samples},
+        {"reference_relative_error", number(report->reference_relative_error)},
+        {"reference", convergence_side_json(report->reference)},
+        {"candidate", convergence_side_json(report->candidate)}, {"between", between}, {"seconds", report->seconds}};
+}
+
+json worst_pixel_json(const std::optional<WorstPixel>& worst) {
+    if (!worst) return nullptr;
+    const auto text = [](const std::string& s) { return s.empty() ? json(nullptr) : json(s); };
+    return {{"x", worst->x}, {"y", worst->y}, {"sample", worst->sample}, {"seed", worst->seed},
+        {"reason", text(worst->reason)}, {"trace", text(worst->command)}};
+}
+
+json metrics_json(const SceneVerdict& v) {
+    if (v.looks.empty()) return nullptr;
+    const ErrorMetrics m = error_metrics(v.reference, v.candidate);
+    return {{"mse", number(m.mse)}, {"rmse", number(m.rmse)}, {"noise_mse", number(m.noise_mse)},
+        {"relative_mse", number(m.relative_mse)}, {"trimmed_relative_mse", number(m.trimmed_relative_mse)},
+        {"epsilon", ErrorMetrics::epsilon}, {"trimmed_fraction", ErrorMetrics::trimmed}};
+}
+
+// The keys that the interface promises.
+json promised(const SceneVerdict& v) {
+    json result{{"scene", v.scene}, {"verdict", name_of(v.verdict)}, {"relative_difference", nullptr},
+        {"relative_difference_low", nullptr}, {"relative_difference_high", nullptr},
+        {"margin_relative", v.criteria.margins.image}, {"worst_tile_relative", nullptr},
+        {"samples_reference", v.reference.samples}, {"samples_candidate", v.candidate.samples},
+        {"seconds_reference", v.reference_seconds}, {"seconds_candidate", v.candidate_seconds},
+        {"minimum_detectable_relative", nullptr}};
+    if (v.looks.empty()) return result;
+    const LevelResult &level = v.judgement.level("image"), &tiles = v.judgement.level("tiles 16x16");
+    const RegionComparison& image = widest(level);
+    result["relative_difference"] = number(image.relative);
+    result["relative_difference_low"] = number(image.relative_low);
+    result["relative_difference_high"] = number(image.relative_high);
+    result["worst_tile_relative"] = number(widest(tiles).bound());
+    result["minimum_detectable_relative"] = number(level.minimum_detectable_relative);
+    result["channel"] = channel_names.at(image.channel);
+    return result;
+}
+
+}  // namespace
+
+json to_json(const SceneVerdict& v) {
+    json result = promised(v);
+    result["sentence"] = v.sentence;
+    result["reasons"] = v.judgement.reasons;
+    result["margin_tile_relative"] = v.criteria.margins.tile;
+    result["reference"] = info_json(v.reference_name, v.reference_info, v.reference_seed);
+    result["candidate"] = info_json(v.candidate_name, v.candidate_info, v.candidate_seed);
+    result["settings"] = settings_json(v.settings);
+    result["criteria"] = criteria_json(v.criteria);
+    result["levels"] = json::array();
+    for (const LevelResult& level : v.judgement.levels) result["levels"].push_back(level_json(level));
+    result["looks"] = looks_json(v.looks);
+    result["paired"] = paired_json(v.paired);
+    result["registration"] = registration_json(v.registration);
+    result["outvoted"] = outvoted_json(v.outvoted);
+    result["closed_form"] = closed_form_json(v);
+    result["referee"] = referee_json(v.referee);
+    result["convergence"] = convergence_json(v.convergence);
+    result["error_metrics"] = metrics_json(v);
+    result["worst_pixel"] = worst_pixel_json(v.worst);
+    result["permutation_p"] = v.permutation_p ? json(*v.permutation_p) : json(nullptr);
+    result["pixel_discoveries"] = v.judgement.discoveries;
+    result["fixed_pixels"] = {{"count", v.judgement.fixed.count}, {"mismatches", v.judgement.fixed.mismatches},
+        {"greatest_relative", v.judgement.fixed.greatest_relative}};
+    result["invalid_samples_reference"] = v.reference.invalid;
+    result["invalid_samples_candidate"] = v.candidate.invalid;
+    result["stopped"] = v.stopped;
+    result["seconds"] = v.seconds;
+    return result;
+}
+
+json to_json(std::span<const SceneVerdict> verdicts, const std::vector<std::string>& not_run) {
+    std::vector<Verdict> all;
+    json scenes = json::array();
+    for (const SceneVerdict& verdict : verdicts) {
+        all.push_back(verdict.verdict);
+        scenes.push_back(to_json(verdict));
+    }
+    const RendererInfo device = verdicts.empty() ? RendererInfo{} : verdicts.front().candidate_info;
+    return {{"verdict", name_of(combined(all, not_run.empty()))}, {"scenes", scenes}, {"not_run", not_run},
+        {"device", {{"name", device.device}, {"driver", device.driver}, {"api", device.api}}}};
+}
+
+}  // namespace tandem

@@ -1,0 +1,40 @@
+// A scene's closed form (Scene::expect) as a witness: each side's image mean is held to it, so that a fault common to
+// both sides shows as well.
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "common/render/renderer.h"
+#include "common/validation/verdict/levels.h"
+
+namespace tandem {
+
+struct ClosedForm {
+    std::array<double, channel_count> radiance{};  // mean over the image
+    std::string formula;
+    // The most that one sample of a right renderer can be (greatest_sample.h), finite: what the bound below needs.
+    std::array<double, channel_count> greatest{};
+    // Relative rounding of float transport, a side: half of float_transport_tolerance.
+    double rounding = 0.0;
+};
+
+// The closed form at these settings, or why there is none to hold a renderer to. It is a mean over the film at the
+// file's own bounces and interval of ray lengths; roulette, the number of pixels and an integrator that follows
+// indirect light do not change a mean (MODEL.md section 9), the shape of the film, --fresnel and --clamp do.
+struct ClosedFormUse {
+    std::optional<ClosedForm> form;
+    std::string skipped;  // why a scene's closed form is left out; empty where it has none
+};
+[[nodiscard]] ClosedFormUse closed_form_of(const Scene& scene, const RenderSettings& settings);
+
+// `side`'s image mean against the closed form, a channel a region; `reference` of a region is the closed form's.
+//
+// Counted is what exceeds an allowance, relative to the larger of the channel and Margins::channel_floor times the
+// three's mean: Negligible::image and the rounding; the rounding alone where no pixel of the channel has variance. The
+// p of a channel is the larger of Student's t, from the pixels' variances, and of the empirical Bernstein bound, which
+// holds for any distribution of samples below `greatest`: rare bright paths, not yet met, raise no alarm.
+[[nodiscard]] LevelResult compare_closed_form(const std::string& name, const ClosedForm& form, const SampledImage& side,
+    const Criteria& criteria, double alpha_each_side);
+
+}  // namespace tandem

@@ -1,0 +1,252 @@
+#include "common/validation/verdict/verdict.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "common/error.h"
+#include "common/statistics/multiple_tests.h"
+
+namespace tandem {
+
+namespace {
+
+constexpr std::array<const char*, channel_count> channel_names{"red", "green", "blue"};
+
+std::string place(const RegionComparison& region) {
+    const Rectangle& r = region.region;
+    if (r.x1 == r.x0 + 1 && r.y1 == r.y0 + 1) return fmt::format("pixel ({}, {})", r.x0, r.y0);
+    return fmt::format("x {} to {}, y {} to {}", r.x0, r.x1 - 1, r.y0, r.y1 - 1);
+}
+
+bool compares_means(const LevelResult& level) {
+    return !level.name.starts_with("variance") && level.name != paired_paths_level && level.name != paired_pixels_level;
+}
+
+std::string reason_of(const LevelResult& level) {
+    const RegionComparison& worst = level.worst;
+    if (level.name == paired_paths_level)
+        return fmt::format(
+            "{}: {:.0f} % of the pixels of {} part although both sides draw the same random numbers, p = {:.1e} "
+            "against {:.1e}",
+            level.name, 100.0 * worst.relative, place(worst), level.p, level.threshold);
+    if (level.name.starts_with("closed form"))
+        return fmt::format("{}: the mean in {} is off by {:+.2g} % ({:.2g} to {:.2g} %), p = {:.1e} against {:.1e}",
+            level.name, channel_names.at(worst.channel), 100.0 * worst.relative, 100.0 * worst.relative_low,
+            100.0 * worst.relative_high, level.p, level.threshold);
+    if (level.name == paired_pixels_level)
+        return fmt::format("{}: {} differs by {:.2g} % (root mean square) within {}, p = {:.1e} against {:.1e}",
+            level.name, channel_names.at(worst.channel), 100.0 * worst.relative, place(worst), level.p,
+            level.threshold);
+    const bool whole = level.regions.size() == channel_count;
+    const bool variance = level.name.starts_with("variance");
+    return fmt::format("{}: {} {}{} by {:+.2g} % ({:.2g} to {:.2g} %), p = {:.1e} against {:.1e}", level.name,
+        channel_names.at(worst.channel), variance ? "variance differs" : "differs",
+        whole ? "" : " most surely at " + place(worst), 100.0 * worst.relative, 100.0 * worst.relative_low,
+        100.0 * worst.relative_high, level.p, level.threshold);
+}
+
+std::vector<LevelResult> mean_levels(const SampledImage& reference, const SampledImage& candidate, const Scales& scales,
+    const Criteria& criteria, double alpha_each_side) {
+    const Negligible& negligible = criteria.negligible;
+    const double floor = criteria.margins.tile_floor;
+    std::vector<LevelResult> levels;
+    levels.push_back(
+        compare_regions("image", reference, candidate, 0, scales, negligible.image, floor, alpha_each_side));
+    for (const std::uint32_t edge : {2 * standard_tile_edge, standard_tile_edge, standard_tile_edge / 2})
+        levels.push_back(compare_regions(fmt::format("tiles {0}x{0}", edge), reference, candidate, edge, scales,
+            negligible.tile, floor, alpha_each_side));
+    return levels;
+}
+
+// Median over regions of what a test at this level's threshold could have seen.
+double detectable(const LevelResult& level, double negligible, double power) {
+    if (level.regions.empty()) return 0.0;
+    std::vector<double> differences;
+    const double alpha = level.threshold / static_cast<double>(level.tests);
+    for (const RegionComparison& region : level.regions)
+        differences.push_back(negligible + minimum_detectable_difference(region.relative_error, alpha, power));
+    const auto middle = differences.begin() + static_cast<std::ptrdiff_t>(differences.size() / 2);
+    std::ranges::nth_element(differences, middle);
+    return *middle;
+}
+
+// Holm over the levels.
+void set_significance(std::vector<LevelResult>& levels, double false_alarm) {
+    std::vector<double> p_values;
+    for (const LevelResult& level : levels) p_values.push_back(level.p);
+    const std::vector<double> adjusted = holm_adjusted(p_values), thresholds = holm_thresholds(p_values, false_alarm);
+    for (std::size_t i = 0; i < levels.size(); ++i) {
+        levels[i].threshold = thresholds[i];
+        levels[i].significant = adjusted[i] <= false_alarm;
+    }
+}
+
+void set_detectable(std::vector<LevelResult>& levels, const Criteria& criteria) {
+    for (LevelResult& level : levels) {
+        if (!compares_means(level)) continue;
+        const bool paired = level.name.starts_with("paired");
+        const bool image = level.name.ends_with("image") || level.name.starts_with("closed form");
+        const Negligible& n = criteria.negligible;
+        const double negligible = paired ? (image ? n.paired_image : n.paired_tile) : (image ? n.image : n.tile);
+        level.minimum_detectable_relative = detectable(level, negligible, criteria.power);
+    }
+}
+
+void add_faults(Judgement& judgement, const SampledImage& reference, const SampledImage& candidate) {
+    std::vector<std::string>& reasons = judgement.reasons;
+    for (const auto& [name, invalid] : {std::pair{"reference", reference.invalid}, {"candidate", candidate.invalid}})
+        if (invalid > 0)
+            reasons.push_back(fmt::format("{} samples of the {} are NaN, infinite or negative", invalid, name));
+    const FixedPixels& fixed = judgement.fixed;
+    if (fixed.mismatches > 0) {
+        const std::size_t pixel = fixed.first_mismatch / channel_count;
+        reasons.push_back(fmt::format(
+            "{} of {} pixel channels without variance differ beyond rounding, by up to {:.2g} %, first at ({}, {})",
+            fixed.mismatches, fixed.count, 100.0 * fixed.greatest_relative, pixel % reference.width,
+            pixel / reference.width));
+    }
+    for (const LevelResult& level : judgement.levels)
+        if (level.significant) reasons.push_back(reason_of(level));
+}
+
+void explain_indecision(Judgement& judgement, const Margins& margins) {
+    const RegionComparison &image = widest(judgement.level("image")), &tile = widest(judgement.level("tiles 16x16"));
+    if (!judgement.image_within_margin)
+        judgement.reasons.push_back(fmt::format("image: {} is only known to ±{}, margin {}",
+            channel_names.at(image.channel), percent(image.bound()), percent(margins.image)));
+    if (!judgement.tiles_within_margin)
+        judgement.reasons.push_back(fmt::format("tiles 16x16: {} at {} is only known to ±{}, margin {}",
+            channel_names.at(tile.channel), place(tile), percent(tile.bound()), percent(margins.tile)));
+    if (judgement.closed_form_within_margin) return;
+    for (const char* name : {closed_form_reference_level, closed_form_candidate_level}) {
+        const RegionComparison& mean = widest(judgement.level(name));
+        if (mean.bound() >= margins.image)
+            judgement.reasons.push_back(fmt::format("{}: the mean in {} is only known to ±{}, margin {}", name,
+                channel_names.at(mean.channel), percent(mean.bound()), percent(margins.image)));
+    }
+}
+
+}  // namespace
+
+const char* name_of(Verdict verdict) {
+    switch (verdict) {
+        case Verdict::agree:
+            return "agree";
+        case Verdict::disagree:
+            return "disagree";
+        case Verdict::undecided:
+            break;
+    }
+    return "undecided";
+}
+
+Verdict combined(std::span<const Verdict> verdicts, bool whole) {
+    for (const Verdict verdict : {Verdict::disagree, Verdict::undecided})
+        if (std::ranges::find(verdicts, verdict) != verdicts.end()) return verdict;
+    return whole ? Verdict::agree : Verdict::undecided;
+}
+
+const LevelResult& Judgement::level(const std::string& name) const {
+    const auto found = std::ranges::find(levels, name, &LevelResult::name);
+    if (found == levels.end()) throw Error("the verdict has no level '" + name + "'");
+    return *found;
+}
+
+bool Judgement::significant(const std::string& name) const {
+    return std::ranges::any_of(levels, [&](const LevelResult& l) { return l.name == name && l.significant; });
+}
+
+Judgement judge(const SampledImage& reference, const SampledImage& candidate, const PairedResult* paired,
+    const Criteria& criteria, const LookShare& share, const ClosedForm* closed_form) {
+    Judgement judgement;
+    const Scales scales = scales_of(reference, candidate, criteria.margins);
+    judgement.fixed = compare_fixed_pixels(reference, candidate, criteria.fixed_tolerance);
+    judgement.levels = mean_levels(reference, candidate, scales, criteria, share.doubt);
+    PixelLevel pixels = compare_pixels(reference, candidate, judgement.fixed, scales, criteria);
+    judgement.levels.push_back(std::move(pixels.level));
+    judgement.pixel_p = std::move(pixels.p);
+    judgement.discoveries = pixels.discoveries;
+
+    std::vector<LevelResult> reported;
+    for (const bool whole : {true, false}) {
+        LevelResult level = compare_variances(whole ? "variance of the image" : "variance of tiles 16x16", reference,
+            candidate, whole, criteria.negligible.variance_ratio, criteria.fixed_tolerance, share.doubt);
+        (criteria.same_estimator ? judgement.levels : reported).push_back(std::move(level));
+    }
+    if (paired != nullptr && paired->done) {
+        judgement.levels.push_back(paired->image);
+        judgement.levels.push_back(paired->tiles);
+        judgement.levels.push_back(paired->pixels);
+        if (paired->paths) judgement.levels.push_back(*paired->paths);
+    }
+    if (closed_form != nullptr)
+        for (const auto& [name, side] :
+            {std::pair{closed_form_reference_level, &reference}, {closed_form_candidate_level, &candidate}}) {
+            judgement.levels.push_back(compare_closed_form(name, *closed_form, *side, criteria, share.doubt));
+            if (widest(judgement.levels.back()).bound() >= criteria.margins.image)
+                judgement.closed_form_within_margin = false;
+        }
+    set_significance(judgement.levels, share.false_alarm);
+    set_detectable(judgement.levels, criteria);
+    std::ranges::move(reported, std::back_inserter(judgement.levels));
+
+    judgement.image_within_margin = widest(judgement.level("image")).bound() < criteria.margins.image;
+    judgement.tiles_within_margin = widest(judgement.level("tiles 16x16")).bound() < criteria.margins.tile;
+    add_faults(judgement, reference, candidate);
+    if (!judgement.reasons.empty())
+        judgement.verdict = Verdict::disagree;
+    else if (judgement.image_within_margin && judgement.tiles_within_margin && judgement.closed_form_within_margin)
+        judgement.verdict = Verdict::agree;
+    else
+        explain_indecision(judgement, criteria.margins);
+    return judgement;
+}
+
+std::string off_by(const LevelResult& level) {
+    const RegionComparison& worst = level.worst;
+    const bool whole = level.regions.size() == channel_count;
+    return fmt::format("{:+.2g} % ({}, {}{})", 100.0 * worst.relative,
+        level.name.starts_with("closed form") ? "image" : level.name, channel_names.at(worst.channel),
+        whole ? "" : ", " + place(worst));
+}
+
+std::string off_by(const Judgement& judgement) {
+    const LevelResult* most = nullptr;
+    for (const LevelResult& level : judgement.levels)
+        if (level.significant && compares_means(level) && (most == nullptr || level.p < most->p)) most = &level;
+    if (most != nullptr) return off_by(*most);
+    const FixedPixels& fixed = judgement.fixed;
+    if (fixed.mismatches > 0)
+        return fmt::format(
+            "up to {:.2g} % in {} pixel channels without variance", 100.0 * fixed.greatest_relative, fixed.mismatches);
+    return judgement.reasons.empty() ? "nothing" : judgement.reasons.front();
+}
+
+std::string percent(double fraction) {
+    const double value = 100.0 * std::abs(fraction);
+    if (!std::isfinite(value)) return "∞ %";
+    return value >= 10.0 ? fmt::format("{:.0f} %", value) : fmt::format("{:#.2g} %", value);
+}
+
+std::string sentence_of(const Judgement& judgement, const Criteria& criteria, const std::string& reference_name,
+    const std::string& candidate_name) {
+    const std::string both = reference_name + " and " + candidate_name;
+    const std::string bounds =
+        fmt::format("±{} overall, worst 16×16 tile ±{} ({:.0f} %)", percent(widest(judgement.level("image")).bound()),
+            percent(widest(judgement.level("tiles 16x16")).bound()), 100.0 * (1.0 - criteria.doubt));
+    const std::string detectable =
+        "; detectable: " + percent(judgement.level("image").minimum_detectable_relative) + " overall";
+    switch (judgement.verdict) {
+        case Verdict::agree:
+            return both + " agree within " + bounds + detectable;
+        case Verdict::disagree:
+            return both + " disagree: " + judgement.reasons.front();
+        case Verdict::undecided:
+            break;
+    }
+    return both + " are undecided: no difference found, but it is only known to lie within " + bounds + detectable;
+}
+
+}  // namespace tandem

@@ -1,0 +1,279 @@
+#include "common/validation/verify/referee.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+
+#include "common/error.h"
+#include "common/statistics/multiple_tests.h"
+
+namespace tandem {
+
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+constexpr std::uint32_t probe_side = 16;  // longer side of the film that the referee's speed is measured on
+constexpr std::uint32_t least_side = 8;   // below, an image says too little of where a fault is
+constexpr std::uint64_t least_samples = 2 * samples_per_block;   // two blocks have a variance
+constexpr std::uint64_t wanted_samples = 8 * samples_per_block;  // that a size must allow for
+constexpr std::uint64_t most_batches = 64;
+constexpr double part_of_budget = 0.8;  // speeds differ from what a tiny film foretells
+
+// Never enlarged.
+RenderSettings scaled_to(const RenderSettings& settings, std::uint32_t longer_side) {
+    return with_longer_side(settings, std::min(longer_side, std::max(settings.width, settings.height)));
+}
+
+double pixels_of(const RenderSettings& settings) { return double{1.0} * settings.width * settings.height; }
+
+// One witness at work, and what it has gathered.
+struct Witness {
+    std::unique_ptr<RenderJob> job;
+    Estimate estimate;
+    std::vector<Batch> batches;
+
+    Witness(Renderer& renderer, const Scene& scene, const RenderSettings& settings)
+        : job(renderer.prepare(scene, settings)), estimate(settings.width, settings.height) {}
+
+    void take(const Estimate& batch) {
+        batches.push_back(batch_of(batch, TileGrid(batch.width(), batch.height(), standard_tile_edge)));
+        estimate.merge(batch);
+    }
+    [[nodiscard]] SampledImage sampled() const {
+        SampledImage image;
+        image.width = estimate.width();
+        image.height = estimate.height();
+        image.pixels = pixel_statistics(estimate);
+        image.batches = batches;
+        image.samples = estimate.count();
+        image.invalid = estimate.invalid();
+        return image;
+    }
+};
+
+class Arbitration {
+public:
+    explicit Arbitration(const RefereeRequest& request) : request_(request) {
+        report_.info = request.referee.info();
+        report_.name = report_.info.backend;
+        report_.settings = request.settings;
+        report_.settings.accumulation.reset();  // the sides' own affair: a referee loses no samples
+        report_.budget_seconds = request.budget_seconds;
+    }
+    RefereeReport run();
+
+private:
+    [[nodiscard]] double elapsed() const { return std::chrono::duration<double>(Clock::now() - start_).count(); }
+    [[nodiscard]] std::optional<Estimate> render(RenderJob& job, SampleRange range);
+    void choose_integrator();
+    [[nodiscard]] bool choose_size();
+    void ask();
+    [[nodiscard]] bool draw_to(std::uint64_t samples);
+    void judge_look(const LookShare& share);
+    void say_that_it_cannot_tell();
+    void say_whether_it_meets_the_closed_form();
+
+    const RefereeRequest& request_;
+    Clock::time_point start_ = Clock::now();
+    RefereeReport report_;
+    Criteria criteria_ = request_.criteria;
+    Integrator referee_integrator_ = request_.settings.integrator;
+    std::uint64_t affordable_ = 0, batch_ = samples_per_block;
+    std::vector<Witness> witnesses_;              // reference, candidate, referee
+    std::vector<PairedDifferences> differences_;  // reference and candidate against the referee
+};
+
+// The samples of `range`, or nothing when stopped or when twice the budget has gone.
+std::optional<Estimate> Arbitration::render(RenderJob& job, SampleRange range) {
+    std::stop_source source;
+    const std::stop_callback forward(request_.stop, [&] { source.request_stop(); });
+    RenderControl control;
+    control.stop = source.get_token();
+    control.progress = [&](double) {
+        if (request_.progress) request_.progress("asking the " + report_.name);
+        if (elapsed() > 2.0 * request_.budget_seconds) source.request_stop();
+    };
+    RenderResult result = job.render(range, control);
+    if (result.estimate.count() != range.count()) return std::nullopt;
+    return std::move(result.estimate);
+}
+
+// Throws UnsupportedError where the referee cannot do the scene at all.
+void Arbitration::choose_integrator() {
+    try {
+        (void)request_.referee.prepare(request_.scene, scaled_to(report_.settings, probe_side));
+    } catch (const UnsupportedError&) {
+        if (referee_integrator_ == Integrator::path) throw;
+        referee_integrator_ = Integrator::path;
+        criteria_.same_estimator = false;
+    }
+    if (!same_estimator(report_.info, RendererInfo{}, referee_integrator_)) criteria_.same_estimator = false;
+    report_.settings.integrator = referee_integrator_;
+    if (referee_integrator_ != Integrator::next_event) report_.settings.mis = true;
+}
+
+bool Arbitration::choose_size() {
+    RenderSettings probe = scaled_to(report_.settings, probe_side);
+    const std::unique_ptr<RenderJob> job = request_.referee.prepare(request_.scene, probe);
+    const Clock::time_point start = Clock::now();
+    if (!render(*job, {0, samples_per_block})) return false;
+    const double referee_seconds = std::chrono::duration<double>(Clock::now() - start).count() /
+                                   static_cast<double>(samples_per_block) / pixels_of(probe);
+    const double budget = part_of_budget * (request_.budget_seconds - elapsed());
+    for (std::uint32_t side = std::max(request_.settings.width, request_.settings.height);; side /= 2) {
+        report_.settings = scaled_to(report_.settings, side);
+        // A smaller film is not sure to make the two sides faster.
+        const double cost = referee_seconds * pixels_of(report_.settings) + request_.seconds_per_sample;
+        const double samples = std::min(budget / cost, static_cast<double>(request_.max_samples));
+        affordable_ = samples > 0.0 ? static_cast<std::uint64_t>(samples) / samples_per_block * samples_per_block : 0;
+        if (affordable_ >= std::min(wanted_samples, request_.max_samples) || side / 2 < least_side) break;
+    }
+    return affordable_ >= least_samples;
+}
+
+bool Arbitration::draw_to(std::uint64_t samples) {
+    for (std::uint64_t begin = witnesses_.front().estimate.count(); begin < samples; begin += batch_) {
+        std::vector<Estimate> batches;
+        for (Witness& witness : witnesses_) {
+            std::optional<Estimate> batch = render(*witness.job, {begin, begin + batch_});
+            if (!batch) return false;
+            batches.push_back(std::move(*batch));
+        }
+        for (std::size_t side = 0; side < differences_.size(); ++side)
+            differences_[side].add(batches.back(), batches[side]);
+        for (std::size_t i = 0; i < witnesses_.size(); ++i) witnesses_[i].take(batches[i]);
+    }
+    return true;
+}
+
+void Arbitration::judge_look(const LookShare& share) {
+    const SampledImage referee = witnesses_.back().sampled();
+    const auto against = [&](std::size_t side) {
+        const PairedResult paired = differences_[side].result(criteria_, share.doubt / 2.0);
+        return judge(referee, witnesses_[side].sampled(), &paired, criteria_, share);
+    };
+    report_.reference = against(0);
+    report_.candidate = against(1);
+    report_.samples = referee.samples;
+    const bool reference = report_.reference->verdict == Verdict::disagree;
+    const bool candidate = report_.candidate->verdict == Verdict::disagree;
+    report_.outvoted = reference && candidate ? Outvoted::both
+                       : reference            ? Outvoted::reference
+                       : candidate            ? Outvoted::candidate
+                                              : Outvoted::nobody;
+}
+
+void Arbitration::ask() {
+    while (affordable_ > batch_ * most_batches) batch_ *= 2;
+    std::vector<std::uint64_t> looks;
+    for (std::uint64_t samples = affordable_ / batch_ * batch_; samples >= 2 * batch_;
+         samples = samples / 2 / batch_ * batch_)
+        looks.insert(looks.begin(), samples);
+    RenderSettings of_sides = report_.settings;
+    of_sides.integrator = request_.settings.integrator;
+    of_sides.mis = request_.settings.mis;
+    of_sides.accumulation = request_.settings.accumulation;
+    witnesses_.emplace_back(request_.reference, request_.scene, of_sides);
+    witnesses_.emplace_back(request_.candidate, request_.scene, of_sides);
+    witnesses_.emplace_back(request_.referee, request_.scene, report_.settings);
+    for (std::size_t side = 0; side < 2; ++side)
+        differences_.emplace_back(of_sides.width, of_sides.height, criteria_.fixed_tolerance);
+    const double looks_count = static_cast<double>(looks.size());
+    const LookShare share{0.5 * criteria_.false_alarm / looks_count, criteria_.doubt / looks_count};
+    for (const std::uint64_t samples : looks) {
+        if (!draw_to(samples)) return;
+        judge_look(share);
+        if (report_.outvoted != Outvoted::nobody) return;
+    }
+}
+
+void Arbitration::say_that_it_cannot_tell() {
+    const std::string seconds = fmt::format("{:.2g} s", request_.budget_seconds);
+    if (request_.stop.stop_requested()) {
+        report_.text = "the " + report_.name + " was stopped before it could tell";
+    } else if (!report_.reference || !report_.candidate) {
+        report_.text = fmt::format("the {} cannot tell which is right: {} are too few for it", report_.name, seconds);
+    } else {
+        const auto known = [](const Judgement& judgement) {
+            return percent(widest(judgement.level("paired image")).bound());
+        };
+        report_.text = fmt::format("the {} cannot tell within {} which is right: {} is within ±{} of it, {} within ±{}",
+            report_.name, seconds, request_.reference_name, known(*report_.reference), request_.candidate_name,
+            known(*report_.candidate));
+    }
+}
+
+// A scene whose closed form even the referee misses is more likely wrong itself.
+void Arbitration::say_whether_it_meets_the_closed_form() {
+    const ClosedFormUse use = closed_form_of(request_.scene, report_.settings);
+    if (!use.form || !report_.reference) return;
+    const LevelResult level =
+        compare_closed_form("closed form", *use.form, witnesses_.back().sampled(), criteria_, criteria_.doubt / 2.0);
+    if (level.p <= criteria_.false_alarm)
+        report_.text += fmt::format("; the {} misses the closed form too, by {}", report_.name, off_by(level));
+}
+
+RefereeReport Arbitration::run() {
+    try {
+        choose_integrator();
+        if (choose_size()) ask();
+        if (report_.outvoted == Outvoted::nobody)
+            say_that_it_cannot_tell();
+        else
+            report_.text = vote_of("the " + report_.name, report_.outvoted, request_.reference_name,
+                request_.candidate_name, off_by(*report_.reference), off_by(*report_.candidate));
+    } catch (const Error& error) {  // a device lost, too: what the two have shown stands
+        report_.text = "the " + report_.name + " was not asked: " + error.what();
+    }
+    say_whether_it_meets_the_closed_form();
+    report_.seconds = elapsed();
+    return std::move(report_);
+}
+
+}  // namespace
+
+const char* name_of(Outvoted outvoted) {
+    switch (outvoted) {
+        case Outvoted::reference:
+            return "reference";
+        case Outvoted::candidate:
+            return "candidate";
+        case Outvoted::both:
+            return "both";
+        case Outvoted::nobody:
+            break;
+    }
+    return "nobody";
+}
+
+Outvoted outvoted_by_closed_form(const Judgement& judgement) {
+    const bool reference = judgement.significant(closed_form_reference_level);
+    const bool candidate = judgement.significant(closed_form_candidate_level);
+    if (reference && candidate) return Outvoted::both;
+    if (reference) return Outvoted::reference;
+    return candidate ? Outvoted::candidate : Outvoted::nobody;
+}
+
+std::string vote_of(const std::string& witness, Outvoted outvoted, const std::string& reference_name,
+    const std::string& candidate_name, const std::string& reference_off, const std::string& candidate_off) {
+    switch (outvoted) {
+        case Outvoted::reference:
+            return fmt::format(
+                "{} sides with {}: {} is off by {}", witness, candidate_name, reference_name, reference_off);
+        case Outvoted::candidate:
+            return fmt::format(
+                "{} sides with {}: {} is off by {}", witness, reference_name, candidate_name, candidate_off);
+        case Outvoted::both:
+            return fmt::format("{} sides with neither: {} is off by {}, {} by {}", witness, reference_name,
+                reference_off, candidate_name, candidate_off);
+        case Outvoted::nobody:
+            break;
+    }
+    return witness + " contradicts neither";
+}
+
+RefereeReport ask_referee(const RefereeRequest& request) { return Arbitration(request).run(); }
+
+}  // namespace tandem

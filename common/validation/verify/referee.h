@@ -1,0 +1,59 @@
+// The third witness: where two renderers disagree, another one (the oracle) is asked which of them is outvoted. Like
+// the rest of the suite it knows Renderers only.
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <stop_token>
+#include <string>
+
+#include "common/render/renderer.h"
+#include "common/validation/verdict/verdict.h"
+
+namespace tandem {
+
+// Which side a third witness contradicts.
+enum class Outvoted { nobody, reference, candidate, both };
+[[nodiscard]] const char* name_of(Outvoted outvoted);
+
+// Of the levels against the closed form; nobody where there are none.
+[[nodiscard]] Outvoted outvoted_by_closed_form(const Judgement& judgement);
+
+// "the oracle sides with CPU: Vulkan is off by +1.2 % (image, red)"; `off` says by how much each side is.
+[[nodiscard]] std::string vote_of(const std::string& witness, Outvoted outvoted, const std::string& reference_name,
+    const std::string& candidate_name, const std::string& reference_off, const std::string& candidate_off);
+
+struct RefereeReport {
+    std::string name;  // "oracle"
+    RendererInfo info;
+    RenderSettings settings;    // size and integrator that it was asked with
+    std::uint64_t samples = 0;  // a pixel
+    double seconds = 0.0, budget_seconds = 0.0;
+    Outvoted outvoted = Outvoted::nobody;
+    std::optional<Judgement> reference, candidate;  // each side against the referee; empty where it was not asked
+    std::string text;                               // its vote, or why there is none
+};
+
+struct RefereeRequest {
+    const Scene& scene;
+    RenderSettings settings;  // of the verdict; the seed is the reference's
+    Renderer& reference;
+    Renderer& candidate;
+    Renderer& referee;
+    std::string reference_name, candidate_name;
+    Criteria criteria;
+    double seconds_per_sample = 0.0;  // of both sides together, at the verdict's size
+    double budget_seconds = 0.0;
+    std::uint64_t max_samples = 0;  // a pixel
+    std::stop_token stop;
+    std::function<void(const std::string& text)> progress;
+};
+
+// All three render the same seed, so that paired differences (paired.h) see far more than the noise would let through,
+// and each side is judged against the referee. The size is the verdict's, halved until 512 samples fit the budget, as
+// the referee's speed on a tiny film foretells; looks double up to what fits, and the first that contradicts a side
+// ends it. Each side has half of the declared false alarms, spread over the looks. A referee that lacks next-event
+// estimation takes the integrator `path`, whose mean is the same; variances are then not compared.
+[[nodiscard]] RefereeReport ask_referee(const RefereeRequest& request);
+
+}  // namespace tandem

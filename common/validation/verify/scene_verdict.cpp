@@ -1,0 +1,78 @@
+#include "common/validation/verify/scene_verdict.h"
+
+#include <algorithm>
+
+#include "common/statistics/batch_tests.h"
+
+namespace tandem {
+
+namespace {
+
+std::vector<std::vector<double>> tile_means(const SampledImage& image) {
+    std::vector<std::vector<double>> means;
+    for (const Batch& batch : image.batches) means.push_back(batch.tiles.means);
+    return means;
+}
+
+// Whether the sides differ from each other, not only from the closed form.
+bool differ(const SceneVerdict& verdict) {
+    const Judgement& j = verdict.judgement;
+    const bool level = std::ranges::any_of(
+        j.levels, [](const LevelResult& l) { return l.significant && !l.name.starts_with("closed form"); });
+    return level || j.fixed.mismatches > 0 || verdict.reference.invalid > 0 || verdict.candidate.invalid > 0;
+}
+
+// The votes of the other witnesses, in the order in which they count.
+void add_votes(SceneVerdict& verdict) {
+    const Judgement& judgement = verdict.judgement;
+    verdict.outvoted = outvoted_by_closed_form(judgement);
+    if (verdict.outvoted != Outvoted::nobody) {
+        const std::string vote = vote_of("the closed form " + verdict.closed_form.form->formula, verdict.outvoted,
+            verdict.reference_name, verdict.candidate_name, off_by(judgement.level(closed_form_reference_level)),
+            off_by(judgement.level(closed_form_candidate_level)));
+        if (differ(verdict))
+            verdict.sentence += "; " + vote;
+        else
+            verdict.sentence = verdict.reference_name + " and " + verdict.candidate_name +
+                               " show no difference, but are not both right: " + vote;
+    }
+    if (!verdict.referee) return;
+    verdict.sentence += "; " + verdict.referee->text;
+    if (verdict.outvoted == Outvoted::nobody) verdict.outvoted = verdict.referee->outvoted;
+}
+
+}  // namespace
+
+Look look_of(const Judgement& judgement, std::uint64_t samples, const LookShare& share, double seconds) {
+    Look look;
+    look.samples = samples;
+    look.share = share;
+    look.verdict = judgement.verdict;
+    for (const LevelResult& level : judgement.levels)
+        if (level.threshold > 0.0) look.least_p = std::min(look.least_p, level.p);
+    look.image_bound = widest(judgement.level("image")).bound();
+    look.tile_bound = widest(judgement.level("tiles 16x16")).bound();
+    look.seconds = seconds;
+    return look;
+}
+
+void conclude(SceneVerdict& verdict) {
+    if (verdict.looks.empty()) {
+        verdict.sentence = verdict.reference_name + " and " + verdict.candidate_name +
+                           " are undecided: stopped before there was enough to judge";
+        return;
+    }
+    // What was seen before a look was due is no agreement.
+    if (verdict.stopped && verdict.judgement.verdict == Verdict::agree) verdict.judgement.verdict = Verdict::undecided;
+    verdict.verdict = verdict.judgement.verdict;
+    verdict.sentence = sentence_of(verdict.judgement, verdict.criteria, verdict.reference_name, verdict.candidate_name);
+    if (verdict.reference.batches.size() >= 4 && verdict.candidate.batches.size() >= 4)
+        verdict.permutation_p = permutation_p_value(tile_means(verdict.reference), tile_means(verdict.candidate),
+            {.permutations = 999, .enough = 50, .seed = 1});
+    if (verdict.verdict != Verdict::disagree) return;
+    verdict.registration = register_images(verdict.reference, verdict.candidate);
+    if (!verdict.registration->text.empty()) verdict.sentence += "; it looks like " + verdict.registration->text;
+    add_votes(verdict);
+}
+
+}  // namespace tandem

@@ -1,0 +1,63 @@
+// Everything that a report says of one scene, or of one comparison of images: plain data.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "common/render/renderer.h"
+#include "common/validation/verdict/registration.h"
+#include "common/validation/verdict/verdict.h"
+#include "common/validation/verify/convergence.h"
+#include "common/validation/verify/referee.h"
+#include "common/validation/verify/worst_pixel.h"
+
+namespace tandem {
+
+// One row of the history of looks.
+struct Look {
+    std::uint64_t samples = 0;  // a pixel and side
+    LookShare share;
+    Verdict verdict = Verdict::undecided;
+    double least_p = 1.0;      // over levels, each corrected for its own tests
+    double image_bound = 0.0;  // relative
+    double tile_bound = 0.0;
+    double seconds = 0.0;  // since the start
+};
+
+// Everything that a report says of one scene (or of one comparison of images).
+struct SceneVerdict {
+    std::string scene;
+    Verdict verdict = Verdict::undecided;
+    std::string sentence;
+    Judgement judgement;  // of the last look
+    PairedResult paired;
+    std::vector<Look> looks;
+    // Exact check beside the levels, where there are four batches a side: permutation of batches, greatest |t| over
+    // tiles and channels. It gates nothing (its least p, 1/1000, is too coarse).
+    std::optional<double> permutation_p;
+    std::optional<Registration> registration;      // looked for where the sides disagree
+    ClosedFormUse closed_form;                     // of the scene, at these settings
+    std::optional<RefereeReport> referee;          // asked where the sides disagree
+    std::optional<ConvergenceReport> convergence;  // where it was asked for; it gates nothing
+    Outvoted outvoted = Outvoted::nobody;          // by the closed form, else by the referee
+    std::optional<WorstPixel> worst;               // where there were looks at two renderers
+    std::string reference_name, candidate_name;
+    RendererInfo reference_info, candidate_info;
+    RenderSettings settings;
+    Criteria criteria;
+    std::uint64_t reference_seed = 0, candidate_seed = 0;
+    SampledImage reference, candidate;
+    double reference_seconds = 0.0, candidate_seconds = 0.0;  // rendering, paired samples included
+    double seconds = 0.0;                                     // all
+    bool stopped = false;
+};
+
+// Row of the history for a judgement on `samples` a pixel and side, made `seconds` after the start.
+[[nodiscard]] Look look_of(const Judgement& judgement, std::uint64_t samples, const LookShare& share, double seconds);
+
+// Sets the verdict, its sentence, the permutation check and, where the sides disagree, the registration, all from the
+// judgement and the two sides at hand.
+void conclude(SceneVerdict& verdict);
+
+}  // namespace tandem

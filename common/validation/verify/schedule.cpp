@@ -1,0 +1,54 @@
+#include "common/validation/verify/schedule.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "common/render/estimate.h"
+
+namespace tandem {
+
+namespace {
+
+constexpr std::uint64_t least_batches = 2;  // to have a variance between batches
+constexpr std::uint64_t most_batches = 64;  // at the last look; more would only cost calls
+constexpr std::uint64_t most_paired_batches = 4;
+constexpr std::size_t most_spare_looks = 2;
+constexpr double part_of_budget = 0.9;  // the rest is for judging and for uneven speed
+
+std::uint64_t round_down(double samples, std::uint64_t multiple) {
+    // 2^50 samples are out of reach; the cut keeps the conversion defined.
+    return static_cast<std::uint64_t>(std::clamp(samples, 0.0, 0x1p50)) / multiple * multiple;
+}
+
+}  // namespace
+
+Schedule make_schedule(const ScheduleRequest& request) {
+    Schedule schedule;
+    const double both = request.seconds_per_sample_reference + request.seconds_per_sample_candidate;
+    double affordable = part_of_budget * std::max(0.0, request.budget_seconds) / std::max(both, 1e-12);
+
+    schedule.batch_samples = samples_per_block;
+    const double wanted = std::min(affordable, static_cast<double>(request.max_samples));
+    while (wanted > static_cast<double>(schedule.batch_samples * most_batches)) schedule.batch_samples *= 2;
+
+    const std::uint64_t batch = schedule.batch_samples;
+    // The paired phase costs the candidate's time alone; an eighth of the budget at most.
+    if (request.paired) {
+        const double paired_seconds = static_cast<double>(batch) * request.seconds_per_sample_candidate;
+        const double batches = 0.125 * request.budget_seconds / std::max(paired_seconds, 1e-12);
+        schedule.paired_batches = std::clamp(round_down(batches, 1), least_batches, most_paired_batches);
+        affordable -= static_cast<double>(schedule.paired_batches) * paired_seconds / std::max(both, 1e-12);
+    }
+    affordable = std::min(affordable, static_cast<double>(request.max_samples));
+    const std::uint64_t last = std::max(round_down(affordable, batch), least_batches * batch);
+    for (std::uint64_t samples = last; samples >= least_batches * batch && schedule.looks.size() < request.max_looks;
+         samples = round_down(static_cast<double>(samples) / 2.0, batch))
+        schedule.looks.insert(schedule.looks.begin(), samples);
+    for (std::uint64_t samples = 2 * last;
+         samples <= request.max_samples && schedule.spare_looks.size() < most_spare_looks; samples *= 2)
+        schedule.spare_looks.push_back(samples);
+    schedule.paired_batches = std::min(schedule.paired_batches, schedule.looks.front() / batch);
+    return schedule;
+}
+
+}  // namespace tandem

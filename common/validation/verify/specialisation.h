@@ -1,0 +1,57 @@
+// What leaving out the absent effects is worth on one renderer: the same samples by kernels made for the scene and by
+// the general ones, held against each other bit by bit and timed in turn.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <optional>
+#include <stop_token>
+#include <vector>
+
+#include "common/render/effects.h"
+#include "common/render/renderer.h"
+#include "common/statistics/distributions.h"
+
+namespace tandem {
+
+struct SpecialisationOptions {
+    double seconds = 10.0;  // of timing, after the kernels are made
+    std::size_t least_rounds = 5, most_rounds = 200;
+    std::size_t makings = 2;  // >= 1, of the kernels, each by a new renderer
+    std::uint64_t seed = 1;   // of the order within a round
+    std::stop_token stop;
+    std::function<void(double fraction)> progress;
+};
+
+struct SpecialisationSide {
+    JobFacts facts;
+    // Wall clock of making the kernels: what the renderer says, and what a first sample takes longer than a second, as
+    // drivers may put compiling off until then. 0 where they were compiled with the program (JobFacts::variant). The
+    // longest of the makings: drivers that remember kernels make them faster the next time. Those that keep them from
+    // one run to the next may do so at the first, which nothing tells: the time is then too short.
+    double kernel_seconds = 0.0;
+    std::vector<double> kernel_makings;
+    double make_seconds = 0.0;  // wall clock of all preparation and a first sample, mean of the makings
+    double milliseconds = 0.0;  // a sample of every pixel, median of the rounds
+};
+
+struct SpecialisationReport {
+    std::vector<EffectFinding> findings;
+    SpecialisationSide specialised, general;
+    bool identical = false;  // the two estimates of the same samples, bit for bit
+    std::size_t rounds = 0;
+    bool device_clock = false;  // times are the device's own
+    double speedup = 1.0;       // general over specialised time, geometric mean of the rounds
+    Interval interval;          // of the speed-up, 95 %
+    // Samples after which the time saved has paid for making the specialised kernels (kernel_seconds, so perhaps too
+    // few), the general ones being at hand; 0 where none are made. Empty: the time saved cannot be told from none.
+    std::optional<double> samples_to_pay;
+};
+
+// Makes both kinds of kernels in alternate order, after a small job that takes the driver's own start upon itself.
+// After a stop it concludes from the rounds that are done. Throws what prepare() throws, and Error where those are
+// fewer than least_rounds; settings.effects is replaced.
+[[nodiscard]] SpecialisationReport measure_specialisation(const Scene& scene, const RenderSettings& settings,
+    const std::function<std::unique_ptr<Renderer>()>& make_renderer, const SpecialisationOptions& options);
+
+}  // namespace tandem

@@ -1,0 +1,97 @@
+#include "common/validation/verify/trace_comparison.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <utility>
+
+namespace tandem {
+
+namespace {
+
+double greatest(const glm::dvec3& v) { return std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)}); }
+
+// Apart by how many ulp of a number of the size of `magnitude`.
+double ulps(const glm::dvec3& a, const glm::dvec3& b, double magnitude) {
+    if (a == b) return 0.0;
+    const glm::dvec3 apart = a - b;
+    if (!std::isfinite(apart.x) || !std::isfinite(apart.y) || !std::isfinite(apart.z)) return INFINITY;
+    return greatest(apart) / std::ldexp(1.0, std::max(std::ilogb(magnitude), -126) - 23);
+}
+double ulps(const glm::dvec3& a, const glm::dvec3& b) { return ulps(a, b, std::max(greatest(a), greatest(b))); }
+
+VertexDistance distance_of(const TracedVertex& a, const TracedVertex& b, CompareRadiance radiance) {
+    VertexDistance result;
+    const double place = std::max({greatest(a.position), greatest(b.position), greatest(a.origin), greatest(b.origin)});
+    result.position_ulp = ulps(a.position, b.position, place);
+    result.normal_ulp = ulps(a.normal, b.normal);
+    result.throughput_ulp = ulps(a.throughput, b.throughput);
+    if (a.end == PathEnd::goes_on && b.end == PathEnd::goes_on) {
+        result.direction_ulp = ulps(a.next_direction, b.next_direction);
+        result.next_throughput_ulp = ulps(a.next_throughput, b.next_throughput);
+        if (a.pdf > 0.0 && b.pdf > 0.0) result.pdf_ulp = ulps(glm::dvec3(a.pdf), glm::dvec3(b.pdf));
+    }
+    if (radiance == CompareRadiance::yes) result.radiance_ulp = ulps(a.radiance, b.radiance);
+    return result;
+}
+
+std::string met(const TracedVertex& vertex) {
+    if (vertex.in_medium) return "the medium";
+    return vertex.primitive == no_index ? "nothing" : fmt::format("primitive {}", vertex.primitive);
+}
+
+std::string ending(const TracedVertex& vertex) {
+    constexpr std::array names{"goes on", "leaves the scene", "is absorbed by an emitter", "has no bounces left",
+        "is ended by roulette", "is absorbed", "ends with direct light", "is invalid"};
+    return names.at(static_cast<std::size_t>(vertex.end));
+}
+
+// Empty: the vertices are the same but for rounding. What causes comes before what follows from it.
+std::string difference(const TracedVertex& a, const TracedVertex& b, const VertexDistance& distance, double tolerated) {
+    if (a.in_medium != b.in_medium || a.primitive != b.primitive)
+        return fmt::format("the rays meet different things: {} and {}", met(a), met(b));
+    const std::pair<double, const char*> place[] = {{distance.position_ulp, "the vertices lie"},
+        {distance.normal_ulp, "the normals are"}, {distance.throughput_ulp, "the arriving throughputs are"}};
+    for (const auto& [ulp, what] : place)
+        if (!(ulp <= tolerated)) return fmt::format("{} {:.0f} ulp apart", what, ulp);
+    if (a.end != b.end) return fmt::format("one path {}, the other {}", ending(a), ending(b));
+    const std::pair<double, const char*> onward[] = {{distance.direction_ulp, "the new directions are"},
+        {distance.pdf_ulp, "the densities of the new direction are"},
+        {distance.next_throughput_ulp, "the new throughputs are"},
+        {distance.radiance_ulp, "the radiances gathered until here are"}};
+    for (const auto& [ulp, what] : onward)
+        if (!(ulp <= tolerated)) return fmt::format("{} {:.0f} ulp apart", what, ulp);
+    return "";
+}
+
+}  // namespace
+
+TraceComparison compare_traces(const PathTrace& a, const PathTrace& b, CompareRadiance radiance, double tolerated_ulp) {
+    TraceComparison result;
+    VertexDistance worst;
+    const std::size_t both = std::min(a.vertices.size(), b.vertices.size());
+    for (std::size_t k = 0; k < both; ++k) {
+        const VertexDistance distance = distance_of(a.vertices[k], b.vertices[k], radiance);
+        result.vertices.push_back(distance);
+        worst.position_ulp = std::max(worst.position_ulp, distance.position_ulp);
+        worst.direction_ulp = std::max(worst.direction_ulp, distance.direction_ulp);
+        worst.throughput_ulp = std::max(worst.throughput_ulp, distance.throughput_ulp);
+        if (result.first_divergence) continue;
+        result.reason = difference(a.vertices[k], b.vertices[k], distance, tolerated_ulp);
+        if (!result.reason.empty()) result.first_divergence = k;
+    }
+    if (result.first_divergence) return result;
+    if (a.vertices.size() != b.vertices.size()) {
+        result.first_divergence = both;
+        result.reason = fmt::format("one path ends after {} vertices, the other goes on", both);
+        return result;
+    }
+    result.reason = fmt::format(
+        "the same path; rounding took positions {:.0f}, directions {:.0f}, throughputs {:.0f} ulp apart at most",
+        worst.position_ulp, worst.direction_ulp, worst.throughput_ulp);
+    return result;
+}
+
+}  // namespace tandem

@@ -1,0 +1,348 @@
+#include "common/validation/verify/verify.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <utility>
+
+#include "common/error.h"
+#include "common/scene/coincident_faces.h"
+#include "common/statistics/multiple_tests.h"
+#include "common/validation/verify/schedule.h"
+
+namespace tandem {
+
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+// One renderer at work with one seed: an estimate that grows by whole batches.
+struct Side {
+    std::unique_ptr<RenderJob> job;
+    Estimate estimate;
+    std::vector<Batch> batches;
+    double seconds = 0.0;
+    std::optional<Estimate> first_block;  // kept from the measurement of speed
+};
+
+class Verification {
+public:
+    Verification(const Scene& scene, Renderer& reference, Renderer& candidate, const VerifyOptions& options)
+        : scene_(scene), reference_renderer_(reference), candidate_renderer_(candidate), options_(options) {
+        verdict_.scene = scene.name;
+        verdict_.settings = options.settings.value_or(verification_settings(scene));
+        verdict_.criteria = options.criteria;
+        verdict_.criteria.fixed_tolerance = float_transport_tolerance(verdict_.settings.bounces);
+        verdict_.closed_form = closed_form_of(scene, verdict_.settings);
+        verdict_.reference_seed = options.seed;
+        verdict_.candidate_seed = options.seed + 1;
+        verdict_.reference_info = reference.info();
+        verdict_.candidate_info = candidate.info();
+        verdict_.criteria.same_estimator =
+            same_estimator(verdict_.reference_info, verdict_.candidate_info, verdict_.settings.integrator);
+        set_names();
+    }
+
+    SceneVerdict run();
+
+private:
+    void set_names();
+    [[nodiscard]] double elapsed() const { return std::chrono::duration<double>(Clock::now() - start_).count(); }
+    [[nodiscard]] Side side(Renderer& renderer, std::uint64_t seed) const;
+    [[nodiscard]] std::optional<Estimate> render(Side& side, SampleRange range, const std::string& what);
+    void take(Side& side, Estimate batch);
+    [[nodiscard]] bool extend(Side& side, std::uint64_t samples, const std::string& what);
+    void run_paired();
+    void compare_short_paths();
+    [[nodiscard]] std::optional<double> measure_speed_of(Side& side);
+    void measure_speed();
+    [[nodiscard]] static double seconds_to(const Side& side, std::uint64_t samples);
+    void run_looks();
+    void judge_look(const LookShare& share);
+    void ask_third_witness();
+    void find_worst_pixel();
+    [[nodiscard]] std::uint64_t max_samples() const {
+        return options_.max_samples > 0 ? options_.max_samples : default_max_samples(verdict_.settings);
+    }
+    [[nodiscard]] SampledImage sampled(const Side& side) const;
+    void report(double fraction, const std::string& text) const;
+
+    const Scene& scene_;
+    Renderer& reference_renderer_;
+    Renderer& candidate_renderer_;
+    const VerifyOptions& options_;
+    Clock::time_point start_ = Clock::now();
+    SceneVerdict verdict_;
+    Side reference_, candidate_;
+    Schedule schedule_;
+    double paired_seconds_ = 0.0;
+};
+
+void Verification::set_names() {
+    const auto name = [](const RendererInfo& info) {
+        if (info.backend == "cpu") return std::string("CPU");
+        if (info.backend == "vulkan") return std::string("Vulkan");
+        return info.backend;
+    };
+    verdict_.reference_name = name(verdict_.reference_info);
+    verdict_.candidate_name = name(verdict_.candidate_info);
+    if (verdict_.reference_name != verdict_.candidate_name) return;
+    verdict_.reference_name += " (reference)";
+    verdict_.candidate_name += " (candidate)";
+}
+
+Side Verification::side(Renderer& renderer, std::uint64_t seed) const {
+    RenderSettings settings = verdict_.settings;
+    settings.seed = seed;
+    Side result;
+    result.job = renderer.prepare(scene_, settings);
+    result.estimate = Estimate(settings.width, settings.height);
+    return result;
+}
+
+void Verification::report(double fraction, const std::string& text) const {
+    if (options_.progress) options_.progress(std::clamp(fraction, 0.0, 1.0), text);
+}
+
+// The samples of `range`, or nothing when stopped on the way: only whole batches count.
+std::optional<Estimate> Verification::render(Side& side, SampleRange range, const std::string& what) {
+    if (options_.stop.stop_requested()) return std::nullopt;
+    if (side.first_block && range == SampleRange{0, samples_per_block}) return std::exchange(side.first_block, {});
+    RenderControl control;
+    control.stop = options_.stop;
+    control.progress = [&](double) { report(elapsed() / options_.budget_seconds, what); };
+    RenderResult result = side.job->render(range, control);
+    side.seconds += result.seconds;
+    if (result.estimate.count() != range.count()) return std::nullopt;
+    return std::move(result.estimate);
+}
+
+void Verification::take(Side& side, Estimate batch) {
+    const TileGrid tiles(batch.width(), batch.height(), standard_tile_edge);
+    side.batches.push_back(batch_of(batch, tiles));
+    side.estimate.merge(std::move(batch));
+}
+
+bool Verification::extend(Side& side, std::uint64_t samples, const std::string& what) {
+    for (std::uint64_t begin = side.estimate.count(); begin < samples; begin += schedule_.batch_samples) {
+        std::optional<Estimate> batch = render(side, {begin, begin + schedule_.batch_samples}, what);
+        if (!batch) return false;
+        take(side, std::move(*batch));
+    }
+    return true;
+}
+
+// The reference's first batches once more by the candidate, with the reference's seed.
+void Verification::run_paired() {
+    if (schedule_.paired_batches < 2) return;
+    Side paired = side(candidate_renderer_, verdict_.reference_seed);
+    PairedDifferences differences(verdict_.settings.width, verdict_.settings.height, verdict_.criteria.fixed_tolerance);
+    std::uint64_t invalid = 0;
+    for (std::uint64_t k = 0; k < schedule_.paired_batches; ++k) {
+        const SampleRange range{k * schedule_.batch_samples, (k + 1) * schedule_.batch_samples};
+        std::optional<Estimate> a = render(reference_, range, "reference");
+        std::optional<Estimate> b = a ? render(paired, range, "candidate, paired seeds") : std::nullopt;
+        if (!a || !b) {
+            verdict_.stopped = true;
+            break;
+        }
+        differences.add(*a, *b);
+        invalid += b->invalid();
+        take(reference_, std::move(*a));
+    }
+    paired_seconds_ = paired.seconds;
+    candidate_.estimate.add_invalid(invalid);
+    verdict_.paired = differences.result(verdict_.criteria, verdict_.criteria.doubt / 2.0);
+    if (!verdict_.stopped) compare_short_paths();
+}
+
+// The same random numbers at few bounces: the same samples, where both follow MODEL.md section 3. Which of two faces at
+// one place comes first is up to rounding, though (5.2), and the numbers of what follows with it.
+void Verification::compare_short_paths() {
+    const bool follow = verdict_.reference_info.follows_numbers && verdict_.candidate_info.follows_numbers &&
+                        verdict_.settings.integrator != Integrator::bidirectional && !passed_faces_coincide(scene_);
+    if (!follow) return;
+    std::vector<Estimate> estimates;
+    for (Renderer* renderer : {&reference_renderer_, &candidate_renderer_}) {
+        RenderSettings settings = verdict_.settings;
+        settings.seed = verdict_.reference_seed;
+        settings.bounces = std::min(settings.bounces, short_path_bounces);
+        Side side{renderer->prepare(scene_, settings), {}, {}, 0.0, {}};
+        std::optional<Estimate> block = render(side, {0, samples_per_block}, "short paths, paired seeds");
+        if (!block) {
+            verdict_.stopped = true;
+            return;
+        }
+        estimates.push_back(std::move(*block));
+    }
+    verdict_.paired.paths = compare_paths(estimates[0], estimates[1], verdict_.criteria.fixed_tolerance);
+}
+
+SampledImage Verification::sampled(const Side& side) const {
+    SampledImage image;
+    image.width = side.estimate.width();
+    image.height = side.estimate.height();
+    image.pixels = pixel_statistics(side.estimate);
+    image.batches = side.batches;
+    image.samples = side.estimate.count();
+    image.invalid = side.estimate.invalid();
+    return image;
+}
+
+void Verification::judge_look(const LookShare& share) {
+    verdict_.reference = sampled(reference_);
+    verdict_.candidate = sampled(candidate_);
+    if (verdict_.reference.samples < 2 || verdict_.candidate.samples < 2) return;
+    const std::optional<ClosedForm>& form = verdict_.closed_form.form;
+    verdict_.judgement = judge(
+        verdict_.reference, verdict_.candidate, &verdict_.paired, verdict_.criteria, share, form ? &*form : nullptr);
+    const std::uint64_t samples = std::min(verdict_.reference.samples, verdict_.candidate.samples);
+    verdict_.looks.push_back(look_of(verdict_.judgement, samples, share, elapsed()));
+}
+
+// Until a decision, the end of the schedule or of the budget, or a stop.
+void Verification::run_looks() {
+    const double scenes = static_cast<double>(std::max<std::size_t>(options_.scenes, 1));
+    std::vector<std::uint64_t> looks = schedule_.looks;
+    looks.insert(looks.end(), schedule_.spare_looks.begin(), schedule_.spare_looks.end());
+    const std::vector<double> alarms = alpha_spending(verdict_.criteria.false_alarm / scenes, looks.size());
+    const std::vector<double> doubts = alpha_spending(verdict_.criteria.doubt / scenes, looks.size());
+    for (std::size_t k = 0; k < looks.size(); ++k) {
+        const std::uint64_t samples = looks[k];
+        const LookShare share{alarms[k], doubts[k]};
+        const std::string what = fmt::format("look {} of {}, {} samples", k + 1, looks.size(), samples);
+        // A machine slower than the schedule knew, or a spare look: one that would end well past the budget is not
+        // begun.
+        if (k > 0 && elapsed() + seconds_to(reference_, samples) + seconds_to(candidate_, samples) >
+                         1.1 * options_.budget_seconds)
+            return;
+        const bool complete = extend(reference_, samples, what) && extend(candidate_, samples, what);
+        if (!complete) {
+            verdict_.stopped = true;
+            if (verdict_.looks.empty()) judge_look(share);
+            return;
+        }
+        judge_look(share);
+        if (verdict_.judgement.verdict != Verdict::undecided) return;
+    }
+}
+
+// Seconds a sample of every pixel: of one block, which is used again where batches are single blocks, and of eight
+// times as many as before while that ended too soon to be timed, as calls cost time of their own.
+std::optional<double> Verification::measure_speed_of(Side& side) {
+    constexpr double least_seconds = 0.02;
+    for (std::uint64_t samples = samples_per_block;; samples *= 8) {
+        const Clock::time_point start = Clock::now();
+        const double before = side.seconds;
+        std::optional<Estimate> estimate = render(side, {0, samples}, "measuring speed");
+        if (!estimate) return std::nullopt;
+        if (samples == samples_per_block) side.first_block = std::move(estimate);
+        const double wall = std::chrono::duration<double>(Clock::now() - start).count();
+        const double seconds = side.seconds - before;
+        if (wall >= least_seconds || 32 * 8 * samples > max_samples()) return seconds / static_cast<double>(samples);
+    }
+}
+
+void Verification::measure_speed() {
+    const std::optional<double> reference = measure_speed_of(reference_);
+    const std::optional<double> candidate = reference ? measure_speed_of(candidate_) : std::nullopt;
+    verdict_.stopped = !candidate;
+    if (verdict_.stopped) return;
+    ScheduleRequest request;
+    request.seconds_per_sample_reference = *reference;
+    request.seconds_per_sample_candidate = *candidate;
+    request.budget_seconds = options_.budget_seconds - elapsed();
+    request.max_samples = max_samples();
+    request.max_looks = options_.max_looks;
+    request.paired = options_.paired;
+    schedule_ = make_schedule(request);
+    for (Side* side : {&reference_, &candidate_}) {
+        side->seconds = 0.0;
+        if (schedule_.batch_samples != samples_per_block) side->first_block.reset();
+    }
+    if (reference_.first_block) reference_.seconds = *reference * static_cast<double>(samples_per_block);
+    if (candidate_.first_block) candidate_.seconds = *candidate * static_cast<double>(samples_per_block);
+}
+
+void Verification::ask_third_witness() {
+    if (options_.referee == nullptr || verdict_.looks.empty() || verdict_.judgement.verdict != Verdict::disagree)
+        return;
+    const RendererInfo info = options_.referee->info();
+    if (info.backend == verdict_.reference_info.backend || info.backend == verdict_.candidate_info.backend) {
+        verdict_.referee.emplace();
+        verdict_.referee->name = info.backend;
+        verdict_.referee->text = "the " + info.backend + " is one of the two, so there is no third witness to ask";
+        return;
+    }
+    const double samples = static_cast<double>(std::max<std::uint64_t>(reference_.estimate.count(), 1));
+    RenderSettings settings = verdict_.settings;
+    settings.seed = verdict_.reference_seed;
+    const double left = options_.budget_seconds - elapsed();
+    verdict_.referee = ask_referee({.scene = scene_,
+        .settings = settings,
+        .reference = reference_renderer_,
+        .candidate = candidate_renderer_,
+        .referee = *options_.referee,
+        .reference_name = verdict_.reference_name,
+        .candidate_name = verdict_.candidate_name,
+        .criteria = verdict_.criteria,
+        .seconds_per_sample = (reference_.seconds + candidate_.seconds) / samples,
+        .budget_seconds = std::max(left, 0.1 * options_.budget_seconds),
+        .max_samples = max_samples(),
+        .stop = options_.stop,
+        .progress = [&](const std::string& text) { report(elapsed() / options_.budget_seconds, text); }});
+}
+
+// The sample to trace is looked for where the sides differ: elsewhere any will do.
+void Verification::find_worst_pixel() {
+    if (verdict_.looks.empty()) return;
+    verdict_.worst = worst_pixel_of(verdict_.reference, verdict_.candidate, verdict_.judgement.pixel_p);
+    verdict_.worst->seed = verdict_.reference_seed;
+    if (verdict_.judgement.verdict != Verdict::disagree || options_.stop.stop_requested()) return;
+    try {
+        choose_sample(*verdict_.worst, *reference_.job, *side(candidate_renderer_, verdict_.reference_seed).job);
+    } catch (const Error&) {
+        // A device that is lost now takes no verdict back; any sample will do.
+    }
+}
+
+double Verification::seconds_to(const Side& side, std::uint64_t samples) {
+    const double done = static_cast<double>(side.estimate.count());
+    return done > 0.0 ? side.seconds / done * (static_cast<double>(samples) - done) : 0.0;
+}
+
+SceneVerdict Verification::run() {
+    report(0.0, "preparing");
+    reference_ = side(reference_renderer_, verdict_.reference_seed);
+    candidate_ = side(candidate_renderer_, verdict_.candidate_seed);
+    measure_speed();
+    if (!verdict_.stopped) run_paired();
+    if (!verdict_.stopped) run_looks();
+    if (!verdict_.stopped) ask_third_witness();
+    find_worst_pixel();
+    verdict_.reference_seconds = reference_.seconds;
+    verdict_.candidate_seconds = candidate_.seconds + paired_seconds_;
+    verdict_.seconds = elapsed();
+    conclude(verdict_);
+    report(1.0, name_of(verdict_.verdict));
+    return std::move(verdict_);
+}
+
+}  // namespace
+
+RenderSettings verification_settings(const Scene& scene, std::uint32_t longer_side) {
+    const RenderSettings settings = default_settings(scene);
+    return with_longer_side(settings, std::min(longer_side, std::max(settings.width, settings.height)));
+}
+
+std::uint64_t default_max_samples(const RenderSettings& settings) {
+    constexpr std::uint64_t samples = 1u << 20, pixels = 128 * 128;
+    return samples * std::max<std::uint64_t>(1, pixels / (std::uint64_t{settings.width} * settings.height));
+}
+
+SceneVerdict verify_scene(const Scene& scene, Renderer& reference, Renderer& candidate, const VerifyOptions& options) {
+    return Verification(scene, reference, candidate, options).run();
+}
+
+}  // namespace tandem

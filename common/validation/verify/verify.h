@@ -1,0 +1,42 @@
+// The main job: one scene, two renderers, one verdict. Independent seeds decide over a few looks at doubling sample
+// counts; paired seeds beside them find what noise would hide. Works on any two Renderers.
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <stop_token>
+#include <string>
+
+#include "common/render/renderer.h"
+#include "common/validation/verify/scene_verdict.h"
+
+namespace tandem {
+
+struct VerifyOptions {
+    std::optional<RenderSettings> settings;  // empty: verification_settings(scene); the seed is replaced by `seed`
+    Criteria criteria;                       // fixed_tolerance is derived from the settings' bounces
+    double budget_seconds = 120.0;           // of wall clock, both sides together
+    std::uint64_t max_samples = 0;           // a pixel and side; 0: default_max_samples
+    std::size_t max_looks = 6;
+    std::uint64_t seed = 1;  // of the reference and of the paired candidate; the other takes seed + 1
+    bool paired = true;
+    // Asked which side is outvoted where the two disagree, in what is left of the budget, or a tenth of it where less
+    // is left; nullptr: nobody is asked.
+    Renderer* referee = nullptr;
+    std::size_t scenes = 1;  // of the run: they share the false alarms and the doubt equally
+    std::stop_token stop;
+    std::function<void(double fraction, const std::string& text)> progress;  // called from one thread at a time
+};
+
+// The scene's own settings with the film scaled so that its longer side has `longer_side` pixels (never enlarged).
+[[nodiscard]] RenderSettings verification_settings(const Scene& scene, std::uint32_t longer_side = 128);
+
+// 2^20 samples a pixel, and where a film has fewer than 128x128 pixels, as many in all as that one.
+[[nodiscard]] std::uint64_t default_max_samples(const RenderSettings& settings);
+
+// Throws what the renderers throw (UnsupportedError for a scene or setting that one of them cannot do). A stop request
+// ends it with the verdict "undecided" on what there is, unless a fault was already certain.
+[[nodiscard]] SceneVerdict verify_scene(
+    const Scene& scene, Renderer& reference, Renderer& candidate, const VerifyOptions& options);
+
+}  // namespace tandem

@@ -1,0 +1,204 @@
+// The oracle as a backend: the third witness, which says which of two disagreeing tracers is outvoted. Double
+// precision, brute force over all primitives, no acceleration structure, no light sampling. Slow by intention.
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <cmath>
+#include <mutex>
+#include <string>
+#include <thread>
+
+#include "common/error.h"
+#include "common/render/effects.h"
+#include "cpu_ref/backend.h"
+#include "cpu_ref/oracle/paths.h"
+
+namespace tandem {
+namespace {
+
+using oracle::PathSampler;
+
+bool is_valid(const glm::dvec3& radiance) {  // MODEL.md section 12
+    return std::isfinite(radiance.x + radiance.y + radiance.z) && std::min({radiance.x, radiance.y, radiance.z}) >= 0.0;
+}
+
+// Adds the samples of `range`, ascending, of every pixel of row y; returns how many were invalid.
+std::uint64_t render_row(const PathSampler& sampler, std::uint32_t y, SampleRange range, Estimate::Plane& plane) {
+    const std::uint32_t width = sampler.settings().width;
+    std::uint64_t invalid = 0;
+    for (std::uint32_t x = 0; x < width; ++x) {
+        Moments* moments = &plane[(std::size_t{y} * width + x) * channel_count];
+        for (std::uint64_t sample = range.begin; sample < range.end; ++sample) {
+            const glm::dvec3 radiance = sampler.radiance(x, y, sample);
+            if (!is_valid(radiance)) {
+                ++invalid;
+                continue;
+            }
+            for (int channel = 0; channel < 3; ++channel) {
+                const double counted = std::min(radiance[channel], sampler.settings().clamp);  // section 11.1
+                moments[channel].sum += counted;
+                moments[channel].sum_of_squares += counted * counted;
+            }
+        }
+    }
+    return invalid;
+}
+
+class OracleJob final : public RenderJob {
+public:
+    OracleJob(const Scene& scene, const RenderSettings& settings, unsigned threads)
+        : sampler_(scene, settings), threads_(threads) {}
+
+    RenderResult render(SampleRange range, const RenderControl& control) override {
+        if (range.begin % samples_per_block != 0 || range.end < range.begin)
+            throw Error("a sample range begins at a multiple of " + std::to_string(samples_per_block) +
+                        " and does not end before it begins");
+        const auto start = std::chrono::steady_clock::now();
+        RenderResult result{Estimate(sampler_.settings().width, sampler_.settings().height), 0.0, std::nullopt};
+        for (std::uint64_t begin = range.begin; begin < range.end; begin += samples_per_block) {
+            const SampleRange block{begin, std::min(begin + samples_per_block, range.end)};
+            if (!render_block(block, begin - range.begin, control, result.estimate)) break;
+        }
+        result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+        return result;
+    }
+
+    std::vector<PathTrace> trace(std::uint32_t x, std::uint32_t y, SampleRange samples) override {
+        if (x >= sampler_.settings().width || y >= sampler_.settings().height)
+            throw Error("the pixel to trace lies outside of the image");
+        std::vector<PathTrace> traces;
+        for (std::uint64_t sample = samples.begin; sample < samples.end; ++sample)
+            traces.push_back(sampler_.trace(x, y, sample));
+        return traces;
+    }
+
+private:
+    // False, with nothing added, if it was stopped before the block was done.
+    bool render_block(
+        SampleRange block, std::uint64_t samples_before, const RenderControl& control, Estimate& estimate) const {
+        const std::uint32_t height = sampler_.settings().height;
+        Estimate::Plane plane(estimate.pixel_count() * channel_count);
+        std::atomic<std::uint32_t> next_row = 0;
+        std::atomic<std::uint64_t> invalid = 0;
+        std::mutex progress_mutex;
+        std::uint32_t rows_done = 0;  // under progress_mutex
+        const auto work = [&] {
+            for (std::uint32_t y = next_row++; y < height && !control.stop.stop_requested(); y = next_row++) {
+                invalid += render_row(sampler_, y, block, plane);
+                const std::scoped_lock lock(progress_mutex);
+                ++rows_done;
+                if (control.progress)
+                    control.progress(
+                        static_cast<double>(samples_before) + static_cast<double>(block.count()) * rows_done / height);
+            }
+        };
+        {
+            std::vector<std::jthread> helpers;
+            for (unsigned i = 1; i < threads_; ++i) helpers.emplace_back(work);
+            work();
+        }
+        if (rows_done < height) return false;
+        estimate.add_block(block, std::move(plane));
+        estimate.add_invalid(invalid);
+        return true;
+    }
+
+    PathSampler sampler_;
+    unsigned threads_;
+};
+
+void refuse_choices(const RenderSettings& settings) {
+    if (settings.intersection != IntersectionSettings{})
+        throw UnsupportedError(
+            "the oracle has one kernel a primitive and no guard to choose: a reference is not to vary with what it "
+            "judges; leave --triangle-kernel, --convex-kernel and --guard out");
+    if (settings.accumulation.value_or(Accumulation::in_double) != Accumulation::in_double)
+        throw UnsupportedError("the oracle adds its samples in double alone; leave --accumulation out");
+}
+
+// Rays of the caller, one after another.
+class OracleIntersector final : public RayIntersector {
+public:
+    explicit OracleIntersector(const Scene& scene) : world_(scene) {}
+
+    [[nodiscard]] RayHits intersect(std::span<const GivenRay> rays) override {
+        RayHits result;
+        const auto start = std::chrono::steady_clock::now();
+        for (const GivenRay& given : rays) result.hits.push_back(hit_of(given));
+        result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+        return result;
+    }
+
+private:
+    [[nodiscard]] RayHit hit_of(const GivenRay& given) const {
+        glm::dvec3 direction = given.direction;
+        if (!(std::abs(glm::length(direction) - 1.0) <= 1e-6)) {  // common/render/ray_batch.h
+            const double size = std::max({std::abs(direction.x), std::abs(direction.y), std::abs(direction.z)});
+            if (!(size > 0.0) || !std::isfinite(size)) return {};
+            direction = glm::normalize(direction / size);
+        }
+        if (!std::isfinite(given.t_min) || std::isnan(given.t_max)) return {};
+        const oracle::Ray ray{given.origin, direction, given.left_primitive, !given.inside, 0.0};
+        const auto hit = world_.closest_hit(ray, given.t_min, given.t_max);
+        if (!hit) return {};
+        return {hit->t, hit->primitive, hit->position, hit->front_normal, leaving_origin(*hit, true),
+            leaving_origin(*hit, false)};
+    }
+
+    oracle::World world_;
+};
+
+class OracleRenderer final : public Renderer {
+public:
+    explicit OracleRenderer(unsigned threads)
+        : threads_(threads != 0 ? threads : std::max(1u, std::thread::hardware_concurrency())) {}
+
+    RendererInfo info() const override {
+        RendererInfo info{"oracle", "host processor, " + std::to_string(threads_) + " threads",
+            "brute force, double precision", "C++20"};
+        info.samples_lights = false;
+        return info;
+    }
+
+    std::unique_ptr<RenderJob> prepare(const Scene& scene, const RenderSettings& settings) override {
+        if (settings.integrator == Integrator::whitted || settings.integrator == Integrator::bidirectional)
+            throw UnsupportedError(
+                "the oracle has the integrators path and next_event alone; bidirectional has the same mean, whitted "
+                "leaves light out");
+        refuse_choices(settings);
+        if (settings.sampling == Sampling::adaptive)
+            throw UnsupportedError("the oracle gives every pixel as many samples; leave out --sampling");
+        static_cast<void>(effects_to_simulate(scene, settings, EffectSet::all(), "oracle"));  // it has no variants
+        const std::optional<Scene> changed = changed_by(settings, scene);
+        return std::make_unique<OracleJob>(changed ? *changed : scene, settings, threads_);
+    }
+
+    std::unique_ptr<RayIntersector> intersector(const Scene& scene, const RenderSettings& settings) override {
+        refuse_choices(settings);
+        return std::make_unique<OracleIntersector>(scene);
+    }
+
+private:
+    unsigned threads_;
+};
+
+std::unique_ptr<Renderer> create_oracle(const BackendOptions& options) {
+    if (options.precision.value_or(Precision::double_precision) != Precision::double_precision)
+        throw UnsupportedError("the oracle has double precision only: a reference is not to round like what it judges");
+    if (!options.device.empty())
+        throw UnsupportedError("the oracle runs on the host alone: it has no device to choose");
+    if (!options.kernel.empty()) throw UnsupportedError("the oracle has no kernels to choose; leave out --kernel");
+    if (options.validation) throw UnsupportedError("the oracle uses no Vulkan: it has no validation layers");
+    if (options.planted_bug != PlantedFault())
+        throw UnsupportedError("the oracle takes no planted bug: it is what bugs are found with");
+    return std::make_unique<OracleRenderer>(options.threads);
+}
+
+}  // namespace
+
+Backend oracle_backend() {
+    return {
+        "oracle", "brute force in double precision, no light sampling: slow, for judging the other two", create_oracle};
+}
+
+}  // namespace tandem

@@ -1,0 +1,58 @@
+// The oracle's light transport: camera (MODEL.md section 4) and the estimator `path` (9.1), one sample at a time.
+// Lights that scattering cannot find (8.3) are summed at every vertex that receives them; nothing else is sampled, so
+// `path` and `next_event` are the same here.
+#pragma once
+
+#include <cstdint>
+#include <glm/glm.hpp>
+
+#include "common/render/path_trace.h"
+#include "common/render/renderer.h"
+#include "common/scene/scene.h"
+#include "cpu_ref/oracle/geometry.h"
+#include "cpu_ref/oracle/sampling.h"
+
+namespace tandem::oracle {
+
+// A scene made ready for one set of settings; immutable, so any number of threads may ask it.
+class PathSampler {
+public:
+    // Throws InputError for a camera that MODEL.md section 4 refuses.
+    PathSampler(const Scene& scene, const RenderSettings& settings);
+
+    // Radiance of sample `sample` of pixel (x, y): a function of (seed, pixel, sample) alone.
+    [[nodiscard]] glm::dvec3 radiance(std::uint32_t x, std::uint32_t y, std::uint64_t sample) const;
+
+    // The same path, vertex by vertex.
+    [[nodiscard]] PathTrace trace(std::uint32_t x, std::uint32_t y, std::uint64_t sample) const;
+
+    [[nodiscard]] const RenderSettings& settings() const { return settings_; }
+
+private:
+    struct Path;    // what changes from vertex to vertex
+    struct Vertex;  // where a path is scattered
+
+    [[nodiscard]] Ray camera_ray(std::uint32_t x, std::uint32_t y, std::uint64_t sample) const;
+    // From one vertex to the next; `seen` tells of what befell the path, but for where it goes on.
+    [[nodiscard]] PathEnd advance(Path& path, std::uint32_t k, TracedVertex& seen) const;
+    [[nodiscard]] PathEnd play_roulette(Path& path, std::uint32_t k, double number) const;
+    [[nodiscard]] PathEnd scatter_in_medium(
+        Path& path, const Medium& medium, double distance, const Numbers& u, TracedVertex& seen) const;
+    [[nodiscard]] PathEnd scatter_at_surface(Path& path, const Hit& hit, const Numbers& u, TracedVertex& seen) const;
+    // Section 5.2: what a ray that has gone on through a face, and started before it, comes to. Is it where that face
+    // is, is it even the same?
+    enum class Place : std::uint8_t { elsewhere, same_place, same_face };
+    [[nodiscard]] Place place_of(const Path& path, const Hit& hit) const;
+    [[nodiscard]] PathEnd leave(Path& path, const Hit& hit, const glm::dvec3& direction, Place place) const;
+    [[nodiscard]] const Medium* medium_of(const Path& path) const;  // null: vacuum
+    [[nodiscard]] glm::dvec3 colour_at(const Hit& hit) const;
+    // What all punctual lights send to a vertex, times `share` of the direction to each.
+    template <class Share>
+    [[nodiscard]] glm::dvec3 punctual_light(const Path& path, const Vertex& vertex, const Share& share) const;
+
+    RenderSettings settings_;
+    Scene scene_;
+    World world_;
+};
+
+}  // namespace tandem::oracle

@@ -1,0 +1,47 @@
+// The oracle's materials (MODEL.md section 7).
+#pragma once
+
+#include <glm/glm.hpp>
+#include <optional>
+
+#include "common/scene/scene.h"
+#include "cpu_ref/oracle/sampling.h"
+
+namespace tandem::oracle {
+
+// How a ray meets a surface.
+struct Incidence {
+    glm::dvec3 direction;  // d
+    bool front;
+    glm::dvec3 near_normal;  // n_f
+    double cosine;           // c
+};
+[[nodiscard]] Incidence incidence_of(const glm::dvec3& direction, const glm::dvec3& front_normal);
+
+// The surface at a hit: its material, the colour C there, and n_incident / n_transmitted if it is translucent.
+struct Surface {
+    const Material& material;
+    glm::dvec3 colour;
+    double relative_index;
+    Incidence in;
+};
+
+// Radiance emitted towards where the ray comes from.
+[[nodiscard]] glm::dvec3 emitted(const Material& material, bool front);
+[[nodiscard]] bool ends_path(const Material& material);
+
+// A new direction, the factor by which the throughput changes, and the direction's density per solid angle, where the
+// model has one (for `trace`; the estimator needs none).
+struct Scattering {
+    glm::dvec3 direction;
+    glm::dvec3 weight;
+    double pdf = 0.0;
+};
+// Nothing where the path ends.
+[[nodiscard]] std::optional<Scattering> scatter(const Surface& surface, const Numbers& u);
+
+// f cos theta towards a direction, of the materials for which it is known: diffuse, and rough conductors.
+[[nodiscard]] bool has_known_scattering(const Material& material);
+[[nodiscard]] glm::dvec3 scattered_share(const Surface& surface, const glm::dvec3& towards);
+
+}  // namespace tandem::oracle

@@ -1,0 +1,226 @@
+// The rarer effects of the path tracer: media, motion, textures, conductors and rough glass, nested bodies. Included by
+// path_tracer.h alone; only the general variant has them.
+#pragma once
+
+#include "cpu_ref/path_tracer/path_tracer.h"
+
+namespace tandem::cpu {
+
+// What a vertex does with light from a direction: f cos is colour times transfer; density is that of scattering there.
+template <class Real, std::uint64_t effects, class Recorder, class Shade>
+struct PathTracer<Real, effects, Recorder, Shade>::Response {
+    Vec3<S> colour;
+    S transfer, density;
+};
+
+template <class Real, std::uint64_t effects, class Recorder, class Shade>
+struct PathTracer<Real, effects, Recorder, Shade>::Outcome {
+    Vec3<S> direction, absorbed;
+    S density;
+    ShadeMask alive;
+};
+
+template <class Real>
+[[nodiscard]] glm::dvec3 vector_of_lane(const Vec3<Lanes<Real>>& a, int lane) {
+    return {static_cast<double>(a.x[lane]), static_cast<double>(a.y[lane]), static_cast<double>(a.z[lane])};
+}
+template <class Real>
+void set_lane(Vec3<Lanes<Real>>& a, int lane, const glm::dvec3& value) {
+    a.x.v[lane] = static_cast<Real>(value.x);
+    a.y.v[lane] = static_cast<Real>(value.y);
+    a.z.v[lane] = static_cast<Real>(value.z);
+}
+
+// Section 10: weights the throughput by the medium on the way. Returns which paths scatter there, before their hits.
+template <class Real, std::uint64_t effects, class Recorder, class Shade>
+Mask<Real> PathTracer<Real, effects, Recorder, Shade>::cross_media(
+    Vertex& at, std::uint32_t first, const Ray<V>& ray, const Hit<Real>& hit, M active) const {
+    at.more.in_medium = M{};
+    at.more.medium_distance = V(Real(0));
+    at.more.anisotropy = S(Shade(0));
+    at.more.outside_index = S(Shade(1));
+    if (!on(Effect::medium_absorption)) return at.more.in_medium;
+    const I medium = load_ints<Real>(&paths_.interiors.medium[first]);
+    const M within = active & !(medium == I(U{no_index}));
+    if (none(within)) return at.more.in_medium;
+    const RandomLanes<Real> m = random_numbers<Real>(tables_.settings, at.id,
+        at.number * I(U{dimension::blocks_per_vertex}) + I(U{dimension::first_vertex + medium_of_vertex}));
+    Vec3<S> weight{S(Shade(1)), S(Shade(1)), S(Shade(1))};
+    unsigned scattered = 0;
+    for_each_lane(within, [&](int lane) {
+        const MediumForm& form = tables_.media[medium[lane]];
+        const double lead = static_cast<double>(paths_.interiors.lead[first + static_cast<std::uint32_t>(lane)]);
+        const double end = has_lane(hit.found, lane) ? static_cast<double>(hit.t[lane]) : tables_.settings.ray_max;
+        const glm::dvec3 direction = vector_of_lane(ray.direction, lane);
+        const MediumForm::Step step = form.advance({vector_of_lane(ray.origin, lane) - lead * direction, direction},
+            std::max(0.0, end + lead), static_cast<double>(m[0][lane]), static_cast<double>(m[1][lane]));
+        set_lane(weight, lane, step.weight);
+        if (!step.scattered) return;
+        scattered |= 1u << lane;
+        at.more.medium_distance.v[lane] = static_cast<Real>(step.t - lead);
+        at.more.anisotropy.v[lane] = static_cast<Shade>(form.anisotropy());
+    });
+    at.throughput = at.throughput * weight;
+    at.more.in_medium = M::from_bits(scattered);
+    return at.more.in_medium;
+}
+
+// Surface and motion.
+template <class Real, std::uint64_t effects, class Recorder, class Shade>
+void PathTracer<Real, effects, Recorder, Shade>::find_surface(
+    Vertex& at, std::uint32_t first, const Ray<V>& ray, const Hit<Real>& hit) const {
+    at.more.shift = Vec3<V>{V(Real(0)), V(Real(0)), V(Real(0))};
+    if constexpr (moving) {
+        if (tables_.moves) {
+            at.more.shift = tables_.motion[tables_.faces.entity[hit.face]] * load<Real>(&paths_.motion.time[first]);
+            at.surface = surface_in_motion(tables_, ray, hit, at.more.shift);
+            return;
+        }
+    }
+    at.surface = surface_at(tables_, ray, hit);
+}
+
+// Textures, bodies, and vertices in media, which look like points of a surface that faces the ray.
+template <class Real, std::uint64_t effects, class Recorder, class Shade>
+void PathTracer<Real, effects, Recorder, Shade>::find_vertex(
+    Vertex& at, std::uint32_t first, const Ray<V>& ray, const Hit<Real>& hit) const {
+    if constexpr (textured) {
+        const M lanes = hit.found & has_bit(at.bits, U{material_bits::textured});
+        if (any(lanes)) apply_textures(at, hit, lanes);
+    }
+    if constexpr (has(Effect::interiors)) {
+        const M lanes = hit.found & has_bit(at.bits, U{material_bits::tracked});
+        if (any(lanes)) meet_interfaces(at, first, lanes);
+    }
+    const M in_medium = at.more.in_medium;
+    if (none(in_medium)) return;
+    const V zero(Real(0));
+    const S one(Shade(1));
+    at.surface.point = select(in_medium, along(ray.origin, at.more.medium_distance, ray.direction), at.surface.point);
+    at.surface.normal = select(in_medium, -at.direction, at.surface.normal);
+    at.surface.error_bound = select(in_medium, zero, at.surface.error_bound);
+    at.surface.primitive = select(in_medium, I(U{no_primitive}), at.surface.primitive);
+    at.facing = select(in_medium, -at.direction, at.facing);
+    at.front = at.front | in_medium;
+    at.cosine = select(shaded(in_medium), one, at.cosine);
+    at.bits = select(in_medium, I(U{material_bits::medium}), at.bits);
+    at.colour = select(shaded(in_medium), Vec3<S>{one, one, one}, at.colour);
+}
+
+template <class Real, std::uint64_t effects, class Recorder, class Shade>
+void PathTracer<Real, effects, Recorder, Shade>::apply_textures(Vertex& at, const Hit<Real>& hit, M lanes) const {
+    const Vec3<V> at_rest = at.surface.point - at.more.shift;
+    for_each_lane(lanes, [&](int lane) {
+        const auto primitive = static_cast<std::uint32_t>(at.surface.primitive[lane]);
+        const auto face = static_cast<std::uint32_t>(hit.face[lane]) - tables_.primitives[primitive].first_face;
+        set_lane(at.colour, lane, tables_.textures.colour(primitive, face, vector_of_lane(at_rest, lane)));
+    });
+}
+
+// f cos and the density of scattering, of diffuse, rough conductor and medium vertices.
+template <class Real, std::uint64_t effects, class Recorder, class Shade>
+typename PathTracer<Real, effects, Recorder, Shade>::Response PathTracer<Real, effects, Recorder, Shade>::respond(
+    const Vertex& at, const Vec3<S>& direction, S cosine, ShadeMask lanes) const {
+    using W = UnsignedOf<Shade>;
+    const S diffuse = cosine * S(static_cast<Shade>(inverse_pi));
+    Response response{at.colour, diffuse, diffuse};
+    if constexpr (has(Effect::rough_conductor)) {
+        const ShadeMask conductor = lanes & has_bit(shaded(at.bits), W{material_bits::rough_conductor});
+        if (any(conductor)) {
+            const Frame<S> frame = frame_about(shaded(at.facing));
+            const ShadeInts material = shaded(at.surface.material);
+            const Reflection<S> reflection = ggx_reflection(frame.to_local(-shaded(at.direction)),
+                frame.to_local(direction), shading_.materials.ggx_alpha[material]);
+            response.colour = select(conductor, reflectance(material, reflection.cosine), response.colour);
+            response.transfer = select(conductor, reflection.transfer, response.transfer);
+            response.density = select(conductor, reflection.density, response.density);
+        }
+    }
+    const ShadeMask in_medium = shaded(at.more.in_medium);
+    if (any(lanes & in_medium)) {
+        const S phase = phase_density(shaded(at.direction), direction, at.more.anisotropy);
+        response.transfer = select(in_medium, phase, response.transfer);
+        response.density = select(in_medium, phase, response.density);
+    }
+    return response;
+}
+
+template <class Real, std::uint64_t effects, class Recorder, class Shade>
+Vec3<Lanes<Shade>> PathTracer<Real, effects, Recorder, Shade>::reflectance(ShadeInts material, S cosine) const {
+    const Vec3<S> eta = shading_.materials.eta[material], k = shading_.materials.k[material];
+    return {conductor_reflectance(cosine, eta.x, k.x), conductor_reflectance(cosine, eta.y, k.y),
+        conductor_reflectance(cosine, eta.z, k.z)};
+}
+
+// T over `distance` of the medium that the paths are in.
+template <class Real, std::uint64_t effects, class Recorder, class Shade>
+Vec3<Lanes<Shade>> PathTracer<Real, effects, Recorder, Shade>::transmittance(
+    std::uint32_t first, const Vec3<V>& origin, const Vec3<V>& direction, V distance, M lanes) const {
+    Vec3<S> result{S(Shade(1)), S(Shade(1)), S(Shade(1))};
+    if (!on(Effect::medium_absorption) || planted(PlantedBug::medium_shadow_ignored)) return result;
+    const I medium = load_ints<Real>(&paths_.interiors.medium[first]);
+    for_each_lane(lanes & !(medium == I(U{no_index})), [&](int lane) {
+        set_lane(result, lane,
+            tables_.media[medium[lane]].transmittance(
+                {vector_of_lane(origin, lane), vector_of_lane(direction, lane)}, static_cast<double>(distance[lane])));
+    });
+    return result;
+}
+
+// Conductors (7.6), rough glass (7.7), boundaries (7.8) and media (10).
+template <class Real, std::uint64_t effects, class Recorder, class Shade>
+void PathTracer<Real, effects, Recorder, Shade>::scatter_specially(
+    Vertex& at, ShadeMask lanes, const RandomLanes<Shade>& u, Outcome& outcome) const {
+    if (none(lanes)) return;
+    using W = UnsignedOf<Shade>;
+    const Vec3<S> arriving = shaded(at.direction), facing = shaded(at.facing);
+    const ShadeMask front = shaded(at.front);
+    const ShadeInts bits = shaded(at.bits);
+    const S one(Shade(1));
+    const Vec3<S> white{one, one, one};
+    const ShadeInts material = shaded(at.surface.material);
+    const auto of = [&](unsigned bit) { return lanes & has_bit(bits, W{bit}); };
+    const ShadeMask boundary = of(material_bits::boundary), medium = of(material_bits::medium);
+    if (any(boundary)) {
+        outcome.direction = select(boundary, arriving, outcome.direction);
+        if (planted(PlantedBug::boundary_refracts)) {
+            const S eta = select(front, S(static_cast<Shade>(1.0 / 1.1)), S(static_cast<Shade>(1.1)));
+            const auto [reflectance, ct, total] = dielectric(at.cosine, eta, ShadeMask{});
+            const Vec3<S> bent = unit(along(arriving * eta, S(eta * at.cosine - ct), facing));
+            outcome.direction = select(boundary & !total, bent, outcome.direction);
+        }
+    }
+    outcome.absorbed = select(boundary | medium, white, outcome.absorbed);
+    if (any(medium)) {
+        const S g = planted(PlantedBug::phase_sign) ? -at.more.anisotropy : at.more.anisotropy;
+        const Vec3<S> w = sample_phase(arriving, g, u[0], u[1]);
+        outcome.direction = select(medium, w, outcome.direction);
+        outcome.density = select(medium, phase_density(arriving, w, at.more.anisotropy), outcome.density);
+    }
+    const ShadeMask smooth = of(material_bits::smooth_conductor);
+    if (any(smooth)) {
+        const Vec3<S> mirrored = unit(along(arriving, S(at.cosine + at.cosine), facing));
+        outcome.direction = select(smooth, mirrored, outcome.direction);
+        outcome.absorbed = select(smooth, reflectance(material, at.cosine), outcome.absorbed);
+    }
+    const ShadeMask rough = of(material_bits::rough_conductor);
+    if (any(rough)) {
+        const Microfaceted<Shade> scattered =
+            scatter_conductor(arriving, facing, shading_.materials.ggx_alpha[material], u);
+        outcome.direction = select(rough, scattered.direction, outcome.direction);
+        outcome.absorbed = select(rough, reflectance(material, scattered.cosine) * scattered.weight, outcome.absorbed);
+        outcome.density = select(rough, scattered.density, outcome.density);
+        outcome.alive = outcome.alive & ((!rough) | scattered.alive);
+    }
+    const ShadeMask glass = of(material_bits::rough_translucent);
+    if (any(glass)) {
+        const S eta = relative_index(shading_, material, front, &at.more.outside_index);
+        const Microfaceted<Shade> scattered = scatter_rough_translucent(
+            arriving, facing, shading_.materials.ggx_alpha[material], eta, has_bit(bits, W{material_bits::schlick}), u);
+        outcome.direction = select(glass, scattered.direction, outcome.direction);
+        outcome.absorbed = select(glass, outcome.absorbed * scattered.weight, outcome.absorbed);
+        outcome.alive = outcome.alive & ((!glass) | scattered.alive);
+    }
+}
+
+}  // namespace tandem::cpu

@@ -1,0 +1,623 @@
+// The estimators of MODEL.md section 9 over a batch of samples: a pool of paths, each a lane of some packet, advanced
+// one vertex at a time; finished ones are replaced by new camera rays, so that packets stay full. Compiled for sets of
+// effects (variants.h): what is not in the set has no code and no state. path_effects.h holds the rarer effects.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <span>
+#include <stop_token>
+#include <vector>
+
+#include "cpu_ref/path_tracer/arithmetic/mixed.h"
+#include "cpu_ref/path_tracer/camera.h"
+#include "cpu_ref/path_tracer/geometry/accelerator.h"
+#include "cpu_ref/path_tracer/light/distant_lights.h"
+#include "cpu_ref/path_tracer/material/phase.h"
+#include "cpu_ref/path_tracer/material/scattering.h"
+#include "cpu_ref/path_tracer/path_recorder.h"
+
+namespace tandem::cpu {
+
+// Samples [first_sample, first_sample + sample_count) of pixels [first_pixel, first_pixel + pixel_count), of all or of
+// those that are listed, all samples in one block of 64, so that their upper 32 bits agree.
+struct Batch {
+    std::uint32_t first_pixel = 0, pixel_count = 0;
+    std::uint64_t first_sample = 0;
+    std::uint32_t sample_count = 0;
+    std::span<const std::uint32_t> listed = {};  // empty: all
+    [[nodiscard]] std::uint32_t pixel(std::uint32_t place) const { return listed.empty() ? place : listed[place]; }
+    [[nodiscard]] std::uint32_t paths() const { return pixel_count * sample_count; }
+};
+
+// Not used by a variant: no state.
+struct NoState {};
+
+// Real: of what says where things are. Shade: of how they look.
+template <class Real, std::uint64_t effects, class Recorder = NoRecorder, class Shade = Real>
+class PathTracer {
+public:
+    PathTracer(const Tables<Real>& tables, const Tables<Shade>& shading, const Accelerator<Real>& accelerator)
+        : tables_(tables),
+          shading_(shading),
+          accelerator_(accelerator),
+          simulated_(tables.settings.effects.value_or(compiled)),
+          samples_lights_(tables.settings.integrator != Integrator::path && tables.lights.count > 0),
+          weighs_(tables.settings.mis && tables.settings.integrator != Integrator::whitted) {}
+
+    // Of the state of one path, between two vertices.
+    static constexpr std::uint64_t bytes_per_path();
+    // Of all paths that are on their way at once.
+    static constexpr std::uint64_t bytes_of_paths();
+
+    [[nodiscard]] const Recorder& recorder() const { return recorder_; }
+
+    // Writes the radiance of path (pixel - first_pixel) * sample_count + (sample - first_sample) to radiance[that].
+    // Returns early, with `radiance` unfinished, once a stop is requested.
+    void run(const Batch& batch, std::span<std::array<Real, 3>> radiance, const std::stop_token& stop) {
+        batch_ = batch;
+        radiance_ = radiance;
+        next_path_ = 0;
+        free_.clear();
+        for (std::uint32_t slot = 0; slot < slot_count; ++slot) {
+            free_.push_back(slot);
+            paths_.vertex[slot] = idle;
+        }
+        for (std::uint32_t round = 0;; ++round) {
+            refill();
+            bool busy = false;
+            for (std::uint32_t first = 0; first < slot_count; first += width) busy = advance(first) || busy;
+            if (!busy && next_path_ == batch_.paths()) return;
+            if (round % 64 == 63 && stop.stop_requested()) return;
+        }
+    }
+
+private:
+    using V = Lanes<Real>;
+    using U = UnsignedOf<Real>;
+    using I = Ints<Real>;
+    using M = Mask<Real>;
+    using S = Lanes<Shade>;
+    using ShadeInts = Ints<Shade>;
+    using ShadeMask = Mask<Shade>;
+    static constexpr std::uint32_t width = lane_count<Real>;
+    static constexpr std::uint32_t slot_count = 8 * width;
+    static constexpr U idle = static_cast<U>(~U{0});
+
+    static constexpr EffectSet compiled = EffectSet::from_bits(effects);
+    static constexpr bool has(Effect effect) { return compiled.has(effect); }
+    static constexpr bool moving = has(Effect::entity_motion) || has(Effect::camera_motion);
+    static constexpr bool textured = has(Effect::checker) || has(Effect::noise) || has(Effect::image_texture);
+    static constexpr bool in_media = has(Effect::medium_absorption);
+    static constexpr bool distant_lights =
+        has(Effect::point_lights) || has(Effect::suns) || has(Effect::sampled_background);
+    // Rays that go on through a surface.
+    static constexpr bool crossing = has(Effect::translucent) || has(Effect::boundary);
+    static constexpr bool microfacets = has(Effect::rough_conductor) || has(Effect::rough_translucent);
+    // Any effect beyond the lean variants.
+    static constexpr bool general = moving || textured || in_media || distant_lights || microfacets ||
+                                    has(Effect::smooth_conductor) || has(Effect::interiors) || has(Effect::boundary) ||
+                                    has(Effect::direct_only) || has(Effect::background_image);
+    // Compiled in, and simulated by this job.
+    [[nodiscard]] TANDEM_INLINE bool on(Effect effect) const { return has(effect) && simulated_.has(effect); }
+
+    template <class Element>
+    using Slots = std::array<Element, slot_count>;
+    // State of the paths, a slot each.
+    struct Pool {
+        alignas(64) std::array<Slots<Real>, 3> origin, direction, throughput, radiance;
+        // Of the last scattering direction; 0: not from a diffuse vertex. Negative: the ray goes on through a surface,
+        // and starts by so much before it (section 5.2).
+        alignas(64) Slots<Real> density;
+        alignas(64) Slots<U> pixel, sample, vertex, primitive, inside, path;
+        struct Motion {
+            alignas(64) Slots<Real> time;
+        };
+        struct Crossing {
+            alignas(64) Slots<U> face;  // that the ray has left
+        };
+        struct Interiors {
+            alignas(64) Slots<U> medium, count;
+            alignas(64) std::array<Slots<U>, most_interiors> material;
+            // How far along the ray its origin lies from the surface that it left (section 5.2): media begin there.
+            // Negative: before it.
+            alignas(64) Slots<Real> lead;
+        };
+        [[no_unique_address]] std::conditional_t<moving, Motion, NoState> motion;
+        [[no_unique_address]] std::conditional_t<crossing, Crossing, NoState> crossed;
+        [[no_unique_address]] std::conditional_t<general, Interiors, NoState> interiors;
+    };
+
+    static Vec3<V> load3(const std::array<Slots<Real>, 3>& from, std::uint32_t first) {
+        return {load<Real>(&from[0][first]), load<Real>(&from[1][first]), load<Real>(&from[2][first])};
+    }
+    static void store3(std::array<Slots<Real>, 3>& to, std::uint32_t first, const Vec3<V>& value) {
+        store<Real>(&to[0][first], value.x);
+        store<Real>(&to[1][first], value.y);
+        store<Real>(&to[2][first], value.z);
+    }
+
+    void refill();
+    bool advance(std::uint32_t first);
+    struct Vertex;
+    template <class Geometric>
+    TANDEM_INLINE static auto shaded(const Geometric& a) {
+        return lanes_as<Shade>(a);
+    }
+    template <class Shaded>
+    TANDEM_INLINE static auto geometric(const Shaded& a) {
+        return lanes_as<Real>(a);
+    }
+    // Block `use` of the vertex.
+    TANDEM_INLINE RandomLanes<Shade> shading_numbers(const Vertex& at, std::uint32_t use) const;
+    [[nodiscard]] Vec3<S> background(const Vec3<V>& direction, std::uint32_t first, M lanes) const;
+    void meet_vertex(Vertex& at, std::uint32_t first, const Ray<V>& ray, const Hit<Real>& hit);
+    void find_place(Vertex& at, std::uint32_t first, const Hit<Real>& hit, V projection);
+    [[nodiscard]] V start_before(const Vertex& at, std::uint32_t first, M alive, M crossed, V side) const;
+    void add_emission(Vertex& at, std::uint32_t first, const Hit<Real>& hit, const Ray<V>& ray) const;
+    void add_direct_light(Vertex& at, M lanes, std::uint32_t first);
+    void scatter(Vertex& at, M lanes, std::uint32_t first);
+    void play_roulette(const Vertex& at, S number, Vec3<S>& throughput, ShadeMask& alive) const;
+    void retire(std::uint32_t first, M ended);
+
+    // path_effects.h
+    [[nodiscard, gnu::noinline]] M cross_media(
+        Vertex& at, std::uint32_t first, const Ray<V>& ray, const Hit<Real>& hit, M active) const;
+    void find_surface(Vertex& at, std::uint32_t first, const Ray<V>& ray, const Hit<Real>& hit) const;
+    [[gnu::noinline]] void find_vertex(Vertex& at, std::uint32_t first, const Ray<V>& ray, const Hit<Real>& hit) const;
+    [[gnu::noinline]] void apply_textures(Vertex& at, const Hit<Real>& hit, M lanes) const;
+    [[gnu::noinline]] void meet_interfaces(Vertex& at, std::uint32_t first, M lanes) const;
+    struct Response;
+    [[nodiscard, gnu::noinline]] Response respond(
+        const Vertex& at, const Vec3<S>& direction, S cosine, ShadeMask lanes) const;
+    [[nodiscard]] Vec3<S> reflectance(ShadeInts material, S cosine) const;
+    [[nodiscard, gnu::noinline]] Vec3<S> transmittance(
+        std::uint32_t first, const Vec3<V>& origin, const Vec3<V>& direction, V distance, M lanes) const;
+    struct Outcome;
+    [[gnu::noinline]] void scatter_specially(
+        Vertex& at, ShadeMask lanes, const RandomLanes<Shade>& u, Outcome& outcome) const;
+    [[gnu::noinline]] void change_interiors(Vertex& at, std::uint32_t first, M crossed, M& alive);
+    [[gnu::noinline]] void undo_crossing(std::uint32_t first, M lanes);
+    void store_interiors(std::uint32_t slot, const InteriorList& list);
+    [[nodiscard]] InteriorList interior_list(std::uint32_t slot) const;
+
+    // traced_path.cpp.in: for recorders that record.
+    [[nodiscard]] static ShadeMask any_light(const Vec3<S>& throughput);
+    void record_light(const Vec3<V>& direction, const Vec3<S>& brought, M lit);
+    void record(const Vertex& at, std::uint32_t first, const Ray<V>& ray, const Hit<Real>& hit, M missed, M active);
+    [[nodiscard]] PathEnd end_of(const Vertex& at, int lane) const;
+
+    const Tables<Real>& tables_;
+    const Tables<Shade>& shading_;
+    const Accelerator<Real>& accelerator_;
+    const EffectSet simulated_;
+    const bool samples_lights_;
+    const bool weighs_;  // next events against scattering; else what is sampled is left to next events
+    Batch batch_;
+    std::span<std::array<Real, 3>> radiance_;
+    std::uint32_t next_path_ = 0;
+    std::vector<std::uint32_t> free_;
+    Pool paths_{};
+    [[no_unique_address]] Recorder recorder_;
+};
+
+// Everything about the vertices of one packet.
+template <class Real, std::uint64_t effects, class Recorder, class Shade>
+struct PathTracer<Real, effects, Recorder, Shade>::Vertex {
+    Surface<Real> surface;
+    Vec3<V> direction, facing;  // incoming; normal of the side it comes from
+    S cosine;
+    M front;
+    I bits, number;
+    Vec3<S> colour, throughput, radiance;
+    SampleId<Real> id;
+    // Section 5.2, of rays that started before a face that they go on through: is this where that face is, and is it
+    // the same? way: of the ray, beyond that face.
+    struct Place {
+        M same_place, same_face;
+        V way;
+        I face;
+    };
+    [[no_unique_address]] std::conditional_t<crossing, Place, NoState> place;
+    struct More {
+        M in_medium;
+        V medium_distance;
+        S anisotropy;
+        S outside_index;
+        Vec3<V> shift;  // of the entity at the path's time
+    };
+    [[no_unique_address]] std::conditional_t<general, More, NoState> more;
+};
+
+template <class Real, std::uint64_t effects, class Recorder, class Shade>
+TANDEM_INLINE RandomLanes<Shade> PathTracer<Real, effects, Recorder, Shade>::shading_numbers(
+    const Vertex& at, std::uint32_t use) const {
+    using W = UnsignedOf<Shade>;
+    const SampleId<Shade> id{shaded(at.id.pixel), shaded(at.id.sample_low), shaded(at.id.sample_high)};
+    return random_numbers<Shade>(tables_.settings, id,
+        shaded(at.number) * ShadeInts(W{dimension::blocks_per_vertex}) + ShadeInts(W{dimension::first_vertex} + use));
+}
+
+template <class Real, std::uint64_t effects, class Recorder, class Shade>
+constexpr std::uint64_t PathTracer<Real, effects, Recorder, Shade>::bytes_per_path() {
+    return sizeof(Pool) / slot_count;
+}
+
+template <class Real, std::uint64_t effects, class Recorder, class Shade>
+constexpr std::uint64_t PathTracer<Real, effects, Recorder, Shade>::bytes_of_paths() {
+    return sizeof(Pool);
+}
+
+template <class Real, std::uint64_t effects, class Recorder, class Shade>
+void PathTracer<Real, effects, Recorder, Shade>::refill() {
+    while (!free_.empty() && next_path_ < batch_.paths()) {
+        const std::uint32_t count =
+            std::min({width, static_cast<std::uint32_t>(free_.size()), batch_.paths() - next_path_});
+        SampleId<Real> id;
+        id.sample_high = I(static_cast<U>(batch_.first_sample >> 32));
+        for (std::uint32_t i = 0; i < width; ++i) {
+            const std::uint32_t path = next_path_ + std::min(i, count - 1);
+            id.pixel.v[i] = batch_.pixel(batch_.first_pixel + path / batch_.sample_count);
+            id.sample_low.v[i] = static_cast<std::uint32_t>(batch_.first_sample) + path % batch_.sample_count;
+        }
+        CameraFrame<V> frame = camera_at_rest(tables_.camera);
+        [[maybe_unused]] V time(Real(0));
+        if constexpr (moving) {
+            if (tables_.moves || tables_.camera.moves)
+                time = random_numbers<Real>(tables_.settings, id, I(U{time_block}))[0];
+            if (planted(PlantedBug::time_fixed)) time = V(Real(0));
+            if (planted(PlantedBug::time_dimension_shared))
+                time = random_numbers<Real>(tables_.settings, id, I(U{dimension::film_and_lens}))[3];
+            if (tables_.camera.moves) frame = camera_at(tables_.camera, time);
+        }
+        const CameraRay<Real> ray = camera_ray(tables_, id, frame);
+        const std::array<V, 6> values{
+            ray.origin.x, ray.origin.y, ray.origin.z, ray.direction.x, ray.direction.y, ray.direction.z};
+        for (std::uint32_t i = 0; i < count; ++i) {
+            const std::uint32_t slot = free_.back();
+            free_.pop_back();
+            for (std::size_t c = 0; c < 3; ++c) {
+                paths_.origin[c][slot] = values[c].v[i];
+                paths_.direction[c][slot] = values[c + 3].v[i];
+                paths_.throughput[c][slot] = Real(1);
+                paths_.radiance[c][slot] = Real(0);
+            }
+            paths_.density[slot] = Real(0);
+            paths_.pixel[slot] = id.pixel.v[i];
+            paths_.sample[slot] = id.sample_low.v[i];
+            paths_.vertex[slot] = 0;
+            paths_.primitive[slot] = no_primitive;
+            paths_.inside[slot] = 0;
+            paths_.path[slot] = next_path_ + i;
+            if constexpr (moving) paths_.motion.time[slot] = time.v[i];
+            if constexpr (general) {
+                paths_.interiors.medium[slot] = tables_.medium;
+                paths_.interiors.count[slot] = 0;
+                paths_.interiors.lead[slot] = Real(0);
+            }
+        }
+        next_path_ += count;
+    }
+}
+
+template <class Real, std::uint64_t effects, class Recorder, class Shade>
+void PathTracer<Real, effects, Recorder, Shade>::retire(std::uint32_t first, M ended) {
+    for (unsigned left = ended.to_bits(); left != 0; left &= left - 1) {
+        const std::uint32_t slot = first + static_cast<std::uint32_t>(std::countr_zero(left));
+        std::array<Real, 3>& sum = radiance_[paths_.path[slot]];
+        for (std::size_t c = 0; c < 3; ++c) sum[c] = paths_.radiance[c][slot];
+        paths_.vertex[slot] = idle;
+        free_.push_back(slot);
+    }
+}
+
+// Section 8: B, and W_k where it is a light (section 9.2).
+template <class Real, std::uint64_t effects, class Recorder, class Shade>
+Vec3<Lanes<Shade>> PathTracer<Real, effects, Recorder, Shade>::background(
+    const Vec3<V>& direction, [[maybe_unused]] std::uint32_t first, [[maybe_unused]] M lanes) const {
+    if constexpr (!has(Effect::background_image) && !has(Effect::sampled_background))
+        return mixed_background(shading_, shaded(direction));
+    const Vec3<S> light = background_radiance(shading_, shaded(direction), shaded(lanes));
+    if (!samples_lights_ || !on(Effect::sampled_background)) return light;
+    const V zero(Real(0)), one(Real(1)), scattered = load<Real>(&paths_.density[first]);
+    const M found = lanes & (scattered > zero);
+    if (none(found)) return light;
+    const V sampled = background_density(tables_, direction, found);
+    const M weighted = found & (sampled > zero);
+    return light * shaded(select(weighted, weighs_ ? power_heuristic(scattered, sampled) : zero, one));
+}
+
+// What the vertex is made of.
+template <class Real, std::uint64_t effects, class Recorder, class Shade>
+TANDEM_INLINE void PathTracer<Real, effects, Recorder, Shade>::meet_vertex(
+    Vertex& at, std::uint32_t first, const Ray<V>& ray, const Hit<Real>& hit) {
+    if constexpr (general) {
+        find_surface(at, first, ray, hit);
+    } else {
+        at.surface = surface_at(tables_, ray, hit);
+    }
+    const V projection = dot(at.direction, at.surface.normal);
+    at.front = projection < V(Real(0));
+    at.facing = select(at.front, at.surface.normal, -at.surface.normal);
+    at.cosine = shaded(absolute(projection));
+    at.bits = tables_.materials.bits[at.surface.material];
+    at.colour = shading_.materials.colour[shaded(at.surface.material)];
+    if constexpr (crossing) find_place(at, first, hit, projection);
+    if constexpr (general) {
+        find_vertex(at, first, ray, hit);
+    } else {
+        at.id = {load_ints<Real>(&paths_.pixel[first]), load_ints<Real>(&paths_.sample[first]),
+            I(static_cast<U>(batch_.first_sample >> 32))};
+    }
+}
+
+// One pass of the loop of section 9 for the paths in slots [first, first + width). False if all of them are idle.
+template <class Real, std::uint64_t effects, class Recorder, class Shade>
+bool PathTracer<Real, effects, Recorder, Shade>::advance(std::uint32_t first) {
+    Vertex at;
+    at.number = load_ints<Real>(&paths_.vertex[first]);
+    const M active = !(at.number == I(idle));
+    if (none(active)) return false;
+    at.direction = load3(paths_.direction, first);
+    const Ray<V> ray = make_ray(load3(paths_.origin, first), at.direction, V(tables_.t_min), V(tables_.limit));
+    const Departure<V> departure{
+        load_ints<Real>(&paths_.primitive[first]), has_bit(load_ints<Real>(&paths_.inside[first]), U{1})};
+    Hit<Real> hit;
+    if constexpr (moving)
+        hit = accelerator_.closest(ray, departure, active, load<Real>(&paths_.motion.time[first]));
+    else
+        hit = accelerator_.closest(ray, departure, active);
+    at.throughput = shaded(load3(paths_.throughput, first));
+    at.radiance = shaded(load3(paths_.radiance, first));
+    M missed = active & !hit.found, found = hit.found;
+    if constexpr (general) {
+        at.id = {load_ints<Real>(&paths_.pixel[first]), load_ints<Real>(&paths_.sample[first]),
+            I(static_cast<U>(batch_.first_sample >> 32))};
+        const M in_medium = cross_media(at, first, ray, hit, active);
+        missed = missed & !in_medium;
+        hit.found = hit.found & !in_medium;
+        found = hit.found | in_medium;
+    }
+    if (planted(PlantedBug::background_late_missing)) missed = missed & !(at.number == I(U{2}));
+    if (any(missed))
+        at.radiance =
+            select(shaded(missed), at.radiance + at.throughput * background(at.direction, first, missed), at.radiance);
+    M ended = active & !found;
+    if (any(found)) {
+        meet_vertex(at, first, ray, hit);
+        add_emission(at, first, hit, ray);
+        constexpr unsigned scattering =
+            general ? material_bits::scatters : material_bits::diffuse | material_bits::specular;
+        const M scatters =
+            has_bit(at.bits, U{scattering}) &
+            (at.number < I(static_cast<U>(std::min<std::uint32_t>(tables_.settings.bounces, 0x3FFFFFFEu)))) & found;
+        if (any(scatters)) {
+            constexpr unsigned receiving = general ? material_bits::receives : material_bits::diffuse;
+            if constexpr (has(Effect::light_sampling))
+                if (samples_lights_) add_direct_light(at, scatters & has_bit(at.bits, U{receiving}), first);
+            M goes_on = scatters;
+            if constexpr (has(Effect::direct_only))
+                if (tables_.settings.integrator == Integrator::whitted)
+                    goes_on = goes_on & !has_bit(at.bits, U{receiving});
+            scatter(at, goes_on, first);
+            ended = ended | !(load_ints<Real>(&paths_.vertex[first]) == at.number + I(U{1}));
+            ended = (ended | !scatters) & active;
+        } else {
+            ended = active;
+        }
+    }
+    store3(paths_.radiance, first, geometric(at.radiance));
+    if constexpr (Recorder::records) record(at, first, ray, hit, missed, active);
+    if (any(ended)) retire(first, ended);
+    return true;
+}
+
+// Adds A L_e W_k.
+template <class Real, std::uint64_t effects, class Recorder, class Shade>
+void PathTracer<Real, effects, Recorder, Shade>::add_emission(
+    Vertex& at, std::uint32_t first, const Hit<Real>& hit, const Ray<V>& ray) const {
+    M emits = hit.found & has_bit(at.bits, U{material_bits::emits}) &
+              (at.front | has_bit(at.bits, U{material_bits::both_sides}));
+    if constexpr (crossing) emits = emits & !at.place.same_face;
+    if (none(emits)) return;
+    Vec3<S> light = shading_.materials.radiance[shaded(at.surface.material)];
+    if constexpr (has(Effect::light_sampling)) {
+        const V zero(Real(0)), one(Real(1)), scattered = load<Real>(&paths_.density[first]);
+        const I primitive = load_ints<Real>(&paths_.primitive[first]);
+        const M inside = has_bit(load_ints<Real>(&paths_.inside[first]), U{1});
+        const V sampled = [&] {
+            if constexpr (general) {
+                const Vec3<V> from = tables_.moves ? ray.origin - at.more.shift : ray.origin;
+                return any_light_density(
+                    tables_, {from, at.direction, primitive, inside}, hit, at.surface, at.direction);
+            } else {
+                return light_density(tables_, ray.origin, primitive, inside, hit, at.surface, at.direction);
+            }
+        }();
+        const M weighted = samples_lights_ ? emits & (scattered > zero) & (sampled > zero) : M{};
+        if (any(weighted)) {
+            const bool swapped = planted(PlantedBug::heuristic_swapped);
+            const V weight = swapped ? power_heuristic(sampled, scattered) : power_heuristic(scattered, sampled);
+            light = light * shaded(select(weighted, weighs_ ? weight : zero, one));
+        }
+    }
+    light = light * S(static_cast<Shade>(planted_scale(PlantedBug::emission_scaled)));
+    at.radiance = select(shaded(emits), at.radiance + at.throughput * light, at.radiance);
+}
+
+// Next event estimation of section 9.2.
+template <class Real, std::uint64_t effects, class Recorder, class Shade>
+void PathTracer<Real, effects, Recorder, Shade>::add_direct_light(
+    Vertex& at, M lanes, [[maybe_unused]] std::uint32_t first) {
+    if (none(lanes)) return;
+    const V zero(Real(0));
+    const RandomLanes<Real> v = random_numbers<Real>(tables_.settings, at.id,
+        at.number * I(U{dimension::blocks_per_vertex}) + I(U{dimension::first_vertex + dimension::light}));
+    const Receiver<Real> receiver{
+        leaving_origin(tables_, at.surface, at.facing), at.facing, at.surface.primitive, !at.front};
+    V time(Real(0));
+    if constexpr (moving) time = load<Real>(&paths_.motion.time[first]);
+    const auto sample = [&] {
+        if constexpr (general)
+            return sample_any_light(tables_, receiver, at.surface.point, v, time);
+        else
+            return sample_light(tables_, receiver, v);
+    }();
+    const V cosine = dot(at.facing, sample.direction);
+    M above = cosine > zero, within = sample.distance < V(tables_.limit);
+    if constexpr (general) {
+        above = above | at.more.in_medium;
+        within = within | sample.far;  // what a ray without a hit finds, wherever the interval of hits ends
+    }
+    const M reachable = lanes & sample.usable & above & (sample.distance >= V(tables_.t_min)) & within;
+    if (none(reachable)) return;
+    V reach = sample.reach;
+    if (planted(PlantedBug::shadow_limit_short)) reach = reach * V(static_cast<Real>(1.0 - planted_amount()));
+    if (planted(PlantedBug::shadow_limit_long)) reach = reach * V(static_cast<Real>(1.0 + planted_amount()));
+    const V limit = least(V(tables_.limit), reach);
+    const Ray<V> shadow = make_ray(receiver.point, sample.direction, V(tables_.t_min), limit);
+    I departed = at.surface.primitive;
+    if (planted(PlantedBug::self_hit_not_excluded)) departed = I(U{no_primitive});
+    const Departure<V> departure{departed, receiver.inside};
+    const M lit = reachable & !accelerator_.occluded(shadow, departure, sample.primitive, reachable, time);
+    if (none(lit)) return;
+    const S s_cosine = shaded(cosine), density = shaded(sample.density);
+    const ShadeMask s_lit = shaded(lit);
+    S scattered = s_cosine * S(static_cast<Shade>(inverse_pi));  // f's C/pi times cos, and the density of scattering
+    S transfer = scattered;
+    Vec3<S> colour = at.colour;
+    if constexpr (general) {
+        const Response response = respond(at, shaded(sample.direction), s_cosine, s_lit);
+        scattered = response.density;
+        transfer = response.transfer;
+        const V lead = select(sample.delta, zero, at.surface.error_bound * cosine);
+        colour =
+            response.colour * transmittance(first, at.surface.point, sample.direction, sample.distance + lead, lit);
+    }
+    S weight = weighs_ ? power_heuristic(density, scattered) : S(Shade(1));
+    if (planted(PlantedBug::balance_on_one_side)) weight = density / (density + scattered);
+    weight = weight * S(static_cast<Shade>(planted_scale(PlantedBug::next_event_scaled)));
+    if (planted(PlantedBug::mis_weights_unequal) && tables_.lights.count > 1) weight = weight * S(Shade(0.5));
+    if (planted(PlantedBug::cosine_dropped)) transfer = S(static_cast<Shade>(inverse_pi));
+    if (planted(PlantedBug::inverse_pi_dropped)) transfer = s_cosine;
+    if constexpr (general) {
+        const S whole(static_cast<Shade>(planted_scale(PlantedBug::next_event_scaled)));
+        weight = weighs_ ? select(shaded(sample.delta), whole, weight) : whole;
+        const Vec3<S> light = shaded(sample.radiance) * S(transfer / density * weight);
+        const Vec3<S> brought = at.throughput * colour * light;
+        if constexpr (Recorder::records) record_light(sample.direction, brought, lit);
+        at.radiance = select(s_lit, at.radiance + brought, at.radiance);
+    } else {
+        const Vec3<S> light = shading_.materials.radiance[shaded(sample.material)] * S(transfer / density * weight);
+        at.radiance = select(s_lit, at.radiance + at.throughput * colour * light, at.radiance);
+    }
+}
+
+// Ends paths without throughput, and those that roulette chooses (section 9.3).
+template <class Real, std::uint64_t effects, class Recorder, class Shade>
+TANDEM_INLINE void PathTracer<Real, effects, Recorder, Shade>::play_roulette(
+    const Vertex& at, S number, Vec3<S>& throughput, ShadeMask& alive) const {
+    const S zero(Shade(0)), one(Shade(1));
+    const S strongest = greatest(greatest(throughput.x, throughput.y), throughput.z);
+    alive = alive & !(strongest == zero);
+    if (tables_.settings.roulette_start != no_roulette) {
+        // Event number k + 1 is the vertex number plus one.
+        const U late = planted(PlantedBug::roulette_late) ? 1 : 0;
+        const ShadeMask played = shaded(!(at.number + I(U{1}) < I(U{tables_.settings.roulette_start} + late)));
+        const S survival = least(one, strongest);
+        alive = alive & ((!played) | (number < survival));
+        if (!planted(PlantedBug::roulette_not_divided))
+            throughput = select(played, throughput * S(one / survival), throughput);
+    }
+}
+
+// Scattering, absorption and roulette; stores the state of paths that go on, with the next vertex number.
+template <class Real, std::uint64_t effects, class Recorder, class Shade>
+void PathTracer<Real, effects, Recorder, Shade>::scatter(Vertex& at, M lanes, std::uint32_t first) {
+    using W = UnsignedOf<Shade>;
+    const S zero(Shade(0)), one(Shade(1));
+    const RandomLanes<Shade> u = shading_numbers(at, dimension::scatter);
+    const ShadeMask all = shaded(lanes);
+    const ShadeInts bits = shaded(at.bits), material = shaded(at.surface.material);
+    const Vec3<S> facing = shaded(at.facing);
+    const ShadeMask diffuse = has_bit(bits, W{material_bits::diffuse}) & all;
+    Vec3<S> turned = facing;
+    S density = zero;
+    ShadeMask goes_on = all;
+    if (any(diffuse)) {
+        turned = scatter_diffuse<Shade>(facing, u);
+        density = select(diffuse, sqrt(S(one - u[0])) * S(static_cast<Shade>(inverse_pi)), zero);
+    }
+    ShadeMask specular = all & !diffuse;
+    if constexpr (general)
+        specular =
+            specular & has_bit(bits, W{material_bits::specular}) & !has_bit(bits, W{material_bits::rough_translucent});
+    if (any(specular)) {
+        const S* outside = nullptr;
+        if constexpr (general) outside = &at.more.outside_index;
+        const Scattered<Shade> scattered = scatter_specular(shading_, material, bits, specular, shaded(at.direction),
+            shaded(at.surface.normal), facing, at.cosine, shaded(at.front), u, outside);
+        turned = select(diffuse, turned, scattered.direction);
+        goes_on = (all & !specular) | scattered.alive;
+    }
+    Vec3<S> absorbed = tables_.any_specular ? absorption(shading_, material, bits, at.colour) : at.colour;
+    if constexpr (general) {
+        Outcome outcome{turned, absorbed, density, goes_on};
+        scatter_specially(at, all & !(diffuse | specular), u, outcome);
+        turned = outcome.direction;
+        absorbed = outcome.absorbed;
+        density = outcome.density;
+        goes_on = outcome.alive;
+    }
+    if (planted(PlantedBug::albedo_twice)) absorbed = select(diffuse, absorbed * at.colour, absorbed);
+    if constexpr (crossing) {
+        const ShadeMask passed = shaded(at.place.same_face) & all;
+        if (any(passed)) {
+            turned = select(passed, shaded(at.direction), turned);
+            absorbed = select(passed, Vec3<S>{one, one, one}, absorbed);
+            goes_on = goes_on | passed;
+        }
+    }
+    Vec3<S> throughput = at.throughput * absorbed;
+    if constexpr (Recorder::records)
+        recorder_.scattered = geometric(ShadeMask(goes_on & any_light(throughput))).to_bits();
+    play_roulette(at, u[3], throughput, goes_on);
+    M alive = geometric(goes_on);
+    if (none(alive)) return;
+    const Vec3<V> direction = geometric(turned);
+    const V side = dot(direction, at.surface.normal);
+    M inside = side < V(Real(0));
+    if constexpr (general) inside = inside & !at.more.in_medium;
+    Vec3<V> origin = leaving_origin(tables_, at.surface, select(inside, -at.surface.normal, at.surface.normal));
+    V leaving_density = geometric(density);
+    if constexpr (crossing) {
+        const M crossed = alive & ((at.front & inside) | !(at.front | inside));
+        const V start = start_before(at, first, alive, crossed, side);
+        const M before = start > V(Real(0));
+        if (any(before)) {
+            origin = select(before, along(at.surface.point, -start, direction), origin);
+            leaving_density = select(before, -start, leaving_density);
+            store_ints<Real>(&paths_.crossed.face[first], at.place.face);
+        }
+        if constexpr (general) {
+            store<Real>(&paths_.interiors.lead[first], select(before, -start, at.surface.error_bound * absolute(side)));
+            const M tracked = crossed & has_bit(at.bits, U{material_bits::tracked}) & !at.place.same_face;
+            if (any(tracked)) change_interiors(at, first, tracked, alive);
+        }
+    }
+    I primitive = at.surface.primitive;
+    if (planted(PlantedBug::self_hit_not_excluded)) primitive = I(U{no_primitive});
+    store3(paths_.origin, first, origin);
+    store3(paths_.direction, first, direction);
+    store3(paths_.throughput, first, geometric(throughput));
+    store<Real>(&paths_.density[first], leaving_density);
+    store_ints<Real>(&paths_.primitive[first], primitive);
+    store_ints<Real>(&paths_.inside[first], select(inside, I(U{1}), I(U{0})));
+    store_ints<Real>(&paths_.vertex[first], select(alive, at.number + I(U{1}), at.number));
+}
+
+}  // namespace tandem::cpu
+
+#include "cpu_ref/path_tracer/path_crossing.h"
+#include "cpu_ref/path_tracer/path_effects.h"

@@ -1,0 +1,231 @@
+// The scene as one precision needs it: intersection constants a primitive, and columns that lanes look up by face,
+// material, sphere, light or light patch. Built once from the Scene, in double, then rounded.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "common/render/renderer.h"
+#include "common/scene/scene.h"
+#include "cpu_ref/path_tracer/geometry/interiors.h"
+#include "cpu_ref/path_tracer/geometry/kernels.h"
+#include "cpu_ref/path_tracer/light/environment.h"
+#include "cpu_ref/path_tracer/material/media.h"
+#include "cpu_ref/path_tracer/material/textures.h"
+#include "cpu_ref/planted.h"
+
+namespace tandem::cpu {
+
+// A column of a table, looked up by a row number a lane. Short columns are permuted in registers.
+template <class Real, class Element, class Packet>
+class Column {
+public:
+    void assign(const std::vector<Element>& rows) {
+        constexpr std::size_t width = lane_count<Real>;
+        short_ = rows.size() <= 2 * width;
+        packets_.assign(std::max<std::size_t>(2, (rows.size() + width - 1) / width), Packet(Element{}));
+        for (std::size_t i = 0; i < rows.size(); ++i) packets_[i / width].v[i % width] = rows[i];
+    }
+    [[nodiscard]] Element at(std::size_t row) const {
+        constexpr std::size_t width = lane_count<Real>;
+        return packets_[row / width].v[row % width];
+    }
+    TANDEM_INLINE Packet operator[](Ints<Real> row) const {
+#ifdef TANDEM_LANES_AVX512
+        const void* data = packets_.data();
+        if (short_) return permute(register_of(row), packets_[0], packets_[1]);
+        return gather(register_of(row), static_cast<const Element*>(data));
+#else
+        constexpr std::size_t width = lane_count<Real>;
+        Packet result{};
+        for (std::size_t i = 0; i < width; ++i) result.v[i] = at(row.v[i]);
+        return result;
+#endif
+    }
+
+private:
+#ifdef TANDEM_LANES_AVX512
+    TANDEM_INLINE static Lanes<float> permute(__m512i row, const Lanes<float>& low, const Lanes<float>& high) {
+        return {_mm512_permutex2var_ps(low.v, row, high.v)};
+    }
+    TANDEM_INLINE static Lanes<double> permute(__m512i row, const Lanes<double>& low, const Lanes<double>& high) {
+        return {_mm512_permutex2var_pd(low.v, row, high.v)};
+    }
+    TANDEM_INLINE static Ints<float> permute(__m512i row, const Ints<float>& low, const Ints<float>& high) {
+        return ints_of<float>(_mm512_permutex2var_epi32(register_of(low), row, register_of(high)));
+    }
+    TANDEM_INLINE static Ints<double> permute(__m512i row, const Ints<double>& low, const Ints<double>& high) {
+        return ints_of<double>(_mm512_permutex2var_epi64(register_of(low), row, register_of(high)));
+    }
+    TANDEM_INLINE static Lanes<float> gather(__m512i row, const float* data) {
+        return {_mm512_i32gather_ps(row, data, 4)};
+    }
+    TANDEM_INLINE static Lanes<double> gather(__m512i row, const double* data) {
+        return {_mm512_i64gather_pd(row, data, 8)};
+    }
+    TANDEM_INLINE static Ints<float> gather(__m512i row, const std::uint32_t* data) {
+        return ints_of<float>(_mm512_i32gather_epi32(row, data, 4));
+    }
+    TANDEM_INLINE static Ints<double> gather(__m512i row, const std::uint64_t* data) {
+        return ints_of<double>(_mm512_i64gather_epi64(row, data, 8));
+    }
+#endif
+    std::vector<Packet> packets_;
+    bool short_ = true;
+};
+template <class Real>
+using RealColumn = Column<Real, Real, Lanes<Real>>;
+template <class Real>
+using IndexColumn = Column<Real, UnsignedOf<Real>, Ints<Real>>;
+
+template <class Real>
+struct VectorColumn {
+    RealColumn<Real> x, y, z;
+    TANDEM_INLINE Vec3<Lanes<Real>> operator[](Ints<Real> row) const { return {x[row], y[row], z[row]}; }
+};
+
+namespace material_bits {
+inline constexpr unsigned diffuse = 1, specular = 2, translucent = 4, emits = 8, both_sides = 16, schlick = 32,
+                          fuzzy = 64, smooth_conductor = 128, rough_conductor = 256, rough_translucent = 512,
+                          boundary = 1024, tracked = 2048, textured = 4096;
+inline constexpr unsigned ranked = 8192;                                  // a priority other than 0
+inline constexpr unsigned medium = 16384;                                 // no material's: a vertex in a medium
+inline constexpr unsigned receives = diffuse | rough_conductor | medium;  // next events
+inline constexpr unsigned transmits = translucent | boundary;
+inline constexpr unsigned scatters = diffuse | specular | smooth_conductor | rough_conductor | boundary | medium;
+}  // namespace material_bits
+
+namespace curved_bits {  // of faces: none are planes
+inline constexpr unsigned curved = 1, ellipsoid_light = 2;
+}  // namespace curved_bits
+
+// Every triangle has one face, every cuboid six, every sphere one (without a plane).
+template <class Real>
+struct FaceTable {
+    VectorColumn<Real> normal;          // unit, front
+    VectorColumn<Real> shading_normal;  // equal, but for a planted bug
+    RealColumn<Real> offset;            // normal.p = offset
+    RealColumn<Real> extent;            // about the size of the primitive, world units
+    // Of planes, for the bound on rounding (surface.h): how large the terms of the normal's components are, >=
+    // |normal|, and their product with the extent along each axis.
+    VectorColumn<Real> terms;
+    RealColumn<Real> terms_of_extent;
+    // Of triangles: unit normals of the edges within the plane, inwards, and edge_normal.p + edge_offset the distance
+    // from the edge. Faces without edges have 0 and a great number.
+    std::array<VectorColumn<Real>, 3> edge_normal;
+    std::array<RealColumn<Real>, 3> edge_offset;
+    RealColumn<Real> least_height;   // of a triangle, over its longest edge
+    RealColumn<Real> light_density;  // chance of the light over its world area; 0: not a sampled light
+    IndexColumn<Real> primitive, material, sphere, curved;  // curved: curved_bits
+    IndexColumn<Real> entity;                               // in scenes with motion only
+};
+
+template <class Real>
+struct SphereTable {
+    std::array<VectorColumn<Real>, 3> to_local, to_world, normal_map;  // rows
+    VectorColumn<Real> local_shift, centre;
+    RealColumn<Real> radius, extent, chance;  // radius: of equal volume; chance 0: not a sampled light
+};
+
+template <class Real>
+struct MaterialTable {
+    VectorColumn<Real> colour, radiance;  // radiance: alpha times it where translucent
+    RealColumn<Real> alpha, fuzz, index;
+    IndexColumn<Real> bits;
+    RealColumn<Real> ggx_alpha;  // roughness squared
+    VectorColumn<Real> eta, k;   // of conductors
+};
+
+// The kinds of sampled lights in their order (section 9.2).
+enum class LightKind : std::uint32_t {
+    triangle = 0,
+    sphere = 1,
+    cuboid = 2,
+    ellipsoid = 3,
+    point = 4,
+    spot = 5,
+    sun = 6,
+    background = 7
+};
+
+// Lights in order, and the planar patches they consist of (a triangle 1, a cuboid 6, all others none).
+template <class Real>
+struct LightTable {
+    std::size_t count = 0;
+    bool any_surface = false, any_distant = false;  // distant: without a surface
+    bool any_sphere = false, any_cuboid = false, any_ellipsoid = false, any_moving = false;
+    std::vector<Real> cumulative_list;
+    IndexColumn<Real> primitive, material, first_patch, sphere, kind;  // kind: LightKind
+    RealColumn<Real> cumulative;                                       // upper bound of v0
+    VectorColumn<Real> motion;                                         // of its entity
+    VectorColumn<Real> patch_corner, patch_edge1, patch_edge2;
+    RealColumn<Real> patch_cumulative;  // within the light, of v1
+    IndexColumn<Real> patch_face;
+    // Of lights without a surface (section 8.3). direction: in which light travels.
+    RealColumn<Real> chance, outer_cosine, inverse_cosine_range;
+    VectorColumn<Real> intensity, position, direction;
+    Real background_chance = 0;  // P of the background; 0: not a sampled light
+};
+
+struct PrimitiveRef {
+    PrimitiveKind kind;
+    std::uint32_t form;  // into triangles, spheres or cuboids
+    std::uint32_t first_face;
+    bool emits;
+    bool moves;
+    std::uint32_t entity;
+};
+
+struct BoundingBox {
+    glm::dvec3 low{0.0}, high{0.0};
+};
+
+template <class Real>
+struct CameraForm {
+    Vec3<Real> position, forward, right, up;  // unit
+    Real half_width, half_height;             // h W/H and h of section 4
+    Real lens_radius, focus_distance;
+    Real film_scale_x, film_scale_y;  // 2/W, 2/H
+    bool moves = false;
+    Vec3<Real> target, vertical;  // `up` of the file; with the displacements, of a camera in motion alone
+    Vec3<Real> position_motion, target_motion;
+};
+
+template <class Real>
+struct Tables {
+    std::vector<PrimitiveRef> primitives;  // by id
+    std::vector<TriangleForm<Real>> triangles;
+    std::vector<SphereForm<Real>> spheres;
+    std::vector<CuboidForm<Real>> cuboids;
+    std::vector<BoundingBox> bounds;  // by id, world
+    FaceTable<Real> faces;
+    SphereTable<Real> sphere_table;
+    MaterialTable<Real> materials;
+    LightTable<Real> lights;
+    CameraForm<Real> camera;
+    Vec3<Real> background_down, background_up;
+    std::shared_ptr<const ImageEnvironment> environment;  // takes the place of the two
+    TextureTable textures;
+    std::vector<MediumForm> media;
+    std::uint32_t medium = no_index;  // around everything
+    std::vector<BodyForm> bodies;     // by material
+    VectorColumn<Real> motion;        // of entities, in scenes with motion only
+    std::vector<Vec3<Real>> motion_list;
+    bool moves = false;  // any entity
+    Real t_min, limit;   // a hit has t_min <= t < limit
+    bool any_specular = false;
+    bool default_kernels = true;  // of settings.intersection
+    bool excludes_left = true;    // a ray ignores the primitive that it leaves
+    double size = 0.0;            // of the scene, world units
+    RenderSettings settings;
+};
+
+template <class Real>
+[[nodiscard]] Tables<Real> make_tables(const Scene& scene, const RenderSettings& settings);
+
+extern template Tables<float> make_tables<float>(const Scene&, const RenderSettings&);
+extern template Tables<double> make_tables<double>(const Scene&, const RenderSettings&);
+
+}  // namespace tandem::cpu

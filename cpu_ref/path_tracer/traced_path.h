@@ -1,0 +1,15 @@
+// Paths of the Embree path tracer, vertex by vertex (common/render/path_trace.h).
+#pragma once
+
+#include "common/render/path_trace.h"
+#include "cpu_ref/path_tracer/geometry/accelerator.h"
+
+namespace tandem::cpu {
+
+// The paths of samples of pixel (x, y), by the general variant of the path tracer, whose bits are those of the others.
+// Defined in a file a precision (traced_path.cpp.in), as it takes long to compile.
+template <class Real, class Shade>
+[[nodiscard]] std::vector<PathTrace> traced_paths(const Tables<Real>& tables, const Tables<Shade>& shading,
+    const Accelerator<Real>& accelerator, std::uint32_t x, std::uint32_t y, SampleRange samples);
+
+}  // namespace tandem::cpu

@@ -1,0 +1,18 @@
+// The kernels and the guard that are chosen (MODEL.md section 5.3); numbers as in common/render/intersection_settings.h; and what
+// kernels made for a scene know of it.
+#ifndef INTERSECTION_CHOICES_GLSL
+#define INTERSECTION_CHOICES_GLSL
+
+layout(constant_id = 17) const uint triangle_kernel = 0;  // as in common/render/intersection_settings.h
+layout(constant_id = 18) const uint convex_kernel = 0;
+layout(constant_id = 19) const uint guard = 0;
+layout(constant_id = 20) const float guard_epsilon = 0.0;
+layout(constant_id = 23) const bool unturned = false;  // the maps of all spheres and cuboids are diagonal
+layout(constant_id = 32) const bool has_crossing = true;  // some that rays go through coincide with others
+
+const uint kernel_watertight = 0, kernel_moller_trumbore = 1, kernel_baldwin_weber = 2;
+const bool naive_convex = convex_kernel != 0;
+const uint guard_error_bound = 0, guard_fixed_epsilon = 1, guard_ulp = 2, guard_exclusion = 3;
+const bool excludes_left = guard == guard_error_bound || guard == guard_exclusion;
+
+#endif

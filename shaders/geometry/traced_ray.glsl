@@ -1,0 +1,38 @@
+// What the stages of the ray-tracing pipeline exchange. Its traversal finds boxes; what is hit in them, and which hit is
+// the closest, these stages decide by the tests and the tie rule of closest_hit.glsl, so that no bit differs.
+//
+// Intersection shaders see no payload. So they know nothing of the primitive that the ray leaves, and of a body they offer
+// both what any ray meets and where a ray that leaves it on its inside gets out; the any-hit shader takes the one that
+// applies. And a pipeline may drop a hit as far away as the last that was taken. So a hit at t is reported as one just
+// beyond t, and another at t, in its turn, below: the any-hit shader sees it, and the lower primitive id wins.
+#ifndef TRACED_RAY_GLSL
+#define TRACED_RAY_GLSL
+#include "geometry/hit.glsl"
+
+// The payload.
+struct TracedRay {
+    Hit hit;      // the closest so far, its parts as the loops keep them
+    uint own;     // slot of the primitive that the ray leaves, or no_slot
+    uint inside;  // 1: it leaves a body towards its inside
+    uint light;   // slot of what cannot block a shadow ray, or no primitive's
+};
+
+// The hit attribute.
+struct Candidate {
+    float t;
+    uint slot;
+    vec3 local;
+};
+
+// The hit kind.
+const uint offer_entry = 0;     // of a triangle, too
+const uint offer_exit = 1;      // of a body that the ray starts in
+const uint offer_own_exit = 2;  // of a body that the ray leaves towards its inside
+
+const float rt_smallest_normal = 1.1754944e-38;
+const float rt_greatest = 3.402823466e38;
+
+// The next number after t, which is not negative; room for one normal number below it.
+float beyond(float t) { return max(uintBitsToFloat(floatBitsToUint(t) + 1), 2.0 * rt_smallest_normal); }
+
+#endif

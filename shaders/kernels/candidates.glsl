@@ -1,0 +1,24 @@
+// What intersection shaders of the ray-tracing pipeline have in common (traced_ray.glsl).
+#ifndef CANDIDATES_GLSL
+#define CANDIDATES_GLSL
+#include "kernels/settings.glsl"
+#define LOOPS_OVER_PRIMITIVES
+#include "scene/scene_set.glsl"
+#include "arithmetic/sampling.glsl"
+#include "geometry/shapes.glsl"
+#include "geometry/closest_hit.glsl"
+#include "geometry/traced_ray.glsl"
+
+hitAttributeEXT Candidate candidate;
+
+Ray this_ray() { return Ray(gl_WorldRayOriginEXT, gl_WorldRayDirectionEXT); }
+
+// Whether the hit was taken. The pipeline's limit always lies just beyond the last distance that counts.
+bool offer(float t, uint slot, uint kind, vec3 local) {
+    if (!(t >= ray_min && t < gl_RayTmaxEXT)) return false;
+    candidate = Candidate(t, slot, local);
+    const float reported = beyond(t);
+    return reportIntersectionEXT(reported < gl_RayTmaxEXT ? reported : max(t, rt_smallest_normal), kind);
+}
+
+#endif

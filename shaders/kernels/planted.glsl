@@ -1,0 +1,19 @@
+// Where a planted bug (common/render/planted_bugs.h) changes what the shaders compute: one question, which the preprocessor answers
+// in release builds, so that they hold no trace.
+#ifndef PLANTED_GLSL
+#define PLANTED_GLSL
+
+#ifdef PLANTED_BUGS
+layout(constant_id = 30) const float planted_amount = 0.0;
+layout(constant_id = 31) const uint planted_bug = 0;
+#include "planted_bugs.glsl"  // bug_none, ...: written by shaders/tools/planted_bugs.py
+#define PLANTED(bug) (planted_bug == bug_##bug)
+#define PLANT(bug, faulty, sound) (PLANTED(bug) ? (faulty) : (sound))
+#define PLANT_SCALE(bug, sound) ((sound) * (PLANTED(bug) ? 1.0 + planted_amount : 1.0))
+#else
+#define PLANTED(bug) false
+#define PLANT(bug, faulty, sound) (sound)
+#define PLANT_SCALE(bug, sound) (sound)
+#endif
+
+#endif

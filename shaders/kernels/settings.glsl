@@ -1,0 +1,104 @@
+// What every stage is told: specialisation constants (fixed for a scene and its settings) and push constants (changing
+// from dispatch to dispatch). The thesis's set "Settings".
+#ifndef SETTINGS_GLSL
+#define SETTINGS_GLSL
+
+#ifndef NOT_COMPUTE
+layout(local_size_x_id = 0) in;
+#endif
+
+#include "kernels/effects.glsl"
+
+layout(constant_id = 3) const bool carries_radiance = true;  // a path may gather light and go on
+layout(constant_id = 4) const bool few_primitives = false;   // each kind's world primitives fit a uniform block
+layout(constant_id = 5) const bool unrolled = false;  // the loops over primitives
+layout(constant_id = 6) const uint fixed_triangles = 0;
+layout(constant_id = 7) const uint fixed_spheres = 0;
+layout(constant_id = 8) const uint fixed_cuboids = 0;
+layout(constant_id = 9) const bool triangle_tree = false;  // a tree in place of the loop
+layout(constant_id = 10) const bool sphere_tree = false;
+layout(constant_id = 11) const bool cuboid_tree = false;
+layout(constant_id = 12) const uint triangle_root = 0;
+layout(constant_id = 13) const uint sphere_root = 0;
+layout(constant_id = 14) const uint cuboid_root = 0;
+#ifdef GIVEN_INTERVALS
+#ifdef DOUBLE_GEOMETRY
+double ray_min, ray_max;
+#else
+float ray_min, ray_max;  // of the ray in hand (ray_batch.comp)
+#endif
+#elif defined(DOUBLE_GEOMETRY)
+layout(constant_id = 15) const float told_ray_min = 0.0;
+layout(constant_id = 16) const float told_ray_max = 0.0;
+const double ray_min = told_ray_min, ray_max = told_ray_max;
+#else
+layout(constant_id = 15) const float ray_min = 0.0;  // those of Settings
+layout(constant_id = 16) const float ray_max = 0.0;
+#endif
+
+layout(constant_id = 22) const uint aligned_cuboids = 0;  // of unrolled loops: bit i: its faces are square to the axes
+layout(constant_id = 24) const bool clamps = false;
+layout(constant_id = 25) const float clamp_at = 0.0;
+layout(constant_id = 27) const bool has_mis = true;  // else next events alone find the lights that they sample (9.2)
+
+// How they arrive is one of the patterns (vulkan/patterns.h); push constants are the rule.
+#if defined(PARAMETERS_UNIFORM)
+layout(std140, set = 4, binding = 0) uniform Settings {
+#elif defined(PARAMETERS_STORAGE)
+layout(std430, set = 4, binding = 0) readonly restrict buffer Settings {
+#elif defined(PARAMETERS_ADDRESS)
+#extension GL_EXT_buffer_reference : require
+layout(buffer_reference, std430, buffer_reference_align = 16) readonly restrict buffer Settings {
+#else
+layout(push_constant, std430) uniform Settings {
+#endif
+    uvec2 seed;          // low and high word
+    uvec2 sample_index;  // low and high word
+    uint width;
+    uint height;
+    uint first_pixel;  // this tile's pixels are first_pixel + [0, pixel_count)
+    uint pixel_count;
+    uint segment;  // k of MODEL.md section 9
+    uint bounces;
+    uint roulette_start;
+    uint light_count;
+    uint triangle_count;
+    uint sphere_count;
+    uint cuboid_count;
+    float ray_min;
+    float ray_max;
+    uint direct_only;  // 9.5
+    uint sample_count;      // the megakernel's alone: samples from sample_index on,
+    uint first_invocation;  // its dispatch's share of the tile's invocations
+    uint invocations;
+    uint keeps_sums;  // a block's first sample is added to those of the block before
+    uint listed;      // the tile's pixels are those of a list, of so many (pixel_list.glsl); 0: no list
+#if defined(PARAMETERS_ADDRESS)
+};
+layout(push_constant, std430) uniform SettingsAddress { Settings settings; };
+#elif defined(PARAMETERS_SPECIALISED)
+} pushed;
+#include "kernels/specialised_settings.glsl"
+#else
+} settings;
+#endif
+
+// Kernels made for a scene have its counts built in, general ones are told.
+const uint told = 0xffffffffu;
+uint triangle_total() { return fixed_triangles == told ? settings.triangle_count : fixed_triangles; }
+uint sphere_total() { return fixed_spheres == told ? settings.sphere_count : fixed_spheres; }
+
+#include "kernels/planted.glsl"
+
+// Both, without a branch on `told` alone. Mesa's lavapipe makes kernels anew, in every dispatch, for the value of each
+// branch on nothing but uniforms, and keeps them: milliseconds and half a megabyte each. So where `told` is uniform,
+// `own` is what always holds of a number that the thread has.
+bool both(bool told, bool own) { return bool(uint(told) & uint(own)); }
+
+#ifdef DOUBLE_SHADING
+const double pi = 3.14159265358979324lf;
+#else
+const float pi = 3.14159265358979;
+#endif
+
+#endif

@@ -1,0 +1,64 @@
+// Conductors and the microfacet distribution of Trowbridge and Reitz, "GGX" (MODEL.md section 7.6). Directions are local,
+// z along the normal on the side of the incoming ray; i and o point away from the surface; alpha is the squared roughness.
+#ifndef MICROFACETS_GLSL
+#define MICROFACETS_GLSL
+#include "kernels/planted.glsl"
+
+// Reflectance for unpolarised light at cosine c of a channel of index eta + ik [Born 1999].
+float fresnel_conductor(float c, float eta, float k) {
+    const float c2 = c * c, s2 = 1.0 - c2;
+    const float t0 = (eta - k) * (eta + k) - s2;
+    const float product = 2.0 * eta * k, b = sqrt(t0 * t0 + product * product);
+    // (B + t0)/2 without the cancellation that a negative t0 brings.
+    const float half_sum = t0 >= 0.0 ? 0.5 * (b + t0) : 0.5 * product * product / (b - t0);
+    const float t1 = b + c2, t2 = 2.0 * c * sqrt(half_sum);
+    if (PLANTED(conductor_fresnel_dropped)) return 1.0;
+    const float r_s = (t1 - t2) / (t1 + t2);
+    const float t3 = c2 * b + s2 * s2, t4 = t2 * s2;
+    const float r_p = r_s * (t3 - t4) / (t3 + t4);
+    return 0.5 * (r_s + r_p);
+}
+vec3 fresnel_conductor(float c, vec3 eta, vec3 k) {
+    return vec3(fresnel_conductor(c, eta.r, k.r), fresnel_conductor(c, eta.g, k.g), fresnel_conductor(c, eta.b, k.b));
+}
+
+// 1 + h_z^2 (alpha^2 - 1) is the squared length of h with z scaled by alpha: nothing cancels.
+float microfacet_distribution(vec3 h, float alpha) {
+    const float a2 = alpha * alpha, length2 = h.x * h.x + h.y * h.y + a2 * h.z * h.z;
+    return a2 / (pi * length2 * length2);
+}
+
+float microfacet_lambda(vec3 w, float alpha) {
+    const float tangent2 = (w.x * w.x + w.y * w.y) / (w.z * w.z);
+    return 0.5 * (sqrt(1.0 + alpha * alpha * tangent2) - 1.0);
+}
+
+// G_1 of the incoming, G_2 of both directions.
+float shadowing(vec3 i, float alpha) { return 1.0 / (1.0 + microfacet_lambda(i, alpha)); }
+float shadowing(vec3 i, vec3 o, float alpha) {
+    if (PLANTED(ggx_masking_dropped)) return 1.0;
+    return 1.0 / (1.0 + microfacet_lambda(i, alpha) + microfacet_lambda(o, alpha));
+}
+// Of a sampled direction.
+float shadowing_ratio(vec3 i, vec3 o, float alpha) {
+    return PLANT(ggx_masking_dropped, 1.0, shadowing(i, o, alpha) / shadowing(i, alpha));
+}
+
+// A normal of the distribution as seen from i [Dupuy 2023].
+vec3 sample_visible_normal(vec3 i, float alpha, vec2 u) {
+    const vec3 v = normalize(vec3(alpha * i.xy, i.z));
+    const float z = (1.0 - u.y) * (1.0 + v.z) - v.z;
+    const float sine = sqrt(max(0.0, 1.0 - z * z));
+    const vec3 s = vec3(sine * cos_sin_turn(u.x), z) + v;
+    return normalize(vec3(alpha * s.xy, s.z));
+}
+
+// f cos theta_o without the Fresnel factor, and the density with which sampling gives o.
+float microfacet_value(vec3 i, vec3 o, vec3 h, float alpha) {
+    return microfacet_distribution(h, alpha) * shadowing(i, o, alpha) / (4.0 * i.z);
+}
+float microfacet_density(vec3 i, vec3 h, float alpha) {
+    return shadowing(i, alpha) * microfacet_distribution(h, alpha) / PLANT(ggx_jacobian_missing, 1.0, 4.0 * i.z);
+}
+
+#endif

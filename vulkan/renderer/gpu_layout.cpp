@@ -1,2 +1,0 @@
-// Compiles the static_asserts that shaders/check_layouts.py reads out of the SPIR-V.
-#include "layout_checks.h"

@@ -1,0 +1,363 @@
+#include "vulkan/renderer/job/frame_resources.h"
+
+#include <algorithm>
+#include <cstring>
+
+#include "common/error.h"
+#include "vulkan/command/barrier.h"
+#include "vulkan/core/device_selection.h"
+
+namespace tandem {
+
+namespace {
+
+using Usage = vk::BufferUsageFlagBits;
+constexpr std::uint64_t element = sizeof(gpu::Vec4);  // of every ray and image buffer
+constexpr std::uint64_t interiors_bytes = 16;         // eight indices of 16 bits
+constexpr std::uint64_t sums_per_pixel = 3;
+constexpr std::size_t ping_ponged =
+    5;  // ray buffers with two halves: origin, direction, throughput, radiance, contribution
+
+// A buffer of the Scene set: what it is called, what fills it (null: the vertex stage), how much of it there is.
+struct SceneBuffer {
+    const char* name;
+    const void* data;
+    vk::DeviceSize bytes;
+};
+
+template <class T>
+SceneBuffer filled(const char* name, const std::vector<T>& data) {
+    return {name, data.data(), data.size() * sizeof(T)};
+}
+
+constexpr std::size_t bvh_nodes = 10;  // among the scene's buffers, the first after the world primitives
+
+// As it is in float or, where geometry is in double, in that.
+template <class Single, class Doubled>
+SceneBuffer either(const char* name, const std::vector<Single>& single, const SceneData& scene,
+    std::vector<Doubled> DoubleGeometry::*doubled) {
+    return scene.in_double ? filled(name, (*scene.in_double).*doubled) : filled(name, single);
+}
+
+template <class Single, class Doubled>
+SceneBuffer either(const char* name, const std::vector<Single>& single, const SceneData& scene,
+    std::vector<Doubled> DoubleGeometry::Shading::*doubled) {
+    const bool in_double = scene.in_double && scene.in_double->shading;
+    return in_double ? filled(name, (*scene.in_double->shading).*doubled) : filled(name, single);
+}
+
+SceneBuffer header_of(const SceneData& scene) {
+    const bool in_double = scene.in_double && scene.in_double->shading;
+    if (in_double) return {"scene-header", &scene.in_double->shading->header, sizeof(gpu::DoubleSceneHeader)};
+    return {"scene-header", &scene.header, sizeof scene.header};
+}
+
+// World primitives that the vertex stage fills, or the host in double.
+template <class Single, class Doubled>
+SceneBuffer world(
+    const char* name, std::uint32_t count, const SceneData& scene, std::vector<Doubled> DoubleGeometry::*doubled) {
+    if (scene.in_double) return filled(name, (*scene.in_double).*doubled);
+    return {name, nullptr, count * sizeof(Single)};
+}
+
+// Bindings 0 … 9 and, after the uniform views of 7, 8 and 9, bindings 13 … 16.
+std::array<SceneBuffer, 14> scene_list(const SceneData& scene) {
+    return {{header_of(scene), filled("vertices", scene.vertices), filled("primitive-sources", scene.sources),
+        either("transforms", scene.transforms, scene, &DoubleGeometry::transforms),
+        filled("placed-primitives", scene.placed),
+        either("materials", scene.materials, scene, &DoubleGeometry::Shading::materials),
+        either("lights", scene.lights, scene, &DoubleGeometry::lights),
+        world<gpu::Triangle>("world-triangles", scene.triangle_count, scene, &DoubleGeometry::triangles),
+        world<gpu::Convex>("world-spheres", scene.sphere_count, scene, &DoubleGeometry::spheres),
+        world<gpu::Convex>("world-cuboids", scene.cuboid_count, scene, &DoubleGeometry::cuboids),
+        filled("tree-nodes", scene.trees.nodes),
+        either("textures", scene.tables.textures, scene, &DoubleGeometry::Shading::textures),
+        filled("tables", scene.tables.numbers), either("media", scene.tables.media, scene, &DoubleGeometry::media)}};
+}
+
+SceneBuffer camera_of(const SceneData& scene) {
+    if (scene.in_double) return {"camera", &scene.in_double->camera, sizeof scene.in_double->camera};
+    return {"camera", &scene.camera, sizeof scene.camera};
+}
+
+std::vector<BufferSpec> scene_specs(const SceneData& scene) {
+    std::vector<BufferSpec> specs;
+    for (const SceneBuffer& buffer : scene_list(scene)) {
+        if (buffer.data == header_of(scene).data)
+            specs.push_back({buffer.bytes, Usage::eUniformBuffer | Usage::eTransferDst});
+        else if (specs.size() + uniform_views >= bvh_nodes && specs.size() < bvh_nodes)
+            specs.push_back({std::max<vk::DeviceSize>(buffer.bytes, uniform_block_bytes),
+                Usage::eStorageBuffer | Usage::eUniformBuffer | Usage::eTransferDst});
+        else
+            specs.push_back({buffer.bytes, Usage::eStorageBuffer | Usage::eTransferDst});
+    }
+    return specs;
+}
+
+// A ray buffer: what it is called, its bytes a path, 0 if it holds nothing. The first five are ping-ponged, as are the
+// last two.
+struct RayBuffer {
+    const char* name = "";
+    std::uint64_t bytes = 0;
+    bool carried = true;  // from one vertex to the next
+};
+
+constexpr std::size_t ray_buffer_count = 9;
+std::array<RayBuffer, ray_buffer_count> ray_list(const std::optional<PathState>& kept) {
+    if (!kept) return {};
+    const PathState path = *kept;
+    const auto if_used = [](bool used, std::uint64_t bytes) { return used ? bytes : 0; };
+    return {{{"ray-origins", element}, {"ray-directions", element}, {"throughputs", element},
+        {"gathered-radiances", if_used(path.radiance, element)},
+        {"next-event-contributions", if_used(path.next_events, element)}, {"hits", element, false},
+        {"shadow-rays", if_used(path.next_events, element)}, {"samples", element, false},
+        {"interiors", if_used(path.interiors, interiors_bytes)}}};
+}
+
+constexpr bool is_ping_ponged(std::size_t i) { return i < ping_ponged || i + 1 == ray_buffer_count; }
+
+// Buffers 0 … 4 and 5 … 9 are the two halves, 10 … 12 hits, shadow rays and samples, 13 the queues, one a segment and
+// an empty one after the last, 14 and 15 the halves of the interiors.
+std::vector<BufferSpec> ray_specs(const std::optional<PathState>& path, std::uint64_t pixels, std::uint32_t bounces) {
+    const auto list = ray_list(path);
+    std::vector<BufferSpec> specs;
+    // Copied from and to by VulkanIntersector alone.
+    const auto add = [&](std::size_t i) {
+        specs.push_back({pixels * list[i].bytes, Usage::eStorageBuffer | Usage::eTransferSrc | Usage::eTransferDst});
+    };
+    for (std::size_t i = 0; i < 2 * ping_ponged; ++i) add(i % ping_ponged);
+    for (std::size_t i = ping_ponged; i < ping_ponged + 3; ++i) add(i);
+    specs.push_back(
+        {path ? (std::uint64_t{bounces} + 2) * ray_queue_bytes : 0, Usage::eStorageBuffer | Usage::eIndirectBuffer});
+    for (int half = 0; half < 2; ++half) add(list.size() - 1);
+    return specs;
+}
+
+constexpr std::uint64_t list_bytes = sizeof(std::uint32_t);  // a pixel, where lists are rendered
+
+// The halves of the sums; the counters and, behind them, a list of pixels.
+std::vector<BufferSpec> image_specs(std::uint64_t pixels, std::uint64_t listed) {
+    const BufferSpec sums{pixels * sums_per_pixel * element, Usage::eStorageBuffer | Usage::eTransferSrc};
+    return {
+        sums, sums, {element + listed * list_bytes, Usage::eStorageBuffer | Usage::eTransferSrc | Usage::eTransferDst}};
+}
+
+// The list of pixels is the last.
+std::vector<BufferSpec> upload_specs(const SceneData& scene, std::uint64_t listed) {
+    std::vector<BufferSpec> specs;
+    for (const SceneBuffer& buffer : scene_list(scene))
+        if (buffer.data != nullptr && buffer.bytes > 0) specs.push_back({buffer.bytes, Usage::eTransferSrc});
+    specs.push_back({camera_of(scene).bytes, Usage::eTransferSrc});
+    specs.push_back({listed * list_bytes, Usage::eTransferSrc});
+    return specs;
+}
+
+std::vector<BufferSpec> readback_specs(std::uint64_t pixels) {
+    return {{pixels * sums_per_pixel * element, Usage::eTransferDst}, {element, Usage::eTransferDst}};
+}
+
+std::array<BufferSpec, 1> camera_specs(const SceneData& scene) {
+    return {BufferSpec{camera_of(scene).bytes, Usage::eUniformBuffer | Usage::eTransferDst}};
+}
+
+SharedMemory shared_memory(const SceneData& scene, const std::optional<PathState>& path, std::uint32_t bounces,
+    std::uint32_t pixels, MemoryLayout memory, std::uint32_t listed) {
+    SharedMemory shared;
+    if (memory != MemoryLayout::one_block) return shared;
+    shared.reserve(MemoryDomain::device, scene_specs(scene));
+    shared.reserve(MemoryDomain::device, camera_specs(scene));
+    shared.reserve(MemoryDomain::device, ray_specs(path, pixels, bounces));
+    shared.reserve(MemoryDomain::device, image_specs(pixels, listed));
+    shared.reserve(MemoryDomain::upload, upload_specs(scene, listed));
+    shared.reserve(MemoryDomain::readback, readback_specs(pixels));
+    return shared;
+}
+
+// Of a group: of the ray state and the sums, or of another.
+MemoryLayout layout_of(MemoryLayout memory, bool rays) {
+    const bool mixed = memory == MemoryLayout::rays_per_set || memory == MemoryLayout::others_per_set;
+    if (!mixed) return memory;
+    return rays == (memory == MemoryLayout::rays_per_set) ? MemoryLayout::per_set : MemoryLayout::per_buffer;
+}
+
+std::vector<vk::DescriptorBufferInfo> all_of(const BufferGroup& group) {
+    std::vector<vk::DescriptorBufferInfo> buffers;
+    for (std::size_t i = 0; i < group.size(); ++i) buffers.push_back(group.info(i));
+    return buffers;
+}
+
+// The header and the tables of the scene, the world primitives (as storage buffers and once more as uniform blocks),
+// the nodes of trees and what only some effects use.
+std::vector<vk::DescriptorBufferInfo> scene_buffers(const BufferGroup& scene) {
+    std::vector<vk::DescriptorBufferInfo> buffers = all_of(scene);
+    std::vector<vk::DescriptorBufferInfo> views;
+    for (std::size_t i = bvh_nodes - uniform_views; i < bvh_nodes; ++i)
+        views.push_back(scene.info(i, uniform_block_bytes));
+    buffers.insert(buffers.begin() + bvh_nodes, views.begin(), views.end());
+    return buffers;
+}
+
+// The Rays set of one parity: bindings 0 … 4 and 14 are the half that is read, 5 … 9 and 15 the one that is written.
+std::vector<vk::DescriptorBufferInfo> ray_buffers(const BufferGroup& rays, bool odd) {
+    std::vector<vk::DescriptorBufferInfo> buffers = all_of(rays);
+    if (odd) {
+        std::rotate(buffers.begin(), buffers.begin() + ping_ponged, buffers.begin() + 2 * ping_ponged);
+        std::swap(buffers[14], buffers[15]);
+    }
+    return buffers;
+}
+
+std::vector<vk::DescriptorBufferInfo> image_buffers(const BufferGroup& image, bool odd) {
+    std::vector<vk::DescriptorBufferInfo> buffers = all_of(image);
+    if (odd) std::swap(buffers[0], buffers[1]);
+    return buffers;
+}
+
+// Both halves of every ping-ponged binding in place of the one that is read, the one of parity 0 first.
+std::vector<vk::DescriptorBufferInfo> ray_arrays(const BufferGroup& rays) {
+    const std::vector<vk::DescriptorBufferInfo> even = ray_buffers(rays, false), odd = ray_buffers(rays, true);
+    std::vector<vk::DescriptorBufferInfo> buffers;
+    for (std::uint32_t binding = 0; binding < even.size(); ++binding) {
+        const auto is_read = [&](const auto& pair) { return pair.first == binding; };
+        const auto is_written = [&](const auto& pair) { return pair.second == binding; };
+        if (std::ranges::any_of(ping_ponged_bindings, is_written)) continue;
+        buffers.push_back(even[binding]);
+        if (std::ranges::any_of(ping_ponged_bindings, is_read)) buffers.push_back(odd[binding]);
+    }
+    return buffers;
+}
+
+}  // namespace
+
+FrameResources::FrameResources(const Device& device, const SceneData& scene, const std::optional<PathState>& path,
+    std::uint32_t bounces, std::uint32_t tile_pixels, MemoryLayout memory, bool lists_pixels)
+    : shared_(shared_memory(scene, path, bounces, tile_pixels, memory, lists_pixels ? tile_pixels : 0)),
+      scene_(device, MemoryDomain::device, scene_specs(scene), layout_of(memory, false), &shared_),
+      camera_(device, MemoryDomain::device, camera_specs(scene), layout_of(memory, false), &shared_),
+      rays_(device, MemoryDomain::device, ray_specs(path, tile_pixels, bounces), layout_of(memory, true), &shared_),
+      image_(device, MemoryDomain::device, image_specs(tile_pixels, lists_pixels ? tile_pixels : 0),
+          layout_of(memory, true), &shared_),
+      upload_(device, MemoryDomain::upload, upload_specs(scene, lists_pixels ? tile_pixels : 0),
+          layout_of(memory, false), &shared_),
+      readback_(device, MemoryDomain::readback, readback_specs(tile_pixels), layout_of(memory, false), &shared_) {
+    const auto stage = [&](const void* data, vk::DeviceSize bytes, std::size_t buffer) {
+        std::memcpy(upload_.mapped(uploads_.size()), data, bytes);
+        uploads_.emplace_back(bytes, buffer);
+    };
+    const auto list = scene_list(scene);
+    for (std::size_t i = 0; i < list.size(); ++i)
+        if (list[i].data != nullptr && list[i].bytes > 0) stage(list[i].data, list[i].bytes, i);
+    stage(camera_of(scene).data, camera_of(scene).bytes, 0);
+}
+
+std::vector<vk::DescriptorBufferInfo> FrameResources::buffers(SetIndex set, std::uint32_t parity) const {
+    switch (set) {
+        case SetIndex::scene:
+            return scene_buffers(scene_);
+        case SetIndex::camera:
+            return all_of(camera_);
+        case SetIndex::rays:
+            return parity == both_parities ? ray_arrays(rays_) : ray_buffers(rays_, parity != 0);
+        case SetIndex::image:
+            return image_buffers(image_, parity != 0);
+        case SetIndex::settings:
+            break;
+    }
+    return {};
+}
+
+std::vector<vk::DescriptorBufferInfo> FrameResources::written_by_dispatches() const {
+    std::vector<vk::DescriptorBufferInfo> buffers = all_of(rays_);
+    for (const vk::DescriptorBufferInfo& buffer : all_of(image_)) buffers.push_back(buffer);
+    return buffers;
+}
+
+void FrameResources::record_upload(const vk::raii::CommandBuffer& commands) const {
+    for (std::size_t i = 0; i < uploads_.size(); ++i) {
+        const auto& [bytes, buffer] = uploads_[i];
+        const BufferGroup& target = i + 1 == uploads_.size() ? camera_ : scene_;
+        commands.copyBuffer(
+            upload_[i], target[buffer], vk::BufferCopy(upload_.offset(i), target.offset(buffer), bytes));
+    }
+}
+
+void FrameResources::record_clear_counters(const vk::raii::CommandBuffer& commands) const {
+    commands.fillBuffer(image_[2], image_.offset(2), element, 0);
+}
+
+void FrameResources::set_pixel_list(std::span<const std::uint32_t> pixels) {
+    std::memcpy(upload_.mapped(upload_.size() - 1), pixels.data(), pixels.size_bytes());
+}
+
+void FrameResources::record_pixel_list(const vk::raii::CommandBuffer& commands, std::uint32_t pixels) const {
+    const std::size_t list = upload_.size() - 1;
+    commands.copyBuffer(upload_[list], image_[2],
+        vk::BufferCopy(upload_.offset(list), image_.offset(2) + element, pixels * list_bytes));
+    barrier(commands, transfer_write, compute_access);
+}
+
+void FrameResources::record_download(
+    const vk::raii::CommandBuffer& commands, std::uint32_t sum_parity, std::uint32_t tile_pixels) const {
+    barrier(commands, compute_write, transfer_read);
+    commands.copyBuffer(image_[sum_parity], readback_[0],
+        vk::BufferCopy(image_.offset(sum_parity), readback_.offset(0), tile_pixels * sums_per_pixel * element));
+    commands.copyBuffer(image_[2], readback_[1], vk::BufferCopy(image_.offset(2), readback_.offset(1), element));
+    barrier(commands, transfer_write, host_read);
+}
+
+const gpu::Vec4* FrameResources::downloaded_sums() const {
+    return reinterpret_cast<const gpu::Vec4*>(readback_.mapped(0));
+}
+
+FrameResources::Counters FrameResources::downloaded_counters() const {
+    Counters counters;
+    std::memcpy(&counters, readback_.mapped(1), sizeof counters);
+    return counters;
+}
+
+std::vector<JobFacts::Part> buffer_parts(const SceneData& scene, const std::optional<PathState>& path,
+    std::uint32_t bounces, std::uint32_t tile_pixels, bool lists_pixels) {
+    std::vector<JobFacts::Part> parts;
+    const auto add = [&](const std::string& name, std::uint64_t bytes) {
+        if (bytes > 0) parts.push_back({name, bytes});
+    };
+    for (const SceneBuffer& buffer : scene_list(scene))
+        if (buffer.data != scene.tables.numbers.data() || buffer.data == nullptr) add(buffer.name, buffer.bytes);
+    for (const SceneTables::Part& part : scene.tables.parts) add(part.name, part.floats * sizeof(float));
+    add("camera", camera_of(scene).bytes);
+    const auto list = ray_list(path);
+    for (std::size_t i = 0; i < list.size(); ++i)
+        add(list[i].name, tile_pixels * list[i].bytes * (is_ping_ponged(i) ? 2 : 1));
+    if (path) add("ray-queues", (std::uint64_t{bounces} + 2) * ray_queue_bytes);
+    add("sums", 2 * sums_per_pixel * element * tile_pixels);
+    if (lists_pixels) add("pixel-list", list_bytes * tile_pixels);
+    return parts;
+}
+
+std::uint64_t bytes_per_path(const std::optional<PathState>& path) {
+    std::uint64_t bytes = 0;
+    for (const RayBuffer& buffer : ray_list(path))
+        if (buffer.carried) bytes += buffer.bytes;
+    return bytes;
+}
+
+std::uint64_t bytes_per_pixel(const std::optional<PathState>& path) {
+    std::uint64_t bytes = 2 * sums_per_pixel * element;
+    const auto list = ray_list(path);
+    for (std::size_t i = 0; i < list.size(); ++i) bytes += list[i].bytes * (is_ping_ponged(i) ? 2 : 1);
+    return bytes;
+}
+
+std::uint32_t tile_size(const Device& device, std::uint64_t image_pixels, const std::optional<PathState>& path) {
+    const DeviceAbilities& has = device.description().abilities;
+    const std::uint64_t by_range = has.storage_buffer_bytes / (sums_per_pixel * element);
+    const std::uint64_t by_groups = std::uint64_t{device.limits().maxComputeWorkGroupCount[0]} * workgroup_size;
+    // One allocation holds the rays; all of it may take half of the device's memory, the rest being others'.
+    const std::uint64_t memory = std::min(has.allocation_bytes, has.device_memory_bytes / 2);
+    const std::uint64_t by_memory = memory / bytes_per_pixel(path);
+    const std::uint64_t tile = std::min({image_pixels, by_range, by_groups, by_memory});
+    if (tile == 0) throw UnsupportedError(device.description().name + " has too little memory for a single pixel");
+    return static_cast<std::uint32_t>(tile);
+}
+
+}  // namespace tandem

@@ -1,0 +1,73 @@
+// The buffers of one job by descriptor set: Scene, Camera, Rays and Image, each one allocation unless patterns say
+// otherwise.
+#pragma once
+
+#include <array>
+#include <span>
+
+#include "vulkan/renderer/kernels/stages.h"
+#include "vulkan/renderer/scene/scene_data.h"
+#include "vulkan/resources/buffer_group.h"
+
+namespace tandem {
+
+inline constexpr vk::DeviceSize ray_queue_bytes = 16;
+
+// Ray state and sums are ping-ponged. Rays: parity p reads half p and writes half 1 - p. Image: likewise for sums.
+class FrameResources {
+public:
+    // `tile_pixels`: pixels that are in flight at a time. `path`: what is kept of them in buffers; none: nothing.
+    // `lists_pixels`: there is room for a list of them.
+    FrameResources(const Device& device, const SceneData& scene, const std::optional<PathState>& path,
+        std::uint32_t bounces, std::uint32_t tile_pixels, MemoryLayout memory, bool lists_pixels = false);
+
+    // What the bindings of a set point to; the halves of Rays and Image by their parity, or, of Rays, both as arrays.
+    static constexpr std::uint32_t both_parities = 2;
+    [[nodiscard]] std::vector<vk::DescriptorBufferInfo> buffers(SetIndex set, std::uint32_t parity = 0) const;
+
+    // The queues of rays (shaders/kernels/ray_state.glsl): at k * ray_queue_bytes the dispatch arguments of segment k.
+    [[nodiscard]] vk::Buffer queues() const { return rays_[ray_queues]; }
+    [[nodiscard]] vk::DeviceSize queue_offset(std::uint32_t segment) const {
+        return rays_.offset(ray_queues) + segment * ray_queue_bytes;
+    }
+    // What dispatches write and others read: the Rays and Image sets.
+    [[nodiscard]] std::vector<vk::DescriptorBufferInfo> written_by_dispatches() const;
+
+    // Copies scene and camera to the device.
+    void record_upload(const vk::raii::CommandBuffer& commands) const;
+    // Sets the counters to 0.
+    void record_clear_counters(const vk::raii::CommandBuffer& commands) const;
+    // The pixels of a tile, for record_pixel_list to copy to the device (shaders/kernels/pixel_list.glsl).
+    void set_pixel_list(std::span<const std::uint32_t> pixels);
+    void record_pixel_list(const vk::raii::CommandBuffer& commands, std::uint32_t pixels) const;
+    // Copies the sums that parity `sum_parity` reads, and the counters, to the host.
+    void record_download(
+        const vk::raii::CommandBuffer& commands, std::uint32_t sum_parity, std::uint32_t tile_pixels) const;
+    // What was downloaded: [channel * tile_pixels + i], see shaders/kernels/moments.glsl.
+    [[nodiscard]] const gpu::Vec4* downloaded_sums() const;
+    struct Counters {
+        std::uint32_t invalid = 0;     // samples
+        std::uint32_t unfinished = 0;  // pixels whose loops the driver left
+    };
+    [[nodiscard]] Counters downloaded_counters() const;
+
+private:
+    static constexpr std::size_t ray_queues = 13;  // among the buffers of the Rays set
+
+    SharedMemory shared_;
+    BufferGroup scene_, camera_, rays_, image_, upload_, readback_;
+    std::vector<std::pair<vk::DeviceSize, std::size_t>> uploads_;  // bytes, buffer of the Scene set
+};
+
+// What the buffers hold, by name, in bytes, the tables of a scene part by part; buffers that hold nothing are left out.
+[[nodiscard]] std::vector<JobFacts::Part> buffer_parts(const SceneData& scene, const std::optional<PathState>& path,
+    std::uint32_t bounces, std::uint32_t tile_pixels, bool lists_pixels);
+// Bytes that a path keeps from one vertex to the next: ray, throughput and what else PathState says.
+[[nodiscard]] std::uint64_t bytes_per_path(const std::optional<PathState>& path);
+// Bytes of device memory for each pixel in flight.
+[[nodiscard]] std::uint64_t bytes_per_pixel(const std::optional<PathState>& path);
+// As many pixels of an image as the device's limits allow in flight at once.
+[[nodiscard]] std::uint32_t tile_size(
+    const Device& device, std::uint64_t image_pixels, const std::optional<PathState>& path);
+
+}  // namespace tandem

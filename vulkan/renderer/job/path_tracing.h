@@ -1,0 +1,36 @@
+// Single paths on the device, vertex by vertex (shaders/kernels/trace.comp), for `tandem trace`.
+#pragma once
+
+#include "common/render/estimate.h"
+#include "common/render/path_trace.h"
+#include "vulkan/command/submission.h"
+#include "vulkan/renderer/job/bindings.h"
+
+namespace tandem {
+
+// Buffers and pipelines of its own: what a job renders is not touched. Records are in float, whatever computes them.
+class PathTracing {
+public:
+    // What is referred to must outlive it. Throws UnsupportedError for paths that are too long to be kept whole.
+    PathTracing(const Device& device, const Stages& stages, const SceneData& scene,
+        const Specialisation& specialisation, std::uint32_t bounces, GeometryPrecision precision);
+
+    // Samples of one pixel; `settings` as every stage is told them.
+    [[nodiscard]] std::vector<PathTrace> trace(std::uint32_t pixel, SampleRange samples, gpu::Settings settings);
+
+private:
+    [[nodiscard]] std::vector<PathTrace> follow(const gpu::Settings& settings);
+    void record(const vk::raii::CommandBuffer& commands, const vk::raii::Pipeline& pipeline,
+        const gpu::Settings& settings, std::uint32_t invocations) const;
+    [[nodiscard]] PathTrace read(const gpu::Vec4* words) const;
+
+    std::uint32_t primitives_, words_;  // a path's record
+    std::uint32_t most_samples_;        // at a time
+    vk::raii::Pipeline vertex_, trace_;
+    FrameResources resources_;
+    Bindings bindings_;
+    Submission submission_;
+    bool scene_uploaded_ = false;
+};
+
+}  // namespace tandem

@@ -1,0 +1,358 @@
+#include "vulkan/renderer/kernels/stages.h"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <chrono>
+#include <utility>
+
+#include "common/error.h"
+#include "vulkan/core/device_selection.h"
+#include "vulkan/framework/spirv_decorations.h"
+
+namespace tandem {
+
+namespace {
+
+// Ids of shaders/geometry/triangle_boxes.glsl.
+void add_boxes(std::vector<SpecialisationConstant>& result, const std::vector<TriangleBox>& boxes) {
+    std::uint32_t boxed = 0, id = 92;
+    const auto add = [&](auto value) { result.push_back({id++, std::bit_cast<std::uint32_t>(value)}); };
+    for (const TriangleBox& box : boxes) {
+        for (const float x : box.centre) add(x);
+        for (const float x : box.to_box) add(x);
+        add(box.slope);
+        add(box.margin);
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+            std::uint32_t slots = 0;
+            for (std::size_t i = 0; i < 4; ++i) {
+                const std::uint32_t slot = box.slots[4 * axis + i];
+                slots |= slot << 8 * i;
+                if (slot != no_triangle) boxed |= 1u << slot;
+            }
+            add(slots);
+        }
+        add(box.rising);
+    }
+    result.push_back({34, static_cast<std::uint32_t>(boxes.size())});
+    result.push_back({35, boxed});
+}
+
+}  // namespace
+
+std::vector<SpecialisationConstant> Specialisation::constants() const {
+    // Ids of shaders/kernels/settings.glsl; 0 is the workgroup's size.
+    const std::array<std::uint32_t, 22> values{workgroup, static_cast<std::uint32_t>(effects.bits()),
+        static_cast<std::uint32_t>(effects.bits() >> 32), path.radiance, few_primitives, unrolled.has_value(),
+        triangles, spheres, cuboids, triangle_root.has_value(), sphere_root.has_value(), cuboid_root.has_value(),
+        triangle_root.value_or(0), sphere_root.value_or(0), cuboid_root.value_or(0),
+        std::bit_cast<std::uint32_t>(ray_min), std::bit_cast<std::uint32_t>(ray_max),
+        static_cast<std::uint32_t>(intersection.triangles), static_cast<std::uint32_t>(intersection.convex),
+        static_cast<std::uint32_t>(intersection.guard),
+        std::bit_cast<std::uint32_t>(static_cast<float>(intersection.epsilon)), hands_on_floats};
+    std::vector<SpecialisationConstant> result;
+    for (std::uint32_t id = 0; id < values.size(); ++id) result.push_back({id, values[id]});
+    const UnrolledPrimitives told = unrolled.value_or(UnrolledPrimitives{});
+    result.push_back({22, told.aligned_cuboids});
+    result.push_back({23, unturned});
+    result.push_back({32, faces_coincide && (effects.has(Effect::translucent) || effects.has(Effect::boundary))});
+    result.push_back({33, shared_materials});
+    result.push_back({36, picks_candidates});
+    for (std::uint32_t i = 0; i < told.corners.size(); ++i) result.push_back({60 + i, told.corners[i]});
+    add_boxes(result, told.boxes);
+    result.push_back({24, clamp.has_value()});
+    result.push_back({25, std::bit_cast<std::uint32_t>(clamp.value_or(0.0F))});
+    result.push_back({26, static_cast<std::uint32_t>(generator)});
+    result.push_back({27, mis});
+    result.push_back({28, plain_sums});
+    result.push_back({29, lists_pixels});
+    if (shaders_hold_planted_bugs()) {
+        result.push_back({30, std::bit_cast<std::uint32_t>(static_cast<float>(planted_bug.amount))});
+        result.push_back({31, static_cast<std::uint32_t>(planted_bug.bug)});
+    }
+    result.insert(result.end(), parameters.begin(), parameters.end());
+    return result;
+}
+
+KernelForm::KernelForm(const Patterns& patterns, GeometryPrecision chosen, bool in_double)
+    : shape(patterns.kernel),
+      parameters(patterns.parameters),
+      descriptors(patterns.descriptors),
+      precision(chosen),
+      sums_in_double(in_double) {
+    // What differs in the host's doing alone.
+    if (descriptors == DescriptorPattern::rewritten || descriptors == DescriptorPattern::templates)
+        descriptors = DescriptorPattern::per_combination;
+}
+
+ShaderVariant KernelForm::variant() const {
+    if (precision == GeometryPrecision::mixed) return ShaderVariant::mixed;
+    if (precision == GeometryPrecision::double_precision) return ShaderVariant::in_double;
+    if (shape == KernelShape::image_stages) return ShaderVariant::in_place;
+    if (descriptors == DescriptorPattern::arrays) return ShaderVariant::arrays;
+    if (descriptors == DescriptorPattern::arrays_nonuniform) return ShaderVariant::arrays_nonuniform;
+    switch (parameters) {
+        case ParameterPattern::push_constants:
+            break;
+        case ParameterPattern::uniform:
+        case ParameterPattern::dynamic_uniform:
+            return ShaderVariant::uniform;
+        case ParameterPattern::storage:
+            return ShaderVariant::storage;
+        case ParameterPattern::device_address:
+            return ShaderVariant::address;
+        case ParameterPattern::specialisation:
+            return ShaderVariant::specialised;
+    }
+    return ShaderVariant::plain;
+}
+
+ShaderVariant KernelForm::summing_variant() const {
+    switch (parameters) {
+        case ParameterPattern::push_constants:
+            break;
+        case ParameterPattern::uniform:
+        case ParameterPattern::dynamic_uniform:
+            return ShaderVariant::uniform_double_sums;
+        case ParameterPattern::storage:
+            return ShaderVariant::storage_double_sums;
+        case ParameterPattern::device_address:
+            return ShaderVariant::address_double_sums;
+        case ParameterPattern::specialisation:
+            return ShaderVariant::specialised_double_sums;
+    }
+    return ShaderVariant::double_sums;
+}
+
+namespace {
+
+std::vector<SetBindings> set_bindings(const KernelForm& form) {
+    using Type = vk::DescriptorType;
+    SetBindings scene(world_bindings_end, Type::eStorageBuffer);
+    scene[0] = Type::eUniformBuffer;
+    scene.insert(scene.end(), uniform_views, Type::eUniformBuffer);
+    scene.insert(scene.end(), 4, Type::eStorageBuffer);  // nodes of trees, textures, tables, media
+    SetBindings rays(storage_buffers_in_ray_set, Type::eStorageBuffer);
+    if (form.has_arrays())
+        for (const auto& [read, written] : ping_ponged_bindings) {
+            rays[read].count = 2;
+            rays[written].count = 0;
+        }
+    std::vector<SetBindings> sets{
+        scene, {Type::eUniformBuffer}, rays, SetBindings(storage_buffers_in_image_set, Type::eStorageBuffer)};
+    if (form.parameters == ParameterPattern::uniform) sets.push_back({Type::eUniformBuffer});
+    if (form.parameters == ParameterPattern::dynamic_uniform) sets.push_back({Type::eUniformBufferDynamic});
+    if (form.parameters == ParameterPattern::storage) sets.push_back({Type::eStorageBuffer});
+    if (form.shape == KernelShape::ray_tracing) sets.push_back({Type::eAccelerationStructureKHR});
+    return sets;
+}
+
+// Of all sets, as every stage sees them.
+std::uint32_t storage_buffers(const std::vector<SetBindings>& sets) {
+    std::uint32_t count = 0;
+    for (const SetBindings& set : sets)
+        for (const SetBinding& binding : set)
+            if (binding.type == vk::DescriptorType::eStorageBuffer) count += binding.count;
+    return count;
+}
+
+std::uint32_t most_push_descriptors(const Device& device) {
+    const auto chain =
+        device.physical()
+            .getProperties2<vk::PhysicalDeviceProperties2, vk::PhysicalDevicePushDescriptorPropertiesKHR>();
+    return chain.get<vk::PhysicalDevicePushDescriptorPropertiesKHR>().maxPushDescriptors;
+}
+
+void check(const Device& device, const KernelForm& form, const std::vector<SetBindings>& sets) {
+    const std::string& name = device.description().name;
+    const DeviceFeatures& has = device.features();
+    if (form.shape == KernelShape::ray_tracing && !has.ray_tracing)
+        throw UnsupportedError(name + " has no VK_KHR_ray_tracing_pipeline");
+    if (form.parameters == ParameterPattern::device_address && !has.buffer_addresses)
+        throw UnsupportedError(name + " has no buffer addresses (bufferDeviceAddress)");
+    if (form.descriptors == DescriptorPattern::push && !has.push_descriptors)
+        throw UnsupportedError(name + " has no VK_KHR_push_descriptor");
+    if (form.descriptors == DescriptorPattern::push && most_push_descriptors(device) < storage_buffers_in_ray_set)
+        throw UnsupportedError(name + " pushes too few descriptors at a time");
+    if (form.has_arrays() && !has.storage_arrays)
+        throw UnsupportedError(
+            name + " does not index arrays of storage buffers (shaderStorageBufferArrayDynamicIndexing)");
+    if (form.descriptors == DescriptorPattern::arrays_nonuniform && !has.storage_arrays_nonuniform)
+        throw UnsupportedError(name +
+                               " does not index arrays of storage buffers by what differs between invocations "
+                               "(shaderStorageBufferArrayNonUniformIndexing)");
+    if (sets.size() > device.limits().maxBoundDescriptorSets)
+        throw UnsupportedError(name + " binds no more than " + std::to_string(device.limits().maxBoundDescriptorSets) +
+                               " descriptor sets");
+    if (storage_buffers(sets) > device.limits().maxPerStageDescriptorStorageBuffers)
+        throw UnsupportedError(name + " lets a stage see " +
+                               std::to_string(device.limits().maxPerStageDescriptorStorageBuffers) +
+                               " storage buffers, this takes " + std::to_string(storage_buffers(sets)));
+    if (form.precision != GeometryPrecision::single_precision && form.shape != KernelShape::megakernel)
+        throw UnsupportedError(
+            "paths in mixed and double precision are traced by the megakernel alone: the stages hand rays on in float; "
+            "leave --kernel out");
+    if (form.sums_in_double && !has.doubles)
+        throw UnsupportedError(name + " has no doubles in shaders (shaderFloat64); use --accumulation compensated");
+    const bool default_form =
+        form.parameters == ParameterPattern::push_constants && form.descriptors == DescriptorPattern::per_combination;
+    if (form.shape != KernelShape::stages && !default_form)
+        throw UnsupportedError("patterns of parameters and descriptors are made for the wavefront of six stages alone");
+    if (form.variant() != ShaderVariant::plain && form.parameters != ParameterPattern::push_constants &&
+        form.descriptors != DescriptorPattern::per_combination)
+        throw UnsupportedError("patterns of parameters and of descriptors are varied one at a time");
+}
+
+std::vector<std::uint32_t> key_of(const std::vector<SpecialisationConstant>& constants) {
+    std::vector<std::uint32_t> key;
+    for (const SpecialisationConstant& constant : constants) key.push_back(constant.value);
+    return key;
+}
+
+}  // namespace
+
+Stages::Stages(const Device& device, bool contracted)
+    : device_(device),
+      layout_(device, set_bindings({}), static_cast<std::uint32_t>(sizeof(gpu::Settings))),
+      contracted_(contracted) {}
+
+const PipelineLayout& Stages::layout(const KernelForm& form) {
+    const std::vector<SetBindings> sets = set_bindings(form);
+    check(device_, form, sets);
+    const bool pushed = form.descriptors == DescriptorPattern::push;
+    using Bit = vk::ShaderStageFlagBits;
+    vk::ShaderStageFlags visible = Bit::eCompute;
+    if (form.shape == KernelShape::fragment) visible |= Bit::eFragment;
+    if (form.shape == KernelShape::ray_tracing) visible |= Bit::eRaygenKHR | Bit::eIntersectionKHR | Bit::eAnyHitKHR;
+    if (visible == Bit::eCompute && !pushed && !form.has_arrays() && sets.size() == set_bindings({}).size())
+        return layout_;
+    return layouts_
+        .try_emplace(form, device_, sets, static_cast<std::uint32_t>(sizeof(gpu::Settings)),
+            pushed ? static_cast<std::size_t>(SetIndex::rays) : PipelineLayout::no_set, visible)
+        .first->second;
+}
+
+vk::raii::Pipeline Stages::make(const PipelineLayout& layout, std::span<const std::uint32_t> code,
+    const std::vector<SpecialisationConstant>& constants) const {
+    const auto build = [&](std::span<const std::uint32_t> words) {
+        return make_compute_pipeline(device_, nullptr, layout.handle(), words, constants);
+    };
+    return contracted_ ? build(without_no_contraction(code)) : build(code);
+}
+
+const FullscreenPass& Stages::fullscreen_pass() {
+    if (!pass_) pass_.emplace(device_);
+    return *pass_;
+}
+
+vk::raii::Pipeline Stages::make_fragment(const PipelineLayout& layout, std::span<const std::uint32_t> code,
+    const std::vector<SpecialisationConstant>& constants) {
+    const auto build = [&](std::span<const std::uint32_t> words) {
+        return fullscreen_pass().make_pipeline(layout.handle(), shader_code(Stage::fullscreen), words, constants);
+    };
+    return contracted_ ? build(without_no_contraction(code)) : build(code);
+}
+
+RayPipeline Stages::make_rays(const PipelineLayout& layout, std::span<const std::uint32_t> of_paths,
+    const std::vector<SpecialisationConstant>& constants) const {
+    const auto code = [&](std::span<const std::uint32_t> words) {
+        return contracted_ ? without_no_contraction(words) : std::vector(words.begin(), words.end());
+    };
+    const std::vector<std::uint32_t> paths = code(of_paths), triangle = code(shader_code(Stage::rt_triangle)),
+                                     sphere = code(shader_code(Stage::rt_sphere)),
+                                     cuboid = code(shader_code(Stage::rt_cuboid)),
+                                     nearest = code(shader_code(Stage::rt_nearest));
+    return RayPipeline(device_, layout.handle(),
+        {paths, shader_code(Stage::rt_nothing), {triangle, sphere, cuboid}, nearest}, constants);
+}
+
+vk::raii::Pipeline Stages::make(
+    Stage stage, const std::vector<SpecialisationConstant>& constants, ShaderVariant variant) const {
+    if (variant == ShaderVariant::plain) return make(layout_, shader_code(stage), constants);
+    const std::span<const std::uint32_t> code = shader_variant(stage, variant);
+    if (code.empty()) throw UnsupportedError("this build has no such variant of the kernel");
+    return make(layout_, code, constants);
+}
+
+std::shared_ptr<const Stages::RayPipelines> Stages::ray_pipelines(const Specialisation& specialisation) {
+    const std::vector<SpecialisationConstant> constants = specialisation.constants();
+    std::shared_ptr<const RayPipelines>& kept = ray_pipelines_[key_of(constants)];
+    if (!kept)
+        kept = std::make_shared<const RayPipelines>(
+            RayPipelines{make(Stage::vertex, constants), make(Stage::ray_batch, constants)});
+    return kept;
+}
+
+std::shared_ptr<const Stages::RayPipelines> Stages::double_ray_pipelines(const Specialisation& specialisation) {
+    const std::vector<SpecialisationConstant> constants = specialisation.constants();
+    std::shared_ptr<const RayPipelines>& kept = double_ray_pipelines_[key_of(constants)];
+    if (!kept)
+        kept = std::make_shared<const RayPipelines>(RayPipelines{nullptr, make(Stage::ray_batch_double, constants)});
+    return kept;
+}
+
+std::vector<Stage> kernels_of(KernelShape shape, EffectSet effects) {
+    const bool primitives =
+        effects.has(Effect::triangles) || effects.has(Effect::spheres) || effects.has(Effect::cuboids);
+    std::vector<Stage> kernels;
+    if (shape == KernelShape::megakernel)
+        kernels = {Stage::vertex, Stage::megakernel};
+    else if (shape == KernelShape::fragment)
+        kernels = {Stage::vertex, Stage::fragment};
+    else if (shape == KernelShape::ray_tracing)
+        kernels = {
+            Stage::vertex, Stage::rt_paths, Stage::rt_triangle, Stage::rt_sphere, Stage::rt_cuboid, Stage::rt_nearest};
+    else
+        kernels = {
+            Stage::pre_process, Stage::vertex, Stage::ray_gen, Stage::intersect, Stage::scatter, Stage::post_process};
+    if (!primitives) std::erase(kernels, Stage::vertex);
+    // The stage also tells what has become of shadow rays, and which places of an image are still taken.
+    if (!primitives && !effects.has(Effect::light_sampling) && shape == KernelShape::stages)
+        std::erase(kernels, Stage::intersect);
+    return kernels;
+}
+
+KernelCode kernel_code(Stage stage, const KernelForm& form) {
+    constexpr std::array adding_up{Stage::post_process, Stage::megakernel, Stage::fragment, Stage::rt_paths};
+    if (form.sums_in_double && std::ranges::find(adding_up, stage) != adding_up.end()) {
+        const std::span<const std::uint32_t> code = shader_variant(stage, form.summing_variant());
+        if (code.empty()) throw UnsupportedError("this build has no such kernels with sums in double");
+        return {code, form.summing_variant() == ShaderVariant::double_sums};
+    }
+    const std::span<const std::uint32_t> code = shader_variant(stage, form.variant());
+    const bool plain = code.empty();
+    return {plain ? shader_code(stage) : code, plain};
+}
+
+std::shared_ptr<const Stages::Pipelines> Stages::pipelines(
+    const Specialisation& specialisation, const KernelForm& form) {
+    const std::vector<SpecialisationConstant> constants = specialisation.constants();
+    const PipelineLayout& form_layout = layout(form);
+    std::shared_ptr<const Pipelines>& kept = pipelines_[{form, key_of(constants)}];
+    if (kept) return kept;
+    const auto start = std::chrono::steady_clock::now();
+    Pipelines made;
+    made.plain.resize(stage_count);
+    for (std::size_t stage = 0; stage < stage_count; ++stage) made.stages.emplace_back(nullptr);
+    bool any_variant = false;
+    if (form.shape == KernelShape::ray_tracing)
+        made.rays.emplace(make_rays(form_layout, kernel_code(Stage::rt_paths, form).words, constants));
+    for (const Stage stage : kernels_of(form.shape, specialisation.effects)) {
+        if (stage >= Stage::rt_paths && stage <= Stage::rt_nearest) continue;  // of the one pipeline
+        const auto i = static_cast<std::size_t>(stage);
+        // What is held in double the host places.
+        if (stage == Stage::vertex && form.precision != GeometryPrecision::single_precision) continue;
+        const KernelCode code = kernel_code(stage, form);
+        any_variant = any_variant || !code.plain;
+        made.plain[i] = code.plain;
+        made.stages[i] = stage == Stage::fragment ? make_fragment(form_layout, code.words, constants)
+                                                  : make(form_layout, code.words, constants);
+    }
+    if (form.variant() != ShaderVariant::plain && !any_variant)
+        throw UnsupportedError("this build has no kernels for the pattern or the precision");
+    made.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    kept = std::make_shared<const Pipelines>(std::move(made));
+    return kept;
+}
+
+}  // namespace tandem

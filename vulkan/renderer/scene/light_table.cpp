@@ -1,0 +1,164 @@
+#include "vulkan/renderer/scene/light_table.h"
+
+#include <array>
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <glm/matrix.hpp>
+#include <glm/trigonometric.hpp>
+#include <numbers>
+
+namespace tandem {
+
+namespace {
+
+// A light before probabilities are known.
+template <class Real>
+struct Candidate {
+    gpu::LightOf<Real> light;
+    double power = 0.0;  // what the choice among near lights is proportional to; of a far one 1
+    bool far = false;
+};
+
+double channel_sum(const glm::dvec3& colour) { return colour.x + colour.y + colour.z; }
+
+template <class Real>
+gpu::Vec3Of<Real> rounded(const glm::dvec3& v) {
+    return {static_cast<Real>(v.x), static_cast<Real>(v.y), static_cast<Real>(v.z)};
+}
+
+double triangle_area(const Scene& scene, const Primitive& primitive, const glm::dmat3& m) {
+    const glm::dvec3 origin = scene.vertices[primitive.index[0]];
+    return 0.5 * glm::length(glm::cross(m * (scene.vertices[primitive.index[1]] - origin),
+                     m * (scene.vertices[primitive.index[2]] - origin)));
+}
+
+// World areas of the faces, and their cumulative shares into the light.
+template <class Real>
+double cuboid_area(const Scene& scene, const Primitive& primitive, const glm::dmat3& m, gpu::LightOf<Real>& light) {
+    const glm::dvec3 size = scene.vertices[primitive.index[1]] - scene.vertices[primitive.index[0]];
+    const glm::dvec3 x = m[0] * size.x, y = m[1] * size.y, z = m[2] * size.z;
+    const std::array areas{glm::length(glm::cross(y, z)), glm::length(glm::cross(z, x)), glm::length(glm::cross(x, y))};
+    const double total = 2.0 * (areas[0] + areas[1] + areas[2]);
+    double before = 0.0;
+    const std::array<Real*, 5> shares{&light.face0, &light.face1, &light.face2, &light.face3, &light.face4};
+    for (std::size_t face = 0; face < shares.size(); ++face) {
+        before += areas[face / 2];
+        double after = 0.0;
+        for (std::size_t other = face + 1; other < 6; ++other) after += areas[other / 2];
+        // Exactly 1 where only empty faces follow, so that rounding never chooses one of a flat cuboid.
+        *shares[face] = after == 0.0 ? Real(1) : static_cast<Real>(before / total);
+    }
+    return total;
+}
+
+// The light that the primitive in `slot` makes, of power 0 if it is not a sampled light.
+template <class Real>
+Candidate<Real> candidate(const Scene& scene, std::uint32_t slot, const PlacedPrimitive& placed) {
+    const Entity& entity = scene.entities[placed.entity];
+    const Material& material = scene.materials[entity.material];
+    const Primitive& primitive = scene.primitives[placed.primitive];
+    const glm::dmat3 linear(entity.object_to_world);
+    Candidate<Real> result;
+    gpu::LightOf<Real>& light = result.light;
+    light.slot = slot;
+    light.kind = static_cast<std::uint32_t>(primitive.kind);
+    const double radiance = channel_sum(material.radiance) * (material.translucent ? material.alpha : 1.0);
+    if (material.translucent && (material.interior != no_index || material.priority)) return result;
+    double area = 0.0;
+    if (primitive.kind == PrimitiveKind::triangle) {
+        area = triangle_area(scene, primitive, linear);
+    } else if (primitive.kind == PrimitiveKind::cuboid) {
+        area = cuboid_area(scene, primitive, linear, light);
+    } else {
+        const double radius = primitive.radius * std::cbrt(std::abs(glm::determinant(linear)));
+        const glm::dvec3 centre(entity.object_to_world * glm::dvec4(scene.vertices[primitive.index[0]], 1.0));
+        if (!is_similarity(entity.object_to_world)) light.kind = gpu::kind_ellipsoid;
+        light.centre = rounded<Real>(centre);
+        light.radius = static_cast<Real>(radius);
+        area = 4.0 * std::numbers::pi * radius * radius;
+    }
+    light.area = static_cast<Real>(area);
+    result.power = area * radiance;
+    return result;
+}
+
+template <class Real>
+Candidate<Real> candidate(const PunctualLight& punctual) {
+    Candidate<Real> result;
+    gpu::LightOf<Real>& light = result.light;
+    light.slot = gpu::no_index;
+    light.centre = rounded<Real>(punctual.position);
+    light.axis = rounded<Real>(punctual.direction);
+    light.intensity = rounded<Real>(punctual.intensity);
+    const double outer = std::cos(glm::radians(punctual.outer_degrees));
+    light.outer = static_cast<Real>(outer);
+    light.inner = static_cast<Real>(std::cos(glm::radians(punctual.inner_degrees)));
+    const double sum = channel_sum(punctual.intensity);
+    switch (punctual.kind) {
+        case PunctualKind::point:
+            light.kind = gpu::kind_point;
+            result.power = 4.0 * sum;
+            break;
+        case PunctualKind::spot:
+            light.kind = gpu::kind_spot;
+            result.power = 2.0 * (1.0 - outer) * sum;
+            break;
+        case PunctualKind::sun:
+            light.kind = gpu::kind_sun;
+            result.power = sum > 0.0 ? 1.0 : 0.0;
+            result.far = true;
+            break;
+    }
+    return result;
+}
+
+template <class Real>
+std::vector<Candidate<Real>> candidates_of(
+    const Scene& scene, const std::vector<gpu::Placed>& placed, bool background) {
+    const std::vector<PlacedPrimitive> all = placed_primitives(scene);
+    std::vector<std::uint32_t> slot_of(all.size());
+    for (std::uint32_t slot = 0; slot < placed.size(); ++slot) slot_of[placed[slot].id] = slot;
+    std::vector<Candidate<Real>> candidates;
+    const auto add = [&](const Candidate<Real>& found) {
+        if (found.power > 0.0) candidates.push_back(found);
+    };
+    for (std::size_t id = 0; id < all.size(); ++id) add(candidate<Real>(scene, slot_of[id], all[id]));
+    for (const bool suns : {false, true})
+        for (const PunctualLight& light : scene.lights)
+            if ((light.kind == PunctualKind::sun) == suns) add(candidate<Real>(light));
+    if (background) {
+        Candidate<Real> found{{}, 1.0, true};
+        found.light.slot = gpu::no_index;
+        found.light.kind = gpu::kind_background;
+        add(found);
+    }
+    return candidates;
+}
+
+}  // namespace
+
+template <class Real>
+std::vector<gpu::LightOf<Real>> make_light_table(
+    const Scene& scene, const std::vector<gpu::Placed>& placed, bool background) {
+    std::vector<Candidate<Real>> candidates = candidates_of<Real>(scene, placed, background);
+    double near = 0.0, far = 0.0;
+    for (const Candidate<Real>& found : candidates) (found.far ? far : near) += found.power;
+    const double group = near > 0.0 && far > 0.0 ? 0.5 : 1.0;  // the share of each that there is
+    std::vector<gpu::LightOf<Real>> lights;
+    double near_before = 0.0, far_before = 0.0;
+    for (Candidate<Real>& found : candidates) {
+        const double total = found.far ? far : near;
+        double& before = found.far ? far_before : near_before;
+        before += found.power;
+        found.light.probability = static_cast<Real>(group * (found.power / total));
+        const double of_near = found.far && near > 0.0 ? group : 0.0;  // far lights come after all near ones
+        found.light.cumulative = static_cast<Real>(of_near + group * (before / total));
+        lights.push_back(found.light);
+    }
+    return lights;
+}
+
+template std::vector<gpu::Light> make_light_table<float>(const Scene&, const std::vector<gpu::Placed>&, bool);
+template std::vector<gpu::DoubleLight> make_light_table<double>(const Scene&, const std::vector<gpu::Placed>&, bool);
+
+}  // namespace tandem

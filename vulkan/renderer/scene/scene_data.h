@@ -1,0 +1,68 @@
+// A scene flattened for the device: rounded to float, sorted by kind of primitive, with the table of sampled lights.
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "common/render/renderer.h"
+#include "vulkan/backend.h"
+#include "vulkan/renderer/scene/gpu_layout.h"
+#include "vulkan/renderer/scene/scene_tables.h"
+
+namespace tandem {
+
+// The roots of the trees over the primitives of one kind each; none where a loop serves.
+struct SceneTrees {
+    std::vector<gpu::BvhNode> nodes;
+    std::optional<std::uint32_t> triangles, spheres, cuboids;
+};
+
+// What kernels with geometry in double read in place of its like in float; the host has placed the world primitives,
+// where the vertex stage places those in float.
+struct DoubleGeometry {
+    std::vector<gpu::DoubleTriangle> triangles;
+    std::vector<gpu::DoubleConvex> spheres, cuboids;
+    gpu::DoubleCamera camera;
+    std::vector<gpu::DoubleEntityTransform> transforms;
+    std::vector<gpu::DoubleLight> lights;
+    std::vector<gpu::DoubleMedium> media;
+    // Of kernels that shade in double as well.
+    struct Shading {
+        gpu::DoubleSceneHeader header;
+        std::vector<gpu::DoubleMaterial> materials;
+        std::vector<gpu::DoubleTexture> textures;
+    };
+    std::optional<Shading> shading;
+};
+
+struct SceneData {
+    gpu::SceneHeader header;
+    gpu::Camera camera;
+    std::vector<gpu::Vec4> vertices;
+    std::vector<gpu::PrimitiveSource> sources;  // by slot
+    std::vector<gpu::EntityTransform> transforms;
+    std::vector<gpu::Placed> placed;  // by slot
+    std::vector<gpu::Material> materials;
+    std::vector<gpu::Light> lights;
+    SceneTables tables;
+    std::uint32_t triangle_count = 0, sphere_count = 0, cuboid_count = 0;
+    SceneTrees trees;
+    std::optional<DoubleGeometry> in_double;
+    bool passing_emission = false;  // some surface emits and lets the path go on
+};
+
+// Throws InputError for a camera that MODEL.md section 4 refuses and UnsupportedError for what float cannot hold.
+[[nodiscard]] SceneData flatten(const Scene& scene, const RenderSettings& settings, Acceleration acceleration);
+
+// MODEL.md sections 4 and 6. Throws InputError for a camera without a frame.
+template <class Real>
+[[nodiscard]] gpu::CameraOf<Real> flatten_camera(const Camera& camera, const RenderSettings& settings);
+template <class Real>
+[[nodiscard]] gpu::EntityTransformOf<Real> flatten_transform(const Entity& entity);
+
+extern template gpu::Camera flatten_camera<float>(const Camera&, const RenderSettings&);
+extern template gpu::DoubleCamera flatten_camera<double>(const Camera&, const RenderSettings&);
+extern template gpu::EntityTransform flatten_transform<float>(const Entity&);
+extern template gpu::DoubleEntityTransform flatten_transform<double>(const Entity&);
+
+}  // namespace tandem

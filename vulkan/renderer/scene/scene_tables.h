@@ -1,0 +1,30 @@
+// What a scene has much of: texels, shares of the background's image, texture coordinates, densities. All lie in one
+// array of floats on the device (shaders/material/tables.glsl); textures and media say where theirs begin.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "common/render/effects.h"
+#include "vulkan/renderer/scene/gpu_layout.h"
+
+namespace tandem {
+
+struct SceneTables {
+    struct Part {
+        std::string name;
+        std::size_t floats = 0;
+    };
+    std::vector<float> numbers;
+    std::vector<Part> parts;
+    std::vector<gpu::Texture> textures;
+    std::vector<gpu::Medium> media;
+    gpu::Environment environment;
+    std::uint32_t texture_coordinates = 0;  // where they begin
+};
+
+// Those that the `needed` effects use. `sources` are the primitives by slot.
+[[nodiscard]] SceneTables make_scene_tables(
+    const Scene& scene, EffectSet needed, const std::vector<gpu::PrimitiveSource>& sources);
+
+}  // namespace tandem
