@@ -8,9 +8,9 @@
 #include <cerrno>
 #include <cmath>
 #include <cstring>
-#include <fstream>
 #include <random>
 #include <system_error>
+#include <utility>
 
 #include "common/error.h"
 #include "common/image/image_io_parts.h"
@@ -28,7 +28,24 @@ std::filesystem::path resolved(const std::filesystem::path& path) {
     return error ? path : real;
 }
 
+// From errno.
+InputError not_written(const std::filesystem::path& path) {
+    return input_error(path.string(), "", fmt::format("cannot be written to its end ({})", std::strerror(errno)),
+        "make room on its disk, or choose another folder");
+}
+
+void write_all(int descriptor, std::string_view bytes, const std::filesystem::path& shown) {
+    while (!bytes.empty()) {
+        const ssize_t written = ::write(descriptor, bytes.data(), bytes.size());
+        if (written < 0 && errno == EINTR) continue;
+        if (written < 0) throw not_written(shown);
+        bytes.remove_prefix(static_cast<std::size_t>(written));
+    }
+}
+
 }  // namespace
+
+bool Descriptor::close() { return descriptor_ < 0 || ::close(std::exchange(descriptor_, -1)) == 0; }
 
 ReplacementFile::ReplacementFile(const std::filesystem::path& target) : target_(resolved(target)) {
     std::error_code error;
@@ -42,11 +59,8 @@ ReplacementFile::ReplacementFile(const std::filesystem::path& target) : target_(
         const std::string name =
             fmt::format(".{}.{:08x}{}", target_.stem().string(), random(), target_.extension().string());
         temporary_ = target_.parent_path() / name;
-        const int descriptor = ::open(temporary_.c_str(), O_CREAT | O_EXCL | O_WRONLY | O_CLOEXEC, 0666);
-        if (descriptor >= 0) {
-            ::close(descriptor);
-            return;
-        }
+        file_ = Descriptor(::open(temporary_.c_str(), O_CREAT | O_EXCL | O_WRONLY | O_CLOEXEC, 0666));
+        if (file_.get() >= 0) return;
         constexpr int attempts = 100;  // names already taken, by chance or by files left behind
         if (errno == EEXIST && attempt < attempts) continue;
         throw input_error(target.string(), "", std::string("cannot be written (") + std::strerror(errno) + ")",
@@ -59,7 +73,12 @@ ReplacementFile::~ReplacementFile() {
     std::filesystem::remove(temporary_, ignored);
 }
 
-void ReplacementFile::commit() {
+void ReplacementFile::commit(std::string_view bytes) {
+    write_all(file_.get(), bytes, target_);
+    // Space may run out, and a disk fail, as late as here: only then is the old content given up. Some file systems
+    // have nothing to synchronise and say so.
+    if (::fsync(file_.get()) != 0 && errno != EINVAL && errno != ENOTSUP && errno != EROFS) throw not_written(target_);
+    if (!file_.close()) throw not_written(target_);
     std::error_code error;
     std::filesystem::rename(temporary_, target_, error);
     if (error)
@@ -114,6 +133,13 @@ void require_consistent(const Image& image) {
         throw Error("an image's pixels do not fit its size and channels");
 }
 
+void write_stream(const std::filesystem::path& path, std::string_view bytes) {
+    Descriptor stream(::open(path.c_str(), O_WRONLY | O_CLOEXEC));
+    if (stream.get() < 0) throw not_written(path);
+    write_all(stream.get(), bytes, path);
+    if (!stream.close()) throw not_written(path);
+}
+
 // Pipes and devices (/dev/stdout) have no old content to keep, and cannot be replaced.
 bool is_stream(const std::filesystem::path& path) {
     std::error_code error;
@@ -153,12 +179,7 @@ void write_image(const std::filesystem::path& path, const Image& image) {
     if (ending(path) == ".png")
         throw input_error(
             path.string(), "", "a .png file cannot hold these floating-point channels", "end the name in .exr");
-    ReplacementFile file(path);
-    if (ending(path) == ".exr")
-        write_exr(file.path(), image, path);
-    else
-        write_pfm(file.path(), image, path);
-    file.commit();
+    ReplacementFile(path).commit(ending(path) == ".exr" ? exr_bytes(image, path) : pfm_bytes(image));
 }
 
 void write_png(const std::filesystem::path& path, const Image& image, double exposure) {
@@ -166,9 +187,7 @@ void write_png(const std::filesystem::path& path, const Image& image, double exp
     require_known_ending(path);
     if (ending(path) != ".png")
         throw input_error(path.string(), "", "an 8-bit picture is a .png file", "end the name in .png");
-    ReplacementFile file(path);
-    write_srgb8_png(file.path(), to_srgb8(image, exposure), image.width, image.height, path);
-    file.commit();
+    ReplacementFile(path).commit(srgb8_png_bytes(to_srgb8(image, exposure), image.width, image.height, path));
 }
 
 Image image_of(const FilmMoments& film, const std::map<std::string, std::string>& metadata, bool independent) {
@@ -208,17 +227,10 @@ void check_writable_folder(const std::filesystem::path& folder) {
 }
 
 void write_text_file(const std::filesystem::path& path, const std::string& text) {
-    const auto put = [&](const std::filesystem::path& where) {
-        std::ofstream stream(where, std::ios::binary | std::ios::trunc);
-        stream.write(text.data(), static_cast<std::streamsize>(text.size()));
-        stream.close();
-        if (!stream)
-            throw input_error(path.string(), "", "cannot be written to its end", "check the space on its disk");
-    };
-    if (is_stream(path)) return put(path);
-    ReplacementFile file(path);
-    put(file.path());
-    file.commit();
+    if (is_stream(path))
+        write_stream(path, text);
+    else
+        ReplacementFile(path).commit(text);
 }
 
 }  // namespace tandem

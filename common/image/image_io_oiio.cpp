@@ -1,4 +1,5 @@
 // EXR, PNG and what else OpenImageIO reads. Its headers stay in this file.
+#include <OpenImageIO/filesystem.h>
 #include <OpenImageIO/imageio.h>
 #include <fcntl.h>
 #include <unistd.h>
@@ -55,16 +56,19 @@ std::string colour_space_of(const OIIO::ImageSpec& spec) {
     return same ? name : name + ", chromaticities " + chromaticities->get_string();
 }
 
-void write(const std::filesystem::path& path, const OIIO::ImageSpec& spec, OIIO::TypeDesc type, const void* pixels,
+std::string encoded(const char* format, OIIO::ImageSpec spec, OIIO::TypeDesc type, const void* pixels,
     const std::filesystem::path& shown) {
     const auto refuse = [&](const std::string& reason) -> InputError {
-        return input_error(
-            shown.string(), "", "cannot be written (" + one_line(reason) + ")", "check its folder and disk");
+        return input_error(shown.string(), "", "cannot be encoded (" + one_line(reason) + ")", "choose another format");
     };
-    const std::unique_ptr<OIIO::ImageOutput> output = OIIO::ImageOutput::create(path.string());
+    const std::unique_ptr<OIIO::ImageOutput> output = OIIO::ImageOutput::create(format);
     if (!output) throw refuse(OIIO::geterror());
-    if (!output->open(path.string(), spec) || !output->write_image(type, pixels) || !output->close())
+    std::vector<unsigned char> bytes;
+    OIIO::Filesystem::IOVecOutput memory(bytes);
+    if (!output->set_ioproxy(&memory)) throw refuse("the image library cannot write it to memory");
+    if (!output->open(shown.string(), spec) || !output->write_image(type, pixels) || !output->close())
         throw refuse(output->geterror());
+    return {bytes.begin(), bytes.end()};
 }
 
 }  // namespace
@@ -103,7 +107,7 @@ Image read_with_library(const std::filesystem::path& path, std::uint64_t limit) 
     return image;
 }
 
-void write_exr(const std::filesystem::path& path, const Image& image, const std::filesystem::path& shown) {
+std::string exr_bytes(const Image& image, const std::filesystem::path& shown) {
     OIIO::ImageSpec spec(static_cast<int>(image.width), static_cast<int>(image.height),
         static_cast<int>(image.channels.size()), OIIO::TypeDesc::FLOAT);
     spec.channelnames = image.channels;
@@ -116,14 +120,14 @@ void write_exr(const std::filesystem::path& path, const Image& image, const std:
     spec.full_height = static_cast<int>(windowed ? image.full_height : image.height);
     for (const auto& [key, value] : image.metadata) spec.attribute(key, value);
     spec.attribute("compression", "zip");
-    write(path, spec, OIIO::TypeDesc::FLOAT, image.pixels.data(), shown);
+    return encoded("exr", spec, OIIO::TypeDesc::FLOAT, image.pixels.data(), shown);
 }
 
-void write_srgb8_png(const std::filesystem::path& path, const std::vector<std::uint8_t>& pixels, std::uint32_t width,
-    std::uint32_t height, const std::filesystem::path& shown) {
+std::string srgb8_png_bytes(const std::vector<std::uint8_t>& pixels, std::uint32_t width, std::uint32_t height,
+    const std::filesystem::path& shown) {
     OIIO::ImageSpec spec(static_cast<int>(width), static_cast<int>(height), 3, OIIO::TypeDesc::UINT8);
     spec.attribute("oiio:ColorSpace", "sRGB");
-    write(path, spec, OIIO::TypeDesc::UINT8, pixels.data(), shown);
+    return encoded("png", spec, OIIO::TypeDesc::UINT8, pixels.data(), shown);
 }
 
 }  // namespace tandem::image_files

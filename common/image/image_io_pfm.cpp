@@ -58,20 +58,18 @@ Image read_pfm(const std::filesystem::path& path, std::uint64_t limit) {
     return image;
 }
 
-void write_pfm(const std::filesystem::path& path, const Image& image, const std::filesystem::path& shown) {
+std::string pfm_bytes(const Image& image) {
     const std::size_t channels = image.channels.size();
-    std::ofstream stream(path, std::ios::binary | std::ios::trunc);
-    stream << "PF\n" << image.width << ' ' << image.height << "\n-1.0\n";
+    std::string bytes = fmt::format("PF\n{} {}\n-1.0\n", image.width, image.height);
     std::vector<float> row(std::size_t{image.width} * 3);
+    bytes.reserve(bytes.size() + row.size() * sizeof(float) * image.height);
     for (std::size_t y = image.height; y-- > 0;) {
         for (std::size_t x = 0; x < image.width; ++x)
             for (std::size_t c = 0; c < 3; ++c)
                 row[x * 3 + c] = image.pixels[(y * image.width + x) * channels + (channels < 3 ? 0 : c)];
-        stream.write(
-            reinterpret_cast<const char*>(row.data()), static_cast<std::streamsize>(row.size() * sizeof(float)));
+        bytes.append(reinterpret_cast<const char*>(row.data()), row.size() * sizeof(float));
     }
-    stream.close();
-    if (!stream) throw input_error(shown.string(), "", "cannot be written to its end", "check the space on its disk");
+    return bytes;
 }
 
 }  // namespace tandem::image_files

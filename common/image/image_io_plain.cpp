@@ -17,12 +17,10 @@ bool has_library() { return false; }
 
 Image read_with_library(const std::filesystem::path& path, std::uint64_t) { throw no_library(path); }
 
-void write_exr(const std::filesystem::path&, const Image&, const std::filesystem::path& shown) {
-    throw no_library(shown);
-}
+std::string exr_bytes(const Image&, const std::filesystem::path& shown) { throw no_library(shown); }
 
-void write_srgb8_png(const std::filesystem::path&, const std::vector<std::uint8_t>&, std::uint32_t, std::uint32_t,
-    const std::filesystem::path& shown) {
+std::string srgb8_png_bytes(
+    const std::vector<std::uint8_t>&, std::uint32_t, std::uint32_t, const std::filesystem::path& shown) {
     throw no_library(shown);
 }
 

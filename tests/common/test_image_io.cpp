@@ -1,14 +1,18 @@
 // Images out and in again: every bit, every word beside them, and files that appear whole or not at all.
 #include <doctest/doctest.h>
+#include <sys/resource.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <csignal>
 #include <cstdint>
 #include <filesystem>
 #include <fstream>
+#include <functional>
 #include <limits>
+#include <map>
 #include <sstream>
 #include <string>
 
@@ -174,15 +178,59 @@ TEST_CASE("what cannot be written is refused, and nothing is left behind") {
 TEST_CASE("a replacement that is not committed leaves the old file as it was") {
     const TemporaryFolder folder;
     put(folder / "a.txt", "old");
-    {
-        image_files::ReplacementFile file(folder / "a.txt");
-        put(file.path(), "half of the ne");
-    }
+    { const image_files::ReplacementFile file(folder / "a.txt"); }
     CHECK(content(folder / "a.txt") == "old");
     CHECK(folder.file_count() == 1);
     write_text_file(folder / "a.txt", "new");
     CHECK(content(folder / "a.txt") == "new");
     CHECK(folder.file_count() == 1);
+}
+
+// No file of this process may grow beyond `bytes` meanwhile: what writers meet on a disk without room.
+class SmallDisk {
+public:
+    explicit SmallDisk(rlim_t bytes) : handler_(std::signal(SIGXFSZ, SIG_IGN)) {
+        REQUIRE(::getrlimit(RLIMIT_FSIZE, &before_) == 0);
+        const rlimit small{bytes, before_.rlim_max};
+        REQUIRE(::setrlimit(RLIMIT_FSIZE, &small) == 0);
+    }
+    ~SmallDisk() {
+        ::setrlimit(RLIMIT_FSIZE, &before_);
+        std::signal(SIGXFSZ, handler_);
+    }
+    SmallDisk(const SmallDisk&) = delete;
+    SmallDisk& operator=(const SmallDisk&) = delete;
+
+private:
+    rlimit before_{};
+    void (*handler_)(int);
+};
+
+TEST_CASE("what does not fit on the disk is refused by every writer, and the old file stays") {
+    const TemporaryFolder folder;
+    const Image image = awkward_image({"R", "G", "B"});
+    const std::map<std::string, std::function<void(const std::filesystem::path&)>> writers{
+        {"a.pfm", [&](const auto& path) { write_image(path, image); }},
+        {"a.exr", [&](const auto& path) { write_image(path, image); }},
+        {"a.png", [&](const auto& path) { write_png(path, image); }},
+        {"a.json", [&](const auto& path) { write_text_file(path, "{\"a\": 1}"); }}};
+    for (const auto& [name, write] : writers) {
+        CAPTURE(name);
+        if (!image_files::has_library() && !name.ends_with(".pfm") && !name.ends_with(".json")) continue;
+        put(folder / name, "old");
+        for (const rlim_t bytes : {rlim_t{0}, rlim_t{5}}) {
+            std::string message;
+            {
+                const SmallDisk disk(bytes);
+                message = refusal([&, &write = write, &name = name] { write(folder / name); });
+            }
+            CHECK(names(message, "cannot be written to its end (File too large)"));
+            CHECK(content(folder / name) == "old");
+        }
+        write(folder / name);
+        CHECK(content(folder / name) != "old");
+    }
+    CHECK(folder.file_count() == writers.size());
 }
 
 TEST_CASE("text through a link replaces what the link names") {
