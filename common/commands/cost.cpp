@@ -4,14 +4,13 @@
 #include <algorithm>
 #include <cstdlib>
 #include <filesystem>
-#include <fstream>
 #include <iterator>
-#include <sstream>
 
 #include "common/commands/command.h"
 #include "common/commands/console.h"
 #include "common/cost/run_cost.h"
 #include "common/error.h"
+#include "common/files/read_file.h"
 #include "common/image/image_io.h"
 #include "common/scene/loader/scene_loader.h"
 
@@ -29,13 +28,6 @@ struct CostArguments {
 };
 
 constexpr const char* default_size = "64";
-
-std::string contents(const std::string& file) {
-    std::ifstream stream(file, std::ios::binary);
-    std::ostringstream bytes;
-    bytes << stream.rdbuf();
-    return bytes.str();
-}
 
 // Where the user's other programs keep what can be made again. [XDG Base Directory Specification]
 std::filesystem::path cache_folder() {
@@ -77,7 +69,7 @@ std::vector<std::pair<std::string, std::string>> baseline_options(const CostArgu
 CostRequest request_of(const CostArguments& arguments, const CommandContext& context, const Scene& scene) {
     CostRequest request;
     request.scene_file = arguments.scene;
-    request.scene_bytes = contents(arguments.scene);
+    request.scene_bytes = read_file(arguments.scene);
     request.program = git_version();
     RenderOptions options = arguments.options;
     if (options.size.empty()) options.size = default_size;
@@ -96,7 +88,7 @@ CostRequest request_of(const CostArguments& arguments, const CommandContext& con
     request.seconds = arguments.seconds;
     request.seed = arguments.options.seed;
     if (!arguments.resume.empty() && std::filesystem::exists(arguments.resume))
-        request.earlier = samples_from_bytes(contents(arguments.resume), arguments.resume);
+        request.earlier = samples_from_bytes(read_file(arguments.resume), arguments.resume);
     return request;
 }
 

@@ -4,12 +4,11 @@
 
 #include <algorithm>
 #include <chrono>
-#include <fstream>
 #include <nlohmann/json.hpp>
-#include <sstream>
 
 #include "common/error.h"
 #include "common/experiment/experiment.h"
+#include "common/files/read_file.h"
 #include "common/image/image_io.h"
 
 namespace tandem {
@@ -52,11 +51,8 @@ std::string key_of(const CostRequest& request, const ArmSettings& settings, cons
 }
 
 std::optional<CostReference> cached(const std::filesystem::path& file, const std::string& key, std::size_t size) {
-    std::ifstream stream(file, std::ios::binary);
-    if (!stream) return std::nullopt;
-    std::ostringstream bytes;
-    bytes << stream.rdbuf();
-    CostReference reference = reference_from_bytes(bytes.str(), file.string());
+    if (!std::filesystem::exists(file)) return std::nullopt;
+    CostReference reference = reference_from_bytes(read_file(file), file.string());
     if (reference.key != key || reference.mean.size() != size)
         throw input_error(file.string(), "", "is not the reference that its name says", "delete it");
     return reference;

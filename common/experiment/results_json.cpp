@@ -2,10 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
 
 #include "common/error.h"
 #include "common/experiment/results.h"
+#include "common/files/read_file.h"
 
 namespace tandem {
 
@@ -175,9 +175,7 @@ BenchResults results_from_json(const json& report, const std::string& file) {
 }
 
 BenchResults load_results(const std::string& file) {
-    std::ifstream stream(file);
-    if (!stream) throw input_error(file, "", "cannot be read", "give a file that tandem bench --json wrote");
-    const json report = json::parse(stream, nullptr, false);
+    const json report = json::parse(read_file(file), nullptr, false);
     if (report.is_discarded()) throw input_error(file, "", "is no JSON", "give a file that tandem bench --json wrote");
     return results_from_json(report, file);
 }

@@ -2,10 +2,10 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <fstream>
 #include <nlohmann/json.hpp>
 
 #include "common/error.h"
+#include "common/files/read_file.h"
 #include "common/stability/generators.h"
 #include "common/stability/metamorphic.h"
 
@@ -93,11 +93,10 @@ private:
 }  // namespace
 
 std::vector<HardCase> load_catalogue(const std::string& file) {
-    std::ifstream stream(file);
-    if (!stream) throw input_error(file, "", "cannot be read", "name the catalogue with --catalogue");
+    const std::string text = read_file(file);
     json document;
     try {
-        document = json::parse(stream);
+        document = json::parse(text);
     } catch (const json::parse_error& error) {
         throw input_error(file, "", std::string("is no JSON: ") + error.what(), "mend it");
     }

@@ -134,14 +134,14 @@ private:
     }
     static bool read_buffer(std::vector<unsigned char>* data, std::string*, const std::string& name, void* self) {
         const auto& reader = *static_cast<GltfReader*>(self);
-        const std::string bytes = read_bounded_file(name, greatest_file_bytes, reader.place_, reader.shown_);
+        const std::string bytes = read_named_file(name, reader.place_, reader.shown_);
         data->assign(bytes.begin(), bytes.end());
         return true;
     }
     [[nodiscard]] std::string folder() const { return (path_.parent_path() / "").string(); }
 
     void parse() {
-        const std::string bytes = read_bounded_file(path_, greatest_file_bytes, place_, shown_);
+        const std::string bytes = read_named_file(path_, place_, shown_);
         const bool binary = bytes.starts_with("glTF");
         check_json(bytes, binary);
         tinygltf::TinyGLTF parser;

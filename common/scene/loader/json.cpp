@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
 #include <numeric>
 #include <system_error>
 
@@ -195,32 +194,6 @@ std::string nearest(std::string_view name, const std::vector<std::string>& candi
         }
     }
     return best;
-}
-
-std::string read_bounded_file(
-    const std::filesystem::path& path, std::size_t limit, const Place& place, const std::string& shown_name) {
-    const auto refuse = [&](const std::string& reason, const std::string& mend) -> InputError {
-        const std::string named = shown_name.empty() ? reason : printable(shown_name) + ": " + reason;
-        return input_error(place.file, place.pointer, named, mend);
-    };
-    std::error_code error;
-    const auto status = std::filesystem::status(path, error);
-    if (status.type() == std::filesystem::file_type::not_found) throw refuse("no such file", "check the path");
-    if (error) throw refuse("cannot be reached (" + error.message() + ")", "check the path and its permissions");
-    if (status.type() == std::filesystem::file_type::directory) throw refuse("is a folder", "name a file");
-    if (status.type() != std::filesystem::file_type::regular)  // reading a pipe or a device might never end
-        throw refuse("is not a regular file", "name a regular file");
-    std::ifstream stream(path, std::ios::binary);
-    if (!stream) throw refuse("cannot be opened", "check its permissions");
-    std::string text;
-    std::vector<char> chunk(std::size_t{1} << 16);
-    while (stream.read(chunk.data(), static_cast<std::streamsize>(chunk.size())), stream.gcount() > 0) {
-        text.append(chunk.data(), static_cast<std::size_t>(stream.gcount()));
-        if (text.size() > limit)
-            throw refuse(fmt::format("is larger than {} MiB", limit >> 20), "split it or simplify it");
-    }
-    if (stream.bad()) throw refuse("cannot be read to its end", "check the disk");
-    return text;
 }
 
 Json parse_strict(const std::string& text, const std::string& file) {

@@ -21,14 +21,11 @@ namespace tandem::scene_json {
 
 using Json = nlohmann::json;
 
-// Reads at most `limit` bytes of a regular file. Throws InputError with the reason; `place` (file and JSON pointer) is
-// where the error is to be reported, `shown` the name of the file read.
+// Where an error is to be reported.
 struct Place {
     std::string file;
     std::string pointer;
 };
-[[nodiscard]] std::string read_bounded_file(
-    const std::filesystem::path& path, std::size_t limit, const Place& place, const std::string& shown);
 
 // Parses `text` in time and memory linear in its size. Throws InputError: syntax errors with line and column, duplicate
 // keys, numbers beyond double precision, nesting deeper than any scene needs.

@@ -35,9 +35,7 @@ void check_box(const Value& value, const DensityGrid& grid) {
 class VolumeFile {
 public:
     VolumeFile(const Value& file, const std::filesystem::path& folder)
-        : file_(file),
-          name_(file.relative_file()),
-          bytes_(read_bounded_file(folder / name_, greatest_file_bytes, file.place(), name_)) {}
+        : file_(file), name_(file.relative_file()), bytes_(read_named_file(folder / name_, file.place(), name_)) {}
 
     DensityGrid read(double scale) const {
         if (bytes_.size() < header_bytes || !bytes_.starts_with("VOL\x03"))

@@ -202,7 +202,7 @@ private:
 
 TriangleModel read_obj(
     const std::filesystem::path& path, const Place& place, const std::string& shown_name, bool coordinates) {
-    const std::string text = read_bounded_file(path, greatest_file_bytes, place, shown_name);
+    const std::string text = read_named_file(path, place, shown_name);
     Checker checker(place, shown_name, coordinates);
     checker.read(text);
     return checker.triangulated();

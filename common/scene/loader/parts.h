@@ -4,6 +4,7 @@
 
 #include <filesystem>
 
+#include "common/files/read_file.h"
 #include "common/scene/loader/json.h"
 #include "common/scene/scene.h"
 
@@ -14,8 +15,14 @@ namespace tandem::scene_json {
 inline constexpr double greatest_length = 1e18;
 inline constexpr double least_length = 1e-18;
 
-// Of models, images and grids.
-inline constexpr std::size_t greatest_file_bytes = std::size_t{64} << 20;
+// Models, images and grids: a grid of 2²⁴ cells takes 64 MiB and its header.
+inline constexpr std::size_t greatest_file_bytes = std::size_t{128} << 20;
+
+// The bytes of a file that the scene names `shown` at `place`. Throws InputError.
+[[nodiscard]] inline std::string read_named_file(
+    const std::filesystem::path& path, const Place& place, const std::string& shown) {
+    return read_file(path, greatest_file_bytes, {place.file, place.pointer, printable(shown)});
+}
 
 [[nodiscard]] inline glm::dvec3 read_point(const Value& value) {
     return value.vector(-greatest_length, greatest_length);

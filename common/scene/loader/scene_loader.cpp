@@ -1,5 +1,6 @@
 #include "common/scene/loader/scene_loader.h"
 
+#include "common/files/read_file.h"
 #include "common/scene/loader/geometry.h"
 #include "common/scene/loader/json.h"
 #include "common/scene/loader/parts.h"
@@ -58,7 +59,7 @@ Scene read_scene(const Value& root, const std::filesystem::path& file) {
 
 Scene load_scene(const std::filesystem::path& file) {
     const std::string name = file.string();
-    const std::string text = read_bounded_file(file, greatest_bytes, {name, ""}, "");
+    const std::string text = read_file(file, greatest_bytes);
     const Json document = parse_strict(text, name);
     return read_scene(Value(document, name), file);
 }
