@@ -136,6 +136,28 @@ class Scripts(unittest.TestCase):
         (self.folder / "mutants.json").unlink()
         self.refused(self.mutants("--check"), "holds no record")
 
+    def test_image_bits_tell_programs_apart_and_say_why_one_refuses(self):
+        def program(name, text):
+            file = self.folder / name
+            file.write_text("#!/bin/sh\n" + text)
+            file.chmod(0o755)
+            return file
+
+        def bits(*arguments):
+            return subprocess.run([sys.executable, SCRIPTS / "measure/image_bits", *arguments, "--scene", "scenes/glass.json"],
+                                  capture_output=True, text=True, timeout=60)
+
+        options = 'echo "$@" | sed "s/.*--size/--size/" > "$4"\n'  # the image is what was asked for
+        first, second = bits(program("a", options)), bits(program("b", options + 'echo more >> "$4"\n'))
+        names = [line.split()[:2] for line in first.stdout.splitlines()]
+        self.assertEqual(names, [["glass", "cpu"], ["glass", "cpu-double"], ["glass", "vulkan"]])
+        hashes = [line.split()[2] for output in (first, second) for line in output.stdout.splitlines()]
+        self.assertEqual(len(set(hashes)), 6)  # three ways, two programs
+        self.assertEqual(first.stdout, bits(self.folder / "a").stdout)
+        self.assertIn("glass vulkan refused (2): no device; take --backend cpu", bits(
+            program("c", 'echo "no device; take --backend cpu" >&2\nexit 2\n')).stdout)
+        self.refused(bits(self.folder / "missing"), "there is no program")
+
 
 if __name__ == "__main__":
     unittest.main()
