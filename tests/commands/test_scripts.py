@@ -1,5 +1,7 @@
 # The scripts that keep what other programs measured: one clear line and exit status 2 for what is no result, parts that
 # join. Run by ctest with SCRIPTS = scripts/.
+import importlib.machinery
+import importlib.util
 import json
 import os
 import pathlib
@@ -157,6 +159,25 @@ class Scripts(unittest.TestCase):
         self.assertIn("glass vulkan refused (2): no device; take --backend cpu", bits(
             program("c", 'echo "no device; take --backend cpu" >&2\nexit 2\n')).stdout)
         self.refused(bits(self.folder / "missing"), "there is no program")
+
+    def test_intervals_alone_say_where_a_pattern_stands(self):
+        loader = importlib.machinery.SourceFileLoader("guidelines", str(SCRIPTS / "measure/guidelines"))
+        guidelines = importlib.util.module_from_spec(importlib.util.spec_from_loader("guidelines", loader))
+        sys.dont_write_bytecode = True
+        loader.exec_module(guidelines)
+
+        def table(*intervals, p=0.01):
+            return guidelines.table_of([{"ratio_low": low, "ratio_high": high, "p_family": p} for low, high in intervals])
+
+        self.assertEqual(table((0.90, 1.10), (0.90, 0.97)), "adopt")
+        self.assertEqual(table((1.03, 1.10), (0.99, 1.01)), "avoid")
+        self.assertEqual(table((0.90, 0.97), (1.001, 1.10)), "depends")
+        self.assertEqual(table((0.50, 2.00), (0.96, 1.04)), "same")
+        self.assertEqual(table((0.99, 1.01), (0.94, 1.04)), "unknown")
+        self.assertEqual(table((0.90, 0.97), p=0.06), "unknown")  # beyond 2 %, but by chance among so many
+        family = {"arms": [{"arm": "1-thread"}, {"arm": "2-threads"}, {"arm": "edges"}]}
+        self.assertTrue(guidelines.listed_arm(family, "16-threads"))
+        self.assertFalse(guidelines.listed_arm(family, "boxes"))
 
 
 if __name__ == "__main__":
