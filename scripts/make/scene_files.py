@@ -1,4 +1,4 @@
-"""What the scripts/make_* share: scene files with a row a line, images and volumes as bytes, and value noise.
+"""What the other scripts in scripts/make share: scene files with a row a line, images and volumes as bytes, and value noise.
 
 Only +, -, * and / and the C library's functions are used, not numpy's, so that every machine writes the same bytes.
 """
@@ -79,7 +79,10 @@ def step(low, high, x):
 
 
 def write(content, default):
-    """To the file that the command line names, or standard output (-), or `default` under scenes/."""
+    """To the file that the command line names, or standard output (-), or `default` under scenes/; --help prints what the script is."""
+    if sys.argv[1:] in (["-h"], ["--help"]):
+        print(sys.modules["__main__"].__doc__.strip())
+        return
     target = sys.argv[1] if len(sys.argv) > 1 else str(SCENES / default)
     data = content if isinstance(content, bytes) else content.encode()
     if target == "-":

@@ -1,5 +1,7 @@
 # The scripts that keep what other programs measured: one clear line and exit status 2 for what is no result, parts that
 # join. Run by ctest with SCRIPTS = scripts/.
+import importlib.machinery
+import importlib.util
 import json
 import os
 import pathlib
@@ -19,6 +21,13 @@ def experiment(first, runs, alarms, **changes):
             "width": 12, "height": 12, "paired": True, "declared": 0.05, "first": first, "runs": runs, "alarms": alarms,
             "seconds": 1.0, "reference_device": "a CPU", "candidate_device": "a GPU", "identical_fraction": 0.5,
             "levels": {LEVEL: {"runs": runs, "alarms": alarms}}} | changes
+
+
+def bug(name, caught, amount=0.0, unbiased=False):
+    """A line as `mutants run` prints it."""
+    trial = {"scene": "glass", "effort": 2, "caught": caught, "level": "image" if caught else "", "samples": 256, "seconds": 1.0}
+    return {"id": name, "bug": name.split("-")[0], "amount": amount, "planting": "cpu", "unbiased": unbiased, "caught": caught,
+            "trials": [trial]}
 
 
 class Scripts(unittest.TestCase):
@@ -79,14 +88,96 @@ class Scripts(unittest.TestCase):
         page = (self.folder / "CALIBRATION.md").read_text()
         # Clopper and Pearson's interval of 5 in 1000 at 95 %, as tables have it.
         self.assertIn(f"| {LEVEL} |  |  |  | 5 of 1000: 0.50 % (0.16 … 1.16 %) |", page)
-        self.assertIn("; there is none.", page)
+        self.assertIn("5 of 1,000 verdicts on one machine are false alarms; 5 % of each experiment's may be.", page)
+        self.assertIn("No rate is significantly above what was declared.", page)
         self.refused(self.take("calibrate", [experiment(1500, 100, 0)]), "do not follow")
 
     def test_more_alarms_than_declared_fail(self):
         result = self.take("calibrate", [experiment(0, 1000, 90)])
         self.assertEqual(result.returncode, 1, result.stderr)
         self.assertIn("more alarms than declared", result.stderr)
-        self.assertIn("a\nfault: cpu-vulkan-classic-paired: 90 of 1000", (self.folder / "CALIBRATION.md").read_text())
+        self.assertIn("is a fault: cpu-vulkan-classic-paired: 90 of 1000", (self.folder / "CALIBRATION.md").read_text())
+
+    def mutants(self, *arguments):
+        return subprocess.run([sys.executable, SCRIPTS / "measure/mutants", *arguments, "-o", self.folder], capture_output=True,
+                              text=True, timeout=60)
+
+    def store_bugs(self, *lines):
+        (self.folder / "mutants.json").write_text(json.dumps(list(lines)))
+        (self.folder / "catalogue.json").write_text(json.dumps({"plantings": 3, "not_in_both": ["b: one reason", "c: one reason"]}))
+
+    def test_the_page_of_planted_bugs_is_what_the_records_say(self):
+        self.store_bugs(bug("a-0.1", True, 0.1), bug("a-0.01", False, 0.01))
+        self.assertEqual(self.mutants("--check").returncode, 1)
+        self.assertEqual(self.mutants("--write").returncode, 0)
+        self.assertEqual(self.mutants("--check").returncode, 0)
+        page = (self.folder / "MUTANTS.md").read_text()
+        self.assertIn("One planted bug that biases the image escapes on some machine: a-0.01.", page)
+        self.assertIn("| that bias the image | 1 of 2 (9.5 … 90.5 %) |", page)  # Wilson's interval, as tables have it
+        self.assertIn("| not run yet | 1 of 3 |", page)
+        self.assertIn("| a-0.01 | cpu | 2 CPU cores, Vulkan by lavapipe | glass | 2 | **too small** for these scenes: amount 0.01 |",
+                      page)
+        self.assertIn("| a | 0.1 |  |  |", page)
+        self.assertIn("- one reason: b, c.", page)
+        self.store_bugs(bug("a-0.1", True, 0.1), bug("a-0.01", True, 0.01))
+        result = self.mutants("--check")
+        self.assertEqual(result.returncode, 1)
+        self.assertIn("is not what the stored records say", result.stderr)
+
+    def test_unbiased_bugs_and_gaps_are_told_apart(self):
+        self.store_bugs(bug("a", False, unbiased=True), bug("b", False), bug("c", True))
+        self.assertEqual(self.mutants("--write").returncode, 0)
+        page = (self.folder / "MUTANTS.md").read_text()
+        self.assertIn("| 2 | unbiased: every mean is right, only the paths differ |", page)
+        self.assertIn("| 2 | **a gap of the suite** |", page)
+        self.assertIn("biases the image escapes on some machine: b.", page)
+
+    def test_a_page_of_planted_bugs_without_records_is_refused(self):
+        self.refused(self.mutants("--write"), "catalogue.json")
+        self.store_bugs()
+        (self.folder / "mutants.json").unlink()
+        self.refused(self.mutants("--check"), "holds no record")
+
+    def test_image_bits_tell_programs_apart_and_say_why_one_refuses(self):
+        def program(name, text):
+            file = self.folder / name
+            file.write_text("#!/bin/sh\n" + text)
+            file.chmod(0o755)
+            return file
+
+        def bits(*arguments):
+            return subprocess.run([sys.executable, SCRIPTS / "measure/image_bits", *arguments, "--scene", "scenes/glass.json"],
+                                  capture_output=True, text=True, timeout=60)
+
+        options = 'echo "$@" | sed "s/.*--size/--size/" > "$4"\n'  # the image is what was asked for
+        first, second = bits(program("a", options)), bits(program("b", options + 'echo more >> "$4"\n'))
+        names = [line.split()[:2] for line in first.stdout.splitlines()]
+        self.assertEqual(names, [["glass", "cpu"], ["glass", "cpu-double"], ["glass", "vulkan"]])
+        hashes = [line.split()[2] for output in (first, second) for line in output.stdout.splitlines()]
+        self.assertEqual(len(set(hashes)), 6)  # three ways, two programs
+        self.assertEqual(first.stdout, bits(self.folder / "a").stdout)
+        self.assertIn("glass vulkan refused (2): no device; take --backend cpu", bits(
+            program("c", 'echo "no device; take --backend cpu" >&2\nexit 2\n')).stdout)
+        self.refused(bits(self.folder / "missing"), "there is no program")
+
+    def test_intervals_alone_say_where_a_pattern_stands(self):
+        loader = importlib.machinery.SourceFileLoader("guidelines", str(SCRIPTS / "measure/guidelines"))
+        guidelines = importlib.util.module_from_spec(importlib.util.spec_from_loader("guidelines", loader))
+        sys.dont_write_bytecode = True
+        loader.exec_module(guidelines)
+
+        def table(*intervals, p=0.01):
+            return guidelines.table_of([{"ratio_low": low, "ratio_high": high, "p_family": p} for low, high in intervals])
+
+        self.assertEqual(table((0.90, 1.10), (0.90, 0.97)), "adopt")
+        self.assertEqual(table((1.03, 1.10), (0.99, 1.01)), "avoid")
+        self.assertEqual(table((0.90, 0.97), (1.001, 1.10)), "depends")
+        self.assertEqual(table((0.50, 2.00), (0.96, 1.04)), "same")
+        self.assertEqual(table((0.99, 1.01), (0.94, 1.04)), "unknown")
+        self.assertEqual(table((0.90, 0.97), p=0.06), "unknown")  # beyond 2 %, but by chance among so many
+        family = {"arms": [{"arm": "1-thread"}, {"arm": "2-threads"}, {"arm": "edges"}]}
+        self.assertTrue(guidelines.listed_arm(family, "16-threads"))
+        self.assertFalse(guidelines.listed_arm(family, "boxes"))
 
 
 if __name__ == "__main__":

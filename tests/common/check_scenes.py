@@ -47,13 +47,12 @@ def check_samples(faults):
 
 
 def check_generated(faults):
-    for script, file in (("make_one_weekend", "one-weekend.json"), ("make_next_week", "next-week.json"),
-                         ("make_torus", "models/torus.obj"), ("make_large_mesh", "models/knot.glb"),
-                         ("make_globe", "images/globe.pfm"), ("make_mosaic", "images/mosaic.pfm"),
-                         ("make_sky", "images/sky.pfm"), ("make_cloud", "volumes/cloud.vol")):
-        text = subprocess.run([sys.executable, ROOT / "scripts" / script, "-"], check=True, capture_output=True).stdout
+    for script, file in (("one_weekend", "one-weekend.json"), ("next_week", "next-week.json"), ("torus", "models/torus.obj"),
+                         ("large_mesh", "models/knot.glb"), ("globe", "images/globe.pfm"), ("mosaic", "images/mosaic.pfm"),
+                         ("sky", "images/sky.pfm"), ("cloud", "volumes/cloud.vol")):
+        text = subprocess.run([sys.executable, ROOT / "scripts/make" / script, "-"], check=True, capture_output=True).stdout
         if text != (ROOT / "scenes" / file).read_bytes():
-            faults.append(f"scenes/{file} is not what scripts/{script} writes")
+            faults.append(f"scenes/{file} is not what scripts/make/{script} writes")
 
 
 def main():
