@@ -42,7 +42,7 @@ void apply_size(const std::string& size, RenderSettings& settings) {
     settings = with_longer_side(settings, *first);
 }
 
-// Of the machine, or of the container where that has less.
+// Memory of the machine, or of the container where that has less.
 std::uint64_t memory_bytes() {
     const auto machine =
         static_cast<std::uint64_t>(sysconf(_SC_PHYS_PAGES)) * static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE));

@@ -43,7 +43,7 @@ nlohmann::json to_json(const CaseResult& result) {
     return json;
 }
 
-// Of the device that the benches share; nothing where all compute as this program does.
+// Self-test of the device that the benches share; nothing where all compute as this program does.
 std::optional<DeviceSelfTest> test_device(const std::vector<stability::Bench>& benches) {
     for (const stability::Bench& bench : benches)
         if (const std::optional<DeviceSelfTest> test = self_test_of(*bench.renderer)) return test;

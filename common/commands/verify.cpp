@@ -120,7 +120,7 @@ ExitStatus conclude(const std::string& command, const std::vector<SceneVerdict>&
     return status_of(all);
 }
 
-// Of those sides whose device has an arithmetic of its own; says each in a line.
+// Self-tests of the sides whose device has an arithmetic of its own; says each in a line.
 std::vector<DeviceSelfTest> self_tests_of(std::initializer_list<Renderer*> sides) {
     std::vector<DeviceSelfTest> tests;
     for (Renderer* const side : sides) {

@@ -51,7 +51,7 @@ double log_half_of(const Estimated& positive) {
     return 0.5 * std::log(positive.high / positive.low);
 }
 
-// Of log time: noise, and with a floor all that time_to has to say.
+// Half-width of the interval of log time: noise, and with a floor all that time_to has to say.
 double log_half_of_noise(const ArmFigures& arm, const TimeToError& time) {
     return arm.has_floor ? log_half_of(*time.seconds) : arm.log_half_of_variance;
 }

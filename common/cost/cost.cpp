@@ -21,7 +21,7 @@ std::string percent(double value) {
 
 std::string factor(double ratio) { return ratio >= 10.0 ? fmt::format("{:.0f}", ratio) : fmt::format("{:.2f}", ratio); }
 
-// Of a ratio with its interval: "1.80 (1.75 to 1.86)".
+// Text of a ratio with its interval: "1.80 (1.75 to 1.86)".
 std::string factor(const Estimated& ratio) {
     return fmt::format("{} ({} to {})", factor(ratio.value), factor(ratio.low), factor(ratio.high));
 }

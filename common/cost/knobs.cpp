@@ -30,7 +30,7 @@ void add_integrators(std::vector<KnobSetting>& all, const Scene& scene, const Ar
             },
             "", integrator != Integrator::whitted && (integrator != Integrator::path || scene.lights.empty())});
     }
-    // Of next events alone, so it brings them with it.
+    // MIS is a setting of next events alone, so this knob brings them with it.
     const bool next_events = baseline.render.integrator == Integrator::next_event;
     const std::string bring = next_events ? "" : "--integrator next-event ";
     for (const bool mis : {true, false})

@@ -33,8 +33,8 @@ struct Replicate {
     std::vector<double> seconds;                  // wall clock, by sample count
     std::vector<double> squared_errors;           // mean over pixels and channels, by sample count
     std::vector<double> relative_squared_errors;  // each over reference^2 + ErrorMetrics::epsilon
-    // Of one sample, mean over pixels and channels, as the samples of a pixel show it; of adaptive sampling, that of
-    // the mean times the samples a pixel.
+    // Variance of one sample, mean over pixels and channels, as the samples of a pixel show it. With adaptive sampling:
+    // the variance of the mean times the samples a pixel.
     double sample_variance = 0.0;
 };
 
@@ -43,7 +43,7 @@ struct ArmTrials {
     std::vector<std::uint64_t> samples;  // ascending powers of two
     std::uint64_t first_replicate = 0;   // the number of replicates[0]: what its random numbers are
     std::vector<Replicate> replicates;
-    // Of the images at the greatest sample count, less the reference's mean: sums over replicates.
+    // Sums over replicates of the images at the greatest sample count, less the reference's mean.
     PixelValues sum, sum_of_squares;
     std::uint64_t invalid = 0;
 };

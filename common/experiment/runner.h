@@ -60,7 +60,7 @@ struct RunnerOptions {
 
 // Index and seconds of log ratios to the baseline, by block, without warm-up; empty where there is nothing to compare.
 [[nodiscard]] std::vector<double> log_ratios(const ExperimentSamples& samples, std::size_t arm);
-// The same of differences in seconds.
+// Index and difference in seconds to the baseline, by block, without warm-up; empty where there is nothing to compare.
 [[nodiscard]] std::vector<double> differences(const ExperimentSamples& samples, std::size_t arm);
 // Blocks that are warm-up: the most that any arm's readings show (paired_effect.h).
 [[nodiscard]] std::size_t warm_up_blocks(const ExperimentSamples& samples);

@@ -49,7 +49,7 @@ void write_png(const std::filesystem::path& path, const Image& image, double exp
 // long render, so that nothing is lost at its end. Leaves nothing behind.
 void check_writable_image(const std::filesystem::path& path);
 
-// The same of a file of any ending, for write_text_file. Pipes and devices pass.
+// Throws InputError unless a file of any ending could be made at `path`, for write_text_file. Pipes and devices pass.
 void check_writable_text(const std::filesystem::path& path);
 
 // Makes the folder if need be. Throws InputError where it cannot be made or takes no files.

@@ -11,7 +11,7 @@
 
 namespace tandem {
 
-// Of all samples, what every pixel has alike: no pixel's count falls below this part of the mean.
+// The part of all samples that every pixel has alike: no pixel's count falls below this part of the mean.
 inline constexpr double uniform_share = 0.25;
 
 // Up to so many samples a pixel every pixel has as many: of two blocks, how they differ tells how well its variance is
@@ -57,7 +57,7 @@ public:
     [[nodiscard]] std::optional<Misjudged> misjudged(std::span<const std::uint64_t> counts) const;
 
 private:
-    // Of a pixel's parts, m samples of variance v each, channels added up: sums of m, m v and m v^2.
+    // Sums over a pixel's parts of m, m v and m v^2: m samples of variance v each, channels added up.
     struct Sums {
         double samples = 0.0, variance = 0.0, squares = 0.0;
         std::uint32_t parts = 0;

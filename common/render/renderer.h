@@ -116,7 +116,7 @@ public:
     // estimate of a range does not depend on what was rendered before, on threads or on their order: same bits. But
     // with Accumulation::plain the sums go on from those of the call before, where that ended at range.begin.
     [[nodiscard]] virtual RenderResult render(SampleRange range, const RenderControl& control = {}) = 0;
-    // The same of some pixels alone, `pixels` being ascending indices y * width + x, at least one. The estimate is
+    // Renders some pixels alone, `pixels` being ascending indices y * width + x, at least one. The estimate is
     // pixels.size() wide and 1 high, its values, in this order, being bit for bit those that render() gives those
     // pixels. A stop leaves the samples finished for all of them. Throws UnsupportedError in a job that was not
     // prepared with Sampling::adaptive.

@@ -74,9 +74,9 @@ std::vector<double> pixel_errors(const FilmMoments& film) {
     return errors;
 }
 
-// Of the root of a mean of squared errors whose expectation is sum v_p / P: by how much such a mean itself scatters (a
-// pixel's channels counting as one: 2 sum v_p^2 / (sum v_p)^2), and by how much the variances may be misjudged, which
-// the parts of the render show.
+// Interval of the root of a mean of squared errors whose expectation is sum v_p / P. Its width has two parts: how much
+// such a mean itself scatters (a pixel's channels counting as one: 2 sum v_p^2 / (sum v_p)^2), and how much the
+// variances may be misjudged, which the parts of the render show.
 std::optional<ErrorInterval> interval_of(
     const FilmMoments& film, double relative_error, const VarianceScatter& scatter) {
     const auto misjudged = scatter.misjudged(film.counts);

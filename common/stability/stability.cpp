@@ -15,9 +15,9 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-// Of the defaults' rays, what the others shoot.
+// The other arms shoot one ray for so many of the defaults.
 constexpr std::uint64_t default_share = 16;
-// Of the time, what the CPU's defaults may take in any case: they shoot their rays in full.
+// The part of the time that the CPU's defaults may take in any case: they shoot their rays in full.
 constexpr double most_of_the_time = 0.5;
 
 struct Arm {
@@ -96,7 +96,7 @@ public:
     }
 
 private:
-    // Of what is left of the time, an equal share.
+    // An equal share of the time that is left.
     [[nodiscard]] double share_of_time() const {
         const double elapsed = std::chrono::duration<double>(Clock::now() - start_).count();
         return std::max(0.0, options_.seconds - elapsed) / static_cast<double>(pairs_ - done_);

@@ -23,7 +23,7 @@ public:
     BidirectionalSampler& operator=(const BidirectionalSampler&) = delete;
 
     [[nodiscard]] const RenderSettings& settings() const { return settings_; }
-    // Of a sample's vertices, at most: the lens and D + 1 from the camera, the point on a light and D from there.
+    // Greatest count of a sample's vertices: the lens and D + 1 from the camera, the point on a light and D from there.
     [[nodiscard]] std::uint64_t bytes_per_path() const;
 
     // Radiance that a pixel receives from a subpath of another's sample.

@@ -134,7 +134,7 @@ public:
     }
 
 private:
-    // Of all pixels, or of those that are listed, as a film of their number.
+    // Renders all pixels, or those that are listed, as a film of their number.
     RenderResult render_film(SampleRange range, std::span<const std::uint32_t> listed, std::uint32_t width,
         std::uint32_t height, const RenderControl& control) {
         const Clock::time_point start = Clock::now();

@@ -13,7 +13,7 @@ struct NoRecorder {
     static constexpr bool records = false;
 };
 
-// Of a batch of one path.
+// Records a batch of one path.
 struct PathRecorder {
     static constexpr bool records = true;
     std::vector<TracedVertex> vertices;

@@ -46,9 +46,9 @@ public:
           samples_lights_(tables.settings.integrator != Integrator::path && tables.lights.count > 0),
           weighs_(tables.settings.mis && tables.settings.integrator != Integrator::whitted) {}
 
-    // Of the state of one path, between two vertices.
+    // Bytes of the state of one path, between two vertices.
     static constexpr std::uint64_t bytes_per_path();
-    // Of all paths that are on their way at once.
+    // Bytes of all paths that are on their way at once.
     static constexpr std::uint64_t bytes_of_paths();
 
     [[nodiscard]] const Recorder& recorder() const { return recorder_; }
@@ -107,8 +107,8 @@ private:
     // State of the paths, a slot each.
     struct Pool {
         alignas(64) std::array<Slots<Real>, 3> origin, direction, throughput, radiance;
-        // Of the last scattering direction; 0: not from a diffuse vertex. Negative: the ray goes on through a surface,
-        // and starts by so much before it (section 5.2).
+        // Density of the last scattering direction; 0: not from a diffuse vertex. Negative: the ray goes on through a
+        // surface, and starts by so much before it (section 5.2).
         alignas(64) Slots<Real> density;
         alignas(64) Slots<U> pixel, sample, vertex, primitive, inside, path;
         struct Motion {

@@ -127,7 +127,7 @@ private:
         least_height_.push_back(Real(1e30));
     }
 
-    // Of the last face, a triangle.
+    // Sets the edges of the last face, a triangle.
     void set_edges(const std::array<dvec3, 3>& corners, const dvec3& normal) {
         for (std::size_t i = 0; i < 3; ++i) {
             const dvec3 inwards = glm::normalize(glm::cross(normal, corners[(i + 1) % 3] - corners[i]));

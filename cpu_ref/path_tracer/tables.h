@@ -108,11 +108,11 @@ struct FaceTable {
     VectorColumn<Real> shading_normal;  // equal, but for a planted bug
     RealColumn<Real> offset;            // normal.p = offset
     RealColumn<Real> extent;            // about the size of the primitive, world units
-    // Of planes, for the bound on rounding (surface.h): how large the terms of the normal's components are, >=
+    // For planes, and the bound on their rounding (surface.h): how large the terms of the normal's components are, >=
     // |normal|, and their product with the extent along each axis.
     VectorColumn<Real> terms;
     RealColumn<Real> terms_of_extent;
-    // Of triangles: unit normals of the edges within the plane, inwards, and edge_normal.p + edge_offset the distance
+    // For triangles: unit normals of the edges within the plane, inwards, and edge_normal.p + edge_offset the distance
     // from the edge. Faces without edges have 0 and a great number.
     std::array<VectorColumn<Real>, 3> edge_normal;
     std::array<RealColumn<Real>, 3> edge_offset;
@@ -163,7 +163,7 @@ struct LightTable {
     VectorColumn<Real> patch_corner, patch_edge1, patch_edge2;
     RealColumn<Real> patch_cumulative;  // within the light, of v1
     IndexColumn<Real> patch_face;
-    // Of lights without a surface (section 8.3). direction: in which light travels.
+    // Lights without a surface (section 8.3). direction: in which light travels.
     RealColumn<Real> chance, outer_cosine, inverse_cosine_range;
     VectorColumn<Real> intensity, position, direction;
     Real background_chance = 0;  // P of the background; 0: not a sampled light

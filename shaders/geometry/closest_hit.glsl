@@ -7,7 +7,7 @@
 #include "geometry/shared_corners.glsl"
 #include "geometry/triangle_boxes.glsl"
 
-// Of the path whose rays are traced; the kernel sets it where has_entity_motion.
+// Time of the path whose rays are traced; the kernel sets it where has_entity_motion.
 float ray_time = 0.0;
 
 // The ray as it meets the primitive's entity at rest (MODEL.md section 6). The tree's boxes hold all of its way.
@@ -16,7 +16,7 @@ Ray at_rest(Ray ray, uint slot) {
     return ray;
 }
 
-// Of equal distances the lower primitive id wins; within a kind that is the lower slot, and hit_none is above all slots.
+// At equal distances the lower primitive id wins. Within a kind that is the lower slot; hit_none is above all slots.
 // Loops go through the slots in ascending order, trees do not: only those need to compare slots.
 bool is_closer(float t, uint slot, Hit best, bool in_order) {
 #ifdef DOUBLE_GEOMETRY

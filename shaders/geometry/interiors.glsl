@@ -15,7 +15,7 @@ uvec4 with_body(uvec4 bodies, uint i, uint body) {
     return bodies;
 }
 
-// Of greatest priority, of equal ones the latest; no_body if there is none.
+// The body of greatest priority, of equal ones the latest; no_body if there is none.
 uint uppermost(uvec4 bodies) {
     uint best = no_body;
     int priority = 0;

@@ -4,7 +4,7 @@
 
 #ifdef DOUBLE_GEOMETRY
 const float unit_roundoff = 1.1102230246251565e-16lf;
-// Of points that are handed on: in mixed precision as floats.
+// Unit roundoff of points that are handed on: in mixed precision as floats.
 layout(constant_id = 21) const bool hands_on_floats = false;
 const float handed_roundoff = hands_on_floats ? 5.9604644775390625e-8 : 0.0;
 #else

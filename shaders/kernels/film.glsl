@@ -11,7 +11,7 @@ bool is_invalid(float x) {
 
 // 0 for a sample that is invalid, which the caller counts.
 vec3 summand(vec3 radiance, out bool invalid) {
-    // Of few samples one is larger, as an integer, than all numbers that are neither infinite nor have a sign.
+    // Few samples pass this first test: as integers, numbers that are finite and have no sign are below infinity.
     const uvec3 bits = floatBitsToUint(radiance);
     invalid = false;
     if (max(bits.r, max(bits.g, bits.b)) >= 0x7f800000u)

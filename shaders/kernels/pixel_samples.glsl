@@ -23,7 +23,7 @@ layout(std430, set = 3, binding = 2) restrict buffer Counters { uint invalid_sam
 
 const uint samples_per_block = 64;  // MODEL.md section 11
 
-// Of the pixel that an invocation has begun.
+// Sums and position of the pixel that an invocation has begun.
 Sums sums[3];
 uvec2 position;  // in the image
 

@@ -15,8 +15,8 @@ struct Path {
     real3 origin;    // of the ray; unknown unless keeps_origin
     uint word;       // that the ray left with (hit.glsl)
     real3 direction;  // of the ray
-    // Of the scattering that chose it; 0: none. Negative: the ray goes on through a surface, and starts by so much before it
-    // (section 5.2).
+    // Density of the scattering that chose it; 0: none. Negative: the ray goes on through a surface, and starts by so
+    // much before it (section 5.2).
     float density;
     uvec4 bodies;    // that the ray is in (interiors.glsl)
     uint medium;     // that the ray is in, or no_index

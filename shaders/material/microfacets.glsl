@@ -39,7 +39,7 @@ float shadowing(vec3 i, vec3 o, float alpha) {
     if (PLANTED(ggx_masking_dropped)) return 1.0;
     return 1.0 / (1.0 + microfacet_lambda(i, alpha) + microfacet_lambda(o, alpha));
 }
-// Of a sampled direction.
+// Weight of a sampled direction by shadowing: G2/G1.
 float shadowing_ratio(vec3 i, vec3 o, float alpha) {
     return PLANT(ggx_masking_dropped, 1.0, shadowing(i, o, alpha) / shadowing(i, alpha));
 }

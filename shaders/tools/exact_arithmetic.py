@@ -22,7 +22,7 @@ VECTOR_TIMES_MATRIX, MATRIX_TIMES_VECTOR, DOT = 144, 145, 148
 NO_CONTRACTION = 42
 # OpFNegate, OpFAdd, OpFSub, OpFMul, OpFDiv, OpFRem, OpFMod, products of vectors, scalars and matrices
 ARITHMETIC = {127, 129, 131, 133, 136, 140, 141, 142, 143, 144, 145, 146, 147, 148}
-# Of GLSL.std.450: those below, and those that round once, or not at all, or to the device's own accuracy.
+# Instructions of GLSL.std.450: those below, and those that round once, not at all, or to the device's own accuracy.
 SQRT, INVERSE_SQRT, F_MIX, FMA, PACK_DOUBLE, LENGTH, CROSS, NORMALIZE = 31, 32, 46, 50, 59, 66, 68, 69
 LIBRARY = set(range(13, 31))  # sin to log2: in planted bugs alone, as a test makes sure
 SIMPLE = LIBRARY | {1, 2, 3, 4, 5, 6, 7, 8, 9, 10, SQRT, INVERSE_SQRT, 37, 38, 39, 40, 41, 42, 43, 44, 45, FMA, 53, PACK_DOUBLE, 73, 74, 75, 79, 80, 81}
@@ -57,7 +57,7 @@ class Expansion:
         return result
 
     def scalar(self, opcode, *operands, result=None):
-        """Of the operands' type."""
+        """An instruction whose result has the operands' type."""
         return self.emit(opcode, self.type_of[operands[0]], *operands, result=result)
 
     def function(self, number, *operands, result=None):
@@ -99,7 +99,7 @@ class Expansion:
             factor = self.function(INVERSE_SQRT, self.square_length(v))
             self.emit(VECTOR_TIMES_SCALAR, result_type, v, factor, result=result)
             return
-        # Of inverse roots in double Vulkan asks no more than of those in float.
+        # For inverse roots in double Vulkan asks no more than for those in float.
         length = self.function(SQRT, self.square_length(v))
         self.emit(COMPOSITE_CONSTRUCT, result_type, *[self.scalar(F_DIV, part, length) for part in self.parts(v)],
                   result=result)

@@ -214,7 +214,7 @@ NamedImage filtered(
     return {"filtered " + std::to_string(seed), image};
 }
 
-// Of `runs` pairs of equal images, how many are called different: with pixels taken as independent, and as compared.
+// How many of `runs` pairs of equal images are called different: with pixels taken as independent, and as compared.
 struct FalseAlarms {
     unsigned before = 0, after = 0;
 };

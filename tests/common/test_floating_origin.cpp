@@ -20,7 +20,7 @@ Scene room_at(const dvec3& place) {
         .scene();
 }
 
-// Of the first primitive of an entity, in the world.
+// First corner of an entity's first primitive, in the world.
 dvec3 corner(const Scene& scene, std::size_t entity) {
     const Entity& e = scene.entities[entity];
     return dvec3(e.object_to_world * glm::dvec4(scene.vertices[scene.primitives[e.first_primitive].index[0]], 1.0));

@@ -140,7 +140,7 @@ TEST_CASE("every generator's numbers are uniform, by address and by seed") {
             for (std::size_t k = 0; k < 4; ++k) {
                 std::vector<double> seen(256, 0.0), expected(256, 1 << 8);
                 for (std::uint32_t i = 0; i < 1u << 16; ++i) {
-                    // Of neighbouring pixels or seeds, one number each: independent for sobol too.
+                    // One number each from neighbouring pixels or seeds: independent for sobol too.
                     const RandomBlock u =
                         by_seed ? random_block(generator, i, 5, 9, 4) : random_block(generator, 1, i, 9, 4);
                     ++seen[u[k] >> 24];

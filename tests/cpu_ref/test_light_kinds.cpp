@@ -186,7 +186,7 @@ TEST_CASE("small lamps cost next events a hundredth of the variance that scatter
     CHECK(ratio(moving) < 0.01);
     const auto at = test::moved({0, 2.2, 0}) * test::rotated(40, {1, 0, 1});
     CHECK(ratio(stage().sphere(test::emitter(bright), {0, 0, 0}, 0.06, at * test::scaled({1, 0.3, 2})).scene()) < 0.01);
-    // Of glass, the outside alone: what its inside sends comes through it, and next events do not find it.
+    // A glass emitter is sampled on its outside alone: next events do not find what its inside sends through it.
     Material glass = glowing_glass(EmittingSides::front);
     glass.radiance = bright;
     CHECK(ratio(stage().sphere(glass, {0, 2.2, 0}, 0.06).scene()) < 0.01);

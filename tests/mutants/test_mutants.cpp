@@ -26,7 +26,7 @@ struct Catch {
 using Key = std::pair<std::string, std::string>;  // id and planting
 Key key_of(const Mutant& mutant) { return {mutant.id(), name_of(mutant.planting)}; }
 
-// Of this machine's kind (2 CPU cores and lavapipe), or of another that scripts/measure/mutants --take stored.
+// Records of this machine's kind (2 CPU cores and lavapipe), or of another that scripts/measure/mutants --take stored.
 std::map<Key, Catch> recorded(const std::string& name = "mutants") {
     std::ifstream file(TANDEM_SOURCE_DIR "/tests/records/mutants/" + name + ".json");
     std::map<Key, Catch> catches;

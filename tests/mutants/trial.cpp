@@ -19,7 +19,7 @@ std::unique_ptr<Renderer> renderer(const Backend& backend, const PlantedFault& f
 
 bool is_closed_form(const LevelResult& level) { return level.name.starts_with("closed form"); }
 
-// Of the closed form's levels, or of the others; empty: none is significant.
+// The most significant of the closed form's levels, or of the others; empty: none is significant.
 std::string most_significant_level(const Judgement& judgement, bool closed_form) {
     const LevelResult* most = nullptr;
     for (const LevelResult& level : judgement.levels)

@@ -25,7 +25,7 @@ double density_of(const TracedVertex& vertex, double light = radiance.x) {
     return colour.x / pi * vertex.light_direction.y * light / vertex.light.x;
 }
 
-// Of a direction as seen from a point.
+// Density of a direction as seen from a point.
 using DensityFrom = std::function<double(const dvec3& d, const dvec3& p)>;
 
 // Directions drawn, zero where nothing came, and how far their densities lie from `density`.

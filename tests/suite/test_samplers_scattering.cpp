@@ -22,7 +22,7 @@ struct Facets {
     }
     [[nodiscard]] double g1(const dvec3& i) const { return 1.0 / (1.0 + lambda(i)); }
     [[nodiscard]] double g2(const dvec3& i, const dvec3& o) const { return 1.0 / (1.0 + lambda(i) + lambda(o)); }
-    // Of visible normals.
+    // Density of visible normals.
     [[nodiscard]] double visible(const dvec3& i, const dvec3& h) const {
         return g1(i) * distribution(h) * std::max(0.0, glm::dot(i, h)) / i.y;
     }

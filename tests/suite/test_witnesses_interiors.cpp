@@ -36,7 +36,7 @@ double reflectance(double n1, double n2, double sine) {
     return 0.5 * (s * s + p * p);
 }
 
-// Of the sky, seen at `angle` off the normal, through parallel surfaces.
+// Radiance of the sky, seen at `angle` off the normal, through parallel surfaces.
 dvec3 seen(double reflected, double transmitted, double angle) {
     const double a = 0.5 * (1.0 - std::cos(angle));
     return transmitted * glm::mix(red, green, a) + reflected * glm::mix(green, red, a);

@@ -53,7 +53,7 @@ private:
 // One renderer for all tests on the default device: drivers allow a process few instances in its life.
 [[nodiscard]] Renderer& default_renderer(Acceleration acceleration = Acceleration::automatic);
 
-// Likewise one with kernels of this shape: "stages", "megakernel".
+// A renderer with kernels of this shape: "stages", "megakernel".
 [[nodiscard]] Renderer& renderer_with_kernel(const std::string& kernel);
 
 // Samples [0, count) with the default device and no validation.

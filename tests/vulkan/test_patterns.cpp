@@ -34,7 +34,7 @@ Patterns with(const std::function<void(Patterns&)>& change) {
     return patterns;
 }
 
-// Of 24 x 18 or so pixels: so many invocations that claim them, in workgroups of 32.
+// Patterns for about 24 x 18 pixels: so many invocations that claim them, in workgroups of 32.
 Patterns claiming(std::uint32_t claimants) {
     return with([&](Patterns& p) {
         p.kernel = KernelShape::megakernel;

@@ -24,7 +24,7 @@ Patterns traced() {
     return patterns;
 }
 
-// Of both shapes, or of the refusal.
+// Checks both shapes, or the refusal.
 void check_shape(Machine& machine, const Scene& scene, const RenderSettings& settings, SampleRange range) {
     CAPTURE(scene.name);
     const std::string reason = untraceable(scene, settings);

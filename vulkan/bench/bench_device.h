@@ -22,11 +22,11 @@ public:
     explicit BenchDevice(const BenchRequest& request);
 
     [[nodiscard]] const Device& device() const { return device_; }
-    // Of the validation layer, which only TANDEM_VALIDATION=1 wakes: it has no place beside a clock.
+    // Log of the validation layer, which only TANDEM_VALIDATION=1 wakes: it has no place beside a clock.
     [[nodiscard]] ValidationLog& log() const { return instance_.log(); }
     [[nodiscard]] std::unique_ptr<VulkanJob> job(
         ImageSize size, std::uint32_t bounces, const Patterns& patterns, const Tuning& tuning = {});
-    // Of the six stages for the scene, and the layout that goes with it.
+    // Specialisation of the six stages for the scene, and the layout that goes with it.
     [[nodiscard]] const Specialisation& specialisation();
     [[nodiscard]] vk::PipelineLayout layout() { return stages_.layout().handle(); }
     // The device's clock beside the host's; none where they cannot be related, as facts_of() says why.
@@ -72,8 +72,8 @@ public:
     // After a run: adds "submit-to-start", from before vkQueueSubmit to the first stamp, "end-to-known", from the last
     // stamp to when the host's wait was over, and "clock-deviation", by how much either may be wrong.
     void add_to(ClockReadings& readings, const SubmissionTimes& times);
-    // The same of several submissions that were under way together: adds "overlap", the time that they had in common,
-    // as the sum of what each took less the time in which any was at work, and "clock-deviation".
+    // Adds the readings of several submissions that were under way together, and "overlap", the time that they had in
+    // common: the sum of what each took less the time in which any was at work. Adds "clock-deviation" too.
     void add_to(ClockReadings& readings, const std::vector<SubmissionTimes>& times);
 
 private:

@@ -16,7 +16,7 @@ inline constexpr StageAccess compute_access{vk::PipelineStageFlagBits::eComputeS
     vk::AccessFlagBits::eShaderRead | vk::AccessFlagBits::eShaderWrite | vk::AccessFlagBits::eUniformRead};
 inline constexpr StageAccess fragment_write{vk::PipelineStageFlagBits::eFragmentShader, compute_write.access};
 inline constexpr StageAccess fragment_access{vk::PipelineStageFlagBits::eFragmentShader, compute_access.access};
-// Of the shaders of ray-tracing pipelines.
+// Access by the shaders of ray-tracing pipelines.
 inline constexpr StageAccess tracing_write{vk::PipelineStageFlagBits::eRayTracingShaderKHR, compute_write.access};
 inline constexpr StageAccess tracing_access{vk::PipelineStageFlagBits::eRayTracingShaderKHR,
     compute_access.access | vk::AccessFlagBits::eAccelerationStructureReadKHR};

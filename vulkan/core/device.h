@@ -21,7 +21,7 @@ struct DeviceFeatures {
     bool ray_tracing = false;                // pipelines of it, and the acceleration structures that they take
 };
 
-// Of a device with Vulkan 1.2.
+// Features of a device with Vulkan 1.2.
 [[nodiscard]] DeviceFeatures features_of(const vk::raii::PhysicalDevice& device);
 // Those that there are, as users read them: "doubles", "ray tracing".
 [[nodiscard]] std::vector<std::string> names_of(const DeviceFeatures& features);

@@ -10,7 +10,7 @@ namespace tandem {
 // The module without its NoContraction decorations: a driver may then fuse products and sums.
 [[nodiscard]] std::vector<std::uint32_t> without_no_contraction(std::span<const std::uint32_t> code);
 
-// Of the instructions of floating-point arithmetic, how many there are and how many of them bear NoContraction.
+// How many instructions of floating-point arithmetic there are, and how many of them bear NoContraction.
 struct ContractionCount {
     std::size_t arithmetic = 0, decorated = 0;
 };

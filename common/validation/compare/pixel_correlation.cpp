@@ -33,7 +33,7 @@ Differences differences_of(const SampledImage& a, const SampledImage& b) {
     return result;
 }
 
-// Of each ring: sum of (difference of z)^2/2 over pairs of pixels, a channel each, and how many.
+// For each ring: sum of (difference of z)^2/2 over pairs of pixels, a channel each, and how many.
 struct Rings {
     std::array<double, farthest + 1> squares{}, pairs{};
 };

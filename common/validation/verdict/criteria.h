@@ -16,7 +16,7 @@ struct Margins {
     double tile = 0.10;    // mean of each channel over each 16x16 tile
     // A tile's difference is relative to its reference mean, or to this fraction of the image's mean in that channel
     // where the tile is darker: there the noise of a dark tile stands against a mean near 0, and a relative figure says
-    // nothing. Likewise a channel darker than `channel_floor` times the mean of all three is held against that. Choices
+    // nothing. A channel darker than `channel_floor` times the mean of all three is held against that mean. Choices
     // of what is seen as dark: two stops, and a tenth of grey.
     double tile_floor = 0.25;
     double channel_floor = 0.1;

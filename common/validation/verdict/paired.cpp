@@ -180,7 +180,7 @@ LevelResult compare_paths(const Estimate& reference, const Estimate& candidate, 
             mean = std::max(a[c].sum, b[c].sum) / n;
         }
         const double deviation = std::sqrt(variance);
-        // Of pixels whose quarter deviation is not above twice what rounding may do, nothing can be said.
+        // A pixel whose quarter deviation is not above twice what rounding may do says nothing.
         if (!(parted_deviations * deviation > 2.0 * rounding_tolerance * mean)) continue;
         const std::uint32_t tile = grid.tile_of_pixel()[pixel];
         ++noisy[tile];

@@ -20,7 +20,7 @@ namespace tandem {
 
 enum class Verdict { agree, disagree, undecided };
 [[nodiscard]] const char* name_of(Verdict verdict);
-// Of several scenes: disagree if any does, else undecided if any is or some were not run (not `whole`), else agree.
+// Verdict on several scenes: disagree if any does, undecided if any is or some did not run (not `whole`), else agree.
 [[nodiscard]] Verdict combined(std::span<const Verdict> verdicts, bool whole = true);
 
 // What this look may spend of the error rates that Criteria declares.
@@ -55,7 +55,7 @@ inline constexpr const char* closed_form_candidate_level = "closed form, candida
 // means, else by pixels without variance, invalid samples or the variance. For a judgement of disagreement.
 [[nodiscard]] std::string off_by(const Judgement& judgement);
 
-// The same of one level of means.
+// How the candidate differs from the reference at one level of means, in short.
 [[nodiscard]] std::string off_by(const LevelResult& level);
 
 // "CPU and Vulkan agree within ±0.21 % overall, worst 16×16 tile ±2.4 % (95 %); detectable: 0.40 % overall".

@@ -70,7 +70,7 @@ TANDEM_INLINE RandomLanes<Real> random_numbers(std::uint64_t seed, const SampleI
     return numbers;
 }
 
-// Of the generator that was chosen.
+// Numbers of the generator that was chosen.
 template <class Real>
 TANDEM_INLINE RandomLanes<Real> random_numbers(
     const RenderSettings& settings, const SampleId<Real>& id, Ints<Real> block) {

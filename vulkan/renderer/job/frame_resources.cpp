@@ -173,7 +173,7 @@ SharedMemory shared_memory(const SceneData& scene, const std::optional<PathState
     return shared;
 }
 
-// Of a group: of the ray state and the sums, or of another.
+// Layout of a group of buffers: the ray state and the sums, or another.
 MemoryLayout layout_of(MemoryLayout memory, bool rays) {
     const bool mixed = memory == MemoryLayout::rays_per_set || memory == MemoryLayout::others_per_set;
     if (!mixed) return memory;

@@ -335,7 +335,7 @@ void VulkanJob::record_fragments(const vk::raii::CommandBuffer& commands, const 
     barrier(commands, fragment_write, compute_access);
 }
 
-// Likewise.
+// Ray-tracing pipelines come after and before compute, to which all other barriers speak.
 void VulkanJob::record_rays(const vk::raii::CommandBuffer& commands, const Dispatch& dispatch) const {
     constexpr vk::PipelineBindPoint point = vk::PipelineBindPoint::eRayTracingKHR;
     barrier(commands, compute_write, tracing_access);

@@ -19,8 +19,8 @@ namespace tandem {
 // Throws UnsupportedError for sums that do not go with the precision.
 [[nodiscard]] Accumulation chosen_accumulation(
     const Device& device, const RenderSettings& settings, GeometryPrecision precision);
-// Of sums in floats, or in pairs of them, which hold squares up to 1.8e19 squared; samples may be above the radiance of
-// their light, as they are divided by a density. Throws UnsupportedError.
+// Throws UnsupportedError for lights too bright for sums in floats, or in pairs of floats: they hold squares up to
+// 1.8e19 squared. Samples may be above the radiance of their light, as they are divided by a density.
 void check_brightness(const Scene& scene);
 
 // Infinity becomes the greatest float: Vulkan need not keep infinities.

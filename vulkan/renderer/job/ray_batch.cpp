@@ -50,7 +50,7 @@ Specialisation specialise(const SceneData& scene, const IntersectionSettings& ch
     return result;
 }
 
-// Of unit length as it is, else made so, scaled before its square could overflow (common/render/ray_batch.h).
+// The direction as it is where of unit length, else normalised, scaled before its square could overflow (ray_batch.h).
 glm::dvec3 direction_of(const GivenRay& ray) {
     const glm::dvec3 d = ray.direction;
     if (std::abs(glm::length(d) - 1.0) <= 1e-6) return d;

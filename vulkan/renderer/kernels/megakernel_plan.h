@@ -21,7 +21,7 @@ struct MegakernelShare {
 
 class MegakernelPlan {
 public:
-    // Of a device whose speed is not known yet.
+    // A plan for a device whose speed is not known yet.
     explicit MegakernelPlan(const DeviceDescription& device);
 
     // Samples [0, samples) of `pixels` pixels are next.

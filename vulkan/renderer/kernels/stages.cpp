@@ -147,7 +147,7 @@ std::vector<SetBindings> set_bindings(const KernelForm& form) {
     return sets;
 }
 
-// Of all sets, as every stage sees them.
+// Number of storage buffers in all sets, as every stage sees them.
 std::uint32_t storage_buffers(const std::vector<SetBindings>& sets) {
     std::uint32_t count = 0;
     for (const SetBindings& set : sets)

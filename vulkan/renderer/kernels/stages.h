@@ -84,9 +84,9 @@ struct KernelForm {
     [[nodiscard]] bool has_arrays() const {
         return descriptors == DescriptorPattern::arrays || descriptors == DescriptorPattern::arrays_nonuniform;
     }
-    // Of a stage that has it.
+    // Variant of a stage that has it.
     [[nodiscard]] ShaderVariant variant() const;
-    // Of a stage that adds samples up in double.
+    // Variant of a stage that adds samples up in double.
     [[nodiscard]] ShaderVariant summing_variant() const;
 };
 // The kernels that a shape dispatches for these effects, in the order in which a frame runs them: without a primitive

@@ -84,7 +84,7 @@ bool place_triangle(TriangleBox& box, std::uint32_t& cut, std::uint32_t slot, st
     if (common != 1 && common != 2 && common != 4) return false;
     const std::uint32_t k = common >> 1, i = (k + 1) % 3, j = (k + 2) % 3;
     const auto in_face = [&](std::uint32_t place) { return (place >> i & 1u) | (place >> j & 1u) << 1; };
-    // Of a square's corners, numbered by their two bits, the missing one is across from the right angle.
+    // The missing corner of the square is across from the right angle; corners are numbered by their two bits.
     const std::uint32_t missing = in_face(places[0]) ^ in_face(places[1]) ^ in_face(places[2]);
     const std::uint32_t right_angle = missing ^ 3u;
     const bool rising = right_angle == 1 || right_angle == 2;

@@ -26,7 +26,7 @@ struct DoubleGeometry {
     std::vector<gpu::DoubleEntityTransform> transforms;
     std::vector<gpu::DoubleLight> lights;
     std::vector<gpu::DoubleMedium> media;
-    // Of kernels that shade in double as well.
+    // Tables for kernels that shade in double as well.
     struct Shading {
         gpu::DoubleSceneHeader header;
         std::vector<gpu::DoubleMaterial> materials;
