@@ -104,10 +104,19 @@ TEST_CASE("without variance only the values decide") {
 
 TEST_CASE("equivalence needs the whole interval inside the margin") {
     // t(0.95, 10) = 1.8125: the interval is 0.2 +- 0.18125.
-    const MeanDifference d{0.2, 0.1, 10.0};
-    CHECK(equivalent(d, 0.382, 0.05));
-    CHECK_FALSE(equivalent(d, 0.381, 0.05));
-    CHECK_FALSE(equivalent(MeanDifference{0.0, 1.0, 10.0}, 0.5, 0.05));
+    const Interval known = MeanDifference{0.2, 0.1, 10.0}.interval(0.05);
+    CHECK(equivalent(known, 0.382));
+    CHECK_FALSE(equivalent(known, 0.381));
+    CHECK_FALSE(equivalent({-known.high, -known.low}, 0.381));
+    CHECK_FALSE(equivalent(MeanDifference{0.0, 1.0, 10.0}.interval(0.05), 0.5));
+}
+
+TEST_CASE("an interval that touches the margin, or is none, shows no equivalence") {
+    const double nan = std::numeric_limits<double>::quiet_NaN();
+    CHECK_FALSE(equivalent(Interval{0.0, 0.1}, 0.1));
+    CHECK_FALSE(equivalent(Interval{-0.1, 0.0}, 0.1));
+    CHECK_FALSE(equivalent(Interval{nan, 0.0}, 0.1));
+    CHECK_FALSE(equivalent(Interval{0.0, nan}, 0.1));
 }
 
 TEST_CASE("Fieller's interval solves its quadratic and the delta method is near it") {

@@ -78,6 +78,23 @@ TEST_CASE("an agreement is never given where the margin is not inside what is kn
     }
 }
 
+TEST_CASE("agreement turns where the margin leaves the interval of one region") {
+    const SampledImage a = normal_image(32, 32, 1.0, 1.0, 4096, 1), b = normal_image(32, 32, 1.0, 1.0, 4096, 2);
+    const Criteria defaults;
+    const Judgement first = judge(a, b, nullptr, defaults, {});
+    REQUIRE(first.verdict == Verdict::agree);
+    const double image = widest(first.level("image")).bound(), tile = widest(first.level("tiles 16x16")).bound();
+    const auto verdict_with = [&](double image_margin, double tile_margin) {
+        Criteria criteria;
+        criteria.margins.image = image_margin;
+        criteria.margins.tile = tile_margin;
+        return judge(a, b, nullptr, criteria, {}).verdict;
+    };
+    CHECK(verdict_with(1.001 * image, 1.001 * tile) == Verdict::agree);
+    CHECK(verdict_with(image, 1.001 * tile) == Verdict::undecided);
+    CHECK(verdict_with(1.001 * image, tile) == Verdict::undecided);
+}
+
 TEST_CASE("tied pixels widen the interval of the image by the root of their correlation") {
     SampledImage a = normal_image(32, 32, 1.0, 1.0, 64, 1), b = normal_image(32, 32, 1.0, 1.0, 64, 2);
     const double independent = judge(a, b, nullptr, Criteria{}, {}).level("image").regions[0].relative_error;

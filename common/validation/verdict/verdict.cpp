@@ -121,8 +121,9 @@ void explain_indecision(Judgement& judgement, const Margins& margins) {
             channel_names.at(tile.channel), place(tile), percent(tile.bound()), percent(margins.tile)));
     if (judgement.closed_form_within_margin) return;
     for (const char* name : {closed_form_reference_level, closed_form_candidate_level}) {
-        const RegionComparison& mean = widest(judgement.level(name));
-        if (mean.bound() >= margins.image)
+        const LevelResult& level = judgement.level(name);
+        const RegionComparison& mean = widest(level);
+        if (!equivalent(level, margins.image))
             judgement.reasons.push_back(fmt::format("{}: the mean in {} is only known to ±{}, margin {}", name,
                 channel_names.at(mean.channel), percent(mean.bound()), percent(margins.image)));
     }
@@ -185,15 +186,15 @@ Judgement judge(const SampledImage& reference, const SampledImage& candidate, co
         for (const auto& [name, side] :
             {std::pair{closed_form_reference_level, &reference}, {closed_form_candidate_level, &candidate}}) {
             judgement.levels.push_back(compare_closed_form(name, *closed_form, *side, criteria, share.doubt));
-            if (widest(judgement.levels.back()).bound() >= criteria.margins.image)
+            if (!equivalent(judgement.levels.back(), criteria.margins.image))
                 judgement.closed_form_within_margin = false;
         }
     set_significance(judgement.levels, share.false_alarm);
     set_detectable(judgement.levels, criteria);
     std::ranges::move(reported, std::back_inserter(judgement.levels));
 
-    judgement.image_within_margin = widest(judgement.level("image")).bound() < criteria.margins.image;
-    judgement.tiles_within_margin = widest(judgement.level("tiles 16x16")).bound() < criteria.margins.tile;
+    judgement.image_within_margin = equivalent(judgement.level("image"), criteria.margins.image);
+    judgement.tiles_within_margin = equivalent(judgement.level("tiles 16x16"), criteria.margins.tile);
     add_faults(judgement, reference, candidate);
     if (!judgement.reasons.empty())
         judgement.verdict = Verdict::disagree;

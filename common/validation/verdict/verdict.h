@@ -1,7 +1,7 @@
 // The three-way verdict on two images at one look: agree, disagree or undecided, and on what grounds.
 //
-// agree      every channel of the image and of every 16x16 tile is shown to lie within its margin (two one-sided tests
-//            each; as all must pass, no correction is due), and nothing is significant;
+// agree      every channel of the image and of every 16x16 tile is shown to lie within its margin (equivalent(), of
+//            statistics/mean_tests.h), and nothing is significant;
 // disagree   invalid samples, fixed pixels that differ, or a level that is significant: Holm over the levels, each
 //            corrected for its own tests (levels.h). Where the scene has a closed form, each side against it is a level
 //            too, and agreement also needs both sides shown to lie within the image's margin of it;
