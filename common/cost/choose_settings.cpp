@@ -10,6 +10,7 @@
 
 #include "common/error.h"
 #include "common/render/adaptive_sampling.h"
+#include "common/render/check_settings.h"
 
 namespace tandem {
 

@@ -9,6 +9,7 @@
 #include <thread>
 
 #include "common/error.h"
+#include "common/render/check_settings.h"
 #include "common/render/effects.h"
 #include "cpu_ref/backend.h"
 #include "cpu_ref/oracle/paths.h"
@@ -161,6 +162,7 @@ public:
     }
 
     std::unique_ptr<RenderJob> prepare(const Scene& scene, const RenderSettings& settings) override {
+        check_settings(scene, settings);
         if (settings.integrator == Integrator::whitted || settings.integrator == Integrator::bidirectional)
             throw UnsupportedError(
                 "the oracle has the integrators path and next_event alone; bidirectional has the same mean, whitted "
