@@ -18,6 +18,7 @@
 #include "common/experiment/thesis.h"
 #include "common/image/image_io.h"
 #include "common/scene/loader/scene_loader.h"
+#include "common/text.h"
 
 namespace tandem {
 
@@ -52,10 +53,6 @@ BenchTarget make_target(const BenchArguments& arguments, const CommandContext& c
     return context.program.bench(request);
 }
 
-bool wanted(const std::string& name, const std::vector<std::string>& only) {
-    return only.empty() || std::ranges::find(only, name) != only.end();
-}
-
 std::string names_of(const std::vector<Family>& families) {
     std::string names;
     for (const Family& family : families) names += (names.empty() ? "" : ", ") + family.name;
@@ -69,7 +66,7 @@ std::vector<Family> chosen(const std::vector<Family>& all, const BenchArguments&
             throw InputError("--family: there is no '" + name + "'; there are " + names_of(all));
     std::vector<Family> families;
     for (const Family& family : all)
-        if (wanted(family.name, arguments.families)) families.push_back(family);
+        if (asked_for(family.name, arguments.families)) families.push_back(family);
     for (const std::string& name : arguments.arms) {
         const bool known = std::ranges::any_of(families, [&](const Family& family) {
             const std::vector<Arm> arms = family.arms(family.workloads.front());
@@ -133,8 +130,8 @@ bool is_known(const BenchResults& results, const Family& family, const Workload&
         const auto has_it = [&](const ExperimentSamples& samples) {
             return std::ranges::find(samples.arms, arm.name, &ArmSamples::arm) != samples.arms.end();
         };
-        const bool asked = only.empty() || wanted(arm.name, only);
-        if (asked && std::ranges::count_if(own, has_it) < static_cast<std::ptrdiff_t>(fewest_resampled_processes))
+        if (asked_for(arm.name, only) &&
+            std::ranges::count_if(own, has_it) < static_cast<std::ptrdiff_t>(fewest_resampled_processes))
             return false;
     }
     return std::ranges::all_of(analyse(own), [&](const ArmResult& arm) {

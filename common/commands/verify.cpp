@@ -12,6 +12,7 @@
 #include "common/image/image_io.h"
 #include "common/scene/loader/scene_loader.h"
 #include "common/self_test/self_test.h"
+#include "common/text.h"
 #include "common/validation/compare/compare.h"
 #include "common/validation/report/junit.h"
 #include "common/validation/report/report.h"

@@ -69,14 +69,6 @@ Interval fieller_relative_difference(
     return {(b - root) / a - 1.0, (b + root) / a - 1.0};
 }
 
-Interval delta_relative_difference(
-    const MeanEstimate& reference, const MeanEstimate& candidate, double alpha_each_side) {
-    const double ratio = candidate.mean / reference.mean;
-    const double error = std::sqrt(candidate.variance + ratio * ratio * reference.variance) / std::abs(reference.mean);
-    const double half = student_quantile(1.0 - alpha_each_side, welch_dof(reference, candidate)) * error;
-    return {ratio - 1.0 - half, ratio - 1.0 + half};
-}
-
 double minimum_detectable_difference(double standard_error, double alpha, double power) {
     return (normal_quantile(1.0 - alpha / 2.0) + normal_quantile(power)) * standard_error;
 }

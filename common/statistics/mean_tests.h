@@ -3,6 +3,7 @@
 #pragma once
 
 #include "common/statistics/distributions.h"
+#include "common/statistics/interval.h"
 #include "common/statistics/sample_moments.h"
 
 namespace tandem {
@@ -51,10 +52,6 @@ struct MeanDifference {
 // known variance, and honest where the reference is itself uncertain. Unbounded (-inf, inf) where the reference cannot
 // be told from zero.
 [[nodiscard]] Interval fieller_relative_difference(
-    const MeanEstimate& reference, const MeanEstimate& candidate, double alpha_each_side);
-
-// The same by the delta method, symmetric: the plain and narrower answer for comparison.
-[[nodiscard]] Interval delta_relative_difference(
     const MeanEstimate& reference, const MeanEstimate& candidate, double alpha_each_side);
 
 // Smallest true difference that a two-sided test of level `alpha` finds with probability `power`, normal theory.

@@ -5,6 +5,7 @@
 #include <random>
 
 #include "common/statistics/multiple_tests.h"
+#include "common/text.h"
 #include "common/validation/verdict/verdict.h"
 #include "common/validation/verify/schedule.h"
 

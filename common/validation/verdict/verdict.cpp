@@ -7,6 +7,7 @@
 
 #include "common/error.h"
 #include "common/statistics/multiple_tests.h"
+#include "common/text.h"
 
 namespace tandem {
 
@@ -223,12 +224,6 @@ std::string off_by(const Judgement& judgement) {
         return fmt::format(
             "up to {:.2g} % in {} pixel channels without variance", 100.0 * fixed.greatest_relative, fixed.mismatches);
     return judgement.reasons.empty() ? "nothing" : judgement.reasons.front();
-}
-
-std::string percent(double fraction) {
-    const double value = 100.0 * std::abs(fraction);
-    if (!std::isfinite(value)) return "∞ %";
-    return value >= 10.0 ? fmt::format("{:.0f} %", value) : fmt::format("{:#.2g} %", value);
 }
 
 std::string sentence_of(const Judgement& judgement, const Criteria& criteria, const std::string& reference_name,
