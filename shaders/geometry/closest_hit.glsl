@@ -5,7 +5,6 @@
 #include "geometry/hit.glsl"
 #include "geometry/bvh.glsl"
 #include "geometry/shared_corners.glsl"
-#include "geometry/triangle_boxes.glsl"
 
 // Of the path whose rays are traced; the kernel sets it where has_entity_motion.
 float ray_time = 0.0;
@@ -135,9 +134,9 @@ bool picks() { return picks_candidates && triangle_kernel == kernel_watertight &
 
 // A bit for each triangle that the ray may meet.
 uint candidates(Ray ray, uint own, mat3 frame) {
-    uint within = meets_boxes(ray);
+    uint within = 0;
     [[unroll]] for (uint i = 0; i < fixed_triangles; ++i)
-        if (!is_boxed(i) && may_be_within(shared_seen(i, at_rest(ray, i), frame).edges)) within |= 1u << i;
+        if (may_be_within(shared_seen(i, at_rest(ray, i), frame).edges)) within |= 1u << i;
     if (own < fixed_triangles && !PLANTED(self_hit_not_excluded)) within &= ~(1u << own);
     return PLANT(primitive_lost, within & ~(1u << 9), within);
 }

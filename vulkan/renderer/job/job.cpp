@@ -104,7 +104,7 @@ void VulkanJob::prepare_rays(const Scene& scene) {
 void VulkanJob::choose_candidates(Specialisation& specialisation) const {
     const CandidatePattern wanted = patterns_.candidates;
     if (wanted == CandidatePattern::automatic) return;
-    const bool picks = wanted == CandidatePattern::edges || wanted == CandidatePattern::boxes;
+    const bool picks = wanted == CandidatePattern::edges;
     const bool can_pick = specialisation.unrolled && specialisation.triangles > 0 &&
                           specialisation.intersection.triangles == TriangleKernel::watertight;
     if (picks && !can_pick)
@@ -112,12 +112,6 @@ void VulkanJob::choose_candidates(Specialisation& specialisation) const {
             "candidates are picked of a few triangles, by kernels made for the scene that loop over them, with the "
             "watertight test in single precision");
     specialisation.picks_candidates = picks;
-    if (!picks) return;
-    std::vector<TriangleBox>& boxes = specialisation.unrolled->boxes;
-    boxes.clear();
-    if (wanted == CandidatePattern::edges) return;
-    boxes = find_triangle_boxes(scene_, specialisation.unrolled->corners);
-    if (boxes.empty()) throw UnsupportedError("the scene has no box that is made of triangles");
 }
 
 Specialisation VulkanJob::with_parameters(Specialisation specialisation) const {

@@ -12,34 +12,6 @@
 
 namespace tandem {
 
-namespace {
-
-// Ids of shaders/geometry/triangle_boxes.glsl.
-void add_boxes(std::vector<SpecialisationConstant>& result, const std::vector<TriangleBox>& boxes) {
-    std::uint32_t boxed = 0, id = 92;
-    const auto add = [&](auto value) { result.push_back({id++, std::bit_cast<std::uint32_t>(value)}); };
-    for (const TriangleBox& box : boxes) {
-        for (const float x : box.centre) add(x);
-        for (const float x : box.to_box) add(x);
-        add(box.slope);
-        add(box.margin);
-        for (std::size_t axis = 0; axis < 3; ++axis) {
-            std::uint32_t slots = 0;
-            for (std::size_t i = 0; i < 4; ++i) {
-                const std::uint32_t slot = box.slots[4 * axis + i];
-                slots |= slot << 8 * i;
-                if (slot != no_triangle) boxed |= 1u << slot;
-            }
-            add(slots);
-        }
-        add(box.rising);
-    }
-    result.push_back({34, static_cast<std::uint32_t>(boxes.size())});
-    result.push_back({35, boxed});
-}
-
-}  // namespace
-
 std::vector<SpecialisationConstant> Specialisation::constants() const {
     // Ids of shaders/kernels/settings.glsl; 0 is the workgroup's size.
     const std::array<std::uint32_t, 22> values{workgroup, static_cast<std::uint32_t>(effects.bits()),
@@ -59,7 +31,6 @@ std::vector<SpecialisationConstant> Specialisation::constants() const {
     result.push_back({33, shared_materials});
     result.push_back({36, picks_candidates});
     for (std::uint32_t i = 0; i < told.corners.size(); ++i) result.push_back({60 + i, told.corners[i]});
-    add_boxes(result, told.boxes);
     result.push_back({24, clamp.has_value()});
     result.push_back({25, std::bit_cast<std::uint32_t>(clamp.value_or(0.0F))});
     result.push_back({26, static_cast<std::uint32_t>(generator)});
