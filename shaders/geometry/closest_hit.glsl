@@ -2,6 +2,7 @@
 // scene_set.glsl.
 #ifndef CLOSEST_HIT_GLSL
 #define CLOSEST_HIT_GLSL
+#include "made/constant_ids.glsl"
 #include "geometry/hit.glsl"
 #include "geometry/bvh.glsl"
 #include "geometry/shared_corners.glsl"
@@ -125,7 +126,7 @@ void locate_cuboid(inout Hit hit, Ray ray) {
         hit.local.z = side * extent.z;
 }
 
-layout(constant_id = 36) const bool picks_candidates = false;
+layout(constant_id = id_picks_candidates) const bool picks_candidates = false;
 
 // Whether threads pick the triangles that their rays may meet before they test any. Asked where `unrolled` alone has been:
 // Mesa 22.3 unrolls a loop before it finds a condition of several constants false, and a mesh's loop has as many turns as

@@ -86,17 +86,30 @@ Specialisation specialise(const Device& device, const Scene& described, const Sc
     // In double there are no such blocks.
     const bool from_blocks = device.description().type != DeviceType::cpu && !scene.in_double;
     const auto count = [&](std::uint32_t primitives) { return general ? told_at_run_time : primitives; };
-    return {fault.bug == PlantedBug::stale_constant ? without_one(effects) : effects,
-        path_state(effects, general, scene), fit && from_blocks && !general,
-        unrolled ? std::optional(describe_unrolled(scene)) : std::nullopt, count(scene.triangle_count),
-        count(scene.sphere_count), count(scene.cuboid_count), trees.triangles, trees.spheres, trees.cuboids,
-        to_distance(settings.ray_min), to_distance(settings.ray_max), fault, settings.intersection, false,
-        std::isfinite(settings.clamp) ? std::optional(static_cast<float>(settings.clamp)) : std::nullopt,
-        settings.generator, settings.mis, settings.accumulation == Accumulation::plain,
-        settings.sampling == Sampling::adaptive, !general && !scene.in_double && is_unturned(scene),
-        passed_faces_coincide(described), unrolled && from_blocks,
-        unrolled && scene.materials.size() <= most_shared_materials ? static_cast<std::uint32_t>(scene.materials.size())
-                                                                    : 0};
+    const bool shares_materials = unrolled && scene.materials.size() <= most_shared_materials;
+    return {.effects = fault.bug == PlantedBug::stale_constant ? without_one(effects) : effects,
+        .path = path_state(effects, general, scene),
+        .few_primitives = fit && from_blocks && !general,
+        .unrolled = unrolled ? std::optional(describe_unrolled(scene)) : std::nullopt,
+        .triangles = count(scene.triangle_count),
+        .spheres = count(scene.sphere_count),
+        .cuboids = count(scene.cuboid_count),
+        .triangle_root = trees.triangles,
+        .sphere_root = trees.spheres,
+        .cuboid_root = trees.cuboids,
+        .ray_min = to_distance(settings.ray_min),
+        .ray_max = to_distance(settings.ray_max),
+        .planted_bug = fault,
+        .intersection = settings.intersection,
+        .clamp = std::isfinite(settings.clamp) ? std::optional(static_cast<float>(settings.clamp)) : std::nullopt,
+        .generator = settings.generator,
+        .mis = settings.mis,
+        .plain_sums = settings.accumulation == Accumulation::plain,
+        .lists_pixels = settings.sampling == Sampling::adaptive,
+        .unturned = !general && !scene.in_double && is_unturned(scene),
+        .faces_coincide = passed_faces_coincide(described),
+        .picks_candidates = unrolled && from_blocks,
+        .shared_materials = shares_materials ? static_cast<std::uint32_t>(scene.materials.size()) : 0};
 }
 
 SceneData flatten_for(
