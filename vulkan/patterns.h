@@ -1,6 +1,6 @@
 // Ways to use Vulkan for one and the same image: the factors that the pattern benchmarks vary (vulkan/bench). But
-// for the kernel's shape (renderer/kernels/kernel_shape.h) the defaults are what `tandem render` does. Images do not depend on
-// them.
+// for the kernel's shape (renderer/kernels/kernel_shape.h) the defaults are what `tandem render` does. Images do not
+// depend on them.
 #pragma once
 
 #include <cstdint>
@@ -102,10 +102,9 @@ enum class HitDataPattern : std::uint32_t {
 
 // Which triangles threads test in full for the closest hit, where the loop over them is unrolled.
 enum class CandidatePattern : std::uint32_t {
-    automatic,  // boxes where that tells enough, else edges; on a CPU every one
+    automatic,  // edges; on a CPU every one
     every,      // one after the other
     edges,      // those whose edges the ray passes between, the nearest plane's first
-    boxes,      // the same, but boxes that are made of triangles are first taken as wholes
 };
 
 // Which of the device's queues a job uses.

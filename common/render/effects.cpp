@@ -14,53 +14,18 @@ namespace tandem {
 namespace {
 
 struct EffectText {
-    std::string_view name;
-    std::string_view absent;  // why, where it is
+    std::array<char, 24> name{};  // "entity-motion", then zeros
+    std::string_view absent;      // why, where it is
+
+    consteval EffectText(std::string_view identifier, std::string_view absent_) : absent(absent_) {
+        for (std::size_t i = 0; i < identifier.size(); ++i) name.at(i) = identifier[i] == '_' ? '-' : identifier[i];
+    }
 };
 
 constexpr std::array<EffectText, effect_count> texts{{
-    {"triangles", "no entity has a triangle"},
-    {"spheres", "no entity has a sphere"},
-    {"cuboids", "no entity has a cuboid"},
-    {"entity-motion", "no entity moves"},
-    {"lens", "the camera is a pinhole"},
-    {"camera-motion", "the camera stands still"},
-    {"diffuse", "no surface is diffuse"},
-    {"specular", "no surface is specular"},
-    {"fuzz", "no specular surface is fuzzy"},
-    {"translucent", "no surface is translucent"},
-    {"schlick", "no translucent surface uses Schlick's reflectance"},
-    {"rough-translucent", "no translucent surface is rough"},
-    {"smooth-conductor", "no surface is a smooth conductor"},
-    {"rough-conductor", "no surface is a rough conductor"},
-    {"boundary", "no surface is a mere boundary"},
-    {"emission", "no surface emits"},
-    {"one-sided-emission", "no surface emits from its front alone"},
-    {"translucent-emission", "no translucent surface emits"},
-    {"texture-coordinates", "no texture uses coordinates"},
-    {"checker", "no surface has a checker texture"},
-    {"noise", "no surface has a noise texture"},
-    {"image-texture", "no surface has an image texture"},
-    {"background", "the background is black"},
-    {"background-gradient", "the background is the same in all directions, or an image"},
-    {"background-image", "the background is no image"},
-    {"medium-absorption", "there is no medium"},
-    {"medium-scattering", "no medium scatters"},
-    {"anisotropic-phase", "no medium scatters more to one side"},
-    {"density-grid", "no medium has a grid"},
-    {"interiors", "no surface has an interior medium or a priority"},
-    {"nested-dielectrics", "no translucent surface has an interior medium or a priority"},
-    {"light-sampling", "the integrator samples no light, or there is none to sample, or no surface to light"},
-    {"triangle-lights", "no triangle is a sampled light"},
-    {"sphere-lights", "no sphere is a sampled light, or each is stretched"},
-    {"cuboid-lights", "no cuboid is a sampled light"},
-    {"ellipsoid-lights", "no stretched sphere is a sampled light"},
-    {"point-lights", "there is no point light"},
-    {"spot-lights", "there is no spot light"},
-    {"suns", "there is no sun"},
-    {"sampled-background", "the background is not sampled"},
-    {"direct-only", "the integrator follows indirect light"},
-    {"roulette", "roulette never starts within the bounces"},
+#define EFFECT(name, absent) {#name, absent},
+#include "common/render/effects.def"
+#undef EFFECT
 }};
 
 bool black(const glm::dvec3& colour) { return colour == glm::dvec3(0.0); }
@@ -234,12 +199,12 @@ private:
 
 }  // namespace
 
-std::string_view effect_name(Effect effect) { return texts[static_cast<std::uint32_t>(effect)].name; }
+std::string_view effect_name(Effect effect) { return texts[static_cast<std::uint32_t>(effect)].name.data(); }
 
 std::string effect_names(EffectSet set) {
     std::string names;
     for (std::uint32_t i = 0; i < effect_count; ++i)
-        if (set.has(static_cast<Effect>(i))) names += (names.empty() ? "" : ", ") + std::string(texts[i].name);
+        if (set.has(static_cast<Effect>(i))) names += (names.empty() ? "" : ", ") + std::string(texts[i].name.data());
     return names;
 }
 
@@ -305,7 +270,7 @@ EffectSet effects_to_simulate(
             "the {} backend does not simulate what this scene calls for: {}", backend, effect_names(lacking)));
     const EffectSet chosen = settings.effects.value_or(needed);
     if (const EffectSet left_out = needed.without(chosen); left_out.size() > 0)
-        throw InputError(
+        throw UnsupportedError(
             fmt::format("the chosen effects leave out what the scene calls for: {}; add them", effect_names(left_out)));
     return chosen.without(EffectSet::all().without(supported));
 }

@@ -16,48 +16,9 @@ namespace tandem {
 struct RenderSettings;
 
 enum class Effect : std::uint32_t {
-    triangles,
-    spheres,
-    cuboids,
-    entity_motion,
-    lens,
-    camera_motion,
-    diffuse,
-    specular,
-    fuzz,
-    translucent,
-    schlick,
-    rough_translucent,
-    smooth_conductor,
-    rough_conductor,
-    boundary,
-    emission,            // surfaces that emit
-    one_sided_emission,  // on their front alone
-    translucent_emission,
-    texture_coordinates,  // interpolated over triangles, computed on spheres and cuboids
-    checker,
-    noise,
-    image_texture,
-    background,  // other than black
-    background_gradient,
-    background_image,
-    medium_absorption,  // a medium on some way of the light, if only an absorbing one
-    medium_scattering,
-    anisotropic_phase,
-    density_grid,
-    interiors,  // the list of section 9.4
-    nested_dielectrics,
-    light_sampling,  // next events
-    triangle_lights,
-    sphere_lights,
-    cuboid_lights,
-    ellipsoid_lights,  // spheres under maps that are no similarities
-    point_lights,      // and spots
-    spot_lights,
-    suns,
-    sampled_background,
-    direct_only,  // whitted
-    roulette,
+#define EFFECT(name, absent) name,
+#include "common/render/effects.def"
+#undef EFFECT
     count
 };
 inline constexpr std::uint32_t effect_count = static_cast<std::uint32_t>(Effect::count);
@@ -107,10 +68,11 @@ struct EffectFinding {
 [[nodiscard]] std::vector<EffectFinding> find_effects(const Scene& scene, const RenderSettings& settings);
 [[nodiscard]] EffectSet needed_effects(const Scene& scene, const RenderSettings& settings);
 
-// What a renderer is to simulate: settings.effects, or what the scene calls for. Throws InputError where
-// settings.effects leaves out an effect that the scene calls for, UnsupportedError (naming `backend`) where `supported`
-// lacks one that it calls for, and for punctual lights that the integrator cannot find, or not behind a boundary or
-// glass (MODEL.md section 8.3); others that `supported` lacks are dropped.
+// What a renderer is to simulate: settings.effects, or what the scene calls for; what `supported` lacks besides is
+// dropped. Throws UnsupportedError for:
+// - an effect that the scene calls for and that settings.effects leaves out;
+// - one that the scene calls for and that `supported` lacks (naming `backend`);
+// - punctual lights that the integrator cannot find, or not behind a boundary or glass (MODEL.md section 8.3).
 [[nodiscard]] EffectSet effects_to_simulate(
     const Scene& scene, const RenderSettings& settings, EffectSet supported, std::string_view backend);
 

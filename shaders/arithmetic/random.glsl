@@ -1,6 +1,7 @@
 // Philox4x32-10 (MODEL.md section 3) [Salmon 2011] in 32-bit words, and what takes its place when asked for (3.2).
 #ifndef RANDOM_GLSL
 #define RANDOM_GLSL
+#include "made/constant_ids.glsl"
 #include "kernels/planted.glsl"
 
 uvec4 philox4x32_10(uvec4 counter, uvec2 key) {
@@ -17,7 +18,7 @@ uvec4 philox4x32_10(uvec4 counter, uvec2 key) {
 // The top 24 bits times 2^-24: exact, never 1.
 vec4 to_unit(uvec4 words) { return vec4(words >> 8) * 5.9604644775390625e-8; }
 
-layout(constant_id = 26) const uint generator = 0;  // Generator of common/render/random.h
+layout(constant_id = id_generator) const uint generator = 0;  // Generator of common/render/random.h
 const uint generator_hash = 1, generator_sobol = 2;
 
 // Jarzynski and Olano's pcg4d.

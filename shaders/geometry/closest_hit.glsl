@@ -2,10 +2,10 @@
 // scene_set.glsl.
 #ifndef CLOSEST_HIT_GLSL
 #define CLOSEST_HIT_GLSL
+#include "made/constant_ids.glsl"
 #include "geometry/hit.glsl"
 #include "geometry/bvh.glsl"
 #include "geometry/shared_corners.glsl"
-#include "geometry/triangle_boxes.glsl"
 
 // Time of the path whose rays are traced; the kernel sets it where has_entity_motion.
 float ray_time = 0.0;
@@ -126,7 +126,7 @@ void locate_cuboid(inout Hit hit, Ray ray) {
         hit.local.z = side * extent.z;
 }
 
-layout(constant_id = 36) const bool picks_candidates = false;
+layout(constant_id = id_picks_candidates) const bool picks_candidates = false;
 
 // Whether threads pick the triangles that their rays may meet before they test any. Asked where `unrolled` alone has been:
 // Mesa 22.3 unrolls a loop before it finds a condition of several constants false, and a mesh's loop has as many turns as
@@ -135,9 +135,9 @@ bool picks() { return picks_candidates && triangle_kernel == kernel_watertight &
 
 // A bit for each triangle that the ray may meet.
 uint candidates(Ray ray, uint own, mat3 frame) {
-    uint within = meets_boxes(ray);
+    uint within = 0;
     [[unroll]] for (uint i = 0; i < fixed_triangles; ++i)
-        if (!is_boxed(i) && may_be_within(shared_seen(i, at_rest(ray, i), frame).edges)) within |= 1u << i;
+        if (may_be_within(shared_seen(i, at_rest(ray, i), frame).edges)) within |= 1u << i;
     if (own < fixed_triangles && !PLANTED(self_hit_not_excluded)) within &= ~(1u << own);
     return PLANT(primitive_lost, within & ~(1u << 9), within);
 }

@@ -3,12 +3,14 @@
 #ifndef INTERSECTION_CHOICES_GLSL
 #define INTERSECTION_CHOICES_GLSL
 
-layout(constant_id = 17) const uint triangle_kernel = 0;  // as in common/render/intersection_settings.h
-layout(constant_id = 18) const uint convex_kernel = 0;
-layout(constant_id = 19) const uint guard = 0;
-layout(constant_id = 20) const float guard_epsilon = 0.0;
-layout(constant_id = 23) const bool unturned = false;  // the maps of all spheres and cuboids are diagonal
-layout(constant_id = 32) const bool has_crossing = true;  // some that rays go through coincide with others
+#include "made/constant_ids.glsl"
+
+layout(constant_id = id_triangle_kernel) const uint triangle_kernel = 0;  // as in common/render/intersection_settings.h
+layout(constant_id = id_convex_kernel) const uint convex_kernel = 0;
+layout(constant_id = id_guard) const uint guard = 0;
+layout(constant_id = id_guard_epsilon) const float guard_epsilon = 0.0;
+layout(constant_id = id_unturned) const bool unturned = false;  // the maps of all spheres and cuboids are diagonal
+layout(constant_id = id_has_crossing) const bool has_crossing = true;  // some that rays go through coincide with others
 
 const uint kernel_watertight = 0, kernel_moller_trumbore = 1, kernel_baldwin_weber = 2;
 const bool naive_convex = convex_kernel != 0;

@@ -3,39 +3,41 @@
 #ifndef SHARED_CORNERS_GLSL
 #define SHARED_CORNERS_GLSL
 
+#include "made/constant_ids.glsl"
+
 // The three low bytes of corners_i name for each corner of triangle i the first corner, three a triangle, of that place.
-layout(constant_id = 60) const uint corners_0 = 0;
-layout(constant_id = 61) const uint corners_1 = 0;
-layout(constant_id = 62) const uint corners_2 = 0;
-layout(constant_id = 63) const uint corners_3 = 0;
-layout(constant_id = 64) const uint corners_4 = 0;
-layout(constant_id = 65) const uint corners_5 = 0;
-layout(constant_id = 66) const uint corners_6 = 0;
-layout(constant_id = 67) const uint corners_7 = 0;
-layout(constant_id = 68) const uint corners_8 = 0;
-layout(constant_id = 69) const uint corners_9 = 0;
-layout(constant_id = 70) const uint corners_10 = 0;
-layout(constant_id = 71) const uint corners_11 = 0;
-layout(constant_id = 72) const uint corners_12 = 0;
-layout(constant_id = 73) const uint corners_13 = 0;
-layout(constant_id = 74) const uint corners_14 = 0;
-layout(constant_id = 75) const uint corners_15 = 0;
-layout(constant_id = 76) const uint corners_16 = 0;
-layout(constant_id = 77) const uint corners_17 = 0;
-layout(constant_id = 78) const uint corners_18 = 0;
-layout(constant_id = 79) const uint corners_19 = 0;
-layout(constant_id = 80) const uint corners_20 = 0;
-layout(constant_id = 81) const uint corners_21 = 0;
-layout(constant_id = 82) const uint corners_22 = 0;
-layout(constant_id = 83) const uint corners_23 = 0;
-layout(constant_id = 84) const uint corners_24 = 0;
-layout(constant_id = 85) const uint corners_25 = 0;
-layout(constant_id = 86) const uint corners_26 = 0;
-layout(constant_id = 87) const uint corners_27 = 0;
-layout(constant_id = 88) const uint corners_28 = 0;
-layout(constant_id = 89) const uint corners_29 = 0;
-layout(constant_id = 90) const uint corners_30 = 0;
-layout(constant_id = 91) const uint corners_31 = 0;
+layout(constant_id = id_corners) const uint corners_0 = 0;
+layout(constant_id = id_corners + 1) const uint corners_1 = 0;
+layout(constant_id = id_corners + 2) const uint corners_2 = 0;
+layout(constant_id = id_corners + 3) const uint corners_3 = 0;
+layout(constant_id = id_corners + 4) const uint corners_4 = 0;
+layout(constant_id = id_corners + 5) const uint corners_5 = 0;
+layout(constant_id = id_corners + 6) const uint corners_6 = 0;
+layout(constant_id = id_corners + 7) const uint corners_7 = 0;
+layout(constant_id = id_corners + 8) const uint corners_8 = 0;
+layout(constant_id = id_corners + 9) const uint corners_9 = 0;
+layout(constant_id = id_corners + 10) const uint corners_10 = 0;
+layout(constant_id = id_corners + 11) const uint corners_11 = 0;
+layout(constant_id = id_corners + 12) const uint corners_12 = 0;
+layout(constant_id = id_corners + 13) const uint corners_13 = 0;
+layout(constant_id = id_corners + 14) const uint corners_14 = 0;
+layout(constant_id = id_corners + 15) const uint corners_15 = 0;
+layout(constant_id = id_corners + 16) const uint corners_16 = 0;
+layout(constant_id = id_corners + 17) const uint corners_17 = 0;
+layout(constant_id = id_corners + 18) const uint corners_18 = 0;
+layout(constant_id = id_corners + 19) const uint corners_19 = 0;
+layout(constant_id = id_corners + 20) const uint corners_20 = 0;
+layout(constant_id = id_corners + 21) const uint corners_21 = 0;
+layout(constant_id = id_corners + 22) const uint corners_22 = 0;
+layout(constant_id = id_corners + 23) const uint corners_23 = 0;
+layout(constant_id = id_corners + 24) const uint corners_24 = 0;
+layout(constant_id = id_corners + 25) const uint corners_25 = 0;
+layout(constant_id = id_corners + 26) const uint corners_26 = 0;
+layout(constant_id = id_corners + 27) const uint corners_27 = 0;
+layout(constant_id = id_corners + 28) const uint corners_28 = 0;
+layout(constant_id = id_corners + 29) const uint corners_29 = 0;
+layout(constant_id = id_corners + 30) const uint corners_30 = 0;
+layout(constant_id = id_corners + 31) const uint corners_31 = 0;
 
 // The first corner that is the same as corner k of triangle i.
 uint first_corner(uint i, uint k) {

@@ -4,6 +4,8 @@
 #ifndef MOMENTS_GLSL
 #define MOMENTS_GLSL
 
+#include "made/constant_ids.glsl"
+
 // a + b = x + y exactly.
 vec2 two_sum(float a, float b) {
     precise float x = a + b;
@@ -39,7 +41,7 @@ dvec2 add_sample(dvec2 moments, float x) {
 }
 #else
 // Single precision: no rests.
-layout(constant_id = 28) const bool plain_sums = false;
+layout(constant_id = id_plain_sums) const bool plain_sums = false;
 
 // (sum, its rest, sum of squares, its rest) with sample x added.
 #define Sums vec4

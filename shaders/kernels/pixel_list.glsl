@@ -3,7 +3,9 @@
 #ifndef PIXEL_LIST_GLSL
 #define PIXEL_LIST_GLSL
 
-layout(constant_id = 29) const bool lists_pixels = false;  // some dispatches of the job do
+#include "made/constant_ids.glsl"
+
+layout(constant_id = id_lists_pixels) const bool lists_pixels = false;  // some dispatches of the job do
 
 // Behind the counters: another buffer would be one more than every device offers.
 layout(std430, set = 3, binding = 2) readonly restrict buffer PixelList {

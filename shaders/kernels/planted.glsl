@@ -3,9 +3,11 @@
 #ifndef PLANTED_GLSL
 #define PLANTED_GLSL
 
+#include "made/constant_ids.glsl"
+
 #ifdef PLANTED_BUGS
-layout(constant_id = 30) const float planted_amount = 0.0;
-layout(constant_id = 31) const uint planted_bug = 0;
+layout(constant_id = id_planted_amount) const float planted_amount = 0.0;
+layout(constant_id = id_planted_bug) const uint planted_bug = 0;
 #include "planted_bugs.glsl"  // bug_none, ...: written by shaders/tools/planted_bugs.py
 #define PLANTED(bug) (planted_bug == bug_##bug)
 #define PLANT(bug, faulty, sound) (PLANTED(bug) ? (faulty) : (sound))

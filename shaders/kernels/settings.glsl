@@ -3,24 +3,26 @@
 #ifndef SETTINGS_GLSL
 #define SETTINGS_GLSL
 
+#include "made/constant_ids.glsl"
+
 #ifndef NOT_COMPUTE
-layout(local_size_x_id = 0) in;
+layout(local_size_x_id = id_workgroup) in;
 #endif
 
 #include "kernels/effects.glsl"
 
-layout(constant_id = 3) const bool carries_radiance = true;  // a path may gather light and go on
-layout(constant_id = 4) const bool few_primitives = false;   // each kind's world primitives fit a uniform block
-layout(constant_id = 5) const bool unrolled = false;  // the loops over primitives
-layout(constant_id = 6) const uint fixed_triangles = 0;
-layout(constant_id = 7) const uint fixed_spheres = 0;
-layout(constant_id = 8) const uint fixed_cuboids = 0;
-layout(constant_id = 9) const bool triangle_tree = false;  // a tree in place of the loop
-layout(constant_id = 10) const bool sphere_tree = false;
-layout(constant_id = 11) const bool cuboid_tree = false;
-layout(constant_id = 12) const uint triangle_root = 0;
-layout(constant_id = 13) const uint sphere_root = 0;
-layout(constant_id = 14) const uint cuboid_root = 0;
+layout(constant_id = id_carries_radiance) const bool carries_radiance = true;  // a path may gather light and go on
+layout(constant_id = id_few_primitives) const bool few_primitives = false;   // each kind's world primitives fit a uniform block
+layout(constant_id = id_unrolled) const bool unrolled = false;  // the loops over primitives
+layout(constant_id = id_fixed_triangles) const uint fixed_triangles = 0;
+layout(constant_id = id_fixed_spheres) const uint fixed_spheres = 0;
+layout(constant_id = id_fixed_cuboids) const uint fixed_cuboids = 0;
+layout(constant_id = id_triangle_tree) const bool triangle_tree = false;  // a tree in place of the loop
+layout(constant_id = id_sphere_tree) const bool sphere_tree = false;
+layout(constant_id = id_cuboid_tree) const bool cuboid_tree = false;
+layout(constant_id = id_triangle_root) const uint triangle_root = 0;
+layout(constant_id = id_sphere_root) const uint sphere_root = 0;
+layout(constant_id = id_cuboid_root) const uint cuboid_root = 0;
 #ifdef GIVEN_INTERVALS
 #ifdef DOUBLE_GEOMETRY
 double ray_min, ray_max;
@@ -28,18 +30,18 @@ double ray_min, ray_max;
 float ray_min, ray_max;  // of the ray in hand (ray_batch.comp)
 #endif
 #elif defined(DOUBLE_GEOMETRY)
-layout(constant_id = 15) const float told_ray_min = 0.0;
-layout(constant_id = 16) const float told_ray_max = 0.0;
+layout(constant_id = id_ray_min) const float told_ray_min = 0.0;
+layout(constant_id = id_ray_max) const float told_ray_max = 0.0;
 const double ray_min = told_ray_min, ray_max = told_ray_max;
 #else
-layout(constant_id = 15) const float ray_min = 0.0;  // those of Settings
-layout(constant_id = 16) const float ray_max = 0.0;
+layout(constant_id = id_ray_min) const float ray_min = 0.0;  // those of Settings
+layout(constant_id = id_ray_max) const float ray_max = 0.0;
 #endif
 
-layout(constant_id = 22) const uint aligned_cuboids = 0;  // of unrolled loops: bit i: its faces are square to the axes
-layout(constant_id = 24) const bool clamps = false;
-layout(constant_id = 25) const float clamp_at = 0.0;
-layout(constant_id = 27) const bool has_mis = true;  // else next events alone find the lights that they sample (9.2)
+layout(constant_id = id_aligned_cuboids) const uint aligned_cuboids = 0;  // of unrolled loops: bit i: its faces are square to the axes
+layout(constant_id = id_clamps) const bool clamps = false;
+layout(constant_id = id_clamp_at) const float clamp_at = 0.0;
+layout(constant_id = id_has_mis) const bool has_mis = true;  // else next events alone find the lights that they sample (9.2)
 
 // How they arrive is one of the patterns (vulkan/patterns.h); push constants are the rule.
 #if defined(PARAMETERS_UNIFORM)

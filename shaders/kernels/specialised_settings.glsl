@@ -2,15 +2,17 @@
 #ifndef SPECIALISED_SETTINGS_GLSL
 #define SPECIALISED_SETTINGS_GLSL
 
-layout(constant_id = 40) const uint fixed_width = 0;
-layout(constant_id = 41) const uint fixed_height = 0;
-layout(constant_id = 42) const uint fixed_bounces = 0;
-layout(constant_id = 43) const uint fixed_roulette_start = 0;
-layout(constant_id = 44) const uint fixed_light_count = 0;
-layout(constant_id = 45) const uint fixed_triangle_count = 0;
-layout(constant_id = 46) const uint fixed_sphere_count = 0;
-layout(constant_id = 47) const uint fixed_cuboid_count = 0;
-layout(constant_id = 48) const uint fixed_direct_only = 0;
+#include "made/constant_ids.glsl"
+
+layout(constant_id = id_fixed_width) const uint fixed_width = 0;
+layout(constant_id = id_fixed_height) const uint fixed_height = 0;
+layout(constant_id = id_fixed_bounces) const uint fixed_bounces = 0;
+layout(constant_id = id_fixed_roulette_start) const uint fixed_roulette_start = 0;
+layout(constant_id = id_fixed_light_count) const uint fixed_light_count = 0;
+layout(constant_id = id_fixed_triangle_count) const uint fixed_triangle_count = 0;
+layout(constant_id = id_fixed_sphere_count) const uint fixed_sphere_count = 0;
+layout(constant_id = id_fixed_cuboid_count) const uint fixed_cuboid_count = 0;
+layout(constant_id = id_fixed_direct_only) const uint fixed_direct_only = 0;
 
 struct SpecialisedSettings {
     uvec2 seed;

@@ -4,6 +4,8 @@
 #ifndef SCENE_SET_GLSL
 #define SCENE_SET_GLSL
 
+#include "made/constant_ids.glsl"
+
 #include "scene/scene_structs.glsl"
 
 layout(std140, set = 0, binding = 0) uniform SceneHeader {
@@ -97,7 +99,7 @@ TriangleFacts facts_of(Triangle triangle) {
 #ifdef SHARES_SCENE
 // What threads read one by one, of what each has hit: of a small scene from a copy that the workgroup shares, as drivers check
 // buffers' bounds at every read.
-layout(constant_id = 33) const uint shared_materials = 0;
+layout(constant_id = id_shared_materials) const uint shared_materials = 0;
 const bool shares = unrolled && shared_materials > 0;
 const uint all_fixed = fixed_triangles + fixed_spheres + fixed_cuboids;
 shared Placed copied_placed[shares ? all_fixed + 1 : 1];

@@ -45,7 +45,7 @@ std::vector<Family> all_families(const SharedDevice& device) {
         recording_family(device), threads_family(device), barriers_family(device), parameters_family(device),
         descriptors_family(device), queues_family(device), frames_family(device), transfers_family(device),
         transfers_beside_family(device), pipelines_family(device), kernels_family(device), workgroups_family(device),
-        megakernel_family(device), candidates_family(device), settings_family(device)};
+        megakernel_family(device), candidates_family(device)};
 }
 
 BenchTarget vulkan_bench(const BenchRequest& request) {

@@ -22,13 +22,14 @@ std::vector<ImageSize> sizes_for(const BenchRequest& request, const Device& devi
     return {{128, 72}, {480, 270}, {1920, 1080}};
 }
 
+// Of the renders that the gate compares: a few tell one image from another.
+constexpr std::uint64_t gate_samples = 4;
+
 class RenderRun : public ArmRun {
 public:
-    RenderRun(SharedDevice device, const RenderWork& work, const Patterns& patterns, const Tuning& tuning,
-        std::uint64_t gate_samples)
+    RenderRun(SharedDevice device, const RenderWork& work, const Patterns& patterns, const Tuning& tuning)
         : device_(std::move(device)),
           work_(work),
-          gate_samples_(gate_samples),
           job_(device_->job(work.size, work.bounces, patterns, tuning)),
           host_times_(device_) {}
 
@@ -41,14 +42,13 @@ public:
     }
 
     [[nodiscard]] std::optional<ArmOutput> output() override {
-        auto estimate = std::make_shared<const Estimate>(job_->render({0, gate_samples_}, {}).estimate);
+        auto estimate = std::make_shared<const Estimate>(job_->render({0, gate_samples}, {}).estimate);
         return ArmOutput{digest_of(*estimate), std::move(estimate)};
     }
 
 private:
     SharedDevice device_;
     RenderWork work_;
-    std::uint64_t gate_samples_;
     std::unique_ptr<VulkanJob> job_;
     HostTimes host_times_;
 };
@@ -120,10 +120,9 @@ Arm render_arm(const SharedDevice& device, const Workload& workload, std::string
 }
 
 Arm tuned_arm(const SharedDevice& device, const Workload& workload, std::string name, std::string text,
-    const Patterns& patterns, const Tuning& tuning, std::uint64_t gate_samples) {
-    return {std::move(name), std::move(text), [=, work = work_of(workload)] {
-                return std::make_unique<RenderRun>(device, work, patterns, tuning, gate_samples);
-            }};
+    const Patterns& patterns, const Tuning& tuning) {
+    return {std::move(name), std::move(text),
+        [=, work = work_of(workload)] { return std::make_unique<RenderRun>(device, work, patterns, tuning); }};
 }
 
 ClockReadings readings_of(const SubmissionTimes& times, double total) {

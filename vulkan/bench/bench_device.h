@@ -59,10 +59,9 @@ struct RenderWork {
 // Times frames of an unchanged scene; the gate compares whole renders.
 [[nodiscard]] Arm render_arm(
     const SharedDevice& device, const Workload& workload, std::string name, std::string text, const Patterns& patterns);
-// The same with other settings. gate_samples: of the renders that the gate compares, the baseline's among them; a few
-// tell one image from another, the verdict on other random numbers wants more.
+// The same with other settings.
 [[nodiscard]] Arm tuned_arm(const SharedDevice& device, const Workload& workload, std::string name, std::string text,
-    const Patterns& patterns, const Tuning& tuning, std::uint64_t gate_samples = 4);
+    const Patterns& patterns, const Tuning& tuning);
 
 // When submissions began and ended by the host's clock. What a device cannot say is left out. Readings of both clocks
 // are taken outside of what is timed: the last ones of an earlier run serve as this one's first.

@@ -24,7 +24,6 @@ namespace tandem {
 [[nodiscard]] Family workgroups_family(const SharedDevice& device);        // and their workgroups
 [[nodiscard]] Family megakernel_family(const SharedDevice& device);        // what its invocations take and share
 [[nodiscard]] Family candidates_family(const SharedDevice& device);        // which triangles are tested in full
-[[nodiscard]] Family settings_family(const SharedDevice& device);          // cheaper paths
 
 // Not one of all_families(): it tests the runner, not a pattern.
 inline constexpr double self_test_busy_seconds = 0.5e-3;

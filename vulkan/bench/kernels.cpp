@@ -30,9 +30,6 @@ Arm general_arm(const SharedDevice& device, const Workload& workload, std::strin
             }};
 }
 
-// Other paths make other noise, and the verdict asks to know the image to within 0.5 % and its tiles to within 10 %.
-constexpr std::uint64_t samples_of_verdict = 2048;
-
 Patterns with_kernel(KernelShape kernel) {
     Patterns patterns;
     patterns.kernel = kernel;
@@ -149,37 +146,7 @@ Family candidates_family(const SharedDevice& device) {
         };
         return std::vector<Arm>{arm("every", "every triangle tested in full, in turn", CandidatePattern::every),
             arm("edges", "those whose edges the ray passes between, the nearest plane's first",
-                CandidatePattern::edges),
-            arm("boxes", "the same, boxes made of triangles taken as wholes", CandidatePattern::boxes)};
-    };
-    return family;
-}
-
-Family settings_family(const SharedDevice& device) {
-    Family family;
-    family.name = "settings";
-    family.question = "What do cheaper random numbers, guards and shorter paths save, for the same image?";
-    family.hypothesis = "Most of a path's time is its segments, so that roulette saves most";
-    family.source = "Arvo and Kirk 1990 (roulette)";
-    family.held = "the expected image, the scene, a megakernel, one submission, memory, one recording thread";
-    family.along = "samples";
-    family.workloads.push_back(workload_of({device->sizes().back(), 16, device->bounces()}));
-    family.arms = [device](const Workload& workload) {
-        const auto arm = [&](const char* name, const char* text, const Tuning& tuning) {
-            Arm result = tuned_arm(
-                device, workload, name, text, with_kernel(KernelShape::megakernel), tuning, samples_of_verdict);
-            result.same_bits = false;
-            return result;
-        };
-        const Tuning hash = [](RenderSettings& settings) { settings.generator = Generator::hash; };
-        const Tuning ulp = [](RenderSettings& settings) { settings.intersection.guard = SelfIntersectionGuard::ulp; };
-        const Tuning roulette = [](RenderSettings& settings) { settings.roulette_start = 1; };
-        return std::vector<Arm>{arm("as-it-is", "Philox, error bounds, paths end by themselves", {}),
-            arm("hash", "random numbers by a hash", hash), arm("ulp-guard", "rays moved off by integer steps", ulp),
-            arm("roulette", "roulette from the first scattering event on: paths are shorter, pixels noisier", roulette),
-            arm("all", "all three", [=](RenderSettings& settings) {
-                for (const Tuning& change : {hash, ulp, roulette}) change(settings);
-            })};
+                CandidatePattern::edges)};
     };
     return family;
 }

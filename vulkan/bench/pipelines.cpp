@@ -9,6 +9,7 @@
 
 #include "common/error.h"
 #include "vulkan/bench/families.h"
+#include "vulkan/renderer/kernels/constant_ids.h"
 
 namespace tandem {
 
@@ -19,7 +20,7 @@ enum class Making { cold, cache, disk, derived, threads };
 using Constants = std::vector<SpecialisationConstant>;
 
 // Drivers keep what they compiled, over processes too. A pipeline is new to them if no other had its constants: the
-// greatest distance of rays (id 16) shrinks by an ulp each time, from anywhere between all and half of it.
+// greatest distance of rays shrinks by an ulp each time, from anywhere between all and half of it.
 class NewConstants {
 public:
     explicit NewConstants(Constants constants) : constants_(std::move(constants)) {
@@ -28,7 +29,7 @@ public:
     }
     [[nodiscard]] const Constants& next() {
         for (SpecialisationConstant& constant : constants_)
-            if (constant.id == 16) constant.value = next_;
+            if (constant.id == static_cast<std::uint32_t>(ConstantId::ray_max)) constant.value = next_;
         --next_;
         return constants_;
     }

@@ -10,7 +10,7 @@
 
 #include "common/render/effects.h"
 #include "common/render/renderer.h"
-#include "common/statistics/distributions.h"
+#include "common/statistics/interval.h"
 
 namespace tandem {
 

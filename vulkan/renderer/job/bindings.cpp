@@ -3,6 +3,7 @@
 #include <cstring>
 
 #include "common/error.h"
+#include "vulkan/renderer/kernels/constant_ids.h"
 
 namespace tandem {
 
@@ -185,13 +186,14 @@ void Bindings::bind(const vk::raii::CommandBuffer& commands, const gpu::Settings
 }
 
 std::vector<SpecialisationConstant> fixed_parameters(const gpu::Settings& settings) {
-    constexpr std::uint32_t first_id = 40;
-    const std::array<std::uint32_t, 9> values{settings.width, settings.height, settings.bounces,
-        settings.roulette_start, settings.light_count, settings.triangle_count, settings.sphere_count,
-        settings.cuboid_count, settings.direct_only};
-    std::vector<SpecialisationConstant> constants;
-    for (std::uint32_t i = 0; i < values.size(); ++i) constants.push_back({first_id + i, values[i]});
-    return constants;
+    return {constant(ConstantId::fixed_width, settings.width), constant(ConstantId::fixed_height, settings.height),
+        constant(ConstantId::fixed_bounces, settings.bounces),
+        constant(ConstantId::fixed_roulette_start, settings.roulette_start),
+        constant(ConstantId::fixed_light_count, settings.light_count),
+        constant(ConstantId::fixed_triangle_count, settings.triangle_count),
+        constant(ConstantId::fixed_sphere_count, settings.sphere_count),
+        constant(ConstantId::fixed_cuboid_count, settings.cuboid_count),
+        constant(ConstantId::fixed_direct_only, settings.direct_only)};
 }
 
 }  // namespace tandem

@@ -1,13 +1,12 @@
 #include "vulkan/renderer/job/job_settings.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <string>
 
 #include "common/error.h"
+#include "common/render/check_settings.h"
 #include "common/scene/coincident_faces.h"
 #include "vulkan/framework/shader_library.h"
 #include "vulkan/renderer/job/ray_batch.h"
@@ -26,6 +25,13 @@ constexpr std::size_t most_shared_materials = 32;
 
 // The effects that the shaders can simulate.
 constexpr EffectSet simulated = EffectSet::all();
+
+Accumulation chosen_accumulation(const Device& device, const RenderSettings& settings, GeometryPrecision precision) {
+    const Accumulation chosen = settings.accumulation.value_or(own_accumulation(device));
+    if (precision != GeometryPrecision::single_precision && chosen != Accumulation::in_double)
+        throw UnsupportedError("paths in mixed and double precision are summed in double; leave --accumulation out");
+    return chosen;
+}
 
 EffectSet effects_of(const Scene& scene, const RenderSettings& settings) {
     if (settings.integrator == Integrator::bidirectional)
@@ -80,17 +86,30 @@ Specialisation specialise(const Device& device, const Scene& described, const Sc
     // In double there are no such blocks.
     const bool from_blocks = device.description().type != DeviceType::cpu && !scene.in_double;
     const auto count = [&](std::uint32_t primitives) { return general ? told_at_run_time : primitives; };
-    return {fault.bug == PlantedBug::stale_constant ? without_one(effects) : effects,
-        path_state(effects, general, scene), fit && from_blocks && !general,
-        unrolled ? std::optional(describe_unrolled(scene)) : std::nullopt, count(scene.triangle_count),
-        count(scene.sphere_count), count(scene.cuboid_count), trees.triangles, trees.spheres, trees.cuboids,
-        to_distance(settings.ray_min), to_distance(settings.ray_max), fault, settings.intersection, false,
-        std::isfinite(settings.clamp) ? std::optional(static_cast<float>(settings.clamp)) : std::nullopt,
-        settings.generator, settings.mis, settings.accumulation == Accumulation::plain,
-        settings.sampling == Sampling::adaptive, !general && !scene.in_double && is_unturned(scene),
-        passed_faces_coincide(described), unrolled && from_blocks,
-        unrolled && scene.materials.size() <= most_shared_materials ? static_cast<std::uint32_t>(scene.materials.size())
-                                                                    : 0};
+    const bool shares_materials = unrolled && scene.materials.size() <= most_shared_materials;
+    return {.effects = fault.bug == PlantedBug::stale_constant ? without_one(effects) : effects,
+        .path = path_state(effects, general, scene),
+        .few_primitives = fit && from_blocks && !general,
+        .unrolled = unrolled ? std::optional(describe_unrolled(scene)) : std::nullopt,
+        .triangles = count(scene.triangle_count),
+        .spheres = count(scene.sphere_count),
+        .cuboids = count(scene.cuboid_count),
+        .triangle_root = trees.triangles,
+        .sphere_root = trees.spheres,
+        .cuboid_root = trees.cuboids,
+        .ray_min = to_distance(settings.ray_min),
+        .ray_max = to_distance(settings.ray_max),
+        .planted_bug = fault,
+        .intersection = settings.intersection,
+        .clamp = std::isfinite(settings.clamp) ? std::optional(static_cast<float>(settings.clamp)) : std::nullopt,
+        .generator = settings.generator,
+        .mis = settings.mis,
+        .plain_sums = settings.accumulation == Accumulation::plain,
+        .lists_pixels = settings.sampling == Sampling::adaptive,
+        .unturned = !general && !scene.in_double && is_unturned(scene),
+        .faces_coincide = passed_faces_coincide(described),
+        .picks_candidates = unrolled && from_blocks,
+        .shared_materials = shares_materials ? static_cast<std::uint32_t>(scene.materials.size()) : 0};
 }
 
 SceneData flatten_for(
@@ -103,18 +122,11 @@ SceneData flatten_for(
     return result;
 }
 
-RenderSettings checked_settings(RenderSettings settings) {
-    if (settings.width == 0 || settings.height == 0 || settings.width > 65536 || settings.height > 65536 ||
-        std::uint64_t{settings.width} * settings.height >= std::uint64_t{1} << 32)
-        throw InputError(
-            fmt::format("an image of {} x {} pixels is not possible; use 1 to 65536 a side and fewer than "
-                        "2^32 in all",
-                settings.width, settings.height));
-    if (!(settings.ray_min >= 0.0) || !(settings.ray_max >= settings.ray_min))
-        throw InputError("the interval of ray distances is empty or begins below 0; use 0 <= ray_min <= ray_max");
+RenderSettings checked_settings(
+    const Device& device, const Scene& scene, RenderSettings settings, GeometryPrecision precision) {
+    settings.accumulation = chosen_accumulation(device, settings, precision);
+    check_settings(scene, settings);
     check_kernels(settings.intersection);
-    check_sampling(settings);
-    if (settings.bounces >= 1u << 28) throw InputError("more than 2^28 bounces have no random numbers; ask for fewer");
     return settings;
 }
 
@@ -128,34 +140,6 @@ Accumulation own_accumulation(const Device& device) {
     const bool can =
         device.features().doubles && !shader_variant(Stage::megakernel, ShaderVariant::double_sums).empty();
     return can ? Accumulation::in_double : Accumulation::compensated;
-}
-
-Accumulation chosen_accumulation(const Device& device, const RenderSettings& settings, GeometryPrecision precision) {
-    const Accumulation chosen = settings.accumulation.value_or(own_accumulation(device));
-    if (precision != GeometryPrecision::single_precision && chosen != Accumulation::in_double)
-        throw UnsupportedError("paths in mixed and double precision are summed in double; leave --accumulation out");
-    return chosen;
-}
-
-void check_brightness(const Scene& scene) {
-    const auto check = [](double radiance, const std::string& whose) {
-        constexpr double brightest = 1e15;
-        if (radiance > brightest)
-            throw UnsupportedError(
-                fmt::format("{}: sums in single precision hold squares of radiances up to {:g}; use --precision double "
-                            "or --accumulation double, or scale the scene's radiances down",
-                    whose, brightest));
-    };
-    const auto greatest = [](const glm::dvec3& v) { return std::max({v.x, v.y, v.z}); };
-    for (const Material& material : scene.materials)
-        check(greatest(material.radiance), fmt::format("material '{}'", material.name));
-    for (const PunctualLight& light : scene.lights)
-        check(greatest(light.intensity), fmt::format("light '{}'", light.name));
-    const Background& sky = scene.background;
-    if (sky.image)
-        for (const float texel : sky.image->rgb) check(sky.image_scale * double{texel}, "the background");
-    else
-        check(std::max(greatest(sky.down), greatest(sky.up)), "the background");
 }
 
 }  // namespace tandem

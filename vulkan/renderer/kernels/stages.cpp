@@ -9,66 +9,53 @@
 #include "common/error.h"
 #include "vulkan/core/device_selection.h"
 #include "vulkan/framework/spirv_decorations.h"
+#include "vulkan/renderer/kernels/constant_ids.h"
 
 namespace tandem {
 
-namespace {
-
-// Ids of shaders/geometry/triangle_boxes.glsl.
-void add_boxes(std::vector<SpecialisationConstant>& result, const std::vector<TriangleBox>& boxes) {
-    std::uint32_t boxed = 0, id = 92;
-    const auto add = [&](auto value) { result.push_back({id++, std::bit_cast<std::uint32_t>(value)}); };
-    for (const TriangleBox& box : boxes) {
-        for (const float x : box.centre) add(x);
-        for (const float x : box.to_box) add(x);
-        add(box.slope);
-        add(box.margin);
-        for (std::size_t axis = 0; axis < 3; ++axis) {
-            std::uint32_t slots = 0;
-            for (std::size_t i = 0; i < 4; ++i) {
-                const std::uint32_t slot = box.slots[4 * axis + i];
-                slots |= slot << 8 * i;
-                if (slot != no_triangle) boxed |= 1u << slot;
-            }
-            add(slots);
-        }
-        add(box.rising);
-    }
-    result.push_back({34, static_cast<std::uint32_t>(boxes.size())});
-    result.push_back({35, boxed});
-}
-
-}  // namespace
-
 std::vector<SpecialisationConstant> Specialisation::constants() const {
-    // Ids of shaders/kernels/settings.glsl; 0 is the workgroup's size.
-    const std::array<std::uint32_t, 22> values{workgroup, static_cast<std::uint32_t>(effects.bits()),
-        static_cast<std::uint32_t>(effects.bits() >> 32), path.radiance, few_primitives, unrolled.has_value(),
-        triangles, spheres, cuboids, triangle_root.has_value(), sphere_root.has_value(), cuboid_root.has_value(),
-        triangle_root.value_or(0), sphere_root.value_or(0), cuboid_root.value_or(0),
-        std::bit_cast<std::uint32_t>(ray_min), std::bit_cast<std::uint32_t>(ray_max),
-        static_cast<std::uint32_t>(intersection.triangles), static_cast<std::uint32_t>(intersection.convex),
-        static_cast<std::uint32_t>(intersection.guard),
-        std::bit_cast<std::uint32_t>(static_cast<float>(intersection.epsilon)), hands_on_floats};
-    std::vector<SpecialisationConstant> result;
-    for (std::uint32_t id = 0; id < values.size(); ++id) result.push_back({id, values[id]});
+    using Id = ConstantId;
     const UnrolledPrimitives told = unrolled.value_or(UnrolledPrimitives{});
-    result.push_back({22, told.aligned_cuboids});
-    result.push_back({23, unturned});
-    result.push_back({32, faces_coincide && (effects.has(Effect::translucent) || effects.has(Effect::boundary))});
-    result.push_back({33, shared_materials});
-    result.push_back({36, picks_candidates});
-    for (std::uint32_t i = 0; i < told.corners.size(); ++i) result.push_back({60 + i, told.corners[i]});
-    add_boxes(result, told.boxes);
-    result.push_back({24, clamp.has_value()});
-    result.push_back({25, std::bit_cast<std::uint32_t>(clamp.value_or(0.0F))});
-    result.push_back({26, static_cast<std::uint32_t>(generator)});
-    result.push_back({27, mis});
-    result.push_back({28, plain_sums});
-    result.push_back({29, lists_pixels});
+    const bool passes_surfaces = effects.has(Effect::translucent) || effects.has(Effect::boundary);
+    std::vector<SpecialisationConstant> result{
+        constant(Id::workgroup, workgroup),
+        constant(Id::effects_low, effects.bits() & 0xffffffffu),
+        constant(Id::effects_high, effects.bits() >> 32),
+        constant(Id::carries_radiance, path.radiance),
+        constant(Id::few_primitives, few_primitives),
+        constant(Id::unrolled, unrolled.has_value()),
+        constant(Id::fixed_triangles, triangles),
+        constant(Id::fixed_spheres, spheres),
+        constant(Id::fixed_cuboids, cuboids),
+        constant(Id::triangle_tree, triangle_root.has_value()),
+        constant(Id::sphere_tree, sphere_root.has_value()),
+        constant(Id::cuboid_tree, cuboid_root.has_value()),
+        constant(Id::triangle_root, triangle_root.value_or(0)),
+        constant(Id::sphere_root, sphere_root.value_or(0)),
+        constant(Id::cuboid_root, cuboid_root.value_or(0)),
+        constant(Id::ray_min, ray_min),
+        constant(Id::ray_max, ray_max),
+        constant(Id::triangle_kernel, intersection.triangles),
+        constant(Id::convex_kernel, intersection.convex),
+        constant(Id::guard, intersection.guard),
+        constant(Id::guard_epsilon, static_cast<float>(intersection.epsilon)),
+        constant(Id::hands_on_floats, hands_on_floats),
+        constant(Id::aligned_cuboids, told.aligned_cuboids),
+        constant(Id::unturned, unturned),
+        constant(Id::has_crossing, faces_coincide && passes_surfaces),
+        constant(Id::shared_materials, shared_materials),
+        constant(Id::picks_candidates, picks_candidates),
+        constant(Id::clamps, clamp.has_value()),
+        constant(Id::clamp_at, clamp.value_or(0.0F)),
+        constant(Id::generator, generator),
+        constant(Id::has_mis, mis),
+        constant(Id::plain_sums, plain_sums),
+        constant(Id::lists_pixels, lists_pixels),
+    };
+    for (std::uint32_t i = 0; i < told.corners.size(); ++i) result.push_back(corners_constant(i, told.corners[i]));
     if (shaders_hold_planted_bugs()) {
-        result.push_back({30, std::bit_cast<std::uint32_t>(static_cast<float>(planted_bug.amount))});
-        result.push_back({31, static_cast<std::uint32_t>(planted_bug.bug)});
+        result.push_back(constant(Id::planted_amount, static_cast<float>(planted_bug.amount)));
+        result.push_back(constant(Id::planted_bug, planted_bug.bug));
     }
     result.insert(result.end(), parameters.begin(), parameters.end());
     return result;

@@ -48,7 +48,7 @@ struct Specialisation {
     bool lists_pixels = false;                 // some dispatches are of lists of pixels
     bool unturned = false;                     // the maps of all spheres and cuboids are diagonal
     bool faces_coincide = true;                // passed_faces_coincide
-    bool picks_candidates = false;             // CandidatePattern::edges, or boxes where the scene has some
+    bool picks_candidates = false;             // CandidatePattern::edges
     std::uint32_t shared_materials = 0;        // HitDataPattern::shared; 0: buffers, or there is no room for copies
     std::uint32_t workgroup = workgroup_size;  // invocations
     std::vector<SpecialisationConstant> parameters = {};  // ParameterPattern::specialisation's

@@ -1,7 +1,7 @@
 #include "vulkan/renderer/kernels/unrolled_primitives.h"
 
 #include <algorithm>
-#include <iterator>
+#include <vector>
 
 namespace tandem {
 
@@ -48,7 +48,6 @@ UnrolledPrimitives describe_unrolled(const SceneData& scene) {
         const auto first = static_cast<std::uint32_t>(std::ranges::find(seen, seen.back()) - seen.begin());
         result.corners[i / 3] |= first << 8 * (i % 3);
     }
-    std::ranges::copy_if(find_triangle_boxes(scene, result.corners), std::back_inserter(result.boxes), is_selective);
     return result;
 }
 

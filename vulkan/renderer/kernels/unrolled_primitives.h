@@ -4,9 +4,7 @@
 
 #include <array>
 #include <cstdint>
-#include <vector>
 
-#include "vulkan/renderer/kernels/triangle_boxes.h"
 #include "vulkan/renderer/scene/scene_data.h"
 
 namespace tandem {
@@ -16,7 +14,6 @@ inline constexpr std::uint32_t most_unrolled = 32;  // primitives: each further 
 struct UnrolledPrimitives {
     std::uint32_t aligned_cuboids = 0;                      // bit i: cuboid i's faces are square to the world's axes
     std::array<std::uint32_t, most_unrolled> corners = {};  // three bytes a triangle: the first corner of that place
-    std::vector<TriangleBox> boxes;                         // those that are selective
 };
 
 // Whether the maps between the world and the unit shape of every sphere and cuboid are diagonal: kernels made for the

@@ -1,0 +1,106 @@
+// tandem compare: the verdict on images of any two renderers.
+#include "common/validation/compare/compare.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <memory>
+
+#include "common/commands/command.h"
+#include "common/commands/verdict_options.h"
+#include "common/error.h"
+#include "common/text.h"
+
+namespace tandem {
+
+namespace {
+
+struct CompareArguments {
+    std::vector<std::string> images, reference, candidate;
+    CriteriaArguments criteria;
+    std::string negligible, tile_negligible;
+    std::string variance_of = "sample";
+    bool same_estimator = false;
+};
+
+// The two sides: by --reference and --candidate, by the word "vs", or the first and second half.
+void split_sides(CompareArguments& arguments) {
+    if (!arguments.images.empty() && (!arguments.reference.empty() || !arguments.candidate.empty()))
+        throw InputError("compare: name the images either in a row or by --reference and --candidate");
+    const auto word = std::ranges::find(arguments.images, "vs");
+    const std::size_t images = arguments.images.size();
+    if (word != arguments.images.end()) {
+        arguments.reference.assign(arguments.images.begin(), word);
+        arguments.candidate.assign(word + 1, arguments.images.end());
+    } else if (images % 2 == 0 && images > 0) {
+        const auto middle = arguments.images.begin() + static_cast<std::ptrdiff_t>(images / 2);
+        arguments.reference.assign(arguments.images.begin(), middle);
+        arguments.candidate.assign(middle, arguments.images.end());
+    } else if (images > 0) {
+        throw InputError("compare: an odd number of images; put the word vs between the two sides");
+    }
+    if (arguments.reference.empty() || arguments.candidate.empty())
+        throw InputError("compare: needs images on both sides: A... vs B...");
+}
+
+ExitStatus compare(CompareArguments arguments, const CommandContext& context) {
+    split_sides(arguments);
+    std::vector<std::string> inputs = arguments.reference;
+    inputs.insert(inputs.end(), arguments.candidate.begin(), arguments.candidate.end());
+    for (const std::string& input : inputs)
+        if (!std::filesystem::exists(input)) throw input_error(input, "", "no such file", "check the path");
+    check_writable(arguments.criteria, context, inputs);
+    CompareOptions options;
+    options.criteria = criteria_from(arguments.criteria, CompareOptions::comparison_criteria());
+    options.criteria.same_estimator = arguments.same_estimator;
+    Negligible& negligible = options.criteria.negligible;
+    if (!arguments.negligible.empty()) negligible.image = fraction_from(arguments.negligible, "--negligible");
+    if (!arguments.tile_negligible.empty())
+        negligible.tile = fraction_from(arguments.tile_negligible, "--tile-negligible");
+    options.variance_of = arguments.variance_of == "mean" ? VarianceOf::mean : VarianceOf::sample;
+    const std::vector<std::filesystem::path> reference(arguments.reference.begin(), arguments.reference.end());
+    const std::vector<std::filesystem::path> candidate(arguments.candidate.begin(), arguments.candidate.end());
+    const std::vector<SceneVerdict> verdicts{compare_files(reference, candidate, options)};
+    print_verdict(verdicts.front(), context.verbose);
+    return conclude("compare", verdicts, arguments.criteria, context);
+}
+
+}  // namespace
+
+void add_compare_command(CLI::App& app, CommandContext& context) {
+    CLI::App* command = app.add_subcommand("compare", "Decide whether images of any two renderers agree");
+    const auto arguments = std::make_shared<CompareArguments>();
+    command->add_option("images", arguments->images, "A... vs B...; without vs, the first half against the second")
+        ->type_name("IMAGE");
+    command->add_option("--reference", arguments->reference, "Images of side A")->type_name("IMAGE");
+    command->add_option("--candidate", arguments->candidate, "Images of side B")->type_name("IMAGE");
+    command
+        ->add_option("--variance-of", arguments->variance_of,
+            "What variance channels hold: the variance of one sample, or of the pixel's mean")
+        ->check(CLI::IsMember({"sample", "mean"}))
+        ->capture_default_str();
+    command->add_flag("--same-estimator", arguments->same_estimator,
+        "Both sides sample in one way, so different noise is a fault too");
+    const Criteria defaults = CompareOptions::comparison_criteria();
+    command
+        ->add_option("--negligible", arguments->negligible,
+            fmt::format("Disagreement means: image mean surely off by more than this (default {}, what half precision "
+                        "rounds); smaller finds smaller faults, given the samples",
+                percent(defaults.negligible.image)))
+        ->type_name("FRACTION");
+    command
+        ->add_option("--tile-negligible", arguments->tile_negligible,
+            fmt::format("... or a tile by more than this (default {})", percent(defaults.negligible.tile)))
+        ->type_name("FRACTION");
+    add_criteria(*command, arguments->criteria, defaults);
+    add_common_options(*command, context,
+        "  tandem compare ours.exr theirs.exr             one image a side, with variance channels\n"
+        "  tandem compare a1.exr a2.exr vs b1.exr b2.exr  independent seeds a side\n"
+        "  tandem compare a*.exr vs b*.exr --negligible 0.01%   see one bounce fewer on the classic box (0.034 %)\n"
+        "A side is one image with variance channels and a sample count, or two or more images of independent seeds.");
+    command->callback(
+        [&context, arguments] { context.action = [&context, arguments] { return compare(*arguments, context); }; });
+}
+
+}  // namespace tandem
