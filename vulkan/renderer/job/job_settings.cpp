@@ -10,8 +10,8 @@
 #include "common/error.h"
 #include "common/scene/coincident_faces.h"
 #include "vulkan/framework/shader_library.h"
-#include "vulkan/renderer/job/bindings.h"
 #include "vulkan/renderer/job/ray_batch.h"
+#include "vulkan/renderer/kernels/bindings.h"
 #include "vulkan/renderer/kernels/kernel_shape.h"
 #include "vulkan/renderer/scene/double_geometry.h"
 

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "vulkan/command/ordering.h"
-#include "vulkan/renderer/job/bindings.h"
+#include "vulkan/renderer/kernels/bindings.h"
 
 namespace tandem {
 
