@@ -1,4 +1,4 @@
-// Settings of which those that no dispatch of a job changes are specialisation constants (vulkan/renderer/job/bindings.cpp).
+// Settings of which those that no dispatch of a job changes are specialisation constants (vulkan/renderer/kernels/bindings.cpp).
 #ifndef SPECIALISED_SETTINGS_GLSL
 #define SPECIALISED_SETTINGS_GLSL
 

@@ -1,15 +1,11 @@
-// One scene on one device: records, submits and collects the kernels of its shape.
+// One scene on one device: cuts a render into blocks of samples and tiles of pixels, submits what the recorder of its
+// kernel shape adds (recorders/), decides when to stop, and collects the sums.
 #pragma once
 
-#include <limits>
-
 #include "common/render/renderer.h"
-#include "vulkan/command/ordering.h"
-#include "vulkan/command/submission.h"
-#include "vulkan/renderer/job/bindings.h"
 #include "vulkan/renderer/job/path_tracing.h"
-#include "vulkan/renderer/kernels/megakernel_plan.h"
-#include "vulkan/renderer/scene/traced_world.h"
+#include "vulkan/renderer/job/running_sums.h"
+#include "vulkan/renderer/recorders/frame_recorder.h"
 
 namespace tandem {
 
@@ -34,64 +30,37 @@ public:
     [[nodiscard]] const Specialisation& specialisation() const { return specialisation_; }
 
 private:
-    // A run of pixels, or of places in a list of them, that are in flight together.
-    struct Tile {
-        std::uint32_t first_pixel, pixel_count;
+    // What a render is of: a part of the image, or a list of pixels.
+    struct Film {
+        Tile all;
+        std::uint32_t width, height;
+        std::span<const std::uint32_t> listed = {};
     };
     struct Progress;
 
-    // A stage and what it is to be told, as it stands when it is recorded.
-    struct Dispatch {
-        Stage stage;
-        gpu::Settings settings;
-        std::uint32_t ray_parity, sum_parity;
-    };
-
-    [[nodiscard]] std::uint64_t render_tile_block(Tile tile, SampleRange block, Progress& progress);
-    [[nodiscard]] std::uint64_t render_by_stages(Tile tile, SampleRange block, Progress& progress);
-    [[nodiscard]] std::uint64_t render_by_megakernel(Tile tile, SampleRange block, Progress& progress);
-    // `all`: of the image, or of the list.
-    [[nodiscard]] RenderResult render_film(
-        SampleRange range, Tile all, std::uint32_t width, std::uint32_t height, const RenderControl& control);
-    // The pixels that are this job's.
-    [[nodiscard]] Tile part() const;
-    [[nodiscard]] Specialisation with_parameters(Specialisation specialisation) const;
-    void choose_candidates(Specialisation& specialisation) const;  // by the pattern
-    void begin_frame(bool fresh);
-    void add_whole_paths(Tile tile, std::uint64_t samples);
-    void begin_submission();
+    [[nodiscard]] RenderResult render_film(SampleRange range, const Film& film, const RenderControl& control);
+    [[nodiscard]] std::uint64_t render_tile_block(const Tile& tile, SampleRange block, Progress& progress);
     // Submits what was added and waits.
     [[nodiscard]] SubmissionTimes submit();
     // The same; returns the seconds that it took.
     double run(Progress& progress);
-    void record_scene(
-        const vk::raii::CommandBuffer& commands, const gpu::Settings& settings, std::uint32_t sum_parity) const;
-    [[nodiscard]] std::uint32_t claimants(std::uint32_t places) const;
-    void add_megakernel(Tile tile, std::uint64_t first_sample, const MegakernelShare& share);
-    void add_pixel_list(Tile tile);
-    void add_pre_processing(Tile tile);
-    void add_sampling(Tile tile, std::uint64_t sample, std::uint32_t first_segment, std::uint32_t end_segment);
-    void add_post_processing(Tile tile, std::uint64_t sample);
-    void bind(const vk::raii::CommandBuffer& commands, const Dispatch& dispatch) const;
-    void record_queue(const vk::raii::CommandBuffer& commands, const Dispatch& dispatch, std::uint32_t places) const;
-    void record_fragments(const vk::raii::CommandBuffer& commands, const Dispatch& dispatch) const;
-    void record_rays(const vk::raii::CommandBuffer& commands, const Dispatch& dispatch) const;
-    void prepare_fragments(Stages& stages);
-    void prepare_rays(const Scene& scene);
-    [[nodiscard]] std::vector<Tile> tiles() const;
-    void record(const vk::raii::CommandBuffer& commands, const Dispatch& dispatch, std::uint32_t invocations) const;
-    [[nodiscard]] gpu::Settings stage_settings(Tile tile, std::uint64_t sample) const;
-    void download(Tile tile);
-    void collect(Tile tile, std::vector<Estimate::Plane>& planes);
-    [[nodiscard]] std::uint64_t blocks_at_once(SampleRange left, std::uint64_t pixels) const;
+    [[nodiscard]] std::uint64_t blocks_at_once(SampleRange left, const Film& film) const;
+    // Sends the part of the list that the tile holds.
+    void add_pixel_list(Tile& tile, std::span<const std::uint32_t> listed);
+    void download(const Tile& tile);
+    void collect(const Tile& tile, bool went_on, std::vector<Estimate::Plane>& planes);
     [[nodiscard]] Moments moments_of(const gpu::Vec4& sums) const;
-    void adapt_batch(double seconds, std::uint64_t segments);
+
+    // The pixels that are this job's.
+    [[nodiscard]] Tile part() const;
+    // Tile after tile, in the same buffers.
+    [[nodiscard]] std::vector<Tile> tiles() const;
+    void begin_frame(bool fresh);
+    void begin_submission();
     [[nodiscard]] KernelForm form() const {
         return KernelForm(patterns_, precision_,
             accumulation_ == Accumulation::in_double && precision_ == GeometryPrecision::single_precision);
     }
-    [[nodiscard]] std::uint64_t add_batch(
-        Tile tile, SampleRange block, std::uint64_t most, std::uint64_t& done, std::uint32_t& segment);
 
     const Instance& instance_;
     const Device& device_;
@@ -99,33 +68,18 @@ private:
     GeometryPrecision precision_;
     RenderSettings settings_;
     SceneData scene_;
-    std::span<const std::uint32_t> listed_;  // of the render in hand; empty: all pixels
-    std::uint32_t tile_listed_ = 0;          // of them in the tile, which holds them once for each block
     Specialisation specialisation_;
-    std::uint32_t segments_;         // of a sample, that the stages are dispatched for
+    std::uint32_t segments_;         // that a path can have
     std::optional<PathState> kept_;  // from vertex to vertex in buffers
     Accumulation accumulation_;
     const Stages& stages_;
-    const PipelineLayout& layout_;
     std::shared_ptr<const Stages::Pipelines> pipelines_;
     std::uint32_t tile_pixels_;
     FrameResources resources_;
-    Bindings bindings_;
-    Ordering ordering_;
+    FrameKernels kernels_;
     Submission submission_;
-    const FullscreenPass* pass_ = nullptr;  // of fragments, as is the framebuffer
-    vk::raii::Framebuffer framebuffer_ = nullptr;
-    std::optional<TracedWorld> traced_world_;  // of the ray-tracing pipeline
-    bool scene_uploaded_ = false;
-    std::uint32_t sum_parity_ = 0;  // the half of the sums that holds the current ones
-    std::uint64_t batch_ = 1;       // path segments a submission, over one or several samples
-    MegakernelPlan plan_;
-    // Plain sums: they go on where the block begins with the sample that they go up to. A block brings what they have
-    // grown by since `running_`.
-    bool keeps_sums_ = false;
-    static constexpr std::uint64_t nowhere = std::numeric_limits<std::uint64_t>::max();
-    std::uint64_t summed_to_ = nowhere;
-    Estimate::Plane running_;
+    std::unique_ptr<FrameRecorder> recorder_;
+    RunningSums running_sums_;
     std::uint32_t invalid_before_ = 0;      // of the device's running count
     std::unique_ptr<PathTracing> tracing_;  // made when a path is to be traced
 };

@@ -10,6 +10,8 @@
 #include "common/scene/coincident_faces.h"
 #include "vulkan/framework/shader_library.h"
 #include "vulkan/renderer/job/ray_batch.h"
+#include "vulkan/renderer/kernels/bindings.h"
+#include "vulkan/renderer/kernels/kernel_shape.h"
 #include "vulkan/renderer/scene/double_geometry.h"
 
 namespace tandem {
@@ -51,6 +53,36 @@ EffectSet without_one(EffectSet effects) {
     for (const Effect effect : {Effect::background_gradient, Effect::one_sided_emission, Effect::fuzz, Effect::lens})
         if (effects.has(effect)) return effects.without(effect);
     return effects;
+}
+
+bool picks_candidates(const Specialisation& specialisation, CandidatePattern wanted) {
+    const bool can_pick = specialisation.unrolled && specialisation.triangles > 0 &&
+                          specialisation.intersection.triangles == TriangleKernel::watertight;
+    if (wanted == CandidatePattern::edges && !can_pick)
+        throw UnsupportedError(
+            "candidates are picked of a few triangles, by kernels made for the scene that loop over them, with the "
+            "watertight test in single precision");
+    return wanted == CandidatePattern::automatic ? specialisation.picks_candidates : wanted == CandidatePattern::edges;
+}
+
+// Materials that workgroups copy.
+std::uint32_t shared_materials(const Specialisation& specialisation, const Device& device, const Patterns& patterns) {
+    const bool on_cpu = device.description().type == DeviceType::cpu;
+    if (patterns.hit_data == HitDataPattern::shared &&
+        (patterns.kernel != KernelShape::megakernel || specialisation.shared_materials == 0))
+        throw UnsupportedError(
+            "workgroups of a megakernel alone copy what hits need, of small scenes, in single precision");
+    const bool copied =
+        patterns.hit_data == HitDataPattern::shared || (patterns.hit_data == HitDataPattern::automatic && !on_cpu);
+    return copied ? specialisation.shared_materials : 0;
+}
+
+void check_workgroup(const Device& device, std::uint32_t workgroup) {
+    const vk::PhysicalDeviceLimits& limits = device.limits();
+    if (workgroup == 0 || workgroup > limits.maxComputeWorkGroupInvocations ||
+        workgroup > limits.maxComputeWorkGroupSize[0])
+        throw UnsupportedError(
+            fmt::format("{} has no workgroups of {} invocations", device.description().name, workgroup));
 }
 
 }  // namespace
@@ -110,6 +142,39 @@ Specialisation specialise(const Device& device, const Scene& described, const Sc
         .faces_coincide = passed_faces_coincide(described),
         .picks_candidates = unrolled && from_blocks,
         .shared_materials = shares_materials ? static_cast<std::uint32_t>(scene.materials.size()) : 0};
+}
+
+Specialisation with_patterns(
+    Specialisation specialisation, const Device& device, const Patterns& patterns, const gpu::Settings& told) {
+    check_workgroup(device, patterns.workgroup);
+    if (patterns.pixels == PixelPattern::claimed && patterns.kernel != KernelShape::megakernel)
+        throw UnsupportedError("pixels are claimed by the invocations of a megakernel alone");
+    specialisation.workgroup = patterns.workgroup;
+    if (brings_trees(patterns.kernel)) {  // there are no loops
+        specialisation.unrolled.reset();
+        specialisation.few_primitives = false;
+    }
+    specialisation.shared_materials = shared_materials(specialisation, device, patterns);
+    specialisation.picks_candidates = picks_candidates(specialisation, patterns.candidates);
+    if (patterns.parameters == ParameterPattern::specialisation) specialisation.parameters = fixed_parameters(told);
+    return specialisation;
+}
+
+gpu::Settings told_settings(const RenderSettings& settings, const SceneData& scene) {
+    gpu::Settings result;
+    result.seed = {static_cast<std::uint32_t>(settings.seed), static_cast<std::uint32_t>(settings.seed >> 32)};
+    result.width = settings.width;
+    result.height = settings.height;
+    result.bounces = settings.bounces;
+    result.roulette_start = settings.roulette_start;
+    result.light_count = static_cast<std::uint32_t>(scene.lights.size());
+    result.triangle_count = scene.triangle_count;
+    result.sphere_count = scene.sphere_count;
+    result.cuboid_count = scene.cuboid_count;
+    result.ray_min = to_distance(settings.ray_min);
+    result.ray_max = to_distance(settings.ray_max);
+    result.direct_only = settings.integrator == Integrator::whitted;
+    return result;
 }
 
 SceneData flatten_for(

@@ -4,7 +4,7 @@
 #include "common/render/estimate.h"
 #include "common/render/path_trace.h"
 #include "vulkan/command/submission.h"
-#include "vulkan/renderer/job/bindings.h"
+#include "vulkan/renderer/kernels/bindings.h"
 
 namespace tandem {
 

@@ -3,7 +3,7 @@
 
 #include "common/render/renderer.h"
 #include "vulkan/command/submission.h"
-#include "vulkan/renderer/job/bindings.h"
+#include "vulkan/renderer/kernels/bindings.h"
 
 namespace tandem {
 

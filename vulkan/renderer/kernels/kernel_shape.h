@@ -17,6 +17,9 @@ namespace tandem {
     return shape == KernelShape::megakernel || shape == KernelShape::fragment || shape == KernelShape::ray_tracing;
 }
 
+// Whether a pipeline finds hits by trees of its own: its kernels have neither loops over primitives nor trees.
+[[nodiscard]] constexpr bool brings_trees(KernelShape shape) { return shape == KernelShape::ray_tracing; }
+
 // The one that was measured to be the fastest on devices of this type (README.md).
 [[nodiscard]] KernelShape fastest_shape(DeviceType device);
 

@@ -1,4 +1,4 @@
-#include "vulkan/renderer/job/bindings.h"
+#include "vulkan/renderer/kernels/bindings.h"
 
 #include <cstring>
 

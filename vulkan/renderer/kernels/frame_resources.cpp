@@ -1,4 +1,4 @@
-#include "vulkan/renderer/job/frame_resources.h"
+#include "vulkan/renderer/kernels/frame_resources.h"
 
 #include <algorithm>
 #include <cstring>

@@ -3,7 +3,7 @@
 
 #include <atomic>
 
-#include "vulkan/renderer/job/frame_resources.h"
+#include "vulkan/renderer/kernels/frame_resources.h"
 
 namespace tandem {
 

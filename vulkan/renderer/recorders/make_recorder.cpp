@@ -1,0 +1,26 @@
+#include "common/error.h"
+#include "vulkan/renderer/recorders/fragment_recorder.h"
+#include "vulkan/renderer/recorders/image_stages_recorder.h"
+#include "vulkan/renderer/recorders/megakernel_recorder.h"
+#include "vulkan/renderer/recorders/ray_tracing_recorder.h"
+#include "vulkan/renderer/recorders/wavefront_recorder.h"
+
+namespace tandem {
+
+std::unique_ptr<FrameRecorder> make_recorder(const RecorderInput& input) {
+    switch (input.patterns.kernel) {
+        case KernelShape::stages:
+            return std::make_unique<WavefrontRecorder>(input);
+        case KernelShape::megakernel:
+            return std::make_unique<MegakernelRecorder>(input);
+        case KernelShape::image_stages:
+            return std::make_unique<ImageStagesRecorder>(input);
+        case KernelShape::fragment:
+            return std::make_unique<FragmentRecorder>(input);
+        case KernelShape::ray_tracing:
+            return std::make_unique<RayTracingRecorder>(input);
+    }
+    throw Error("no recorder for this kernel shape");
+}
+
+}  // namespace tandem
