@@ -1,4 +1,4 @@
-// The host's two witnesses: the Embree path tracer and the brute-force oracle.
+// The host's two renderers: the Embree path tracer and the reference oracle.
 #pragma once
 
 #include "common/render/renderer.h"

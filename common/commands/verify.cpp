@@ -25,7 +25,7 @@ struct VerifyArguments {
     CriteriaArguments criteria;
     double seconds = 120.0;
     std::optional<std::uint64_t> samples;
-    std::string referee = "oracle";
+    std::string oracle = "oracle";
     bool no_paired = false, validation = false, convergence = false;
 };
 
@@ -139,8 +139,8 @@ ExitStatus verify(const VerifyArguments& arguments, const CommandContext& contex
                                    .precision = precision_from(arguments.precision),
                                    .kernel = arguments.kernel,
                                    .validation = arguments.validation});
-    const auto referee =
-        arguments.referee == "none" ? nullptr : find_backend(backends, arguments.referee).create(BackendOptions{});
+    const auto oracle =
+        arguments.oracle == "none" ? nullptr : find_backend(backends, arguments.oracle).create(BackendOptions{});
     check_writable(arguments.criteria, context, arguments.scenes);
     fmt::print("Reference: {}, {}\nCandidate: {}, {}\n", reference->info().backend, reference->info().device,
         candidate->info().backend, candidate->info().device);
@@ -153,7 +153,7 @@ ExitStatus verify(const VerifyArguments& arguments, const CommandContext& contex
     options.max_samples = arguments.samples.value_or(0);
     options.seed = arguments.render.seed;
     options.paired = !arguments.no_paired;
-    options.referee = referee.get();
+    options.oracle = oracle.get();
     options.scenes = scenes.size();
     options.stop = context.stop;
     std::vector<SceneVerdict> verdicts;
@@ -215,7 +215,7 @@ void add_verify_command(CLI::App& app, CommandContext& context) {
             "Samples a pixel and side, at most (default: 1048576, more for films below 128x128)")
         ->check(whole_between(64, std::uint64_t{1} << 40));
     command
-        ->add_option("--referee", arguments->referee,
+        ->add_option("--referee", arguments->oracle,
             "Backend that is asked which side is outvoted, where they disagree: oracle or none")
         ->check(CLI::IsMember({"oracle", "none"}))
         ->capture_default_str();

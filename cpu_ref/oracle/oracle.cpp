@@ -1,4 +1,4 @@
-// The oracle as a backend: the third witness, which says which of two disagreeing tracers is outvoted. Double
+// The oracle as a backend: which says which of two disagreeing tracers is outvoted. Double
 // precision, brute force over all primitives, no acceleration structure, no light sampling. Slow by intention.
 #include <algorithm>
 #include <atomic>

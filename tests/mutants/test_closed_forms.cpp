@@ -1,9 +1,9 @@
 // A bug common to both tracers cannot show between them: each must then miss a closed form. The
-// shipped scenes of scenes/closed-forms, met by every sound witness in tests/suite, must be missed by every buggy one.
+// shipped scenes of scenes/closed-forms, met by every sound tracer in tests/suite, must be missed by every buggy one.
 #include <doctest/doctest.h>
 
 #include "common/scene/loader/scene_loader.h"
-#include "tests/suite/witnesses.h"
+#include "tests/suite/tracers.h"
 
 using namespace tandem;
 using namespace tandem::test;

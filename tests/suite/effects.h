@@ -3,7 +3,7 @@
 
 #include <utility>
 
-#include "tests/suite/witnesses.h"
+#include "tests/suite/tracers.h"
 
 namespace tandem::test {
 

@@ -1,5 +1,5 @@
 // Samplers under test through the paths that they make: the vertices of `RenderJob::trace` tell direction, density and
-// weight of every witness in place, as renders use them. SAMPLERS.md is the table of what is tested how.
+// weight of every tracer in place, as renders use them. SAMPLERS.md is the table of what is tested how.
 #pragma once
 
 #include <algorithm>
@@ -8,7 +8,7 @@
 
 #include "common/render/path_trace.h"
 #include "tests/chi_square.h"
-#include "tests/suite/witnesses.h"
+#include "tests/suite/tracers.h"
 
 namespace tandem::test::samplers {
 
@@ -74,13 +74,13 @@ inline void check_directions(const std::vector<dvec3>& drawn, std::vector<double
     CHECK(fit.p > least_p);
 }
 
-// The witness's traces of one pixel's samples; none, and a failed check, where it cannot.
+// The tracer's traces of one pixel's samples; none, and a failed check, where it cannot.
 inline std::vector<PathTrace> traces_of(
-    Witness& witness, const Scene& scene, const RenderSettings& settings, std::uint64_t count = samples) {
+    Tracer& tracer, const Scene& scene, const RenderSettings& settings, std::uint64_t count = samples) {
     try {
-        return witness.renderer->prepare(scene, settings)->trace(0, 0, {0, count});
+        return tracer.renderer->prepare(scene, settings)->trace(0, 0, {0, count});
     } catch (const UnsupportedError& error) {
-        FAIL_CHECK(witness.name << ": " << std::string(error.what()));
+        FAIL_CHECK(tracer.name << ": " << std::string(error.what()));
         return {};
     }
 }
@@ -93,7 +93,7 @@ inline SceneBuilder looking_from(const dvec3& from) {
 }
 
 // Relative error allowed of figures of some hundred roundings, peaks of densities included.
-inline double tolerance(const Witness& witness) { return 5e4 * witness.unit_roundoff; }
+inline double tolerance(const Tracer& tracer) { return 5e4 * tracer.unit_roundoff; }
 
 inline double relative_error(double value, double answer) { return std::abs(value / answer - 1.0); }
 

@@ -4,7 +4,7 @@
 
 #include "common/render/adaptive_sampling.h"
 #include "common/scene/loader/scene_loader.h"
-#include "tests/suite/witnesses.h"
+#include "tests/suite/tracers.h"
 
 using namespace tandem;
 using namespace tandem::test;

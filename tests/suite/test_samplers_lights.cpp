@@ -1,4 +1,4 @@
-// Next events as every witness that has them draws them: chi-square of directions, densities, choice among lights, and
+// Next events as every tracer that has them draws them: chi-square of directions, densities, choice among lights, and
 // lights without a surface. Seen by `whitted`, whose next event brings C/pi cos L / (P p), which tells P p.
 #include "tests/suite/samplers.h"
 
@@ -18,7 +18,7 @@ SceneBuilder receiver() {
     return b;
 }
 
-bool has_next_events(const Witness& witness) { return witness.samples_lights; }
+bool has_next_events(const Tracer& tracer) { return tracer.samples_lights; }
 
 // P p of a next event at the receiver.
 double density_of(const TracedVertex& vertex, double light = radiance.x) {
@@ -30,13 +30,13 @@ using DensityFrom = std::function<double(const dvec3& d, const dvec3& p)>;
 
 // Directions drawn, zero where nothing came, and how far their densities lie from `density`.
 void check_light(const Scene& scene, const std::vector<double>& shares, const DensityFrom& density) {
-    for (Witness& witness : witnesses()) {
-        if (!has_next_events(witness)) continue;
-        CAPTURE(witness.name);
+    for (Tracer& tracer : tracers()) {
+        if (!has_next_events(tracer)) continue;
+        CAPTURE(tracer.name);
         std::vector<dvec3> drawn;
         double worst = 0.0;
         std::string lost;  // where the last vertex was that no light reached
-        for (const PathTrace& trace : traces_of(witness, scene, settings_of(1, 1, Integrator::whitted))) {
+        for (const PathTrace& trace : traces_of(tracer, scene, settings_of(1, 1, Integrator::whitted))) {
             const TracedVertex& vertex = trace.vertices.front();
             REQUIRE(vertex.primitive != no_index);
             drawn.push_back(vertex.light_direction);
@@ -54,7 +54,7 @@ void check_light(const Scene& scene, const std::vector<double>& shares, const De
         CAPTURE(lost);
         check_directions(drawn, shares);
         CAPTURE(worst);
-        CHECK(worst < tolerance(witness));
+        CHECK(worst < tolerance(tracer));
     }
 }
 
@@ -187,11 +187,10 @@ TEST_CASE("samplers: an ellipsoid light is even over the cone of the sphere that
 TEST_CASE("samplers: a one-sided light seen from behind is no next event") {
     SceneBuilder behind = receiver();
     behind.triangle(emitter(radiance, EmittingSides::front), {-1, 2, 1}, {1, 2, 1}, {0, 2, -1});  // its front is up
-    for (Witness& witness : witnesses()) {
-        if (!has_next_events(witness)) continue;
-        CAPTURE(witness.name);
-        for (const PathTrace& trace :
-            traces_of(witness, behind.scene(), settings_of(1, 1, Integrator::next_event), 500))
+    for (Tracer& tracer : tracers()) {
+        if (!has_next_events(tracer)) continue;
+        CAPTURE(tracer.name);
+        for (const PathTrace& trace : traces_of(tracer, behind.scene(), settings_of(1, 1, Integrator::next_event), 500))
             CHECK(trace.vertices[0].light == black);
     }
 }
@@ -207,12 +206,12 @@ TEST_CASE("samplers: a sky that is a mix of two colours is drawn in proportion t
         const Density density = [&](const dvec3& d) { return brightness(d) / (2.0 * pi * (down + up)); };
         const auto shares = shares_of([&](const dvec3& d) { return d.y > 0.0 ? density(d) : 0.0; });
         // Its radiance varies, so that the density is told by (P p) / L.
-        for (Witness& witness : witnesses()) {
-            if (!has_next_events(witness)) continue;
-            CAPTURE(witness.name);
+        for (Tracer& tracer : tracers()) {
+            if (!has_next_events(tracer)) continue;
+            CAPTURE(tracer.name);
             std::vector<dvec3> drawn;
             double worst = 0.0;
-            for (const PathTrace& trace : traces_of(witness, scene, settings_of(1, 1, Integrator::whitted))) {
+            for (const PathTrace& trace : traces_of(tracer, scene, settings_of(1, 1, Integrator::whitted))) {
                 const TracedVertex& vertex = trace.vertices.front();
                 drawn.push_back(vertex.light_direction);
                 if (vertex.light_direction != dvec3(0.0))
@@ -220,7 +219,7 @@ TEST_CASE("samplers: a sky that is a mix of two colours is drawn in proportion t
                                                 density(vertex.light_direction)));
             }
             check_directions(drawn, shares);
-            CHECK(worst < tolerance(witness));
+            CHECK(worst < tolerance(tracer));
         }
     }
 }
@@ -264,11 +263,11 @@ TEST_CASE("samplers: an image of the sky is drawn by its cells, turned or not") 
         scene.background.rotation_degrees = degrees;
         scene.background.sampled = true;
         const auto shares = shares_of([&](const dvec3& d) { return d.y > 0.0 ? density(d) : 0.0; });
-        for (Witness& witness : witnesses()) {
-            if (!has_next_events(witness)) continue;
-            CAPTURE(witness.name);
+        for (Tracer& tracer : tracers()) {
+            if (!has_next_events(tracer)) continue;
+            CAPTURE(tracer.name);
             std::vector<dvec3> drawn;
-            for (const PathTrace& trace : traces_of(witness, scene, settings_of(1, 1, Integrator::whitted)))
+            for (const PathTrace& trace : traces_of(tracer, scene, settings_of(1, 1, Integrator::whitted)))
                 drawn.push_back(trace.vertices.front().light_direction);
             check_directions(drawn, shares);
         }
@@ -297,11 +296,10 @@ TEST_CASE("samplers: points, spots and suns bring what their closed forms say") 
             double answer = 0.9 / pi * towards.y * 3.0;
             if (kind != PunctualKind::sun) answer /= glm::dot(place, place);
             if (kind == PunctualKind::spot) answer *= t * t * (3.0 - 2.0 * t);
-            for (Witness& witness : witnesses()) {
-                if (!has_next_events(witness)) continue;
-                CAPTURE(witness.name);
-                for (const PathTrace& trace :
-                    traces_of(witness, scene, settings_of(1, 1, Integrator::next_event), 20)) {
+            for (Tracer& tracer : tracers()) {
+                if (!has_next_events(tracer)) continue;
+                CAPTURE(tracer.name);
+                for (const PathTrace& trace : traces_of(tracer, scene, settings_of(1, 1, Integrator::next_event), 20)) {
                     const TracedVertex& vertex = trace.vertices.front();
                     // The field of the camera moves the receiver by 2^-14; near the rim of the spot t^2 amplifies that.
                     CHECK(std::abs(vertex.light.x - answer) < 3e-3 * answer + 1e-6);
@@ -329,12 +327,12 @@ TEST_CASE("samplers: lights are chosen as their areas, intensities and distances
     const double near = 1.0 * 6.0 + 3.0 * 6.0 + 24.0;
     // The sky's lower half is below the receiver's horizon and brings nothing.
     const std::vector<double> chances{0.5 * 6.0 / near, 0.5 * 18.0 / near, 0.5 * 24.0 / near, 0.25, 0.125, 0.125};
-    for (Witness& witness : witnesses()) {
-        if (!has_next_events(witness)) continue;
-        CAPTURE(witness.name);
+    for (Tracer& tracer : tracers()) {
+        if (!has_next_events(tracer)) continue;
+        CAPTURE(tracer.name);
         std::vector<double> counts(6, 0.0), expected;
         for (const double chance : chances) expected.push_back(chance * static_cast<double>(samples));
-        for (const PathTrace& trace : traces_of(witness, scene, settings_of(1, 1, Integrator::whitted))) {
+        for (const PathTrace& trace : traces_of(tracer, scene, settings_of(1, 1, Integrator::whitted))) {
             const TracedVertex& vertex = trace.vertices.front();
             const dvec3 d = vertex.light_direction;
             if (vertex.light == black) {

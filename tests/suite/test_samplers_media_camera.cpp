@@ -1,4 +1,4 @@
-// Free paths through media, and where camera rays begin and go, as every witness draws them.
+// Free paths through media, and where camera rays begin and go, as every tracer draws them.
 #include "tests/suite/effects.h"
 #include "tests/suite/samplers.h"
 
@@ -31,11 +31,11 @@ void check_flight(const Medium& medium, double wall, const std::function<double(
         expected[i] = static_cast<double>(samples) * (mean(transmittance(wall * static_cast<double>(i) / bins)) -
                                                          mean(transmittance(wall * static_cast<double>(i + 1) / bins)));
     expected[bins] = static_cast<double>(samples) * mean(transmittance(wall));
-    for (Witness& witness : witnesses()) {
-        CAPTURE(witness.name);
+    for (Tracer& tracer : tracers()) {
+        CAPTURE(tracer.name);
         std::vector<double> counts(bins + 1, 0.0);
         double worst = 0.0;
-        for (const PathTrace& trace : traces_of(witness, through(medium, wall), settings_of(1, 1))) {
+        for (const PathTrace& trace : traces_of(tracer, through(medium, wall), settings_of(1, 1))) {
             const TracedVertex& vertex = trace.vertices.front();
             const double t = vertex.in_medium ? vertex.t : wall;
             counts[vertex.in_medium ? static_cast<std::size_t>(std::min(bins - 1.0, bins * t / wall)) : bins] += 1.0;
@@ -49,7 +49,7 @@ void check_flight(const Medium& medium, double wall, const std::function<double(
         CHECK(fit.where_none == 0.0);
         CHECK(fit.p > least_p);
         CAPTURE(worst);
-        CHECK(worst < tolerance(witness));
+        CHECK(worst < tolerance(tracer));
     }
 }
 
@@ -92,16 +92,16 @@ TEST_CASE("samplers: rays begin evenly on the lens, and all of them go through t
     b.camera(position, position + forward, 1e-3).lens(radius, focus).background(white);
     const dvec3 right = glm::normalize(glm::cross(forward, dvec3(0, 1, 0))), up = glm::cross(right, forward);
     constexpr int circles = 10, parts = 16;  // of equal area
-    for (Witness& witness : witnesses()) {
-        CAPTURE(witness.name);
+    for (Tracer& tracer : tracers()) {
+        CAPTURE(tracer.name);
         std::vector<double> counts(circles * parts, 0.0),
             expected(circles * parts, static_cast<double>(samples) / (circles * parts));
-        for (const PathTrace& trace : traces_of(witness, b.scene(), settings_of(1, 1))) {
+        for (const PathTrace& trace : traces_of(tracer, b.scene(), settings_of(1, 1))) {
             const TracedVertex& vertex = trace.vertices.front();
             const dvec3 offset = (vertex.origin - position) / radius;
             const double x = glm::dot(offset, right), y = glm::dot(offset, up), a = x * x + y * y;
-            REQUIRE(a <= 1.0 + tolerance(witness));
-            CHECK(std::abs(glm::dot(offset, forward)) < tolerance(witness));
+            REQUIRE(a <= 1.0 + tolerance(tracer));
+            CHECK(std::abs(glm::dot(offset, forward)) < tolerance(tracer));
             const double turn = std::atan2(y, x) / (2.0 * pi);
             const int circle = std::min(circles - 1, static_cast<int>(a * circles));
             const int part = std::clamp(static_cast<int>(parts * (turn - std::floor(turn))), 0, parts - 1);
@@ -119,12 +119,12 @@ TEST_CASE("samplers: rays are even over the square of their pixel") {
     SceneBuilder b;
     b.camera({0, 0, 0}, {0, 0, -1}, 40.0).background(white);
     constexpr int side = 12;
-    for (Witness& witness : witnesses()) {
-        CAPTURE(witness.name);
+    for (Tracer& tracer : tracers()) {
+        CAPTURE(tracer.name);
         std::vector<double> counts(side * side, 0.0),
             expected(side * side, static_cast<double>(samples) / (side * side));
         RenderSettings settings = settings_of(2, 1);  // its upper left pixel
-        for (const PathTrace& trace : traces_of(witness, b.scene(), settings)) {
+        for (const PathTrace& trace : traces_of(tracer, b.scene(), settings)) {
             const dvec3 d = trace.vertices.front().direction;
             const double h = std::tan(glm::radians(20.0));
             const double x = d.x / -d.z / h + 1.0, y = 1.0 - d.y / -d.z / h;  // both in [0, 1)

@@ -1,4 +1,4 @@
-// How surfaces and media scatter, drawn by every witness: chi-square, densities, weights, energy and reciprocity.
+// How surfaces and media scatter, drawn by every tracer: chi-square, densities, weights, energy and reciprocity.
 #include "tests/suite/samplers.h"
 
 using namespace tandem;
@@ -71,7 +71,7 @@ struct Answer {
 };
 using Model = std::function<Answer(const dvec3& i, const dvec3& o)>;
 
-// All of section 8's checks of one lobe, in every witness; `keeps_density`: backends know its pdf.
+// All of section 8's checks of one lobe, in every tracer; `keeps_density`: backends know its pdf.
 void check_lobe(const Scene& scene, const dvec3& from, const Model& model, bool keeps_density) {
     const std::vector<double> shares = shares_of([&](const dvec3& o) { return model(from, o).density; });
     dvec3 albedo(0.0);
@@ -81,12 +81,12 @@ void check_lobe(const Scene& scene, const dvec3& from, const Model& model, bool 
     });
     CHECK(sum_of(shares) <= 1.0 + 2e-3);
     CHECK(albedo.x <= 1.0 + 2e-3);
-    for (Witness& witness : witnesses()) {
-        CAPTURE(witness.name);
+    for (Tracer& tracer : tracers()) {
+        CAPTURE(tracer.name);
         std::vector<dvec3> drawn;
         double worst_density = 0.0, worst_weight = 0.0;
         dvec3 mean(0.0);
-        for (const PathTrace& trace : traces_of(witness, scene, settings_of(1, 1))) {
+        for (const PathTrace& trace : traces_of(tracer, scene, settings_of(1, 1))) {
             const TracedVertex& vertex = trace.vertices.front();
             drawn.push_back(vertex.next_direction);
             if (vertex.end != PathEnd::goes_on) continue;
@@ -102,8 +102,8 @@ void check_lobe(const Scene& scene, const dvec3& from, const Model& model, bool 
         check_directions(drawn, shares);
         CAPTURE(worst_density);
         CAPTURE(worst_weight);
-        CHECK(worst_density < tolerance(witness));
-        CHECK(worst_weight < tolerance(witness));
+        CHECK(worst_density < tolerance(tracer));
+        CHECK(worst_weight < tolerance(tracer));
         // Weights are at most 1, so their mean has a standard error of at most 1/2 over the root of the samples.
         for (int c = 0; c < 3; ++c)
             CHECK(std::abs(mean[c] - albedo[c]) < 6.0 * 0.5 / std::sqrt(double{samples}) + 2e-3);
@@ -208,22 +208,22 @@ TEST_CASE("samplers: light goes both ways alike on diffuse surfaces and rough co
         for (const auto& [a, b] : {std::pair{direction_at(0.9), dvec3(-0.48, 0.6, 0.64)},
                  {direction_at(0.3), dvec3(-0.6, 0.8, 0.0)}, {direction_at(0.15), direction_at(0.99)}}) {
             CAPTURE(roughness);
-            const auto reflected = [&](Witness& witness, const dvec3& camera, const dvec3& sun) {
+            const auto reflected = [&](Tracer& tracer, const dvec3& camera, const dvec3& sun) {
                 Scene scene = surface_seen(roughness > 0.0 ? rough_conductor(roughness) : diffuse(dvec3(0.7)), camera);
                 PunctualLight light;
                 light.kind = PunctualKind::sun;
                 light.direction = -sun;
                 light.intensity = dvec3(1.0);
                 scene.lights.push_back(light);
-                const auto traces = traces_of(witness, scene, settings_of(1, 1, Integrator::whitted), 1);
+                const auto traces = traces_of(tracer, scene, settings_of(1, 1, Integrator::whitted), 1);
                 REQUIRE(traces.size() == 1);
-                CHECK(glm::distance(traces[0].vertices[0].light_direction, sun) < 8.0 * witness.unit_roundoff);
+                CHECK(glm::distance(traces[0].vertices[0].light_direction, sun) < 8.0 * tracer.unit_roundoff);
                 return traces[0].vertices[0].light / sun.y;
             };
-            for (Witness& witness : witnesses()) {
-                if (witness.name == "oracle") continue;  // it has no next event to trace
-                CAPTURE(witness.name);
-                const dvec3 there = reflected(witness, a, b), back = reflected(witness, b, a);
+            for (Tracer& tracer : tracers()) {
+                if (tracer.name == "oracle") continue;  // it has no next event to trace
+                CAPTURE(tracer.name);
+                const dvec3 there = reflected(tracer, a, b), back = reflected(tracer, b, a);
                 // The camera's field of 10^-3 degrees moves directions by 2^-17.
                 for (int c = 0; c < 3; ++c) CHECK(relative_error(there[c], back[c]) < 20.0 * 0x1p-17);
                 CHECK(there.x > 0.0);

@@ -3,7 +3,7 @@
 
 #include "common/stability/catalogue.h"
 #include "common/stability/stability.h"
-#include "tests/suite/witnesses.h"
+#include "tests/suite/tracers.h"
 
 using namespace tandem;
 using namespace tandem::stability;

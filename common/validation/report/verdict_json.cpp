@@ -106,7 +106,7 @@ json closed_form_json(const SceneVerdict& v) {
     return result;
 }
 
-json referee_side_json(const std::optional<Judgement>& judgement) {
+json oracle_side_json(const std::optional<Judgement>& judgement) {
     if (!judgement) return nullptr;
     const RegionComparison& image = widest(judgement->level("paired image"));
     return {{"contradicted", judgement->verdict == Verdict::disagree}, {"relative_difference", number(image.relative)},
@@ -115,14 +115,14 @@ json referee_side_json(const std::optional<Judgement>& judgement) {
         {"reasons", judgement->verdict == Verdict::disagree ? json(judgement->reasons) : json::array()}};
 }
 
-json referee_json(const std::optional<RefereeReport>& referee) {
-    if (!referee) return nullptr;
-    const RefereeReport& r = *referee;
+json oracle_json(const std::optional<OracleOpinion>& oracle) {
+    if (!oracle) return nullptr;
+    const OracleOpinion& r = *oracle;
     json result = info_json(r.name, r.info, r.settings.seed);
     result.update({{"text", r.text}, {"outvoted", outvoted_json(r.outvoted)}, {"width", r.settings.width},
         {"height", r.settings.height}, {"integrator", integrator_name(r.settings.integrator)}, {"samples", r.samples},
-        {"seconds", r.seconds}, {"budget_seconds", r.budget_seconds}, {"reference", referee_side_json(r.reference)},
-        {"candidate", referee_side_json(r.candidate)}});
+        {"seconds", r.seconds}, {"budget_seconds", r.budget_seconds}, {"reference", oracle_side_json(r.reference)},
+        {"candidate", oracle_side_json(r.candidate)}});
     return result;
 }
 
@@ -203,7 +203,7 @@ json to_json(const SceneVerdict& v) {
     result["registration"] = registration_json(v.registration);
     result["outvoted"] = outvoted_json(v.outvoted);
     result["closed_form"] = closed_form_json(v);
-    result["referee"] = referee_json(v.referee);
+    result["referee"] = oracle_json(v.oracle);
     result["convergence"] = convergence_json(v.convergence);
     result["error_metrics"] = metrics_json(v);
     result["worst_pixel"] = worst_pixel_json(v.worst);

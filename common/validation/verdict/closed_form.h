@@ -1,4 +1,4 @@
-// A scene's closed form (Scene::expect) as a witness: each side's image mean is held to it, so that a fault common to
+// A scene's closed form (Scene::expect) as a reference: each side's image mean is held to it, so that a fault common to
 // both sides shows as well.
 #pragma once
 

@@ -22,7 +22,7 @@ bool differ(const SceneVerdict& verdict) {
     return level || j.fixed.mismatches > 0 || verdict.reference.invalid > 0 || verdict.candidate.invalid > 0;
 }
 
-// The votes of the other witnesses, in the order in which they count.
+// The votes of the closed form and of the oracle, in the order in which they count.
 void add_votes(SceneVerdict& verdict) {
     const Judgement& judgement = verdict.judgement;
     verdict.outvoted = outvoted_by_closed_form(judgement);
@@ -36,9 +36,9 @@ void add_votes(SceneVerdict& verdict) {
             verdict.sentence = verdict.reference_name + " and " + verdict.candidate_name +
                                " show no difference, but are not both right: " + vote;
     }
-    if (!verdict.referee) return;
-    verdict.sentence += "; " + verdict.referee->text;
-    if (verdict.outvoted == Outvoted::nobody) verdict.outvoted = verdict.referee->outvoted;
+    if (!verdict.oracle) return;
+    verdict.sentence += "; " + verdict.oracle->text;
+    if (verdict.outvoted == Outvoted::nobody) verdict.outvoted = verdict.oracle->outvoted;
 }
 
 }  // namespace

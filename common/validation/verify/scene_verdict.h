@@ -9,7 +9,7 @@
 #include "common/validation/verdict/registration.h"
 #include "common/validation/verdict/verdict.h"
 #include "common/validation/verify/convergence.h"
-#include "common/validation/verify/referee.h"
+#include "common/validation/verify/oracle_opinion.h"
 #include "common/validation/verify/worst_pixel.h"
 
 namespace tandem {
@@ -38,9 +38,9 @@ struct SceneVerdict {
     std::optional<double> permutation_p;
     std::optional<Registration> registration;      // looked for where the sides disagree
     ClosedFormUse closed_form;                     // of the scene, at these settings
-    std::optional<RefereeReport> referee;          // asked where the sides disagree
+    std::optional<OracleOpinion> oracle;           // asked where the sides disagree
     std::optional<ConvergenceReport> convergence;  // where it was asked for; it gates nothing
-    Outvoted outvoted = Outvoted::nobody;          // by the closed form, else by the referee
+    Outvoted outvoted = Outvoted::nobody;          // by the closed form, else by the oracle
     std::optional<WorstPixel> worst;               // where there were looks at two renderers
     std::string reference_name, candidate_name;
     RendererInfo reference_info, candidate_info;

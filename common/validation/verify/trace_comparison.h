@@ -28,7 +28,7 @@ struct TraceComparison {
 
 // `tolerated_ulp`: beyond it two values are not the same but for rounding. The default lets an error of an ulp grow by
 // 2^14 on its way; chaotic paths part sooner or later, and then differ in all figures. Densities count where both have
-// them: a witness that samples only may keep none. Radiances are left out where the estimators differ.
+// them: a renderer that samples only may keep none. Radiances are left out where the estimators differ.
 [[nodiscard]] TraceComparison compare_traces(const PathTrace& a, const PathTrace& b,
     CompareRadiance radiance = CompareRadiance::yes, double tolerated_ulp = 16384.0);
 

@@ -57,7 +57,7 @@ private:
     [[nodiscard]] static double seconds_to(const Side& side, std::uint64_t samples);
     void run_looks();
     void judge_look(const LookShare& share);
-    void ask_third_witness();
+    void ask_the_oracle();
     void find_worst_pixel();
     [[nodiscard]] std::uint64_t max_samples() const {
         return options_.max_samples > 0 ? options_.max_samples : default_max_samples(verdict_.settings);
@@ -250,25 +250,24 @@ void Verification::measure_speed() {
     if (candidate_.first_block) candidate_.seconds = *candidate * static_cast<double>(samples_per_block);
 }
 
-void Verification::ask_third_witness() {
-    if (options_.referee == nullptr || verdict_.looks.empty() || verdict_.judgement.verdict != Verdict::disagree)
-        return;
-    const RendererInfo info = options_.referee->info();
+void Verification::ask_the_oracle() {
+    if (options_.oracle == nullptr || verdict_.looks.empty() || verdict_.judgement.verdict != Verdict::disagree) return;
+    const RendererInfo info = options_.oracle->info();
     if (info.backend == verdict_.reference_info.backend || info.backend == verdict_.candidate_info.backend) {
-        verdict_.referee.emplace();
-        verdict_.referee->name = info.backend;
-        verdict_.referee->text = "the " + info.backend + " is one of the two, so there is no third witness to ask";
+        verdict_.oracle.emplace();
+        verdict_.oracle->name = info.backend;
+        verdict_.oracle->text = "the " + info.backend + " is one of the two, so it cannot be asked which is right";
         return;
     }
     const double samples = static_cast<double>(std::max<std::uint64_t>(reference_.estimate.count(), 1));
     RenderSettings settings = verdict_.settings;
     settings.seed = verdict_.reference_seed;
     const double left = options_.budget_seconds - watch_.seconds();
-    verdict_.referee = ask_referee({.scene = scene_,
+    verdict_.oracle = ask_oracle({.scene = scene_,
         .settings = settings,
         .reference = reference_renderer_,
         .candidate = candidate_renderer_,
-        .referee = *options_.referee,
+        .oracle = *options_.oracle,
         .reference_name = verdict_.reference_name,
         .candidate_name = verdict_.candidate_name,
         .criteria = verdict_.criteria,
@@ -304,7 +303,7 @@ SceneVerdict Verification::run() {
     measure_speed();
     if (!verdict_.stopped) run_paired();
     if (!verdict_.stopped) run_looks();
-    if (!verdict_.stopped) ask_third_witness();
+    if (!verdict_.stopped) ask_the_oracle();
     find_worst_pixel();
     verdict_.reference_seconds = reference_.seconds;
     verdict_.candidate_seconds = candidate_.seconds + paired_seconds_;

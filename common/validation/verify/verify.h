@@ -22,7 +22,7 @@ struct VerifyOptions {
     bool paired = true;
     // Asked which side is outvoted where the two disagree, in what is left of the budget, or a tenth of it where less
     // is left; nullptr: nobody is asked.
-    Renderer* referee = nullptr;
+    Renderer* oracle = nullptr;
     std::size_t scenes = 1;  // of the run: they share the false alarms and the doubt equally
     std::stop_token stop;
     std::function<void(double fraction, const std::string& text)> progress;  // called from one thread at a time

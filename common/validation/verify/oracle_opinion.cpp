@@ -1,4 +1,4 @@
-#include "common/validation/verify/referee.h"
+#include "common/validation/verify/oracle_opinion.h"
 
 #include <fmt/format.h>
 
@@ -13,7 +13,7 @@ namespace tandem {
 
 namespace {
 
-constexpr std::uint32_t probe_side = 16;  // longer side of the film that the referee's speed is measured on
+constexpr std::uint32_t probe_side = 16;  // longer side of the film that the oracle's speed is measured on
 constexpr std::uint32_t least_side = 8;   // below, an image says too little of where a fault is
 constexpr std::uint64_t least_samples = 2 * samples_per_block;   // two blocks have a variance
 constexpr std::uint64_t wanted_samples = 8 * samples_per_block;  // that a size must allow for
@@ -27,13 +27,13 @@ RenderSettings scaled_to(const RenderSettings& settings, std::uint32_t longer_si
 
 double pixels_of(const RenderSettings& settings) { return double{1.0} * settings.width * settings.height; }
 
-// One witness at work, and what it has gathered.
-struct Witness {
+// One renderer at work, and what it has gathered.
+struct SampledRenderer {
     std::unique_ptr<RenderJob> job;
     Estimate estimate;
     std::vector<Batch> batches;
 
-    Witness(Renderer& renderer, const Scene& scene, const RenderSettings& settings)
+    SampledRenderer(Renderer& renderer, const Scene& scene, const RenderSettings& settings)
         : job(renderer.prepare(scene, settings)), estimate(settings.width, settings.height) {}
 
     void take(const Estimate& batch) {
@@ -45,14 +45,14 @@ struct Witness {
 
 class Arbitration {
 public:
-    explicit Arbitration(const RefereeRequest& request) : request_(request) {
-        report_.info = request.referee.info();
+    explicit Arbitration(const OracleQuestion& request) : request_(request) {
+        report_.info = request.oracle.info();
         report_.name = report_.info.backend;
         report_.settings = request.settings;
-        report_.settings.accumulation.reset();  // the sides' own affair: a referee loses no samples
+        report_.settings.accumulation.reset();  // the sides' own affair: an oracle loses no samples
         report_.budget_seconds = request.budget_seconds;
     }
-    RefereeReport run();
+    OracleOpinion run();
 
 private:
     [[nodiscard]] std::optional<Estimate> render(RenderJob& job, SampleRange range);
@@ -64,14 +64,14 @@ private:
     void say_that_it_cannot_tell();
     void say_whether_it_meets_the_closed_form();
 
-    const RefereeRequest& request_;
+    const OracleQuestion& request_;
     Stopwatch watch_;
-    RefereeReport report_;
+    OracleOpinion report_;
     Criteria criteria_ = request_.criteria;
-    Integrator referee_integrator_ = request_.settings.integrator;
+    Integrator oracle_integrator_ = request_.settings.integrator;
     std::uint64_t affordable_ = 0, batch_ = samples_per_block;
-    std::vector<Witness> witnesses_;              // reference, candidate, referee
-    std::vector<PairedDifferences> differences_;  // reference and candidate against the referee
+    std::vector<SampledRenderer> renderers_;      // reference, candidate, oracle
+    std::vector<PairedDifferences> differences_;  // reference and candidate against the oracle
 };
 
 // The samples of `range`, or nothing when stopped or when twice the budget has gone.
@@ -89,31 +89,31 @@ std::optional<Estimate> Arbitration::render(RenderJob& job, SampleRange range) {
     return std::move(result.estimate);
 }
 
-// Throws UnsupportedError where the referee cannot do the scene at all.
+// Throws UnsupportedError where the oracle cannot do the scene at all.
 void Arbitration::choose_integrator() {
     try {
-        (void)request_.referee.prepare(request_.scene, scaled_to(report_.settings, probe_side));
+        (void)request_.oracle.prepare(request_.scene, scaled_to(report_.settings, probe_side));
     } catch (const UnsupportedError&) {
-        if (referee_integrator_ == Integrator::path) throw;
-        referee_integrator_ = Integrator::path;
+        if (oracle_integrator_ == Integrator::path) throw;
+        oracle_integrator_ = Integrator::path;
         criteria_.same_estimator = false;
     }
-    if (!same_estimator(report_.info, RendererInfo{}, referee_integrator_)) criteria_.same_estimator = false;
-    report_.settings.integrator = referee_integrator_;
-    if (referee_integrator_ != Integrator::next_event) report_.settings.mis = true;
+    if (!same_estimator(report_.info, RendererInfo{}, oracle_integrator_)) criteria_.same_estimator = false;
+    report_.settings.integrator = oracle_integrator_;
+    if (oracle_integrator_ != Integrator::next_event) report_.settings.mis = true;
 }
 
 bool Arbitration::choose_size() {
     RenderSettings probe = scaled_to(report_.settings, probe_side);
-    const std::unique_ptr<RenderJob> job = request_.referee.prepare(request_.scene, probe);
+    const std::unique_ptr<RenderJob> job = request_.oracle.prepare(request_.scene, probe);
     const Stopwatch watch;
     if (!render(*job, {0, samples_per_block})) return false;
-    const double referee_seconds = watch.seconds() / static_cast<double>(samples_per_block) / pixels_of(probe);
+    const double oracle_seconds = watch.seconds() / static_cast<double>(samples_per_block) / pixels_of(probe);
     const double budget = part_of_budget * (request_.budget_seconds - watch_.seconds());
     for (std::uint32_t side = std::max(request_.settings.width, request_.settings.height);; side /= 2) {
         report_.settings = scaled_to(report_.settings, side);
         // A smaller film is not sure to make the two sides faster.
-        const double cost = referee_seconds * pixels_of(report_.settings) + request_.seconds_per_sample;
+        const double cost = oracle_seconds * pixels_of(report_.settings) + request_.seconds_per_sample;
         const double samples = std::min(budget / cost, static_cast<double>(request_.max_samples));
         affordable_ = samples > 0.0 ? static_cast<std::uint64_t>(samples) / samples_per_block * samples_per_block : 0;
         if (affordable_ >= std::min(wanted_samples, request_.max_samples) || side / 2 < least_side) break;
@@ -122,29 +122,29 @@ bool Arbitration::choose_size() {
 }
 
 bool Arbitration::draw_to(std::uint64_t samples) {
-    for (std::uint64_t begin = witnesses_.front().estimate.count(); begin < samples; begin += batch_) {
+    for (std::uint64_t begin = renderers_.front().estimate.count(); begin < samples; begin += batch_) {
         std::vector<Estimate> batches;
-        for (Witness& witness : witnesses_) {
-            std::optional<Estimate> batch = render(*witness.job, {begin, begin + batch_});
+        for (SampledRenderer& renderer : renderers_) {
+            std::optional<Estimate> batch = render(*renderer.job, {begin, begin + batch_});
             if (!batch) return false;
             batches.push_back(std::move(*batch));
         }
         for (std::size_t side = 0; side < differences_.size(); ++side)
             differences_[side].add(batches.back(), batches[side]);
-        for (std::size_t i = 0; i < witnesses_.size(); ++i) witnesses_[i].take(batches[i]);
+        for (std::size_t i = 0; i < renderers_.size(); ++i) renderers_[i].take(batches[i]);
     }
     return true;
 }
 
 void Arbitration::judge_look(const LookShare& share) {
-    const SampledImage referee = witnesses_.back().sampled();
+    const SampledImage oracle = renderers_.back().sampled();
     const auto against = [&](std::size_t side) {
         const PairedResult paired = differences_[side].result(criteria_, share.doubt / 2.0);
-        return judge(referee, witnesses_[side].sampled(), &paired, criteria_, share);
+        return judge(oracle, renderers_[side].sampled(), &paired, criteria_, share);
     };
     report_.reference = against(0);
     report_.candidate = against(1);
-    report_.samples = referee.samples;
+    report_.samples = oracle.samples;
     const bool reference = report_.reference->verdict == Verdict::disagree;
     const bool candidate = report_.candidate->verdict == Verdict::disagree;
     report_.outvoted = reference && candidate ? Outvoted::both
@@ -163,9 +163,9 @@ void Arbitration::ask() {
     of_sides.integrator = request_.settings.integrator;
     of_sides.mis = request_.settings.mis;
     of_sides.accumulation = request_.settings.accumulation;
-    witnesses_.emplace_back(request_.reference, request_.scene, of_sides);
-    witnesses_.emplace_back(request_.candidate, request_.scene, of_sides);
-    witnesses_.emplace_back(request_.referee, request_.scene, report_.settings);
+    renderers_.emplace_back(request_.reference, request_.scene, of_sides);
+    renderers_.emplace_back(request_.candidate, request_.scene, of_sides);
+    renderers_.emplace_back(request_.oracle, request_.scene, report_.settings);
     for (std::size_t side = 0; side < 2; ++side)
         differences_.emplace_back(of_sides.width, of_sides.height, criteria_.fixed_tolerance);
     const double looks_count = static_cast<double>(looks.size());
@@ -193,17 +193,17 @@ void Arbitration::say_that_it_cannot_tell() {
     }
 }
 
-// A scene whose closed form even the referee misses is more likely wrong itself.
+// A scene whose closed form even the oracle misses is more likely wrong itself.
 void Arbitration::say_whether_it_meets_the_closed_form() {
     const ClosedFormUse use = closed_form_of(request_.scene, report_.settings);
     if (!use.form || !report_.reference) return;
     const LevelResult level =
-        compare_closed_form("closed form", *use.form, witnesses_.back().sampled(), criteria_, criteria_.doubt / 2.0);
+        compare_closed_form("closed form", *use.form, renderers_.back().sampled(), criteria_, criteria_.doubt / 2.0);
     if (level.p <= criteria_.false_alarm)
         report_.text += fmt::format("; the {} misses the closed form too, by {}", report_.name, off_by(level));
 }
 
-RefereeReport Arbitration::run() {
+OracleOpinion Arbitration::run() {
     try {
         choose_integrator();
         if (choose_size()) ask();
@@ -244,24 +244,24 @@ Outvoted outvoted_by_closed_form(const Judgement& judgement) {
     return candidate ? Outvoted::candidate : Outvoted::nobody;
 }
 
-std::string vote_of(const std::string& witness, Outvoted outvoted, const std::string& reference_name,
+std::string vote_of(const std::string& judge, Outvoted outvoted, const std::string& reference_name,
     const std::string& candidate_name, const std::string& reference_off, const std::string& candidate_off) {
     switch (outvoted) {
         case Outvoted::reference:
             return fmt::format(
-                "{} sides with {}: {} is off by {}", witness, candidate_name, reference_name, reference_off);
+                "{} sides with {}: {} is off by {}", judge, candidate_name, reference_name, reference_off);
         case Outvoted::candidate:
             return fmt::format(
-                "{} sides with {}: {} is off by {}", witness, reference_name, candidate_name, candidate_off);
+                "{} sides with {}: {} is off by {}", judge, reference_name, candidate_name, candidate_off);
         case Outvoted::both:
-            return fmt::format("{} sides with neither: {} is off by {}, {} by {}", witness, reference_name,
-                reference_off, candidate_name, candidate_off);
+            return fmt::format("{} sides with neither: {} is off by {}, {} by {}", judge, reference_name, reference_off,
+                candidate_name, candidate_off);
         case Outvoted::nobody:
             break;
     }
-    return witness + " contradicts neither";
+    return judge + " contradicts neither";
 }
 
-RefereeReport ask_referee(const RefereeRequest& request) { return Arbitration(request).run(); }
+OracleOpinion ask_oracle(const OracleQuestion& request) { return Arbitration(request).run(); }
 
 }  // namespace tandem

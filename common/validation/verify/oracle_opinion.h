@@ -1,5 +1,5 @@
-// The third witness: where two renderers disagree, another one (the oracle) is asked which of them is outvoted. Like
-// the rest of the suite it knows Renderers only.
+// Where two renderers disagree, the reference oracle is asked which of them is wrong. The oracle is a third Renderer;
+// like the rest of the suite this knows Renderers only.
 #pragma once
 
 #include <functional>
@@ -12,7 +12,7 @@
 
 namespace tandem {
 
-// Which side a third witness contradicts.
+// Which side the closed form or the oracle contradicts.
 enum class Outvoted { nobody, reference, candidate, both };
 [[nodiscard]] const char* name_of(Outvoted outvoted);
 
@@ -20,26 +20,26 @@ enum class Outvoted { nobody, reference, candidate, both };
 [[nodiscard]] Outvoted outvoted_by_closed_form(const Judgement& judgement);
 
 // "the oracle sides with CPU: Vulkan is off by +1.2 % (image, red)"; `off` says by how much each side is.
-[[nodiscard]] std::string vote_of(const std::string& witness, Outvoted outvoted, const std::string& reference_name,
+[[nodiscard]] std::string vote_of(const std::string& judge, Outvoted outvoted, const std::string& reference_name,
     const std::string& candidate_name, const std::string& reference_off, const std::string& candidate_off);
 
-struct RefereeReport {
+struct OracleOpinion {
     std::string name;  // "oracle"
     RendererInfo info;
     RenderSettings settings;    // size and integrator that it was asked with
     std::uint64_t samples = 0;  // a pixel
     double seconds = 0.0, budget_seconds = 0.0;
     Outvoted outvoted = Outvoted::nobody;
-    std::optional<Judgement> reference, candidate;  // each side against the referee; empty where it was not asked
+    std::optional<Judgement> reference, candidate;  // each side against the oracle; empty where it was not asked
     std::string text;                               // its vote, or why there is none
 };
 
-struct RefereeRequest {
+struct OracleQuestion {
     const Scene& scene;
     RenderSettings settings;  // of the verdict; the seed is the reference's
     Renderer& reference;
     Renderer& candidate;
-    Renderer& referee;
+    Renderer& oracle;
     std::string reference_name, candidate_name;
     Criteria criteria;
     double seconds_per_sample = 0.0;  // of both sides together, at the verdict's size
@@ -50,10 +50,10 @@ struct RefereeRequest {
 };
 
 // All three render the same seed, so that paired differences (paired.h) see far more than the noise would let through,
-// and each side is judged against the referee. The size is the verdict's, halved until 512 samples fit the budget, as
-// the referee's speed on a tiny film foretells; looks double up to what fits, and the first that contradicts a side
-// ends it. Each side has half of the declared false alarms, spread over the looks. A referee that lacks next-event
+// and each side is judged against the oracle. The size is the verdict's, halved until 512 samples fit the budget, as
+// the oracle's speed on a tiny film foretells; looks double up to what fits, and the first that contradicts a side
+// ends it. Each side has half of the declared false alarms, spread over the looks. An oracle that lacks next-event
 // estimation takes the integrator `path`, whose mean is the same; variances are then not compared.
-[[nodiscard]] RefereeReport ask_referee(const RefereeRequest& request);
+[[nodiscard]] OracleOpinion ask_oracle(const OracleQuestion& request);
 
 }  // namespace tandem

@@ -2,7 +2,7 @@
 // linear in height, by scattering alone and by light sampling.
 #include <numbers>
 
-#include "tests/suite/witnesses.h"
+#include "tests/suite/tracers.h"
 
 using namespace tandem;
 using namespace tandem::test;
@@ -52,7 +52,7 @@ double mean_over_floor(const Scene& scene, const std::function<double(const dvec
 }
 
 void check_floor(const Scene& scene, const dvec3& expected) {
-    auto all = witnesses();
+    auto all = tracers();
     for (const Integrator integrator : {Integrator::path, Integrator::next_event}) {
         CAPTURE(static_cast<int>(integrator));
         check_mean(all, scene, settings_of(16, 1, integrator), 512, expected, 32.0);
@@ -147,7 +147,7 @@ TEST_CASE("a sphere light partly below the horizon gives Snyder's integral") {
 }
 
 TEST_CASE("a floor point at the centre of a luminous sphere shows a L, unless the sphere lies beyond the ray's end") {
-    auto all = witnesses();
+    auto all = tracers();
     const dvec3 radiance(1.0, 2.0, 3.0), sky(0.5, 0.25, 0.125);
     const Scene scene = SceneBuilder()
                             .camera({1.0, 1.0, 0.0}, black, 1.0)
@@ -168,7 +168,7 @@ TEST_CASE("a floor point at the centre of a luminous sphere shows a L, unless th
 }
 
 TEST_CASE("a floor within a luminous ellipsoid, a moving sphere or a moving box shows a L") {
-    auto all = witnesses();
+    auto all = tracers();
     const dvec3 radiance(1.0, 2.0, 3.0);
     const dmat4 stretched = moved({0.5, 0.3, -0.2}) * rotated(50.0, {1.0, 2.0, 3.0}) * scaled({6.0, 9.0, 4.0});
     const auto around = [&](const dmat4& placed, bool box, const dvec3& motion) {

@@ -1,4 +1,4 @@
-// The witnesses (both tracers and the oracle) side by side, and how their estimates are held against closed forms.
+// The path tracers and the reference oracle side by side, and how their estimates are held against closed forms.
 // A mean may leave its closed form by six of its own standard errors, estimated from its samples (2e-9 false alarms a
 // channel where the sum is near normal, and every seed is fixed), and by the rounding of `roundings` operations a path.
 #pragma once
@@ -24,21 +24,21 @@
 
 namespace tandem::test {
 
-struct Witness {
+struct Tracer {
     std::string name;
     std::unique_ptr<Renderer> renderer;
     double unit_roundoff;  // of the arithmetic that shades
     bool samples_lights;   // else next_event is path again, but for punctual lights
 };
 
-// All of them, or those that the environment's TANDEM_WITNESSES names, comma-separated: "oracle,cpu double".
-inline std::vector<Witness> witnesses() {
+// All of them, or those that the environment's TANDEM_TRACERS names, comma-separated: "oracle,cpu double".
+inline std::vector<Tracer> tracers() {
     const auto make = [](const Backend& backend, std::optional<Precision> precision) {
         BackendOptions options;
         options.precision = precision;
         return backend.create(options);
     };
-    const char* chosen = std::getenv("TANDEM_WITNESSES");
+    const char* chosen = std::getenv("TANDEM_TRACERS");
     const auto wanted = [&](std::string_view name) {
         if (chosen == nullptr) return true;
         std::istringstream names(chosen);
@@ -46,7 +46,7 @@ inline std::vector<Witness> witnesses() {
             if (one == name) return true;
         return false;
     };
-    std::vector<Witness> all;
+    std::vector<Tracer> all;
     if (wanted("cpu float"))
         all.push_back({"cpu float", make(cpu_backend(), Precision::single_precision), 0x1p-24, true});
     if (wanted("cpu double"))
@@ -85,17 +85,17 @@ inline RenderSettings settings_of(
     return settings;
 }
 
-inline Estimate render(Witness& witness, const Scene& scene, const RenderSettings& settings, std::uint64_t samples) {
-    return witness.renderer->prepare(scene, settings)->render({0, samples}).estimate;
+inline Estimate render(Tracer& tracer, const Scene& scene, const RenderSettings& settings, std::uint64_t samples) {
+    return tracer.renderer->prepare(scene, settings)->render({0, samples}).estimate;
 }
 
-// As render, or nothing and a failed check where the witness does not simulate the scene yet: the others go on.
+// As render, or nothing and a failed check where the tracer does not simulate the scene yet: the others go on.
 inline std::optional<Estimate> try_render(
-    Witness& witness, const Scene& scene, const RenderSettings& settings, std::uint64_t samples) {
+    Tracer& tracer, const Scene& scene, const RenderSettings& settings, std::uint64_t samples) {
     try {
-        return render(witness, scene, settings, samples);
+        return render(tracer, scene, settings, samples);
     } catch (const UnsupportedError& error) {
-        FAIL_CHECK(witness.name << ": " << std::string(error.what()));
+        FAIL_CHECK(tracer.name << ": " << std::string(error.what()));
         return std::nullopt;
     }
 }
@@ -105,14 +105,14 @@ inline constexpr double sigmas = 6.0;
 // Adding up rounds too: 64 samples a block, a few blocks, and at most 400 pixels here, in double precision.
 inline constexpr double summation_error = 512.0 * 0x1p-53;
 
-// The image mean of every witness is `expected`.
-inline void check_mean(std::vector<Witness>& all, const Scene& scene, const RenderSettings& settings,
+// The image mean of every tracer is `expected`.
+inline void check_mean(std::vector<Tracer>& all, const Scene& scene, const RenderSettings& settings,
     std::uint64_t samples, const dvec3& expected, double roundings) {
-    for (Witness& witness : all) {
-        const bool differs = witness.samples_lights || !scene.lights.empty();
+    for (Tracer& tracer : all) {
+        const bool differs = tracer.samples_lights || !scene.lights.empty();
         if (settings.integrator == Integrator::next_event && !differs) continue;
-        CAPTURE(witness.name);
-        const std::optional<Estimate> estimate = try_render(witness, scene, settings, samples);
+        CAPTURE(tracer.name);
+        const std::optional<Estimate> estimate = try_render(tracer, scene, settings, samples);
         if (!estimate) continue;
         const Measured measured = pooled(*estimate);
         CHECK(measured.invalid == 0);
@@ -121,7 +121,7 @@ inline void check_mean(std::vector<Witness>& all, const Scene& scene, const Rend
             CAPTURE(measured.standard_error[channel]);
             const double error = std::abs(measured.mean[channel] - expected[channel]);
             const double allowed = sigmas * measured.standard_error[channel] +
-                                   (roundings * witness.unit_roundoff + summation_error) * std::abs(expected[channel]);
+                                   (roundings * tracer.unit_roundoff + summation_error) * std::abs(expected[channel]);
             CAPTURE(measured.mean[channel]);
             CAPTURE(expected[channel]);
             CHECK(error <= allowed);
@@ -131,11 +131,11 @@ inline void check_mean(std::vector<Witness>& all, const Scene& scene, const Rend
 
 // Every pixel is `expected` but for rounding: for paths that all carry the same radiance, where the mean of a pixel
 // gives away a single ray gone astray.
-inline void check_every_pixel(std::vector<Witness>& all, const Scene& scene, const RenderSettings& settings,
+inline void check_every_pixel(std::vector<Tracer>& all, const Scene& scene, const RenderSettings& settings,
     std::uint64_t samples, const dvec3& expected, double roundings) {
-    for (Witness& witness : all) {
-        CAPTURE(witness.name);
-        const std::optional<Estimate> estimate = try_render(witness, scene, settings, samples);
+    for (Tracer& tracer : all) {
+        CAPTURE(tracer.name);
+        const std::optional<Estimate> estimate = try_render(tracer, scene, settings, samples);
         if (!estimate) continue;
         const std::vector<double> mean = mean_of(*estimate);
         double worst = 0.0;
@@ -145,7 +145,7 @@ inline void check_every_pixel(std::vector<Witness>& all, const Scene& scene, con
             worst = std::max(worst, error == 0.0 ? 0.0 : error / reference);
         }
         CHECK(estimate->invalid() == 0);
-        CHECK(worst <= roundings * witness.unit_roundoff + summation_error);
+        CHECK(worst <= roundings * tracer.unit_roundoff + summation_error);
     }
 }
 

@@ -60,7 +60,7 @@ dvec3 mix_of_sky(const dvec3& down, const dvec3& up, const dvec3& w) { return gl
 }  // namespace
 
 TEST_CASE("a smooth conductor reflects by Fresnel's equations for its complex index") {
-    auto all = witnesses();
+    auto all = tracers();
     const dvec3 sky(1.0, 2.0, 4.0);
     for (const double angle : {0.0, 0.7, 1.2, 1.5}) {
         CAPTURE(angle);
@@ -74,7 +74,7 @@ TEST_CASE("a smooth conductor reflects by Fresnel's equations for its complex in
 }
 
 TEST_CASE("a rough conductor keeps of an uneven sky what its normals, masked and shadowed, reflect") {
-    auto all = witnesses();
+    auto all = tracers();
     const dvec3 down(2.0, 0.0, 1.0), up(0.5, 1.0, 2.0);
     const std::pair<double, double> cases[] = {{0.1, 1.2}, {0.5, 0.3}, {0.5, 1.2}, {1.0, 0.3}};
     for (const auto& [roughness, angle] : cases) {
@@ -96,7 +96,7 @@ TEST_CASE("a rough conductor keeps of an uneven sky what its normals, masked and
 }
 
 TEST_CASE("a rough conductor lit by a point light shows F D G2/(4 cos) there") {
-    auto all = witnesses();
+    auto all = tracers();
     const dvec3 lamp(-0.6, 1.1, 0.3), intensity(1.0, 2.0, 3.0);
     const double angle = 0.5;
     const dvec3 i(std::sin(angle), std::cos(angle), 0.0), o = glm::normalize(lamp), h = glm::normalize(i + o);
@@ -115,7 +115,7 @@ TEST_CASE("a rough conductor lit by a point light shows F D G2/(4 cos) there") {
 }
 
 TEST_CASE("a rough conductor under a lamp has one mean by scattering and by light sampling") {
-    auto all = witnesses();
+    auto all = tracers();
     const double alpha = 0.25, angle = 0.6;
     const dvec3 centre(-0.9, 1.0, 0.2), radiance(3.0, 2.0, 1.0), to_eye(std::sin(angle), std::cos(angle), 0.0);
     const double radius = 0.5;
@@ -134,7 +134,7 @@ TEST_CASE("a rough conductor under a lamp has one mean by scattering and by ligh
 }
 
 TEST_CASE("a rough interface reflects and refracts what its normals, masked and shadowed, do") {
-    auto all = witnesses();
+    auto all = tracers();
     const dvec3 down(2.0, 0.0, 1.0), up(0.5, 1.0, 2.0);
     const dvec3 cases[] = {{1.5, 0.2, 1.1}, {1.5, 0.7, 0.3}, {0.75, 0.2, 0.3}, {0.75, 0.7, 1.1}};
     for (const dvec3& one : cases) {
@@ -167,7 +167,7 @@ TEST_CASE("a rough interface reflects and refracts what its normals, masked and 
 }
 
 TEST_CASE("a rough body absorbs by its colour at every surface") {
-    auto all = witnesses();
+    auto all = tracers();
     const dvec3 colour(0.2, 0.5, 1.0);
     Material clear = rough_glass(1.4, 0.6), stained = clear;
     stained.colour = colour;
@@ -176,10 +176,10 @@ TEST_CASE("a rough body absorbs by its colour at every surface") {
     const auto scene_of = [](const Material& material) {
         return looking_down(0.8).background(dvec3(1.0, 2.0, 3.0)).floor(material, 0.0, 50.0).scene();
     };
-    for (Witness& witness : all) {
-        CAPTURE(witness.name);
-        const auto plain = try_render(witness, scene_of(clear), settings_of(8, 1), 64);
-        const auto dyed = try_render(witness, scene_of(stained), settings_of(8, 1), 64);
+    for (Tracer& tracer : all) {
+        CAPTURE(tracer.name);
+        const auto plain = try_render(tracer, scene_of(clear), settings_of(8, 1), 64);
+        const auto dyed = try_render(tracer, scene_of(stained), settings_of(8, 1), 64);
         if (!plain || !dyed) continue;
         const Measured bare = pooled(*plain), tinted = pooled(*dyed);
         for (int i = 0; i < 3; ++i)

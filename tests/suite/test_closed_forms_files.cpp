@@ -1,9 +1,9 @@
-// The shipped scenes with an `expect` block: every witness and integrator meets the radiance that the file declares.
+// The shipped scenes with an `expect` block: every tracer and integrator meets the radiance that the file declares.
 #include <algorithm>
 #include <filesystem>
 
 #include "common/scene/loader/scene_loader.h"
-#include "tests/suite/witnesses.h"
+#include "tests/suite/tracers.h"
 
 using namespace tandem;
 using namespace tandem::test;
@@ -25,7 +25,7 @@ std::vector<Scene> scenes_with_closed_form() {
 }
 
 void check_files(Integrator integrator, bool mis = true) {
-    auto all = witnesses();
+    auto all = tracers();
     const std::vector<Scene> scenes = scenes_with_closed_form();
     REQUIRE(scenes.size() >= 40);
     for (const Scene& scene : scenes) {

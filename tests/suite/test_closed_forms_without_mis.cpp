@@ -1,11 +1,11 @@
 // Next events without MIS (MODEL.md section 9.2): what is sampled counts by next events alone, all else is still found.
-// Closed forms are held in test_witnesses_lights, _distant_lights and _files.
+// Closed forms are held in test_closed_forms_lights, _distant_lights and _files.
 #include <filesystem>
 
 #include "common/scene/loader/scene_loader.h"
 #include "common/validation/verify/verify.h"
 #include "tests/suite/samplers.h"
-#include "tests/suite/witnesses.h"
+#include "tests/suite/tracers.h"
 
 using namespace tandem;
 using namespace tandem::test;
@@ -40,16 +40,16 @@ TEST_CASE("without MIS a path has of a sampled lamp what its next events bring, 
     tracked.translucent = true;
     tracked.priority = 1;
     for (const bool sampled : {true, false})
-        for (Witness& witness : witnesses()) {
-            if (!witness.samples_lights) continue;
-            CAPTURE(witness.name);
+        for (Tracer& tracer : tracers()) {
+            if (!tracer.samples_lights) continue;
+            CAPTURE(tracer.name);
             CAPTURE(sampled);
             const Scene scene = looking_from({0.0, 1.0, 2.0})
                                     .floor(diffuse(dvec3(0.5)), 0.0, 20.0)
                                     .sphere(sampled ? lamp : tracked, {0.0, 3.0, 0.0}, 2.0)
                                     .scene();
             std::size_t met = 0;
-            for (const PathTrace& path : traces_of(witness, scene, without_mis(settings_of(1, 1)), 200)) {
+            for (const PathTrace& path : traces_of(tracer, scene, without_mis(settings_of(1, 1)), 200)) {
                 REQUIRE(path.vertices.size() == 2);
                 const bool meets = path.vertices[1].end != PathEnd::left_scene;
                 met += meets ? 1 : 0;
@@ -69,11 +69,11 @@ TEST_CASE("without MIS the shipped scenes keep their means") {
         RenderSettings settings = with_longer_side(default_settings(scene), 16);
         settings.integrator = Integrator::next_event;
         std::optional<Measured> expected;
-        for (Witness& witness : witnesses()) {
-            if (!witness.samples_lights || witness.name == "cpu double") continue;
-            CAPTURE(witness.name);
-            if (!expected) expected = pooled(render(witness, scene, settings, 2048));
-            const Measured measured = pooled(render(witness, scene, without_mis(settings), 1024));
+        for (Tracer& tracer : tracers()) {
+            if (!tracer.samples_lights || tracer.name == "cpu double") continue;
+            CAPTURE(tracer.name);
+            if (!expected) expected = pooled(render(tracer, scene, settings, 2048));
+            const Measured measured = pooled(render(tracer, scene, without_mis(settings), 1024));
             CHECK(measured.invalid == 0);
             for (int channel = 0; channel < 3; ++channel) {
                 CAPTURE(channel);
@@ -86,13 +86,13 @@ TEST_CASE("without MIS the shipped scenes keep their means") {
     }
 }
 
-TEST_CASE("without MIS the noise of a near lamp is greater, and alike on all witnesses") {
+TEST_CASE("without MIS the noise of a near lamp is greater, and alike on all tracers") {
     std::optional<double> first;
-    for (Witness& witness : witnesses()) {
-        if (!witness.samples_lights) continue;
-        CAPTURE(witness.name);
+    for (Tracer& tracer : tracers()) {
+        if (!tracer.samples_lights) continue;
+        CAPTURE(tracer.name);
         const auto variance = [&](const RenderSettings& settings) {
-            const Measured measured = pooled(render(witness, floor_under_lamp(), settings, 2048));
+            const Measured measured = pooled(render(tracer, floor_under_lamp(), settings, 2048));
             return measured.standard_error.x * measured.standard_error.x;
         };
         const RenderSettings settings = settings_of(16, 1, Integrator::next_event);
@@ -121,10 +121,10 @@ TEST_CASE("without MIS both backends agree, sample by sample and in the mean") {
 
 TEST_CASE("leaving out MIS is refused of integrators that have none to leave out") {
     for (const Integrator integrator : {Integrator::path, Integrator::whitted, Integrator::bidirectional})
-        for (Witness& witness : witnesses()) {
-            CAPTURE(witness.name);
+        for (Tracer& tracer : tracers()) {
+            CAPTURE(tracer.name);
             RenderSettings settings = without_mis(settings_of(4, 1));
             settings.integrator = integrator;
-            CHECK_THROWS_AS((void)witness.renderer->prepare(floor_under_lamp(), settings), UnsupportedError);
+            CHECK_THROWS_AS((void)tracer.renderer->prepare(floor_under_lamp(), settings), UnsupportedError);
         }
 }

@@ -5,7 +5,7 @@
 #include <functional>
 
 #include "common/scene/loader/scene_loader.h"
-#include "tests/suite/witnesses.h"
+#include "tests/suite/tracers.h"
 
 using namespace tandem;
 using namespace tandem::test;
@@ -30,9 +30,9 @@ RenderSettings settings_with(Accumulation accumulation) {
 }
 
 // The oracle has but one way.
-std::vector<Witness> choosing_witnesses() {
-    std::vector<Witness> all = witnesses();
-    std::erase_if(all, [](const Witness& witness) { return witness.name == "oracle"; });
+std::vector<Tracer> choosing_tracers() {
+    std::vector<Tracer> all = tracers();
+    std::erase_if(all, [](const Tracer& tracer) { return tracer.name == "oracle"; });
     return all;
 }
 
@@ -60,15 +60,15 @@ TEST_CASE("sums in singles refuse light whose squares they do not hold, and doub
         scene.background.image = std::make_shared<Pixels>(Pixels{2, 1, {0.0F, 0.0F, 0.0F, 0.0F, radiance, 0.0F}});
         return scene;
     };
-    for (Witness& witness : choosing_witnesses()) {
-        CAPTURE(witness.name);
+    for (Tracer& tracer : choosing_tracers()) {
+        CAPTURE(tracer.name);
         const auto lit = [&](double radiance) {
             const dvec3 light(0.0, radiance, 0.0);
             return std::array{SceneBuilder().sphere(emitter(light), dvec3(0.0), 1.0).scene(),
                 SceneBuilder().background(black, light).scene(), image_sky(static_cast<float>(radiance))};
         };
         const auto prepare = [&](Accumulation accumulation, const Scene& scene) {
-            return witness.renderer->prepare(scene, settings_with(accumulation));
+            return tracer.renderer->prepare(scene, settings_with(accumulation));
         };
         for (const Accumulation accumulation : {Accumulation::plain, Accumulation::compensated}) {
             const auto bright = lit(1e16);
@@ -84,12 +84,12 @@ TEST_CASE("sums in singles refuse light whose squares they do not hold, and doub
 }
 
 TEST_CASE("plain sums of equal samples are the sums of singles, and drift within their bound") {
-    for (Witness& witness : choosing_witnesses()) {
-        CAPTURE(witness.name);
+    for (Tracer& tracer : choosing_tracers()) {
+        CAPTURE(tracer.name);
         std::vector<double> errors;
         for (const std::uint64_t samples : {std::uint64_t{64}, std::uint64_t{4096}, std::uint64_t{1} << 18}) {
             CAPTURE(samples);
-            const Estimate estimate = render(witness, glowing_room(), settings_with(Accumulation::plain), samples);
+            const Estimate estimate = render(tracer, glowing_room(), settings_with(Accumulation::plain), samples);
             const std::vector<double> mean = mean_of(estimate);
             for (std::size_t i = 0; i < mean.size(); ++i) {
                 const double x = radiance[static_cast<int>(i % 3)], single = static_cast<float>(x);
@@ -107,18 +107,18 @@ TEST_CASE("plain sums of equal samples are the sums of singles, and drift within
 
 TEST_CASE("compensated sums and doubles lose less than their bounds") {
     constexpr std::uint64_t samples = std::uint64_t{1} << 16;
-    for (Witness& witness : choosing_witnesses()) {
-        CAPTURE(witness.name);
+    for (Tracer& tracer : choosing_tracers()) {
+        CAPTURE(tracer.name);
         // 64 additions a block, then blocks in pairs, in double, 10 levels of them.
         for (const auto& [accumulation, error_of_addition] :
             {std::pair{Accumulation::compensated, 0x1p-46}, std::pair{Accumulation::in_double, 0x1p-53}}) {
             CAPTURE(static_cast<int>(accumulation));
-            const Estimate estimate = render(witness, glowing_room(), settings_with(accumulation), samples);
+            const Estimate estimate = render(tracer, glowing_room(), settings_with(accumulation), samples);
             const std::vector<double> mean = mean_of(estimate), variance = variance_of(estimate);
             const double lost = 64.0 * error_of_addition + 16.0 * 0x1p-53;
             for (std::size_t i = 0; i < mean.size(); ++i) {
                 const double x = radiance[static_cast<int>(i % 3)];
-                const double sample = witness.unit_roundoff == unit ? double{static_cast<float>(x)} : x;
+                const double sample = tracer.unit_roundoff == unit ? double{static_cast<float>(x)} : x;
                 CHECK(std::abs(mean[i] - sample) <= lost * sample);
                 CHECK(variance[i] <= 4.0 * lost * sample * sample);
             }
@@ -129,12 +129,12 @@ TEST_CASE("compensated sums and doubles lose less than their bounds") {
 TEST_CASE("all ways of adding up have one image but for rounding") {
     const Scene scene = load_scene(std::filesystem::path(TANDEM_SOURCE_DIR) / "scenes" / "cornell-classic.json");
     constexpr std::uint64_t samples = 192;
-    for (Witness& witness : choosing_witnesses()) {
-        CAPTURE(witness.name);
+    for (Tracer& tracer : choosing_tracers()) {
+        CAPTURE(tracer.name);
         RenderSettings settings = with_longer_side(default_settings(scene), 12);
         const auto means = [&](Accumulation accumulation) {
             settings.accumulation = accumulation;
-            return mean_of(render(witness, scene, settings, samples));
+            return mean_of(render(tracer, scene, settings, samples));
         };
         const std::vector<double> exact = means(Accumulation::in_double), pairs = means(Accumulation::compensated),
                                   plain = means(Accumulation::plain);
@@ -146,15 +146,15 @@ TEST_CASE("all ways of adding up have one image but for rounding") {
         }
         CHECK(rounds);
         settings.accumulation.reset();
-        const bool in_double = witness.renderer->info().accumulation == Accumulation::in_double;
-        CHECK(same(mean_of(render(witness, scene, settings, samples)), in_double ? exact : pairs));
+        const bool in_double = tracer.renderer->info().accumulation == Accumulation::in_double;
+        CHECK(same(mean_of(render(tracer, scene, settings, samples)), in_double ? exact : pairs));
     }
 }
 
 TEST_CASE("plain sums go on where the render before ended, and begin anew elsewhere") {
-    for (Witness& witness : choosing_witnesses()) {
-        CAPTURE(witness.name);
-        const auto job = witness.renderer->prepare(glowing_room(), settings_with(Accumulation::plain));
+    for (Tracer& tracer : choosing_tracers()) {
+        CAPTURE(tracer.name);
+        const auto job = tracer.renderer->prepare(glowing_room(), settings_with(Accumulation::plain));
         const std::vector<double> whole = mean_of(job->render({0, 4096}).estimate);
         Estimate parts = job->render({0, 64}).estimate;
         parts.merge(job->render({64, 1024}).estimate);

@@ -1,4 +1,4 @@
-// The other witnesses: the closed form, to which each side is held, and the referee, who says which side is outvoted.
+// Who says which side is outvoted: the closed form, to which each side is held, and the reference oracle.
 #include <doctest/doctest.h>
 
 #include <chrono>
@@ -49,7 +49,7 @@ SceneVerdict verify(const Cast& cast, const Scene& scene, VerifyOptions options 
     SyntheticRenderer a(cast.reference, "cpu"), b(cast.candidate, "vulkan"), c(cast.oracle, "oracle");
     if (!options.settings) options.settings = verification_settings(scene);
     options.max_samples = 1024;
-    if (cast.oracle) options.referee = &c;
+    if (cast.oracle) options.oracle = &c;
     return verify_scene(scene, a, b, options);
 }
 
@@ -304,9 +304,9 @@ TEST_CASE("samples within the empirical Bernstein bound are no surprise, those f
     CHECK(empirical_bernstein_p_value(0.1, 0.0, 1e4, 0.0) == 0.0);
 }
 
-TEST_CASE("the referee names the side that it outvotes, either one") {
+TEST_CASE("the oracle names the side that it outvotes, either one") {
     const SceneVerdict candidate = verify({light(1.0), light(1.02), light(1.0)}, without_closed_form());
-    REQUIRE(candidate.referee);
+    REQUIRE(candidate.oracle);
     CHECK(candidate.outvoted == Outvoted::candidate);
     CHECK(contains(candidate.sentence, "the oracle sides with CPU: Vulkan is off by +2 %"));
     const SceneVerdict reference = verify({light(1.02), light(1.0), light(1.0)}, without_closed_form());
@@ -319,29 +319,29 @@ TEST_CASE("the referee names the side that it outvotes, either one") {
     CHECK(json["referee"]["samples"].get<int>() >= 128);
 }
 
-TEST_CASE("a referee that contradicts both says so") {
+TEST_CASE("an oracle that contradicts both says so") {
     const SceneVerdict verdict = verify({light(1.0), light(1.05), light(1.2)}, without_closed_form());
     CHECK(verdict.outvoted == Outvoted::both);
     CHECK(contains(verdict.sentence, "the oracle sides with neither"));
 }
 
-TEST_CASE("the referee is not asked where the sides agree, or where none is given") {
-    CHECK_FALSE(verify({light(1.0), light(1.0), light(1.0)}, without_closed_form()).referee);
-    CHECK_FALSE(verify({light(1.0), light(1.1), {}}, without_closed_form()).referee);
+TEST_CASE("the oracle is not asked where the sides agree, or where none is given") {
+    CHECK_FALSE(verify({light(1.0), light(1.0), light(1.0)}, without_closed_form()).oracle);
+    CHECK_FALSE(verify({light(1.0), light(1.1), {}}, without_closed_form()).oracle);
 }
 
-TEST_CASE("a referee that is one of the two is no third witness") {
+TEST_CASE("an oracle that is one of the two is asked nothing") {
     SyntheticRenderer a(light(1.0), "oracle"), b(light(1.1), "cpu"), c(light(1.0), "oracle");
     VerifyOptions options;
     options.settings = verification_settings(without_closed_form());
     options.max_samples = 256;
-    options.referee = &c;
+    options.oracle = &c;
     const SceneVerdict verdict = verify_scene(without_closed_form(), a, b, options);
     CHECK(verdict.outvoted == Outvoted::nobody);
     CHECK(contains(verdict.sentence, "the oracle is one of the two"));
 }
 
-TEST_CASE("a referee that cannot tell says so, with what it knows") {
+TEST_CASE("an oracle that cannot tell says so, with what it knows") {
     // The sides differ by 0.5 %, as paired seeds show; the oracle draws numbers of its own and 128 samples are few.
     const auto own = [](std::uint32_t x, std::uint32_t y, SampleRandom& random) {
         SampleRandom other(static_cast<std::uint64_t>(1e15 * random.uniform()), y, x);
@@ -351,7 +351,7 @@ TEST_CASE("a referee that cannot tell says so, with what it knows") {
     VerifyOptions options;
     options.settings = verification_settings(without_closed_form());
     options.max_samples = 128;
-    options.referee = &c;
+    options.oracle = &c;
     const SceneVerdict verdict = verify_scene(without_closed_form(), a, b, options);
     REQUIRE(verdict.verdict == Verdict::disagree);
     CHECK(verdict.outvoted == Outvoted::nobody);
@@ -374,19 +374,19 @@ private:
     bool path_;
 };
 
-SceneVerdict verify_next_event(Picky& referee) {
+SceneVerdict verify_next_event(Picky& oracle) {
     SyntheticRenderer a(light(1.0), "cpu"), b(light(1.05), "vulkan");
     VerifyOptions options;
     options.settings = verification_settings(without_closed_form());
     options.settings->integrator = Integrator::next_event;
     options.max_samples = 512;
-    options.referee = &referee;
+    options.oracle = &oracle;
     return verify_scene(without_closed_form(), a, b, options);
 }
 
 }  // namespace
 
-TEST_CASE("a referee without next-event estimation scatters, and says so where it can do nothing") {
+TEST_CASE("an oracle without next-event estimation scatters, and says so where it can do nothing") {
     Picky scattering(light(1.0), true), refusing(light(1.0), false);
     const SceneVerdict verdict = verify_next_event(scattering);
     CHECK(verdict.outvoted == Outvoted::candidate);
@@ -394,7 +394,7 @@ TEST_CASE("a referee without next-event estimation scatters, and says so where i
     CHECK(contains(verify_next_event(refusing).sentence, "the oracle was not asked: scattering alone"));
 }
 
-TEST_CASE("a slow referee gets a smaller film and stays near its budget") {
+TEST_CASE("a slow oracle gets a smaller film and stays near its budget") {
     // 10 microseconds a sample by the clock, on whatever machine: 21 s for the 512 samples that a film of 64x64 must
     // allow for.
     const auto slow = [](std::uint32_t x, std::uint32_t y, SampleRandom& random) {
@@ -408,8 +408,8 @@ TEST_CASE("a slow referee gets a smaller film and stays near its budget") {
     VerifyOptions options;
     options.budget_seconds = 1.0;
     const SceneVerdict verdict = verify({light(1.0), light(1.2), slow}, scene, options);
-    REQUIRE(verdict.referee);
-    CHECK(verdict.referee->settings.width < 64);
-    CHECK(verdict.referee->settings.width >= 8);
-    CHECK(verdict.referee->seconds < 4.0);
+    REQUIRE(verdict.oracle);
+    CHECK(verdict.oracle->settings.width < 64);
+    CHECK(verdict.oracle->settings.width >= 8);
+    CHECK(verdict.oracle->seconds < 4.0);
 }
