@@ -51,6 +51,7 @@ struct MaterialRow {
     Receives receives = Receives::never;            // next events are taken there
     // Upper bound of f cos θ at next events.
     glm::dvec3 (*greatest_scattering)(const Material&) = nullptr;
+    bool gains_where_rough = false;  // a single path may leave with more light than it came with, without bound
 };
 
 [[nodiscard]] const MaterialRow& row_of(MaterialKind kind);

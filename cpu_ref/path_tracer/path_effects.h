@@ -117,7 +117,7 @@ void PathTracer<Real, effects, Recorder, Shade>::apply_textures(Vertex& at, cons
     });
 }
 
-// f cos and the density of scattering, of diffuse, rough conductor and medium vertices.
+// f cos and the density of scattering, of vertices that receive light.
 template <class Real, std::uint64_t effects, class Recorder, class Shade>
 typename PathTracer<Real, effects, Recorder, Shade>::Response PathTracer<Real, effects, Recorder, Shade>::respond(
     const Vertex& at, const Vec3<S>& direction, S cosine, ShadeMask lanes) const {
@@ -130,7 +130,7 @@ typename PathTracer<Real, effects, Recorder, Shade>::Response PathTracer<Real, e
             const Frame<S> frame = frame_about(shaded(at.facing));
             const ShadeInts material = shaded(at.surface.material);
             const Reflection<S> reflection = ggx_reflection(frame.to_local(-shaded(at.direction)),
-                frame.to_local(direction), shading_.materials.ggx_alpha[material]);
+                frame.to_local(direction), shading_.materials.roughness_squared[material]);
             response.colour = select(conductor, reflectance(material, reflection.cosine), response.colour);
             response.transfer = select(conductor, reflection.transfer, response.transfer);
             response.density = select(conductor, reflection.density, response.density);
@@ -206,7 +206,7 @@ void PathTracer<Real, effects, Recorder, Shade>::scatter_specially(
     const ShadeMask rough = of(material_bits::rough_conductor);
     if (any(rough)) {
         const Microfaceted<Shade> scattered =
-            scatter_conductor(arriving, facing, shading_.materials.ggx_alpha[material], u);
+            scatter_conductor(arriving, facing, shading_.materials.roughness_squared[material], u);
         outcome.direction = select(rough, scattered.direction, outcome.direction);
         outcome.absorbed = select(rough, reflectance(material, scattered.cosine) * scattered.weight, outcome.absorbed);
         outcome.density = select(rough, scattered.density, outcome.density);
@@ -215,8 +215,8 @@ void PathTracer<Real, effects, Recorder, Shade>::scatter_specially(
     const ShadeMask glass = of(material_bits::rough_translucent);
     if (any(glass)) {
         const S eta = relative_index(shading_, material, front, &at.more.outside_index);
-        const Microfaceted<Shade> scattered = scatter_rough_translucent(
-            arriving, facing, shading_.materials.ggx_alpha[material], eta, has_bit(bits, W{material_bits::schlick}), u);
+        const Microfaceted<Shade> scattered = scatter_rough_translucent(arriving, facing,
+            shading_.materials.roughness_squared[material], eta, has_bit(bits, W{material_bits::schlick}), u);
         outcome.direction = select(glass, scattered.direction, outcome.direction);
         outcome.absorbed = select(glass, outcome.absorbed * scattered.weight, outcome.absorbed);
         outcome.alive = outcome.alive & ((!glass) | scattered.alive);

@@ -200,6 +200,10 @@ std::array<double, channel_count> greatest_sample(const Scene& scene, const Rend
         const bool ends_path = material.kind == MaterialKind::emissive && !material.translucent;
         if (brightness(material.radiance) > 0.0 && !ends_path) emits_and_goes_on = true;
     }
+    const bool gains = settings.integrator != Integrator::whitted &&
+                       std::ranges::any_of(scene.materials, [](const Material& material) {
+                           return row_of(material.kind).gains_where_rough && material.roughness > 0.0;
+                       });
     const double events = settings.bounces, meetings = emits_and_goes_on ? events + 1.0 : 1.0;
     dvec3 greatest = meetings * radiance;
     if (settings.integrator != Integrator::path) {
@@ -214,8 +218,12 @@ std::array<double, channel_count> greatest_sample(const Scene& scene, const Rend
                 greatest[c] = infinite;
             else
                 greatest[c] += events * std::max(0.5 * radiance[c], punctual[c]);
+            if (gains && events > 1.0 && punctual[c] > 0.0) greatest[c] = infinite;
         }
     }
+    if (gains && events > 0.0)
+        for (glm::length_t c = 0; c < 3; ++c)
+            if (radiance[c] > 0.0) greatest[c] = infinite;
     return {greatest.x, greatest.y, greatest.z};
 }
 
