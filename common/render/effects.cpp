@@ -34,6 +34,7 @@ constexpr std::array<EffectText, effect_count> texts{{
     {"rough-translucent", "no translucent surface is rough"},
     {"smooth-conductor", "no surface is a smooth conductor"},
     {"rough-conductor", "no surface is a rough conductor"},
+    {"rough-diffuse", "no surface is rough diffuse"},
     {"boundary", "no surface is a mere boundary"},
     {"emission", "no surface emits"},
     {"one-sided-emission", "no surface emits from its front alone"},

@@ -30,6 +30,7 @@ enum class Effect : std::uint32_t {
     rough_translucent,
     smooth_conductor,
     rough_conductor,
+    rough_diffuse,
     boundary,
     emission,            // surfaces that emit
     one_sided_emission,  // on their front alone

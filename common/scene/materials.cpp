@@ -28,6 +28,7 @@ constexpr MaterialField colour{.key = "colour", .member = &Material::colour, .te
         .member = &Material::roughness,
         .least_positive = 0.03,
         .too_small = "is too sharp a lobe for single precision"},
+    slope_deviation{.key = roughness.key, .member = &Material::roughness},
     // Between these lie all metals; single precision keeps the fourth powers of section 7.6.
     eta{.key = "eta", .member = &Material::eta, .least = 1e-3, .greatest = 1e3},
     k{.key = "k", .member = &Material::k, .greatest = 1e3}, interior{.key = "interior", .member = &Material::interior},
@@ -126,10 +127,25 @@ MaterialRow boundary_row() {
         .rough = Effect::boundary};
 }
 
+MaterialRow rough_diffuse_row() {
+    return {.name = "rough-diffuse",
+        .rules = {no_complex_index(), refuse({translucent}, "a rough-diffuse material is always opaque"),
+            refuse({fuzz}, "a rough-diffuse material blurs by \"roughness\""),
+            refuse(of_translucent(), "a rough-diffuse material is opaque, and would ignore it"), need({colour}),
+            sides_of_light_alone(), take({radiance, sides, slope_deviation})},
+        .smooth = Effect::rough_diffuse,
+        .rough = Effect::rough_diffuse,
+        .receives = Receives::always,
+        // f cos <= C/pi (a cos theta_o + b sin theta_i sin theta_o), and sqrt(a^2 + b^2) <= 1 (MODEL.md section 7.9).
+        .greatest_scattering = [](const Material& material) { return greatest_colour(material) / pi; },
+        .gains_where_rough = true};
+}
+
 }  // namespace
 
 std::span<const MaterialRow> material_rows() {
-    static const std::array rows{diffuse_row(), specular_row(), emissive_row(), conductor_row(), boundary_row()};
+    static const std::array rows{
+        diffuse_row(), specular_row(), emissive_row(), conductor_row(), boundary_row(), rough_diffuse_row()};
     return rows;
 }
 

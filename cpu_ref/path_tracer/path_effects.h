@@ -2,6 +2,7 @@
 // path_tracer.h alone; only the general variant has them.
 #pragma once
 
+#include "cpu_ref/path_tracer/material/rough_diffuse.h"
 #include "cpu_ref/path_tracer/path_tracer.h"
 
 namespace tandem::cpu {
@@ -136,6 +137,15 @@ typename PathTracer<Real, effects, Recorder, Shade>::Response PathTracer<Real, e
             response.density = select(conductor, reflection.density, response.density);
         }
     }
+    if constexpr (has(Effect::rough_diffuse)) {
+        const ShadeMask rough =
+            lanes & has_bit(shaded(at.bits), W{material_bits::of_kind(MaterialKind::rough_diffuse)});
+        if (any(rough)) {
+            const S factor = rough_diffuse_factor(shaded(at.facing), shaded(at.direction), direction,
+                shading_.materials.roughness_squared[shaded(at.surface.material)]);
+            response.transfer = select(rough, diffuse * factor, response.transfer);
+        }
+    }
     const ShadeMask in_medium = shaded(at.more.in_medium);
     if (any(lanes & in_medium)) {
         const S phase = phase_density(shaded(at.direction), direction, at.more.anisotropy);
@@ -167,7 +177,7 @@ Vec3<Lanes<Shade>> PathTracer<Real, effects, Recorder, Shade>::transmittance(
     return result;
 }
 
-// Conductors (7.6), rough glass (7.7), boundaries (7.8) and media (10).
+// Conductors (7.6), rough glass (7.7), boundaries (7.8), rough diffuse surfaces (7.9) and media (10).
 template <class Real, std::uint64_t effects, class Recorder, class Shade>
 void PathTracer<Real, effects, Recorder, Shade>::scatter_specially(
     Vertex& at, ShadeMask lanes, const RandomLanes<Shade>& u, Outcome& outcome) const {
@@ -211,6 +221,16 @@ void PathTracer<Real, effects, Recorder, Shade>::scatter_specially(
         outcome.absorbed = select(rough, reflectance(material, scattered.cosine) * scattered.weight, outcome.absorbed);
         outcome.density = select(rough, scattered.density, outcome.density);
         outcome.alive = outcome.alive & ((!rough) | scattered.alive);
+    }
+    const ShadeMask rough_diffuse = of(material_bits::of_kind(MaterialKind::rough_diffuse));
+    if (any(rough_diffuse)) {
+        const Vec3<S> w = scatter_diffuse<Shade>(facing, u);
+        outcome.direction = select(rough_diffuse, w, outcome.direction);
+        outcome.density =
+            select(rough_diffuse, sqrt(S(one - u[0])) * S(static_cast<Shade>(inverse_pi)), outcome.density);
+        const S factor = rough_diffuse_factor(facing, arriving, w, shading_.materials.roughness_squared[material]);
+        if (!planted(PlantedBug::rough_diffuse_unweighted))
+            outcome.absorbed = select(rough_diffuse, outcome.absorbed * factor, outcome.absorbed);
     }
     const ShadeMask glass = of(material_bits::rough_translucent);
     if (any(glass)) {

@@ -2,6 +2,7 @@
 #ifndef MATERIALS_GLSL
 #define MATERIALS_GLSL
 #include "material/microfacets.glsl"
+#include "material/rough_diffuse.glsl"
 
 bool has_flag(Material material, uint flag) { return (material.flags & flag) != 0u; }
 
@@ -11,7 +12,7 @@ bool is_conductor(Material material) {
 
 // Whether next events are taken there (9.2).
 bool receives_light(Material material) {
-    return (has_diffuse && material.kind == material_diffuse) ||
+    return (has_diffuse && material.kind == material_diffuse) || is_rough_diffuse(material) ||
            (has_rough_conductor && material.kind == material_conductor && material.roughness > 0.0);
 }
 
@@ -20,7 +21,7 @@ bool is_absorbed(Material material) {
     return !is_conductor(material) && !(has_boundary && material.kind == material_boundary);
 }
 bool is_weighted(Material material) {
-    return is_conductor(material) || has_rough_translucent;
+    return is_conductor(material) || has_rough_translucent || is_rough_diffuse(material);
 }
 
 bool emits_to(Material material, bool front) {
@@ -98,6 +99,14 @@ Scattering scatter_diffuse(vec3 n_f, vec4 u) {
     return Scattering(direction, vec3(1.0), cosine / pi);
 }
 
+// 7.9: as 7.2, but for the weight.
+Scattering scatter_rough_diffuse(Material material, vec3 d, vec3 n_f, vec4 u) {
+    Scattering scattering = scatter_diffuse(n_f, u);
+    if (!PLANTED(rough_diffuse_unweighted))
+        scattering.weight = vec3(rough_diffuse_ratio(material.roughness, d, n_f, scattering.direction));
+    return scattering;
+}
+
 float ggx_alpha(Material material) {
     const float roughness = PLANT_SCALE(roughness_scaled, material.roughness);
     return PLANT(roughness_not_squared, roughness, roughness * roughness);
@@ -140,6 +149,7 @@ Scattering scatter_rough_translucent(Material material, vec3 d, vec3 n_f, float 
 Scattering scatter_at(Material material, vec3 d, vec3 n_f, float c, bool front, float outside, vec4 u) {
     if (PLANTED(dimension_reused)) u.y = u.x;
     if (has_diffuse && material.kind == material_diffuse) return scatter_diffuse(n_f, u);
+    if (is_rough_diffuse(material)) return scatter_rough_diffuse(material, d, n_f, u);
     if (is_conductor(material))
         return scatter_conductor(material, d, n_f, c, u);
     if (has_boundary && material.kind == material_boundary) {
@@ -190,10 +200,17 @@ Response conductor_response(Material material, vec3 n_f, vec3 d, vec3 direction)
         microfacet_value(i, o, h, alpha), microfacet_density(i, h, alpha));
 }
 
+Response rough_diffuse_response(Material material, vec3 n_f, vec3 d, vec3 direction) {
+    Response response = diffuse_response(material.colour, n_f, direction);
+    if (response.f_cosine > 0.0) response.f_cosine *= rough_diffuse_ratio(material.roughness, d, n_f, direction);
+    return response;
+}
+
 // Of a surface that receives light.
 Response surface_response(Material material, vec3 n_f, vec3 d, vec3 direction) {
     if (has_rough_conductor && material.kind == material_conductor)
         return conductor_response(material, n_f, d, direction);
+    if (is_rough_diffuse(material)) return rough_diffuse_response(material, n_f, d, direction);
     if (has_diffuse) return diffuse_response(absorbed(material, vec3(1.0)), n_f, direction);
     return Response(vec3(0.0), 0.0, 0.0);
 }

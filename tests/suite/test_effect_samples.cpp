@@ -120,7 +120,7 @@ TEST_CASE("samples: every pair needs what either needs") {
                 CHECK(needed_effects(made->scene, made->settings).covers({first.effect, second.effect}));
                 ++together;
             }
-    // Of 42 x 42: without a boundary (two samples) with one of three lights, and the two skies.
+    // Of 43 x 43: without a boundary (two samples) with one of three lights, and the two skies.
     CHECK(together == samples.size() * samples.size() - 2 * (2 * 3 + 1));
 }
 
