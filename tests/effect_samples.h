@@ -100,6 +100,12 @@ inline Material clay() {
     material.colour = {0.7, 0.5, 0.4};
     return material;
 }
+inline Material dust() {
+    Material material = clay();
+    material.kind = MaterialKind::rough_diffuse;
+    material.roughness = 0.6;
+    return material;
+}
 inline Material pane() {
     Material material = silver();
     material.translucent = true;
@@ -201,8 +207,8 @@ inline std::vector<EffectSample> effect_samples() {
                 s.sphere(glass);
             }},
         {smooth_conductor, [=](S& s) { s.sphere(copper(0.0)); }},
-        {rough_conductor, [=](S& s) { s.sphere(copper(0.5)); }}, {boundary, [=](S& s) { s.sphere(skin()); }},
-        {emission, [=](S& s) { s.sphere(lamp()); }},
+        {rough_conductor, [=](S& s) { s.sphere(copper(0.5)); }}, {rough_diffuse, [=](S& s) { s.sphere(dust()); }},
+        {boundary, [=](S& s) { s.sphere(skin()); }}, {emission, [=](S& s) { s.sphere(lamp()); }},
         {one_sided_emission, [=](S& s) { s.triangle(lamp(EmittingSides::front), corners); }},
         {translucent_emission, [=](S& s) { s.sphere(glowing()); }},
         {texture_coordinates,

@@ -8,6 +8,7 @@
 
 #include "common/error.h"
 #include "common/render/renderer.h"
+#include "common/scene/materials.h"
 
 namespace tandem {
 
@@ -67,6 +68,11 @@ private:
         if (kept.empty()) kept = reason;
     }
     [[nodiscard]] bool called(Effect effect) const { return !reasons_[static_cast<std::uint32_t>(effect)].empty(); }
+    [[nodiscard]] bool any_called(EffectSet some) const {
+        for (std::uint32_t i = 0; i < effect_count; ++i)
+            if (some.has(static_cast<Effect>(i)) && !reasons_[i].empty()) return true;
+        return false;
+    }
 
     void find_camera() {
         const Camera& camera = scene_.camera;
@@ -108,22 +114,7 @@ private:
     void find_material(const Material& material) {
         const std::string reason = fmt::format("material \"{}\"", material.name);
         const bool emits = !black(material.radiance), reflects = material.kind != MaterialKind::emissive;
-        switch (material.kind) {
-            case MaterialKind::diffuse:
-                call(Effect::diffuse, reason);
-                break;
-            case MaterialKind::specular:
-                call(Effect::specular, reason);
-                break;
-            case MaterialKind::conductor:
-                call(material.roughness > 0.0 ? Effect::rough_conductor : Effect::smooth_conductor, reason);
-                break;
-            case MaterialKind::boundary:
-                call(Effect::boundary, reason);
-                break;
-            case MaterialKind::emissive:
-                break;
-        }
+        if (const std::optional<Effect> effect = called_effect(material)) call(*effect, reason);
         if (material.translucent) {
             call(Effect::translucent, reason);
             if (settings_.fresnel.value_or(material.fresnel) == Fresnel::schlick) call(Effect::schlick, reason);
@@ -166,9 +157,7 @@ private:
     // Punctual lights, sampled primitives and the sampled background, where something receives their light.
     void find_light_sampling() {
         const bool samples = settings_.integrator != Integrator::path && settings_.bounces > 0;
-        const bool receives =
-            called(Effect::diffuse) || called(Effect::rough_conductor) || called(Effect::medium_scattering);
-        if (!samples || !receives) return;
+        if (!samples || !any_called(light_receiving_effects())) return;
         const auto light = [&](Effect effect, const std::string& reason) {
             call(effect, reason);
             call(Effect::light_sampling, reason);
@@ -206,6 +195,15 @@ std::string effect_names(EffectSet set) {
     for (std::uint32_t i = 0; i < effect_count; ++i)
         if (set.has(static_cast<Effect>(i))) names += (names.empty() ? "" : ", ") + std::string(texts[i].name.data());
     return names;
+}
+
+EffectSet light_receiving_effects() {
+    EffectSet effects{Effect::medium_scattering};
+    for (const MaterialRow& row : material_rows()) {
+        if (row.receives == Receives::always && row.smooth) effects = effects.with(*row.smooth);
+        if (row.receives != Receives::never && row.rough) effects = effects.with(*row.rough);
+    }
+    return effects;
 }
 
 std::vector<EffectFinding> find_effects(const Scene& scene, const RenderSettings& settings) {

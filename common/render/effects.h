@@ -64,6 +64,9 @@ struct EffectFinding {
     std::string reason;
 };
 
+// The effects of vertices that next events light.
+[[nodiscard]] EffectSet light_receiving_effects();
+
 // All effects in order. What no ray can meet (an unused material, a texture of none, a black light) calls for nothing.
 [[nodiscard]] std::vector<EffectFinding> find_effects(const Scene& scene, const RenderSettings& settings);
 [[nodiscard]] EffectSet needed_effects(const Scene& scene, const RenderSettings& settings);

@@ -3,6 +3,8 @@
 #include <array>
 #include <glm/geometric.hpp>
 
+#include "common/scene/materials.h"
+
 namespace tandem {
 
 glm::dvec3 weight_of(const TracedVertex& vertex) {
@@ -19,7 +21,7 @@ std::string event_name(const Scene& scene, const TracedVertex& vertex) {
     if (vertex.in_medium) return "scattered in a medium";
     if (vertex.material >= scene.materials.size()) return "scattered";
     const Material& material = scene.materials[vertex.material];
-    if (material.kind == MaterialKind::diffuse) return "scattered";
+    if (row_of(material.kind).receives == Receives::always) return "scattered";
     const bool crosses =
         (glm::dot(vertex.direction, vertex.normal) < 0.0) == (glm::dot(vertex.next_direction, vertex.normal) < 0.0);
     if (!crosses) return "reflected";

@@ -59,6 +59,8 @@ enum class PlantedBug : std::uint32_t {
     conductor_fresnel_dropped,      // conductors reflect everything
     roughness_scaled,               // roughness greater by the fraction `amount`
     roughness_not_squared,          // GGX's alpha is the roughness itself
+    rough_diffuse_term_dropped,     // rough diffuse surfaces without the light between their facets' two sides
+    rough_diffuse_unweighted,       // paths that rough diffuse surfaces scatter are weighted as by smooth ones
     boundary_refracts,              // boundaries bend rays as a body of index 1.1 does
     priority_ignored,               // every surface of nested bodies is there
     outside_index_ignored,          // nested bodies refract as if vacuum were around them
@@ -114,14 +116,15 @@ inline constexpr std::array<std::string_view, static_cast<std::size_t>(PlantedBu
     "spot-falloff-linear", "spot-outer-scaled", "point-falloff-linear", "sky-sine-missing", "sky-mirrored",
     "sky-rotated", "sky-nearest", "index-scaled", "schlick-for-exact", "one-polarisation", "fuzz-scaled",
     "albedo-twice", "ggx-jacobian-missing", "ggx-masking-dropped", "conductor-fresnel-dropped", "roughness-scaled",
-    "roughness-not-squared", "boundary-refracts", "priority-ignored", "outside-index-ignored", "body-not-left",
-    "extinction-scaled", "phase-sign", "anisotropy-shifted", "free-path-unweighted", "absorption-scattering-swapped",
-    "medium-shadow-ignored", "grid-axes-swapped", "coordinates-swapped", "coordinates-flipped", "checker-shifted",
-    "octave-missing", "noise-seed-ignored", "texture-nearest", "texture-half-texel", "gamma-twice", "time-fixed",
-    "time-dimension-shared", "camera-motion-ignored", "determinant-ignored", "field-scaled", "lens-uneven",
-    "focus-scaled", "box-skipped", "primitive-lost", "face-normal-flipped", "sphere-inside-lost", "triangle-edge-lost",
-    "shadow-limit-short", "shadow-limit-long", "background-late-missing", "heuristic-swapped", "emission-scaled",
-    "roulette-late", "seed-repeated", "number-exchanged", "sample-lost", "stale-constant", "layouts-apart"};
+    "roughness-not-squared", "rough-diffuse-term-dropped", "rough-diffuse-unweighted", "boundary-refracts",
+    "priority-ignored", "outside-index-ignored", "body-not-left", "extinction-scaled", "phase-sign",
+    "anisotropy-shifted", "free-path-unweighted", "absorption-scattering-swapped", "medium-shadow-ignored",
+    "grid-axes-swapped", "coordinates-swapped", "coordinates-flipped", "checker-shifted", "octave-missing",
+    "noise-seed-ignored", "texture-nearest", "texture-half-texel", "gamma-twice", "time-fixed", "time-dimension-shared",
+    "camera-motion-ignored", "determinant-ignored", "field-scaled", "lens-uneven", "focus-scaled", "box-skipped",
+    "primitive-lost", "face-normal-flipped", "sphere-inside-lost", "triangle-edge-lost", "shadow-limit-short",
+    "shadow-limit-long", "background-late-missing", "heuristic-swapped", "emission-scaled", "roulette-late",
+    "seed-repeated", "number-exchanged", "sample-lost", "stale-constant", "layouts-apart"};
 
 // A bug and how bad it is, where that can be chosen.
 struct PlantedFault {

@@ -53,7 +53,14 @@ struct Texture {
 
 inline constexpr std::uint32_t no_index = 0xFFFFFFFFu;  // in place of an index into a table of the scene: none
 
-enum class MaterialKind : std::uint32_t { diffuse = 0, specular = 1, emissive = 2, conductor = 3, boundary = 4 };
+enum class MaterialKind : std::uint32_t {
+    diffuse = 0,
+    specular = 1,
+    emissive = 2,
+    conductor = 3,
+    boundary = 4,
+    rough_diffuse = 5
+};
 enum class Fresnel : std::uint32_t { exact = 0, schlick = 1 };
 enum class EmittingSides : std::uint32_t { both = 0, front = 1 };
 
@@ -62,7 +69,7 @@ struct Material {
     std::string name;
     MaterialKind kind = MaterialKind::diffuse;
     glm::dvec3 colour{1.0};    // C, each in [0, 1]
-    glm::dvec3 radiance{0.0};  // L_e >= 0: emissive, and diffuse surfaces that also emit
+    glm::dvec3 radiance{0.0};  // L_e >= 0: emissive, and (rough) diffuse surfaces that also emit
     EmittingSides sides = EmittingSides::both;
     bool translucent = false;          // specular and emissive only
     double alpha = 1.0;                // [0, 1], translucent only
@@ -70,6 +77,7 @@ struct Material {
     double refractive_index = 1.5;     // > 0, inside against outside, translucent only
     Fresnel fresnel = Fresnel::exact;  // translucent only
     // 0 (smooth) or [0.03, 1], GGX alpha = roughness^2: conductor, and translucent specular, there instead of fuzz.
+    // Rough diffuse: the standard deviation of its slopes' angles in radians, in [0, 1].
     double roughness = 0.0;
     glm::dvec3 eta{1.0}, k{0.0};              // conductor: its complex index eta + ik, eta > 0, k >= 0
     std::uint32_t colour_texture = no_index;  // takes the place of `colour`

@@ -67,6 +67,21 @@ double ggx_weight(const dvec3& i, const dvec3& o, double alpha) {
     return seen / (seen + smith_lambda(o, alpha));
 }
 
+// Sections 7.2 and 7.9. The sines' product over the greater cosine is that of the greater sine and the lesser tangent.
+bool is_matt(const Material& material) {
+    return material.kind == MaterialKind::diffuse || material.kind == MaterialKind::rough_diffuse;
+}
+
+double matt_share(const Reached& at, const dvec3& out) {
+    if (at.material->kind == MaterialKind::diffuse) return 1.0;
+    const double variance = at.material->roughness * at.material->roughness;
+    const dvec3 normal = at.facing();
+    const double ci = glm::dot(normal, at.back), co = glm::dot(normal, out);
+    const double sines = std::max(0.0, glm::dot(at.back, out) - ci * co);
+    return 1.0 - variance / (2.0 * variance + 0.66) +
+           0.45 * variance / (variance + 0.09) * sines / std::max({ci, co, 1e-12});
+}
+
 // Section 7.4 at a normal on the side of `back`: the reflected or the refracted direction, by u3.
 struct Turned {
     dvec3 direction;
@@ -150,7 +165,7 @@ dvec3 sphere_direction(double a, double b) {
 }
 
 Lobe lobe_of(const Material& material) {
-    if (material.kind == MaterialKind::diffuse) return Lobe::known;
+    if (is_matt(material)) return Lobe::known;
     if (material.kind == MaterialKind::conductor) return material.roughness > 0.0 ? Lobe::known : Lobe::delta;
     return material.fuzz > 0.0 || material.roughness > 0.0 ? Lobe::sampled_only : Lobe::delta;
 }
@@ -158,7 +173,7 @@ Lobe lobe_of(const Material& material) {
 dvec3 scattering_value(const Reached& at, const dvec3& out) {
     const dvec3 facing = at.facing();
     if (lobe_of(*at.material) != Lobe::known || !(glm::dot(out, facing) > 0.0)) return dvec3(0.0);
-    if (at.material->kind == MaterialKind::diffuse) return at.colour / pi;
+    if (is_matt(*at.material)) return matt_share(at, out) * at.colour / pi;
     const dvec3 i = to_frame_of(facing, at.back), o = to_frame_of(facing, out), h = glm::normalize(i + o);
     const double alpha = ggx_alpha(*at.material);
     const double together = 1.0 / (1.0 + smith_lambda(i, alpha) + smith_lambda(o, alpha));
@@ -180,7 +195,7 @@ double scattering_density(const Reached& at, const dvec3& out) {
             break;
     }
     if (!(cosine > 0.0)) return 0.0;
-    if (at.material->kind == MaterialKind::diffuse) return cosine / pi;
+    if (is_matt(*at.material)) return cosine / pi;
     const dvec3 i = to_frame_of(facing, at.back), h = glm::normalize(i + to_frame_of(facing, out));
     const double alpha = ggx_alpha(*at.material);
     return ggx(h, alpha) / (4.0 * i.z * (1.0 + smith_lambda(i, alpha)));
@@ -189,9 +204,9 @@ double scattering_density(const Reached& at, const dvec3& out) {
 std::optional<ScatteredPath> scatter_path(const Reached& at, const dvec3& u, Transport transport) {
     const Material& material = *at.material;
     const dvec3 facing = at.facing();
-    if (material.kind == MaterialKind::diffuse) {
+    if (is_matt(material)) {
         const dvec3 direction = cosine_direction(facing, u.x, u.y);
-        return ScatteredPath{direction, at.colour, scattering_density(at, direction)};
+        return ScatteredPath{direction, matt_share(at, direction) * at.colour, scattering_density(at, direction)};
     }
     if (material.roughness > 0.0) return scatter_rough(at, u, transport);
     if (material.kind == MaterialKind::conductor) {

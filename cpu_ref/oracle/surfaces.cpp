@@ -3,6 +3,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "cpu_ref/oracle/rough_diffuse.h"
+
 namespace tandem::oracle {
 namespace {
 
@@ -111,6 +113,19 @@ Scattering diffusely(const Surface& surface, const Numbers& u) {
     return {direction, surface.colour, glm::dot(direction, surface.in.near_normal) / std::numbers::pi};
 }
 
+// Section 7.9.
+double share_of_diffuse(const Surface& surface, const dvec3& towards) {
+    if (surface.material.kind != MaterialKind::rough_diffuse) return 1.0;
+    const Incidence& in = surface.in;
+    return oren_nayar_share(surface.material.roughness, in.near_normal, -in.direction, towards);
+}
+
+Scattering rough_diffusely(const Surface& surface, const Numbers& u) {
+    Scattering scattering = diffusely(surface, u);
+    scattering.weight *= share_of_diffuse(surface, scattering.direction);
+    return scattering;
+}
+
 // Sections 7.3 and 7.4.
 std::optional<dvec3> specular_direction(const Surface& surface, const Numbers& u) {
     const Material& material = surface.material;
@@ -145,6 +160,8 @@ std::optional<Scattering> scatter(const Surface& surface, const Numbers& u) {
     switch (material.kind) {
         case MaterialKind::diffuse:
             return diffusely(surface, u);
+        case MaterialKind::rough_diffuse:
+            return rough_diffusely(surface, u);
         case MaterialKind::boundary:
             return Scattering{in.direction, dvec3(1.0)};
         case MaterialKind::conductor:
@@ -162,14 +179,15 @@ std::optional<Scattering> scatter(const Surface& surface, const Numbers& u) {
 }
 
 bool has_known_scattering(const Material& material) {
-    return material.kind == MaterialKind::diffuse ||
+    return material.kind == MaterialKind::diffuse || material.kind == MaterialKind::rough_diffuse ||
            (material.kind == MaterialKind::conductor && material.roughness > 0.0);
 }
 
 dvec3 scattered_share(const Surface& surface, const dvec3& towards) {
     const double cosine = glm::dot(towards, surface.in.near_normal);
     if (!(cosine > 0.0)) return dvec3(0.0);
-    if (surface.material.kind == MaterialKind::diffuse) return surface.colour * (cosine / std::numbers::pi);
+    if (surface.material.kind != MaterialKind::conductor)
+        return share_of_diffuse(surface, towards) * surface.colour * (cosine / std::numbers::pi);
     const Frame frame(surface.in.near_normal);
     const dvec3 i = frame.to_local(-surface.in.direction), o = frame.to_local(towards), h = glm::normalize(i + o);
     if (!(i.z > 0.0)) return dvec3(0.0);

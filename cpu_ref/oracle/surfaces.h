@@ -40,7 +40,7 @@ struct Scattering {
 // Nothing where the path ends.
 [[nodiscard]] std::optional<Scattering> scatter(const Surface& surface, const Numbers& u);
 
-// f cos theta towards a direction, of the materials for which it is known: diffuse, and rough conductors.
+// f cos theta towards a direction, of the materials for which it is known: all but deltas, fuzz and rough glass.
 [[nodiscard]] bool has_known_scattering(const Material& material);
 [[nodiscard]] glm::dvec3 scattered_share(const Surface& surface, const glm::dvec3& towards);
 

@@ -2,6 +2,7 @@
 // path_tracer.h alone; only the general variant has them.
 #pragma once
 
+#include "cpu_ref/path_tracer/material/rough_diffuse.h"
 #include "cpu_ref/path_tracer/path_tracer.h"
 
 namespace tandem::cpu {
@@ -117,7 +118,7 @@ void PathTracer<Real, effects, Recorder, Shade>::apply_textures(Vertex& at, cons
     });
 }
 
-// f cos and the density of scattering, of diffuse, rough conductor and medium vertices.
+// f cos and the density of scattering, of vertices that receive light.
 template <class Real, std::uint64_t effects, class Recorder, class Shade>
 typename PathTracer<Real, effects, Recorder, Shade>::Response PathTracer<Real, effects, Recorder, Shade>::respond(
     const Vertex& at, const Vec3<S>& direction, S cosine, ShadeMask lanes) const {
@@ -130,10 +131,19 @@ typename PathTracer<Real, effects, Recorder, Shade>::Response PathTracer<Real, e
             const Frame<S> frame = frame_about(shaded(at.facing));
             const ShadeInts material = shaded(at.surface.material);
             const Reflection<S> reflection = ggx_reflection(frame.to_local(-shaded(at.direction)),
-                frame.to_local(direction), shading_.materials.ggx_alpha[material]);
+                frame.to_local(direction), shading_.materials.roughness_squared[material]);
             response.colour = select(conductor, reflectance(material, reflection.cosine), response.colour);
             response.transfer = select(conductor, reflection.transfer, response.transfer);
             response.density = select(conductor, reflection.density, response.density);
+        }
+    }
+    if constexpr (has(Effect::rough_diffuse)) {
+        const ShadeMask rough =
+            lanes & has_bit(shaded(at.bits), W{material_bits::of_kind(MaterialKind::rough_diffuse)});
+        if (any(rough)) {
+            const S factor = rough_diffuse_factor(shaded(at.facing), shaded(at.direction), direction,
+                shading_.materials.roughness_squared[shaded(at.surface.material)]);
+            response.transfer = select(rough, diffuse * factor, response.transfer);
         }
     }
     const ShadeMask in_medium = shaded(at.more.in_medium);
@@ -167,7 +177,7 @@ Vec3<Lanes<Shade>> PathTracer<Real, effects, Recorder, Shade>::transmittance(
     return result;
 }
 
-// Conductors (7.6), rough glass (7.7), boundaries (7.8) and media (10).
+// Conductors (7.6), rough glass (7.7), boundaries (7.8), rough diffuse surfaces (7.9) and media (10).
 template <class Real, std::uint64_t effects, class Recorder, class Shade>
 void PathTracer<Real, effects, Recorder, Shade>::scatter_specially(
     Vertex& at, ShadeMask lanes, const RandomLanes<Shade>& u, Outcome& outcome) const {
@@ -206,17 +216,27 @@ void PathTracer<Real, effects, Recorder, Shade>::scatter_specially(
     const ShadeMask rough = of(material_bits::rough_conductor);
     if (any(rough)) {
         const Microfaceted<Shade> scattered =
-            scatter_conductor(arriving, facing, shading_.materials.ggx_alpha[material], u);
+            scatter_conductor(arriving, facing, shading_.materials.roughness_squared[material], u);
         outcome.direction = select(rough, scattered.direction, outcome.direction);
         outcome.absorbed = select(rough, reflectance(material, scattered.cosine) * scattered.weight, outcome.absorbed);
         outcome.density = select(rough, scattered.density, outcome.density);
         outcome.alive = outcome.alive & ((!rough) | scattered.alive);
     }
+    const ShadeMask rough_diffuse = of(material_bits::of_kind(MaterialKind::rough_diffuse));
+    if (any(rough_diffuse)) {
+        const Vec3<S> w = scatter_diffuse<Shade>(facing, u);
+        outcome.direction = select(rough_diffuse, w, outcome.direction);
+        outcome.density =
+            select(rough_diffuse, sqrt(S(one - u[0])) * S(static_cast<Shade>(inverse_pi)), outcome.density);
+        const S factor = rough_diffuse_factor(facing, arriving, w, shading_.materials.roughness_squared[material]);
+        if (!planted(PlantedBug::rough_diffuse_unweighted))
+            outcome.absorbed = select(rough_diffuse, outcome.absorbed * factor, outcome.absorbed);
+    }
     const ShadeMask glass = of(material_bits::rough_translucent);
     if (any(glass)) {
         const S eta = relative_index(shading_, material, front, &at.more.outside_index);
-        const Microfaceted<Shade> scattered = scatter_rough_translucent(
-            arriving, facing, shading_.materials.ggx_alpha[material], eta, has_bit(bits, W{material_bits::schlick}), u);
+        const Microfaceted<Shade> scattered = scatter_rough_translucent(arriving, facing,
+            shading_.materials.roughness_squared[material], eta, has_bit(bits, W{material_bits::schlick}), u);
         outcome.direction = select(glass, scattered.direction, outcome.direction);
         outcome.absorbed = select(glass, outcome.absorbed * scattered.weight, outcome.absorbed);
         outcome.alive = outcome.alive & ((!glass) | scattered.alive);

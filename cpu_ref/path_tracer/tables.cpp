@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "common/error.h"
+#include "common/scene/materials.h"
 #include "cpu_ref/path_tracer/light/light_table.h"
 #include "cpu_ref/path_tracer/vector_rows.h"
 
@@ -369,7 +370,7 @@ unsigned bits_of(const Material& material) {
     const bool specular =
         material.kind == MaterialKind::specular || (material.kind == MaterialKind::emissive && translucent);
     const bool boundary = material.kind == MaterialKind::boundary;
-    unsigned b = 0;
+    unsigned b = material_bits::of_kind(material.kind);
     if (diffuse) b |= material_bits::diffuse;
     if (specular) b |= material_bits::specular;
     if (translucent) b |= material_bits::translucent;
@@ -377,9 +378,11 @@ unsigned bits_of(const Material& material) {
     if (material.kind == MaterialKind::conductor)
         b |= rough ? material_bits::rough_conductor : material_bits::smooth_conductor;
     if (boundary) b |= material_bits::boundary;
+    if (receives_light(material)) b |= material_bits::lit;
     if (is_tracked(material)) b |= material_bits::tracked;
     if (material.priority.value_or(0) != 0) b |= material_bits::ranked;
-    if ((diffuse || specular) && material.colour_texture != no_index) b |= material_bits::textured;
+    if ((b & (material_bits::lit | material_bits::specular)) != 0 && material.colour_texture != no_index)
+        b |= material_bits::textured;
     if (material.radiance != dvec3(0.0)) b |= material_bits::emits;
     if (material.sides == EmittingSides::both) b |= material_bits::both_sides;
     if (material.fresnel == Fresnel::schlick) b |= material_bits::schlick;
@@ -399,7 +402,7 @@ void TableBuilder<Real>::count_bodies() {
 template <class Real>
 void TableBuilder<Real>::add_materials() {
     VectorRows<Real> colour, radiance, eta, k;
-    std::vector<Real> alpha, fuzz, index, ggx_alpha;
+    std::vector<Real> alpha, fuzz, index, roughness_squared;
     std::vector<Unsigned> bits;
     for (const Material& material : scene_.materials) {
         dvec3 c = material.colour;
@@ -411,7 +414,7 @@ void TableBuilder<Real>::add_materials() {
         const double refractive_index = material.refractive_index * planted_scale(PlantedBug::index_scaled);
         index.push_back(static_cast<Real>(refractive_index));
         const double roughness = material.roughness * planted_scale(PlantedBug::roughness_scaled);
-        ggx_alpha.push_back(
+        roughness_squared.push_back(
             static_cast<Real>(planted(PlantedBug::roughness_not_squared) ? roughness : roughness * roughness));
         eta.push_back(material.eta);
         k.push_back(material.k);
@@ -431,7 +434,7 @@ void TableBuilder<Real>::add_materials() {
     tables_.materials.alpha.assign(alpha);
     tables_.materials.fuzz.assign(fuzz);
     tables_.materials.index.assign(index);
-    tables_.materials.ggx_alpha.assign(ggx_alpha);
+    tables_.materials.roughness_squared.assign(roughness_squared);
     tables_.materials.bits.assign(bits);
 }
 

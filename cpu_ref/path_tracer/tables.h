@@ -90,11 +90,14 @@ namespace material_bits {
 inline constexpr unsigned diffuse = 1, specular = 2, translucent = 4, emits = 8, both_sides = 16, schlick = 32,
                           fuzzy = 64, smooth_conductor = 128, rough_conductor = 256, rough_translucent = 512,
                           boundary = 1024, tracked = 2048, textured = 4096;
-inline constexpr unsigned ranked = 8192;                                  // a priority other than 0
-inline constexpr unsigned medium = 16384;                                 // no material's: a vertex in a medium
-inline constexpr unsigned receives = diffuse | rough_conductor | medium;  // next events
+inline constexpr unsigned ranked = 8192;   // a priority other than 0
+inline constexpr unsigned medium = 16384;  // no material's: a vertex in a medium
+inline constexpr unsigned lit = 32768;     // a surface of next events
+inline constexpr unsigned receives = lit | medium;
 inline constexpr unsigned transmits = translucent | boundary;
-inline constexpr unsigned scatters = diffuse | specular | smooth_conductor | rough_conductor | boundary | medium;
+inline constexpr unsigned scatters = lit | specular | smooth_conductor | boundary | medium;
+// Of a kind that has no other bit of its own.
+[[nodiscard]] constexpr unsigned of_kind(MaterialKind kind) { return 65536u << static_cast<unsigned>(kind); }
 }  // namespace material_bits
 
 namespace curved_bits {  // of faces: none are planes
@@ -134,8 +137,8 @@ struct MaterialTable {
     VectorColumn<Real> colour, radiance;  // radiance: alpha times it where translucent
     RealColumn<Real> alpha, fuzz, index;
     IndexColumn<Real> bits;
-    RealColumn<Real> ggx_alpha;  // roughness squared
-    VectorColumn<Real> eta, k;   // of conductors
+    RealColumn<Real> roughness_squared;
+    VectorColumn<Real> eta, k;  // of conductors
 };
 
 // The kinds of sampled lights in their order (section 9.2).

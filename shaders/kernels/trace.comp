@@ -44,7 +44,7 @@ uint end_of(Path path, Hit hit, Arrival at) {
     if (!at.in_medium) {
         const Material material = material_at(placed_at(hit.slot).material);
         if (material.kind == material_emissive && !has_flag(material, flag_translucent)) return end_emitter;
-        receives = material.kind == material_diffuse || (material.kind == material_conductor && material.roughness > 0.0);
+        receives = receives_light(material);
     }
     if (path.segment == settings.bounces) return end_bounces;
     if (ends_here() && receives) return end_direct_light;

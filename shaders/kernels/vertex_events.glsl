@@ -156,18 +156,14 @@ bool is_there(Path path, Material material, uint body, bool front, out float out
 
 bool is_tracked(Material material) { return has_interiors && has_flag(material, flag_tracked); }
 
-// The next event of a diffuse or rough conductor vertex (9.2).
+// The next event of a vertex that receives light (9.2).
 void sample_lights(Path path, Material material, Surface surface, uint slot, real3 n_f, bool front,
     inout Departure leaving) {
     const Receiver receiver = Receiver(offset_ray_origin(surface, n_f), surface.point, slot, !front);
     const Incident incident = next_event(path, receiver);
     if (incident.radiance == vec3(0.0)) return;
-    if (has_rough_conductor && material.kind == material_conductor)
-        aim_shadow_ray(path, incident, receiver,
-            conductor_response(material, shaded(n_f), shaded(path.direction), shaded(incident.direction)), leaving);
-    else if (has_diffuse)
-        aim_shadow_ray(path, incident, receiver,
-            diffuse_response(absorbed(material, vec3(1.0)), shaded(n_f), shaded(incident.direction)), leaving);
+    aim_shadow_ray(path, incident, receiver,
+        surface_response(material, shaded(n_f), shaded(path.direction), shaded(incident.direction)), leaving);
 }
 
 // The material of the primitive that the ray left, the side that it came to it from, and the normal there.
@@ -249,22 +245,19 @@ Departure meet_surface(inout Path path, Hit hit, Surface surface, vec4 drawn) {
     if ((has_checker || has_noise || has_image_texture) && material.colour_texture != no_index)
         material.colour = texture_colour(material.colour_texture, slot, hit.face, shaded(hit.local), surface.rest);
 
-    const bool diffuse = has_diffuse && material.kind == material_diffuse;
-    const bool rough = has_rough_conductor && material.kind == material_conductor && material.roughness > 0.0;
-    if (has_light_sampling && (diffuse || rough) && settings.light_count > 0)
+    const bool receives = receives_light(material);
+    if (has_light_sampling && receives && settings.light_count > 0)
         sample_lights(path, material, surface, slot, n_f, front, leaving);
 
     bool to_front = front;
-    if (!(ends_here() && (diffuse || rough))) {
+    if (!(ends_here() && receives)) {
         const vec4 u = scatter_numbers(path, drawn);
         Scattering scattering = Scattering(d, vec3(1.0), 0.0);
         if (there) {
             scattering = scatter_at(material, d, shaded(n_f), c, front, outside, u);
-            const bool conducts = (has_smooth_conductor || has_rough_conductor) && material.kind == material_conductor;
-            const bool passes = has_boundary && material.kind == material_boundary;
-            if (!conducts && !passes) path.throughput = absorbed(material, path.throughput);
-            if (PLANTED(albedo_twice) && diffuse) path.throughput *= material.colour;
-            if (conducts || has_rough_translucent) path.throughput *= scattering.weight;
+            if (is_absorbed(material)) path.throughput = absorbed(material, path.throughput);
+            if (PLANTED(albedo_twice) && material.kind == material_diffuse) path.throughput *= material.colour;
+            if (is_weighted(material)) path.throughput *= scattering.weight;
         }
         if (scattering.direction != vec3(0.0)) to_front = dot(scattering.direction, surface.normal) > 0.0;
         if (has_interiors && scattering.direction != vec3(0.0) && to_front != front && !place.same_face && is_tracked(material) &&

@@ -230,31 +230,6 @@ Incident incident_light(Receiver receiver, vec3 v, float time) {
 
 #include "arithmetic/shading_types.glsl"
 
-// How a vertex answers to light from a direction: colour times f_cosine is f |cos theta| (a phase function for a medium),
-// density that of scattering into the direction.
-struct Response {
-    vec3 colour;
-    float f_cosine;
-    float density;
-};
-
-Response diffuse_response(vec3 colour, vec3 n_f, vec3 direction) {
-    const float cosine = dot(n_f, direction);
-    if (cosine <= 0.0) return Response(colour, 0.0, 0.0);
-    const float f_cosine = (PLANTED(inverse_pi_dropped) ? 1.0 : 1.0 / pi) * (PLANTED(cosine_dropped) ? 1.0 : cosine);
-    return Response(colour, f_cosine, cosine / pi);
-}
-
-Response conductor_response(Material material, vec3 n_f, vec3 d, vec3 direction) {
-    const float alpha = ggx_alpha(material);
-    const mat3 frame = frame_of(n_f);
-    const vec3 i = -d * frame, o = direction * frame, sum = i + o;
-    if (i.z <= 0.0 || o.z <= 0.0) return Response(vec3(1.0), 0.0, 0.0);
-    const vec3 h = normalize(sum);
-    return Response(fresnel_conductor(min(1.0, dot(i, h)), material.eta, material.k),
-        microfacet_value(i, o, h, alpha), microfacet_density(i, h, alpha));
-}
-
 Response medium_response(Medium medium, vec3 d, vec3 direction) {
     const float value = phase(shaded(medium.anisotropy), dot(d, direction));
     return Response(vec3(1.0), value, value);

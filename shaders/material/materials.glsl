@@ -1,9 +1,28 @@
-// Absorption and scattering directions (MODEL.md section 7).
+// Absorption, scattering directions and the answer to lights (MODEL.md section 7).
 #ifndef MATERIALS_GLSL
 #define MATERIALS_GLSL
 #include "material/microfacets.glsl"
+#include "material/rough_diffuse.glsl"
 
 bool has_flag(Material material, uint flag) { return (material.flags & flag) != 0u; }
+
+bool is_conductor(Material material) {
+    return (has_smooth_conductor || has_rough_conductor) && material.kind == material_conductor;
+}
+
+// Whether next events are taken there (9.2).
+bool receives_light(Material material) {
+    return (has_diffuse && material.kind == material_diffuse) || is_rough_diffuse(material) ||
+           (has_rough_conductor && material.kind == material_conductor && material.roughness > 0.0);
+}
+
+// Whether an event changes the throughput by 7.1, and by the weight of its direction.
+bool is_absorbed(Material material) {
+    return !is_conductor(material) && !(has_boundary && material.kind == material_boundary);
+}
+bool is_weighted(Material material) {
+    return is_conductor(material) || has_rough_translucent || is_rough_diffuse(material);
+}
 
 bool emits_to(Material material, bool front) {
     return front || !(has_one_sided_emission && has_flag(material, flag_front_only)) || PLANTED(light_from_behind);
@@ -80,6 +99,14 @@ Scattering scatter_diffuse(vec3 n_f, vec4 u) {
     return Scattering(direction, vec3(1.0), cosine / pi);
 }
 
+// 7.9: as 7.2, but for the weight.
+Scattering scatter_rough_diffuse(Material material, vec3 d, vec3 n_f, vec4 u) {
+    Scattering scattering = scatter_diffuse(n_f, u);
+    if (!PLANTED(rough_diffuse_unweighted))
+        scattering.weight = vec3(rough_diffuse_ratio(material.roughness, d, n_f, scattering.direction));
+    return scattering;
+}
+
 float ggx_alpha(Material material) {
     const float roughness = PLANT_SCALE(roughness_scaled, material.roughness);
     return PLANT(roughness_not_squared, roughness, roughness * roughness);
@@ -122,7 +149,8 @@ Scattering scatter_rough_translucent(Material material, vec3 d, vec3 n_f, float 
 Scattering scatter_at(Material material, vec3 d, vec3 n_f, float c, bool front, float outside, vec4 u) {
     if (PLANTED(dimension_reused)) u.y = u.x;
     if (has_diffuse && material.kind == material_diffuse) return scatter_diffuse(n_f, u);
-    if ((has_smooth_conductor || has_rough_conductor) && material.kind == material_conductor)
+    if (is_rough_diffuse(material)) return scatter_rough_diffuse(material, d, n_f, u);
+    if (is_conductor(material))
         return scatter_conductor(material, d, n_f, c, u);
     if (has_boundary && material.kind == material_boundary) {
 #ifdef PLANTED_BUGS
@@ -145,6 +173,46 @@ Scattering scatter_at(Material material, vec3 d, vec3 n_f, float c, bool front, 
     }
     if (has_fuzz && material.fuzz > 0.0 && w != vec3(0.0)) w = fuzzed(w, material.fuzz, n_f, u);
     return Scattering(w == vec3(0.0) ? w : normalize(w), vec3(1.0), 0.0);
+}
+
+// How a vertex answers to light from a direction: colour times f_cosine is f |cos theta| (a phase function for a medium),
+// density that of scattering into the direction.
+struct Response {
+    vec3 colour;
+    float f_cosine;
+    float density;
+};
+
+Response diffuse_response(vec3 colour, vec3 n_f, vec3 direction) {
+    const float cosine = dot(n_f, direction);
+    if (cosine <= 0.0) return Response(colour, 0.0, 0.0);
+    const float f_cosine = (PLANTED(inverse_pi_dropped) ? 1.0 : 1.0 / pi) * (PLANTED(cosine_dropped) ? 1.0 : cosine);
+    return Response(colour, f_cosine, cosine / pi);
+}
+
+Response conductor_response(Material material, vec3 n_f, vec3 d, vec3 direction) {
+    const float alpha = ggx_alpha(material);
+    const mat3 frame = frame_of(n_f);
+    const vec3 i = -d * frame, o = direction * frame, sum = i + o;
+    if (i.z <= 0.0 || o.z <= 0.0) return Response(vec3(1.0), 0.0, 0.0);
+    const vec3 h = normalize(sum);
+    return Response(fresnel_conductor(min(1.0, dot(i, h)), material.eta, material.k),
+        microfacet_value(i, o, h, alpha), microfacet_density(i, h, alpha));
+}
+
+Response rough_diffuse_response(Material material, vec3 n_f, vec3 d, vec3 direction) {
+    Response response = diffuse_response(material.colour, n_f, direction);
+    if (response.f_cosine > 0.0) response.f_cosine *= rough_diffuse_ratio(material.roughness, d, n_f, direction);
+    return response;
+}
+
+// Of a surface that receives light.
+Response surface_response(Material material, vec3 n_f, vec3 d, vec3 direction) {
+    if (has_rough_conductor && material.kind == material_conductor)
+        return conductor_response(material, n_f, d, direction);
+    if (is_rough_diffuse(material)) return rough_diffuse_response(material, n_f, d, direction);
+    if (has_diffuse) return diffuse_response(absorbed(material, vec3(1.0)), n_f, direction);
+    return Response(vec3(0.0), 0.0, 0.0);
 }
 
 #endif

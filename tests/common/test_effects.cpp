@@ -67,6 +67,12 @@ Material conductor(double roughness) {
     material.roughness = roughness;
     return material;
 }
+Material dust(double roughness) {
+    Material material;
+    material.kind = MaterialKind::rough_diffuse;
+    material.roughness = roughness;
+    return material;
+}
 Material lamp() {
     Material material;
     material.kind = MaterialKind::emissive;
@@ -176,6 +182,8 @@ std::vector<Ingredient> surfaces() {
             {emission, translucent, translucent_emission, one_sided_emission}, false, {sphere_lights}),
         surface("a smooth conductor", conductor(0.0), {smooth_conductor}),
         surface("a rough conductor", conductor(0.5), {rough_conductor}, true),
+        surface("a rough diffuse sphere", dust(0.5), {rough_diffuse}, true),
+        surface("a rough diffuse sphere of roughness 0", dust(0.0), {rough_diffuse}, true),
         surface("a boundary of nothing", vacuum, {boundary}), surface("a bubble", bubble, {boundary, interiors}),
         surface("glass of a priority", ranked, {specular, translucent, interiors, nested_dielectrics}),
         {"a triangle", [](Setup& s) { add_entity(s.scene, add_material(s.scene, mirror()), PrimitiveKind::triangle); },

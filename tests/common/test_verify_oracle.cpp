@@ -212,6 +212,22 @@ TEST_CASE("the greatest sample counts the sky's image by its brightest texel") {
     check_close(greatest_sample(scene, settings), {40.0, 20.0, 30.0});
 }
 
+TEST_CASE("the greatest sample has no bound beyond a material that may gain") {
+    Scene scene = lit_floor(dvec3(1.0, 0.5, 0.0), 0.0);
+    scene.materials[0].kind = MaterialKind::rough_diffuse;
+    scene.lights.push_back({"near", PunctualKind::point, {1.0, 2.0, -1.0}, {}, dvec3(pi)});
+    check_close(greatest_sample(scene, next_events(3)), {0.75, 0.375, 0.0});  // of roughness 0 it gains nothing
+    scene.materials[0].roughness = 0.5;
+    check_close(greatest_sample(scene, next_events(1)), {0.25, 0.125, 0.0});  // lit before it scatters
+    CHECK(greatest_sample(scene, next_events(2)) == std::array{infinite, infinite, 0.0});
+    RenderSettings whitted = next_events(3);
+    whitted.integrator = Integrator::whitted;  // ends there
+    check_close(greatest_sample(scene, whitted), {0.75, 0.375, 0.0});
+    scene.background.up = dvec3(0.0, 0.0, 1.0);
+    CHECK(greatest_sample(scene, next_events(1))[2] == infinite);
+    CHECK(greatest_sample(scene, next_events(0))[2] == 1.0);
+}
+
 TEST_CASE("the greatest sample counts points by their distance from what scatters, and by their chance") {
     Scene scene = lit_floor(dvec3(1.0, 0.5, 0.0), 0.0);
     scene.lights.push_back({"near", PunctualKind::point, {1.0, 2.0, -1.0}, {}, dvec3(pi)});

@@ -139,8 +139,11 @@ TEST_CASE("bidirectional paths have the mean of the path integrator with each ma
     const dvec3 glow(6.0, 5.0, 4.0);
     Material frosted = glass(1.5);
     frosted.roughness = 0.4;
+    Material dust = diffuse({0.8, 0.6, 0.4});
+    dust.kind = MaterialKind::rough_diffuse;
+    dust.roughness = 0.7;
     for (const Material& material :
-        {rough_gold(), mirror({0.9, 0.8, 0.7}), mirror(dvec3(0.9), 0.3), glass(1.5), frosted,
+        {rough_gold(), dust, mirror({0.9, 0.8, 0.7}), mirror(dvec3(0.9), 0.3), glass(1.5), frosted,
             glass(1.5, Fresnel::schlick, 0.3, {0.5, 0.8, 0.9}), glass(1.3, Fresnel::exact, 0.0, white, 0.2)}) {
         CAPTURE(material.translucent);
         CAPTURE(material.fuzz);

@@ -52,12 +52,12 @@ bool sound(const Texture& texture) {
 }
 
 bool sound(const Material& material, const Scene& scene) {
-    const double g = material.roughness;
+    const double g = material.roughness, least_roughness = material.kind == MaterialKind::rough_diffuse ? 0.0 : 0.03;
     return within(material.colour, 0.0, 1.0) && radiance(material.radiance) && material.alpha >= 0.0 &&
            material.alpha <= 1.0 && material.fuzz >= 0.0 && material.fuzz <= 1.0 && material.refractive_index > 0.0 &&
-           material.refractive_index <= 1e3 && (g == 0.0 || (g >= 0.03 && g <= 1.0)) && within(material.k, 0.0, 1e3) &&
-           within(material.eta, 1e-3, 1e3) && index(material.colour_texture, scene.textures.size()) &&
-           index(material.interior, scene.media.size());
+           material.refractive_index <= 1e3 && (g == 0.0 || (g >= least_roughness && g <= 1.0)) &&
+           within(material.k, 0.0, 1e3) && within(material.eta, 1e-3, 1e3) &&
+           index(material.colour_texture, scene.textures.size()) && index(material.interior, scene.media.size());
 }
 
 bool sound(const PunctualLight& light) {

@@ -69,6 +69,9 @@ const std::vector<Entry>& entries() {
         {Bug::conductor_fresnel_dropped, none, {"whitted", "conductors"}, {"conductor-normal"}},
         {Bug::roughness_scaled, {0.1, 0.03, 0.01}, {"many-lamps", "conductors"}},
         {Bug::roughness_not_squared, none, {"many-lamps", "conductors"}},
+        // Rough diffuse surfaces
+        {Bug::rough_diffuse_term_dropped, none, {"moons"}, {"rough-diffuse-sun", "rough-diffuse-sky"}},
+        {Bug::rough_diffuse_unweighted, none, {"moons"}, {"rough-diffuse-sky"}},
         // Bodies within bodies
         {Bug::boundary_refracts, none, {"boundaries"}},
         {Bug::priority_ignored, none, {"nested-glass", "boundaries"}, {"nested-slab"}},

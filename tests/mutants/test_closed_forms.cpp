@@ -71,3 +71,5 @@ TANDEM_MISSES(normal_transform_wrong, 0.0, "ellipsoid-under-sky", Integrator::pa
 TANDEM_MISSES(radiance_clamped, 0.0, "furnace-0.8", Integrator::path)
 TANDEM_MISSES(lens_radius_scaled, 1.0, "defocus", Integrator::path)
 TANDEM_MISSES(alpha_ignored, 0.0, "absorption", Integrator::path)
+TANDEM_MISSES(rough_diffuse_term_dropped, 0.0, "rough-diffuse-sun", Integrator::next_event)
+TANDEM_MISSES(rough_diffuse_unweighted, 0.0, "rough-diffuse-sky", Integrator::path)

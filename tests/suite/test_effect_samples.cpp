@@ -120,7 +120,7 @@ TEST_CASE("samples: every pair needs what either needs") {
                 CHECK(needed_effects(made->scene, made->settings).covers({first.effect, second.effect}));
                 ++together;
             }
-    // All 42 x 42 pairs but a boundary (two samples) with one of three lights, and the two skies.
+    // All 43 x 43 pairs but a boundary (two samples) with one of three lights, and the two skies.
     CHECK(together == samples.size() * samples.size() - 2 * (2 * 3 + 1));
 }
 

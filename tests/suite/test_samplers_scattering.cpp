@@ -1,4 +1,6 @@
 // How surfaces and media scatter, drawn by every tracer: chi-square, densities, weights, energy and reciprocity.
+#include "common/scene/materials.h"
+#include "tests/suite/effects.h"
 #include "tests/suite/samplers.h"
 
 using namespace tandem;
@@ -51,11 +53,6 @@ Material rough_conductor(double roughness) {
     material.roughness = roughness;
     material.eta = gold_eta;
     material.k = gold_k;
-    return material;
-}
-Material rough_glass(double roughness) {
-    Material material = glass(1.5);
-    material.roughness = roughness;
     return material;
 }
 
@@ -130,6 +127,28 @@ TEST_CASE("samplers: diffuse surfaces scatter by the cosine, from any side") {
     }
 }
 
+TEST_CASE("samplers: rough diffuse surfaces scatter by the cosine, weighted by Oren and Nayar's share") {
+    const dvec3 colour(0.9, 0.5, 0.1);
+    for (const double sigma : {0.2, 0.5, 1.0})
+        for (const double cosine : {0.9, 0.3, -0.6}) {
+            CAPTURE(sigma);
+            const double s2 = sigma * sigma, a = 1.0 - s2 / (2.0 * (s2 + 0.33)), b = 0.45 * s2 / (s2 + 0.09);
+            const dvec3 from = direction_at(cosine);
+            const double side = cosine > 0.0 ? 1.0 : -1.0;
+            check_lobe(
+                surface_seen(rough_diffuse(colour, sigma), from), from,
+                [&](const dvec3& i, const dvec3& o) {
+                    if (!(side * o.y > 0.0)) return Answer{0.0, dvec3(0.0)};
+                    const double theta_i = std::acos(std::abs(i.y)), theta_o = std::acos(side * o.y);
+                    const double between = std::cos(std::atan2(i.z, i.x) - std::atan2(o.z, o.x));
+                    const double share = a + b * std::max(0.0, between) * std::sin(std::max(theta_i, theta_o)) *
+                                                 std::tan(std::min(theta_i, theta_o));
+                    return Answer{side * o.y / pi, share * colour};
+                },
+                true);
+        }
+}
+
 TEST_CASE("samplers: rough conductors reflect by their visible microfacets") {
     for (const double roughness : {0.4, 0.7, 1.0})
         for (const double cosine : {0.95, 0.3}) {
@@ -178,7 +197,7 @@ TEST_CASE("samplers: rough glass reflects and refracts by its visible microfacet
                 return Answer{
                     (1.0 - dielectric_reflectance(c, eta)) * facets.visible(i, h) * -t / (bend * bend), weight};
             };
-            check_lobe(surface_seen(rough_glass(roughness), from), from, model, false);
+            check_lobe(surface_seen(rough_glass(1.5, roughness), from), from, model, false);
         }
 }
 
@@ -202,14 +221,16 @@ TEST_CASE("samplers: media scatter by Henyey and Greenstein's phase function") {
     }
 }
 
-TEST_CASE("samplers: light goes both ways alike on diffuse surfaces and rough conductors") {
+TEST_CASE("samplers: light goes both ways alike on diffuse, rough diffuse and rough conducting surfaces") {
     // A sun's next event is f cos E: f must not change when sun and camera change places.
-    for (const double roughness : {0.0, 0.4, 1.0})
+    for (const Material& material : {diffuse(dvec3(0.7)), rough_diffuse(dvec3(0.7), 0.3),
+             rough_diffuse(dvec3(0.7), 1.0), rough_conductor(0.4), rough_conductor(1.0)})
         for (const auto& [a, b] : {std::pair{direction_at(0.9), dvec3(-0.48, 0.6, 0.64)},
                  {direction_at(0.3), dvec3(-0.6, 0.8, 0.0)}, {direction_at(0.15), direction_at(0.99)}}) {
-            CAPTURE(roughness);
+            CAPTURE(row_of(material.kind).name);
+            CAPTURE(material.roughness);
             const auto reflected = [&](Tracer& tracer, const dvec3& camera, const dvec3& sun) {
-                Scene scene = surface_seen(roughness > 0.0 ? rough_conductor(roughness) : diffuse(dvec3(0.7)), camera);
+                Scene scene = surface_seen(material, camera);
                 PunctualLight light;
                 light.kind = PunctualKind::sun;
                 light.direction = -sun;

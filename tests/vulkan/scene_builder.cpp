@@ -68,6 +68,13 @@ Material diffuse(glm::dvec3 colour) {
     return material;
 }
 
+Material rough_diffuse(glm::dvec3 colour, double roughness) {
+    Material material = diffuse(colour);
+    material.kind = MaterialKind::rough_diffuse;
+    material.roughness = roughness;
+    return material;
+}
+
 Material emissive(glm::dvec3 radiance) {
     Material material;
     material.kind = MaterialKind::emissive;
@@ -204,6 +211,7 @@ Scene outdoor_scene(bool punctual) {
     builder.sphere(builder.material(conductor(0.0)), {1.1, 0.3, 0.7}, 0.3);
     builder.sphere(builder.material(conductor(0.4)), {-0.5, 0.25, 1.0}, 0.25);
     builder.scene.entities.back().motion = {0.3, 0.1, 0.0};
+    builder.sphere(builder.material(rough_diffuse(glm::dvec3(0.7), 0.5)), {-1.1, 0.2, 1.3}, 0.2);
     builder.sphere(builder.material(emissive(glm::dvec3(6.0))), {0.8, 1.9, 0.0}, 0.2);
     if (!punctual) return builder.scene;
     PunctualLight point, spot, sun;

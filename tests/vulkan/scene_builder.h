@@ -31,6 +31,7 @@ private:
 };
 
 [[nodiscard]] Material diffuse(glm::dvec3 colour);
+[[nodiscard]] Material rough_diffuse(glm::dvec3 colour, double roughness);
 [[nodiscard]] Material emissive(glm::dvec3 radiance);
 [[nodiscard]] Material mirror(glm::dvec3 colour, double fuzz = 0.0);
 [[nodiscard]] Material glass(double refractive_index, double alpha = 0.0);
@@ -42,8 +43,8 @@ private:
 // The scene with every feature: all kinds of primitives and materials, transforms, a lens and a background.
 [[nodiscard]] Scene full_scene();
 
-// Textures of all kinds, conductors, an image for a sky, motion of entities and camera, and (unless for the path
-// integrator, which cannot find them) lights without a surface.
+// Textures of all kinds, conductors, a rough diffuse ball, an image for a sky, motion of entities and camera, and
+// (unless for the path integrator, which cannot find them) lights without a surface.
 [[nodiscard]] Scene outdoor_scene(bool punctual);
 
 // Fog around everything, and bodies within bodies: a cloud on a grid that scatters forward, glass in coloured glass;

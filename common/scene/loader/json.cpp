@@ -227,7 +227,7 @@ void Value::expect_object() const {
     if (!json_->is_object()) refuse("is " + found(), "write an object, { … }");
 }
 
-void Value::only(std::initializer_list<std::string_view> keys) const {
+void Value::only(std::span<const std::string_view> keys) const {
     expect_object();
     const std::vector<std::string> known(keys.begin(), keys.end());
     for (const auto& [key, value] : json_->items()) {
@@ -309,7 +309,7 @@ std::string Value::text() const {
     return json_->get<std::string>();
 }
 
-std::size_t Value::choice(std::initializer_list<std::string_view> names) const {
+std::size_t Value::choice(std::span<const std::string_view> names) const {
     const std::string chosen = text();
     const auto place = std::ranges::find(names, std::string_view(chosen));
     if (place != names.end()) return static_cast<std::size_t>(place - names.begin());

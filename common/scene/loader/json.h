@@ -13,6 +13,7 @@
 #include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -50,7 +51,8 @@ public:
     [[nodiscard]] const Json& json() const { return *json_; }
 
     // Objects. `only` checks that this is an object with no other keys; `required` refuses a missing key.
-    void only(std::initializer_list<std::string_view> keys) const;
+    void only(std::span<const std::string_view> keys) const;
+    void only(std::initializer_list<std::string_view> keys) const { only(std::span(keys.begin(), keys.size())); }
     [[nodiscard]] bool has(std::string_view key) const;
     [[nodiscard]] Value required(std::string_view key) const;
     [[nodiscard]] Value member(std::string_view key) const;
@@ -66,7 +68,10 @@ public:
     [[nodiscard]] std::int32_t signed_integer(std::int32_t least, std::int32_t greatest) const;
     [[nodiscard]] bool boolean() const;
     [[nodiscard]] std::string text() const;
-    [[nodiscard]] std::size_t choice(std::initializer_list<std::string_view> names) const;  // index of the name
+    [[nodiscard]] std::size_t choice(std::span<const std::string_view> names) const;  // index of the name
+    [[nodiscard]] std::size_t choice(std::initializer_list<std::string_view> names) const {
+        return choice(std::span(names.begin(), names.size()));
+    }
 
     // Arrays of exactly three numbers.
     [[nodiscard]] glm::dvec3 vector(double least, double greatest) const;

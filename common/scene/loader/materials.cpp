@@ -1,5 +1,9 @@
-// Materials of a scene file (MODEL.md section 7).
+// Materials of a scene file, by the rows of common/scene/materials.h.
+#include "common/scene/materials.h"
+
 #include <fmt/format.h>
+
+#include <algorithm>
 
 #include "common/scene/loader/parts.h"
 
@@ -7,150 +11,90 @@ namespace tandem::scene_json {
 
 namespace {
 
-constexpr double least_roughness = 0.03;  // below, the lobe of GGX overflows single precision
-constexpr std::int32_t greatest_priority = 1'000'000;
-
-constexpr std::string_view translucent_alone[] = {"alpha", "refractive_index", "fresnel", "interior", "priority"};
-
 class MaterialReader {
 public:
     MaterialReader(const Value& value, const Names& textures, const Names& media)
         : value_(value), textures_(textures), media_(media) {}
 
     Material read() {
-        value_.only({"kind", "colour", "radiance", "sides", "translucent", "alpha", "fuzz", "refractive_index",
-            "fresnel", "roughness", "eta", "k", "interior", "priority"});
-        material_.kind = static_cast<MaterialKind>(
-            value_.required("kind").choice({"diffuse", "specular", "emissive", "conductor", "boundary"}));
-        if (material_.kind != MaterialKind::conductor)
-            for (const std::string_view key : {"eta", "k"}) ignored(key, "only a conductor has a complex index");
-        switch (material_.kind) {
-            case MaterialKind::diffuse:
-                read_diffuse();
-                break;
-            case MaterialKind::specular:
-                read_specular();
-                break;
-            case MaterialKind::emissive:
-                read_emissive();
-                break;
-            case MaterialKind::conductor:
-                read_conductor();
-                break;
-            case MaterialKind::boundary:
-                read_boundary();
-                break;
-        }
+        value_.only(material_keys());
+        std::vector<std::string_view> names;
+        for (const MaterialRow& row : material_rows()) names.push_back(row.name);
+        material_.kind = static_cast<MaterialKind>(value_.required("kind").choice(names));
+        for (const FieldRule& rule : row_of(material_.kind).rules)
+            if (holds(rule)) apply(rule);
         return std::move(material_);
     }
 
 private:
-    void ignored(std::string_view key, const std::string& reason) const { without(value_, key, reason); }
+    [[nodiscard]] bool holds(const FieldRule& rule) const {
+        using When = FieldRule::When;
+        switch (rule.when) {
+            case When::opaque:
+                return !material_.translucent;
+            case When::translucent:
+                return material_.translucent;
+            case When::with:
+                return value_.has(rule.other->key);
+            case When::without:
+                return !value_.has(rule.other->key);
+            case When::always:
+                break;
+        }
+        return true;
+    }
 
-    void read_colour() {
-        const Value colour = value_.required("colour");
-        if (!colour.json().is_object()) {
-            material_.colour = colour.vector(0.0, 1.0);
+    void apply(const FieldRule& rule) {
+        const auto given = [&](const MaterialField& field) { return value_.has(field.key); };
+        if (rule.action == FieldRule::Action::need_any) {
+            if (std::ranges::none_of(rule.fields, given))
+                value_.refuse(std::string(rule.reason), std::string(rule.mend));
             return;
         }
-        colour.only({"texture"});
-        material_.colour_texture = textures_.find(colour.required("texture"));
+        for (const MaterialField& field : rule.fields) {
+            if (rule.action == FieldRule::Action::need)
+                read_field(field, value_.required(field.key));
+            else if (!given(field))
+                continue;
+            else if (rule.action == FieldRule::Action::refuse)
+                value_.member(field.key).refuse(std::string(rule.reason), std::string(rule.mend));
+            else
+                read_field(field, value_.member(field.key));
+        }
     }
 
-    void read_translucent() {
-        material_.translucent = value_.has("translucent") && value_.member("translucent").boolean();
-        if (!material_.translucent) {
-            for (const std::string_view key : translucent_alone)
-                ignored(key, "an opaque material has none, and would ignore it");
+    void read_field(const MaterialField& field, const Value& value) {
+        if (field.texture != nullptr && value.json().is_object()) {
+            value.only({"texture"});
+            material_.*field.texture = textures_.find(value.required("texture"));
             return;
         }
-        material_.alpha = optional_number(value_, "alpha", 0.0, 1.0, material_.alpha);
-        // Beyond these no medium lies, and single precision loses the squared ratio.
-        material_.refractive_index = optional_number(value_, "refractive_index", 1e-3, 1e3, material_.refractive_index);
-        if (value_.has("fresnel"))
-            material_.fresnel = static_cast<Fresnel>(value_.member("fresnel").choice({"exact", "schlick"}));
-        read_interior();
+        std::visit([&](auto member) { read_into(material_.*member, field, value); }, field.member);
     }
 
-    void read_interior() {
-        if (value_.has("interior")) material_.interior = media_.find(value_.member("interior"));
-        if (value_.has("priority"))
-            material_.priority = value_.member("priority").signed_integer(-greatest_priority, greatest_priority);
+    static void read_into(double& number, const MaterialField& field, const Value& value) {
+        number = value.number(field.least, field.greatest);
+        if (number > 0.0 && number < field.least_positive)
+            value.refuse(fmt::format("{} {}", shown(number), field.too_small),
+                fmt::format("write 0 for a smooth surface, or a number from {} to {}", shown(field.least_positive),
+                    shown(field.greatest)));
     }
-
-    void read_emission() {
-        material_.radiance = read_radiance(value_.required("radiance"));
-        if (value_.has("sides"))
-            material_.sides = static_cast<EmittingSides>(value_.member("sides").choice({"both", "front"}));
+    static void read_into(glm::dvec3& vector, const MaterialField& field, const Value& value) {
+        vector = value.vector(field.least, field.greatest);
     }
-
-    void read_fuzz() { material_.fuzz = optional_number(value_, "fuzz", 0.0, 1.0, material_.fuzz); }
-
-    void read_roughness() {
-        if (!value_.has("roughness")) return;
-        const Value roughness = value_.member("roughness");
-        material_.roughness = roughness.number(0.0, 1.0);
-        if (material_.roughness > 0.0 && material_.roughness < least_roughness)
-            roughness.refuse(fmt::format("{} is too sharp a lobe for single precision", shown(material_.roughness)),
-                fmt::format("write 0 for a smooth surface, or a number from {} to 1", shown(least_roughness)));
+    static void read_into(bool& flag, const MaterialField& /*field*/, const Value& value) { flag = value.boolean(); }
+    static void read_into(EmittingSides& sides, const MaterialField& field, const Value& value) {
+        sides = static_cast<EmittingSides>(value.choice(field.choices));
     }
-
-    void read_diffuse() {
-        ignored("translucent", "a diffuse material is always opaque");
-        for (const std::string_view key : {"fuzz", "roughness"}) ignored(key, "a diffuse material has no lobe to blur");
-        for (const std::string_view key : translucent_alone)
-            ignored(key, "a diffuse material is opaque, and would ignore it");
-        read_colour();
-        if (value_.has("radiance"))
-            read_emission();
-        else
-            ignored("sides", "without \"radiance\" there is nothing to emit to one side or both");
+    static void read_into(Fresnel& fresnel, const MaterialField& field, const Value& value) {
+        fresnel = static_cast<Fresnel>(value.choice(field.choices));
     }
-
-    void read_specular() {
-        for (const std::string_view key : {"radiance", "sides"})
-            ignored(key, "a specular material does not emit; an emissive translucent one does both");
-        read_colour();
-        read_translucent();
-        if (!material_.translucent)
-            ignored("roughness", "an opaque specular material blurs by \"fuzz\", and would ignore it");
-        else if (value_.has("fuzz"))
-            ignored("roughness", "fuzz and roughness blur the same lobe");
-        read_fuzz();
-        read_roughness();
+    void read_into(std::uint32_t& medium, const MaterialField& /*field*/, const Value& value) const {
+        medium = media_.find(value);
     }
-
-    void read_emissive() {
-        read_emission();
-        read_translucent();
-        ignored("roughness", "an emissive material blurs by \"fuzz\" if at all, and would ignore it");
-        if (!material_.translucent)
-            for (const std::string_view key : {"colour", "fuzz"})
-                ignored(key, "an opaque emissive material reflects nothing, and would ignore it");
-        else
-            read_colour();
-        read_fuzz();
-    }
-
-    void read_conductor() {
-        for (const std::string_view key : {"radiance", "sides"}) ignored(key, "a conductor does not emit");
-        for (const std::string_view key : translucent_alone) ignored(key, "a conductor is opaque, and would ignore it");
-        ignored("translucent", "a conductor is always opaque");
-        ignored("colour", "a conductor has its colour from \"eta\" and \"k\"");
-        ignored("fuzz", "a conductor blurs by \"roughness\"");
-        // Between these lie all metals; single precision keeps the fourth powers of section 7.6.
-        material_.eta = value_.required("eta").vector(1e-3, 1e3);
-        material_.k = value_.required("k").vector(0.0, 1e3);
-        read_roughness();
-    }
-
-    void read_boundary() {
-        for (const std::string_view key :
-            {"colour", "radiance", "sides", "translucent", "alpha", "fuzz", "refractive_index", "fresnel", "roughness"})
-            ignored(key, "a boundary changes nothing but the medium");
-        if (!value_.has("interior") && !value_.has("priority"))
-            value_.refuse("a boundary without interior or priority does nothing", "name the medium inside");
-        read_interior();
+    static void read_into(std::optional<std::int32_t>& number, const MaterialField& field, const Value& value) {
+        number =
+            value.signed_integer(static_cast<std::int32_t>(field.least), static_cast<std::int32_t>(field.greatest));
     }
 
     const Value& value_;

@@ -8,6 +8,8 @@
 #include <glm/trigonometric.hpp>
 #include <numbers>
 
+#include "common/scene/materials.h"
+
 namespace tandem {
 
 namespace {
@@ -92,11 +94,6 @@ double least_distance(const Scene& scene, const Entity& entity, const Primitive&
     return std::max(0.0, distance - glm::length(entity.motion));
 }
 
-bool meets_lights(const Material& material) {
-    return material.kind == MaterialKind::diffuse ||
-           (material.kind == MaterialKind::conductor && material.roughness > 0.0);
-}
-
 bool scatters(const Medium& medium) { return brightness(medium.scattering) > 0.0; }
 
 double distance_to_scattering(const Scene& scene, const dvec3& position) {
@@ -104,7 +101,7 @@ double distance_to_scattering(const Scene& scene, const dvec3& position) {
     double distance = infinite;
     for (const PlacedPrimitive& placed : placed_primitives(scene)) {
         const Entity& entity = scene.entities[placed.entity];
-        if (meets_lights(scene.materials[entity.material]))
+        if (receives_light(scene.materials[entity.material]))
             distance = std::min(distance, least_distance(scene, entity, scene.primitives[placed.primitive], position));
     }
     return distance;
@@ -113,14 +110,9 @@ double distance_to_scattering(const Scene& scene, const dvec3& position) {
 // Greatest f cos of the vertices where lights are sampled.
 dvec3 greatest_scattering(const Scene& scene) {
     dvec3 greatest(0.0);
-    for (const Material& material : scene.materials) {
-        if (!meets_lights(material)) continue;
-        const double alpha = material.roughness * material.roughness;
-        if (material.kind == MaterialKind::conductor)
-            greatest = glm::max(greatest, dvec3(1.0 / (2.0 * pi * alpha * alpha * alpha)));
-        else
-            greatest = glm::max(greatest, (material.colour_texture == no_index ? material.colour : dvec3(1.0)) / pi);
-    }
+    for (const Material& material : scene.materials)
+        if (receives_light(material))
+            greatest = glm::max(greatest, row_of(material.kind).greatest_scattering(material));
     for (const Medium& medium : scene.media) {
         const double g = std::abs(medium.anisotropy);
         if (scatters(medium)) greatest = glm::max(greatest, dvec3((1.0 + g) / (4.0 * pi * (1.0 - g) * (1.0 - g))));
@@ -205,9 +197,13 @@ std::array<double, channel_count> greatest_sample(const Scene& scene, const Rend
     bool emits_and_goes_on = false;
     for (const Material& material : scene.materials) {
         radiance = glm::max(radiance, material.radiance);
-        if (brightness(material.radiance) > 0.0 && (material.kind == MaterialKind::diffuse || material.translucent))
-            emits_and_goes_on = true;
+        const bool ends_path = material.kind == MaterialKind::emissive && !material.translucent;
+        if (brightness(material.radiance) > 0.0 && !ends_path) emits_and_goes_on = true;
     }
+    const bool gains = settings.integrator != Integrator::whitted &&
+                       std::ranges::any_of(scene.materials, [](const Material& material) {
+                           return row_of(material.kind).gains_where_rough && material.roughness > 0.0;
+                       });
     const double events = settings.bounces, meetings = emits_and_goes_on ? events + 1.0 : 1.0;
     dvec3 greatest = meetings * radiance;
     if (settings.integrator != Integrator::path) {
@@ -222,8 +218,12 @@ std::array<double, channel_count> greatest_sample(const Scene& scene, const Rend
                 greatest[c] = infinite;
             else
                 greatest[c] += events * std::max(0.5 * radiance[c], punctual[c]);
+            if (gains && events > 1.0 && punctual[c] > 0.0) greatest[c] = infinite;
         }
     }
+    if (gains && events > 0.0)
+        for (glm::length_t c = 0; c < 3; ++c)
+            if (radiance[c] > 0.0) greatest[c] = infinite;
     return {greatest.x, greatest.y, greatest.z};
 }
 

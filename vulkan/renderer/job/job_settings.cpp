@@ -92,11 +92,9 @@ float to_distance(double distance) {
 }
 
 std::uint32_t most_segments(EffectSet effects, const RenderSettings& settings) {
-    const auto any = [&](std::initializer_list<Effect> some) {
-        return std::ranges::any_of(some, [&](Effect effect) { return effects.has(effect); });
-    };
+    const auto any = [&](EffectSet some) { return effects.without(some) != effects; };
     const bool goes_on = any({Effect::specular, Effect::translucent, Effect::smooth_conductor, Effect::boundary});
-    const bool receives = any({Effect::diffuse, Effect::rough_conductor, Effect::medium_scattering});
+    const bool receives = any(light_receiving_effects());
     if (goes_on || (receives && settings.integrator != Integrator::whitted)) return settings.bounces + 1;
     // The shadow ray of direct light belongs to the second.
     return receives && effects.has(Effect::light_sampling) ? std::min(2u, settings.bounces + 1) : 1;
