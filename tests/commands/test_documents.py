@@ -20,7 +20,7 @@ ARCHITECTURE = "common/ARCHITECTURE.md"
 
 MOST_WORDS = 900       # of README.md
 MOST_IN_SENTENCE = 35  # words; 25 are what STYLE asks for, and longer ones are listed
-SOURCE_ENDING = r"\.(h|cpp|glsl|comp|frag|vert|r[a-z]{3,4}|py|md|cmake|in)$"
+SOURCE_ENDING = r"\.(h|cpp|glsl|comp|frag|vert|r[a-z]{3,4}|py|md|cmake|in|def)$"
 
 
 def text_of(name):
@@ -38,6 +38,8 @@ def expanded(pattern):
 def is_path(token):
     """Whether a word of code speaks of a file of this repository: it begins with a room, or ends as sources do."""
     if not re.fullmatch(r"[\w.,{}*/+-]+", token) or "//" in token or token.startswith(("-", ".", "/")):
+        return False
+    if re.search(r"(^|/)[A-Z]+\.(?!md)", token):  # SCENE.json: any
         return False
     return token.split("/")[0] in ROOMS and "/" in token or re.search(SOURCE_ENDING, token) is not None
 
@@ -95,6 +97,8 @@ def table(text, heading):
 class Documents(unittest.TestCase):
     def test_links_lead_somewhere(self):
         for document in DOCUMENTS:
+            if document.startswith("scripts/measure/"):  # the heads of pages in tests/records/, which are among them
+                continue
             for target in re.findall(r"\]\(([^)\s]+)\)", text_of(document)):
                 if re.match(r"[a-z]+:", target) or target.startswith("#"):
                     continue
@@ -152,7 +156,7 @@ class Documents(unittest.TestCase):
         for path in sorted(FILES):
             if not path.startswith(("common/", "cpu_ref/", "vulkan/", "shaders/")):
                 continue
-            if not re.search(r"\.(h|cpp|cpp\.in|glsl|comp|frag|vert|r[a-z]{3,4})$", path):
+            if not re.search(r"\.(h|def|cpp|cpp\.in|glsl|comp|frag|vert|r[a-z]{3,4})$", path):
                 continue
             room = room_of(path)
             self.assertTrue(room, f"{ARCHITECTURE} has no room for {path}")
