@@ -1,11 +1,12 @@
 // Small scenes in memory for tests, and the materials of MODEL.md section 7 by one line each.
 #pragma once
 
+#include <array>
 #include <cmath>
 #include <glm/glm.hpp>
 #include <glm/gtc/matrix_transform.hpp>
-#include <initializer_list>
-#include <utility>
+#include <optional>
+#include <string>
 
 #include "common/scene/scene.h"
 
@@ -20,6 +21,13 @@ inline Material diffuse(const dvec3& colour, const dvec3& radiance = black) {
     Material material;
     material.colour = colour;
     material.radiance = radiance;
+    return material;
+}
+
+inline Material rough_diffuse(const dvec3& colour, double sigma) {
+    Material material = diffuse(colour);
+    material.kind = MaterialKind::rough_diffuse;
+    material.roughness = sigma;
     return material;
 }
 
@@ -50,13 +58,30 @@ inline Material glass(double refractive_index, Fresnel fresnel = Fresnel::exact,
     return material;
 }
 
+// The material of a shape: one of its own, or the one of that number, which SceneBuilder::material gave.
+class ShapeMaterial {
+public:
+    ShapeMaterial(const Material& own) : own_(own) {}
+    ShapeMaterial(std::uint32_t index) : index_(index) {}
+    [[nodiscard]] std::uint32_t index_in(Scene& scene) const {
+        if (!own_) return index_;
+        scene.materials.push_back(*own_);
+        scene.materials.back().name = "material " + std::to_string(scene.materials.size());
+        return static_cast<std::uint32_t>(scene.materials.size() - 1);
+    }
+
+private:
+    std::optional<Material> own_;
+    std::uint32_t index_ = 0;
+};
+
 // One entity a call: material, then shape, then where it stands.
 class SceneBuilder {
 public:
     SceneBuilder() { scene_.name = "test"; }
 
-    SceneBuilder& camera(
-        const dvec3& position, const dvec3& target, double field_degrees, const dvec3& up = dvec3(0.0, 1.0, 0.0)) {
+    SceneBuilder& camera(const dvec3& position, const dvec3& target, double field_degrees = 40.0,
+        const dvec3& up = dvec3(0.0, 1.0, 0.0)) {
         scene_.camera.position = position;
         scene_.camera.target = target;
         scene_.camera.up = up;
@@ -75,14 +100,17 @@ public:
     }
     SceneBuilder& background(const dvec3& everywhere) { return background(everywhere, everywhere); }
 
-    SceneBuilder& triangle(
-        const Material& material, const dvec3& a, const dvec3& b, const dvec3& c, const dmat4& placed = dmat4(1.0)) {
+    // For several shapes.
+    std::uint32_t material(const Material& material) { return ShapeMaterial(material).index_in(scene_); }
+
+    SceneBuilder& triangle(const ShapeMaterial& material, const dvec3& a, const dvec3& b, const dvec3& c,
+        const dmat4& placed = dmat4(1.0)) {
         begin_entity(material, placed);
         add_triangle(vertex(a), vertex(b), vertex(c));
         return *this;
     }
     // Two triangles, counter-clockwise corners seen from the front.
-    SceneBuilder& quad(const Material& material, const dvec3& a, const dvec3& b, const dvec3& c, const dvec3& d,
+    SceneBuilder& quad(const ShapeMaterial& material, const dvec3& a, const dvec3& b, const dvec3& c, const dvec3& d,
         const dmat4& placed = dmat4(1.0)) {
         begin_entity(material, placed);
         const std::uint32_t corners[] = {vertex(a), vertex(b), vertex(c), vertex(d)};
@@ -90,26 +118,33 @@ public:
         add_triangle(corners[0], corners[2], corners[3]);
         return *this;
     }
+    SceneBuilder& triangle(
+        const ShapeMaterial& material, const std::array<dvec3, 3>& corners, const dmat4& placed = dmat4(1.0)) {
+        return triangle(material, corners[0], corners[1], corners[2], placed);
+    }
+    SceneBuilder& quad(const ShapeMaterial& material, const std::array<dvec3, 4>& corners) {
+        return quad(material, corners[0], corners[1], corners[2], corners[3]);
+    }
     // A horizontal square about (0, y, 0), front side up.
-    SceneBuilder& floor(const Material& material, double y, double half_width) {
+    SceneBuilder& floor(const ShapeMaterial& material, double y, double half_width) {
         const double h = half_width;
         return quad(material, {-h, y, h}, {h, y, h}, {h, y, -h}, {-h, y, -h});
     }
     SceneBuilder& sphere(
-        const Material& material, const dvec3& centre, double radius, const dmat4& placed = dmat4(1.0)) {
+        const ShapeMaterial& material, const dvec3& centre, double radius, const dmat4& placed = dmat4(1.0)) {
         begin_entity(material, placed);
         add({PrimitiveKind::sphere, {vertex(centre), 0, 0}, radius});
         return *this;
     }
     SceneBuilder& cuboid(
-        const Material& material, const dvec3& least, const dvec3& greatest, const dmat4& placed = dmat4(1.0)) {
+        const ShapeMaterial& material, const dvec3& least, const dvec3& greatest, const dmat4& placed = dmat4(1.0)) {
         begin_entity(material, placed);
         add({PrimitiveKind::cuboid, {vertex(least), vertex(greatest), 0}, 0.0});
         return *this;
     }
     // The boundary of a cuboid as twelve triangles, front side out.
     SceneBuilder& triangle_box(
-        const Material& material, const dvec3& least, const dvec3& greatest, const dmat4& placed = dmat4(1.0)) {
+        const ShapeMaterial& material, const dvec3& least, const dvec3& greatest, const dmat4& placed = dmat4(1.0)) {
         begin_entity(material, placed);
         std::uint32_t corner[8];
         for (std::uint32_t i = 0; i < 8; ++i)
@@ -125,14 +160,13 @@ public:
     }
 
     [[nodiscard]] const Scene& scene() const { return scene_; }
+    [[nodiscard]] Scene& scene() { return scene_; }
 
 private:
-    void begin_entity(const Material& material, const dmat4& placed) {
-        scene_.materials.push_back(material);
-        scene_.materials.back().name = "material " + std::to_string(scene_.materials.size());
+    void begin_entity(const ShapeMaterial& material, const dmat4& placed) {
         Entity entity;
         entity.name = "entity " + std::to_string(scene_.entities.size());
-        entity.material = static_cast<std::uint32_t>(scene_.materials.size() - 1);
+        entity.material = material.index_in(scene_);
         entity.first_primitive = static_cast<std::uint32_t>(scene_.primitives.size());
         entity.object_to_world = placed;
         scene_.entities.push_back(entity);

@@ -23,13 +23,6 @@ inline Material conductor(const dvec3& eta, const dvec3& k, double roughness = 0
     return material;
 }
 
-inline Material rough_diffuse(const dvec3& colour, double sigma) {
-    Material material = diffuse(colour);
-    material.kind = MaterialKind::rough_diffuse;
-    material.roughness = sigma;
-    return material;
-}
-
 inline Material rough_glass(double refractive_index, double roughness) {
     Material material = glass(refractive_index);
     material.roughness = roughness;

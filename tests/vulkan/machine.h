@@ -1,7 +1,7 @@
 // A device with its pipelines, for tests that make jobs by Patterns.
 #pragma once
 
-#include "tests/vulkan/scene_builder.h"
+#include "tests/vulkan/scenes.h"
 #include "vulkan/renderer/job/job.h"
 
 namespace tandem::testing {

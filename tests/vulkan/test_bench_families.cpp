@@ -6,7 +6,7 @@
 #include <cstdlib>
 
 #include "common/error.h"
-#include "tests/vulkan/scene_builder.h"
+#include "tests/vulkan/scenes.h"
 #include "vulkan/bench/families.h"
 
 using namespace tandem;
@@ -22,7 +22,7 @@ Scene small_room() {
     const std::uint32_t walls = builder.material(material);
     builder.cuboid(walls, {-1.0, -1.0, -1.0}, {1.0, 1.5, 2.0});
     builder.triangle(walls, {{{0.9, -0.9, -0.9}, {0.9, -0.9, 0.9}, {0.9, 0.9, 0.0}}});
-    return builder.scene;
+    return builder.scene();
 }
 
 SharedDevice device_of(bool validation) {

@@ -8,7 +8,7 @@
 #include <limits>
 
 #include "common/render/random.h"
-#include "tests/vulkan/scene_builder.h"
+#include "tests/vulkan/scenes.h"
 #include "vulkan/renderer/scene/bvh.h"
 
 using namespace tandem;
@@ -98,8 +98,8 @@ Scene sheet(std::uint32_t n, double size) {
     for (std::uint32_t i = 0; i < n; ++i)
         for (std::uint32_t k = 0; k < n; ++k)
             builder.quad((i + k) % 2 == 0 ? grey : silver, {at(i, k), at(i, k + 1), at(i + 1, k + 1), at(i + 1, k)});
-    builder.sphere(builder.material(emissive(glm::dvec3(5.0))), size * glm::dvec3{0.4, 1.0, -0.2}, 0.2 * size);
-    return builder.scene;
+    builder.sphere(builder.material(emitter(glm::dvec3(5.0))), size * glm::dvec3{0.4, 1.0, -0.2}, 0.2 * size);
+    return builder.scene();
 }
 
 // Small spheres, turned cuboids and ellipsoids on a great sphere.
@@ -108,7 +108,7 @@ Scene crowd(std::uint32_t count) {
     builder.camera({13.0, 2.0, 3.0}, glm::dvec3(0.0), 30.0).background(glm::dvec3(1.0), {0.5, 0.7, 1.0});
     const std::array materials{builder.material(diffuse({0.7, 0.4, 0.3})),
         builder.material(mirror({0.8, 0.8, 0.9}, 0.2)), builder.material(glass(1.5)),
-        builder.material(emissive(glm::dvec3(2.0)))};
+        builder.material(emitter(glm::dvec3(2.0)))};
     builder.sphere(materials[0], {0.0, -1000.0, 0.0}, 1000.0);
     for (std::uint32_t i = 0; i < count; ++i) {
         const glm::dvec3 place = glm::dvec3(22.0, 0.0, 22.0) * point(i, 0) + glm::dvec3(-11.0, 0.2, -11.0);
@@ -118,7 +118,7 @@ Scene crowd(std::uint32_t count) {
         if (i % 3 == 1) builder.cuboid(material, glm::dvec3(-0.2), {0.1, 0.2, 0.3}, turned);
         if (i % 3 == 2) builder.sphere(material, glm::dvec3(0.0), 0.2, glm::scale(turned, {1.0, -0.5, 1.5}));
     }
-    return builder.scene;
+    return builder.scene();
 }
 
 }  // namespace
@@ -169,15 +169,15 @@ TEST_CASE("trees and loops give the same image bits where primitives coincide") 
         builder.sphere(grey, {-0.8, 0.0, 0.0}, 0.5).cuboid(grey, {0.2, -0.5, -0.5}, {1.0, 0.5, 0.5});
         builder.quad(grey, {glm::dvec3{-2, -1, -1}, {2, -1, -1}, {2, 1, -1}, {-2, 1, -1}});
     }
-    CHECK(same_image(builder.scene));
+    CHECK(same_image(builder.scene()));
 }
 
 TEST_CASE("a tree of one primitive and of none are traced") {
     SceneBuilder builder;
     builder.camera({0.0, 0.0, 4.0}, glm::dvec3(0.0)).background(glm::dvec3(0.3), glm::dvec3(0.8));
-    CHECK(same_image(builder.scene));
+    CHECK(same_image(builder.scene()));
     builder.sphere(builder.material(diffuse(glm::dvec3(0.5))), glm::dvec3(0.0), 1.0);
-    CHECK(same_image(builder.scene));
+    CHECK(same_image(builder.scene()));
 }
 
 // The benchmark is tests/benchmarks/growth.cpp. Here: a thousand times the triangles must not cost a thousand times the

@@ -78,17 +78,17 @@ TEST_CASE("Rays meet what they meet whichever triangles are tested in full") {
         CAPTURE(one.name);
         SceneBuilder builder;
         builder.camera(one.eye, one.target, one.field).background(glm::dvec3(1.0), glm::dvec3(0.2, 0.5, 0.9));
-        add_triangles(builder.scene, cube, one.m, builder.material(glass(1.5)));
+        add_triangles(builder.scene(), cube, one.m, builder.material(glass(1.5)));
         // A second cube, open on one side, and a triangle in the way.
-        add_triangles(builder.scene, {cube.begin() + 2, cube.end()}, glm::translate(one.m, glm::dvec3(0.3, 0.9, 0.2)),
+        add_triangles(builder.scene(), {cube.begin() + 2, cube.end()}, glm::translate(one.m, glm::dvec3(0.3, 0.9, 0.2)),
             builder.material(diffuse(glm::dvec3(0.8))));
         const auto placed = [&](glm::dvec3 v, double w) { return glm::dvec3(one.m * glm::dvec4(v, w)); };
         const glm::dvec3 below = placed({0.5, -0.2, 0.5}, 1), along = placed({4, 0, 0}, 0),
                          beside = placed({0, 0, 4}, 0);
         builder.triangle(1, {below - along - beside, below + along - beside, below + beside});
-        const Estimate expected = image_of(machine, builder.scene, CandidatePattern::every, KernelShape::stages);
+        const Estimate expected = image_of(machine, builder.scene(), CandidatePattern::every, KernelShape::stages);
         for (const KernelShape kernel : {KernelShape::stages, KernelShape::megakernel})
-            CHECK(same_bits(image_of(machine, builder.scene, CandidatePattern::edges, kernel), expected));
+            CHECK(same_bits(image_of(machine, builder.scene(), CandidatePattern::edges, kernel), expected));
     }
 }
 
@@ -123,6 +123,6 @@ TEST_CASE("Candidates are refused where there are none to pick") {
     SceneBuilder builder;
     builder.camera({3, 4, 5}, {0, 0, 0}).background(glm::dvec3(1.0), glm::dvec3(1.0));
     builder.sphere(builder.material(diffuse(glm::dvec3(0.8))), {0, 0, 0}, 1.0);
-    CHECK_THROWS_WITH_AS(image_of(machine, builder.scene, CandidatePattern::edges, KernelShape::stages),
+    CHECK_THROWS_WITH_AS(image_of(machine, builder.scene(), CandidatePattern::edges, KernelShape::stages),
         doctest::Contains("a few triangles"), UnsupportedError);
 }

@@ -7,7 +7,7 @@
 #include "common/error.h"
 #include "common/render/effects.h"
 #include "common/scene/loader/scene_loader.h"
-#include "tests/vulkan/scene_builder.h"
+#include "tests/vulkan/scenes.h"
 
 using namespace tandem;
 using namespace tandem::testing;
@@ -80,38 +80,38 @@ TEST_CASE("what no path of a scene can come to is not dispatched") {
     SceneBuilder sky;
     sky.camera({0, 1, 4}, {0, 0, 0}).background(glm::dvec3(0.2), glm::dvec3(1.0));
     const std::string intersect = "intersect", vertex = "vertex", scatter = "scatter";
-    CHECK(!dispatched(sky.scene, settings).contains(intersect));
-    CHECK(!dispatched(sky.scene, settings).contains(vertex));
-    CHECK(dispatched(sky.scene, settings)[scatter] == 1);
-    agree(sky.scene, settings);
+    CHECK(!dispatched(sky.scene(), settings).contains(intersect));
+    CHECK(!dispatched(sky.scene(), settings).contains(vertex));
+    CHECK(dispatched(sky.scene(), settings)[scatter] == 1);
+    agree(sky.scene(), settings);
     SceneBuilder fog = sky;  // scattered again and again, and still nothing to meet
-    fog.scene.media.emplace_back().scattering = glm::dvec3(0.3);
-    fog.scene.medium = 0;
+    fog.scene().media.emplace_back().scattering = glm::dvec3(0.3);
+    fog.scene().medium = 0;
     settings.ray_max = 5.0;
-    CHECK(!dispatched(fog.scene, settings).contains(intersect));
-    CHECK(dispatched(fog.scene, settings)[scatter] == 5);
-    agree(fog.scene, settings);
-    fog.scene.background.sampled = true;  // now with shadow rays, which the stage follows
-    CHECK(dispatched(fog.scene, settings)[intersect] == 5);
-    agree(fog.scene, settings);
+    CHECK(!dispatched(fog.scene(), settings).contains(intersect));
+    CHECK(dispatched(fog.scene(), settings)[scatter] == 5);
+    agree(fog.scene(), settings);
+    fog.scene().background.sampled = true;  // now with shadow rays, which the stage follows
+    CHECK(dispatched(fog.scene(), settings)[intersect] == 5);
+    agree(fog.scene(), settings);
     settings.integrator = Integrator::whitted;
-    CHECK(dispatched(fog.scene, settings)[scatter] == 2);
-    agree(fog.scene, settings);
+    CHECK(dispatched(fog.scene(), settings)[scatter] == 2);
+    agree(fog.scene(), settings);
     settings = settings_of(5, 4, Integrator::next_event);
     SceneBuilder lamp = sky;
-    lamp.sphere(lamp.material(emissive(glm::dvec3(2.0))), {0, 0, 0}, 1.0);
-    CHECK(dispatched(lamp.scene, settings)[intersect] == 1);
-    CHECK(dispatched(lamp.scene, settings)[vertex] == 1);
-    agree(lamp.scene, settings);
+    lamp.sphere(lamp.material(emitter(glm::dvec3(2.0))), {0, 0, 0}, 1.0);
+    CHECK(dispatched(lamp.scene(), settings)[intersect] == 1);
+    CHECK(dispatched(lamp.scene(), settings)[vertex] == 1);
+    agree(lamp.scene(), settings);
     SceneBuilder floor = lamp;
     floor.cuboid(floor.material(diffuse(glm::dvec3(0.5))), {-3, -1.5, -3}, {3, -1.2, 3});
-    CHECK(dispatched(floor.scene, settings)[intersect] == 5);
+    CHECK(dispatched(floor.scene(), settings)[intersect] == 5);
     settings.integrator = Integrator::whitted;
-    CHECK(dispatched(floor.scene, settings)[intersect] == 2);
-    agree(floor.scene, settings);
+    CHECK(dispatched(floor.scene(), settings)[intersect] == 2);
+    agree(floor.scene(), settings);
     settings.bounces = 0;
-    CHECK(dispatched(floor.scene, settings)[intersect] == 1);
-    agree(floor.scene, settings);
+    CHECK(dispatched(floor.scene(), settings)[intersect] == 1);
+    agree(floor.scene(), settings);
 }
 
 TEST_CASE("effects that the scene calls for cannot be left out") {

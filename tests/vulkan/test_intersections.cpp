@@ -6,7 +6,7 @@
 #include <glm/geometric.hpp>
 #include <numbers>
 
-#include "tests/vulkan/scene_builder.h"
+#include "tests/vulkan/scenes.h"
 
 using namespace tandem;
 using namespace tandem::testing;
@@ -41,44 +41,44 @@ constexpr double pi = std::numbers::pi;
 
 TEST_CASE("a sphere covers the area of its disc") {
     SceneBuilder builder = frontal();
-    builder.sphere(builder.material(emissive(glm::dvec3(1.0))), {0.1, 0.1, 0.0}, 0.7);
-    const Share got = coverage(builder.scene);
+    builder.sphere(builder.material(emitter(glm::dvec3(1.0))), {0.1, 0.1, 0.0}, 0.7);
+    const Share got = coverage(builder.scene());
     CHECK(std::abs(got.share - 0.49 * pi / 4.0) <= 5.0 * got.error + 2.0 * 0.7 / far_away);
 }
 
 TEST_CASE("an ellipsoid covers the area of its ellipse") {
     SceneBuilder builder = frontal();
     const glm::dmat4 m = glm::scale(glm::rotate(glm::dmat4(1.0), 0.5, {0, 0, 1}), glm::dvec3(0.8, -0.3, 0.5));
-    builder.sphere(builder.material(emissive(glm::dvec3(1.0))), glm::dvec3(0.0), 1.0, m);
-    const Share got = coverage(builder.scene);
+    builder.sphere(builder.material(emitter(glm::dvec3(1.0))), glm::dvec3(0.0), 1.0, m);
+    const Share got = coverage(builder.scene());
     CHECK(std::abs(got.share - 0.24 * pi / 4.0) <= 5.0 * got.error + 2.0 * 0.5 / far_away);
 }
 
 TEST_CASE("a turned cuboid covers the area of its shadow") {
     SceneBuilder builder = frontal();
     const glm::dmat4 m = glm::rotate(glm::dmat4(1.0), 0.7, {0, 1, 0});
-    builder.cuboid(builder.material(emissive(glm::dvec3(1.0))), {-0.4, -0.5, -0.3}, {0.4, 0.5, 0.3}, m);
-    const Share got = coverage(builder.scene);
+    builder.cuboid(builder.material(emitter(glm::dvec3(1.0))), {-0.4, -0.5, -0.3}, {0.4, 0.5, 0.3}, m);
+    const Share got = coverage(builder.scene());
     const double width = 0.8 * std::cos(0.7) + 0.6 * std::sin(0.7);
     CHECK(std::abs(got.share - width / 4.0) <= 5.0 * got.error + 2.0 * 0.5 / far_away);
 }
 
 TEST_CASE("a flat cuboid covers its face and nothing from the edge") {
     SceneBuilder face = frontal(), edge = frontal();
-    face.cuboid(face.material(emissive(glm::dvec3(1.0))), {-0.5, -0.5, 0.0}, {0.5, 0.5, 0.0});
-    const Share got = coverage(face.scene);
+    face.cuboid(face.material(emitter(glm::dvec3(1.0))), {-0.5, -0.5, 0.0}, {0.5, 0.5, 0.0});
+    const Share got = coverage(face.scene());
     CHECK(std::abs(got.share - 0.25) <= 5.0 * got.error + 1e-6);
-    edge.cuboid(edge.material(emissive(glm::dvec3(1.0))), {-0.5, 0.0, -0.5}, {0.5, 0.0, 0.5});
-    CHECK(coverage(edge.scene).share <= 2.0 * 0.5 / far_away);
+    edge.cuboid(edge.material(emitter(glm::dvec3(1.0))), {-0.5, 0.0, -0.5}, {0.5, 0.0, 0.5});
+    CHECK(coverage(edge.scene()).share <= 2.0 * 0.5 / far_away);
 }
 
 TEST_CASE("a triangle covers its area from both sides") {
     for (const bool turned : {false, true}) {
         SceneBuilder builder = frontal();
-        const std::uint32_t lamp = builder.material(emissive(glm::dvec3(1.0)));
+        const std::uint32_t lamp = builder.material(emitter(glm::dvec3(1.0)));
         const glm::dvec3 a{-0.8, -0.7, 0.0}, b{0.9, -0.4, 0.0}, c{0.1, 0.8, 0.0};
         builder.triangle(lamp, {a, turned ? c : b, turned ? b : c});
-        const Share got = coverage(builder.scene);
+        const Share got = coverage(builder.scene());
         const double area = 0.5 * glm::length(glm::cross(b - a, c - a));
         CHECK(std::abs(got.share - area / 4.0) <= 5.0 * got.error + 1e-6);
     }
@@ -95,7 +95,7 @@ TEST_CASE("a fan of triangles has neither gaps nor overlaps at its edges") {
         return glm::dvec3(4.0 * std::cos(angle), 4.0 * std::sin(angle), 0.3 * std::sin(3.0 * angle));
     };
     for (int i = 0; i < slices; ++i) builder.triangle(black, {glm::dvec3(0.0), rim(i), rim(i + 1)});
-    CHECK(image_mean(render(builder.scene, settings_of(48, 1), 128).estimate) == 0.0);
+    CHECK(image_mean(render(builder.scene(), settings_of(48, 1), 128).estimate) == 0.0);
 }
 
 TEST_CASE("normals of placed primitives follow the inverse transpose") {
@@ -120,11 +120,11 @@ TEST_CASE("normals of placed primitives follow the inverse transpose") {
             builder.cuboid(silver, {-1, -1, -1}, {1, 1, 1}, m);
         else
             builder.sphere(silver, glm::dvec3(0.0), 1.0, m);
-        const glm::dvec3 d = glm::normalize(p - builder.scene.camera.position);
+        const glm::dvec3 d = glm::normalize(p - builder.scene().camera.position);
         const glm::dvec3 expected = d - 2.0 * glm::dot(d, n) * n;
         CAPTURE(static_cast<int>(kind));
         // The field of 1e-4 degrees spreads rays by 2e-6, over a curved mirror by a few times that; floats add 1e-6.
-        CHECK(image_mean(render(builder.scene, settings_of(4, 1), 16).estimate) ==
+        CHECK(image_mean(render(builder.scene(), settings_of(4, 1), 16).estimate) ==
               doctest::Approx((expected.y + 1.0) / 2.0).epsilon(2e-5));
     }
 }
@@ -134,27 +134,27 @@ TEST_CASE("a ray sees only what lies in its interval of distances") {
     builder.camera({0, 0, 0}, {0, 0, -1}, 1.0);
     for (const double z : {1.0, 2.0, 3.0})
         builder.quad(
-            builder.material(emissive(glm::dvec3(z))), {glm::dvec3{-1, -1, -z}, {1, -1, -z}, {1, 1, -z}, {-1, 1, -z}});
+            builder.material(emitter(glm::dvec3(z))), {glm::dvec3{-1, -1, -z}, {1, -1, -z}, {1, 1, -z}, {-1, 1, -z}});
     RenderSettings settings = settings_of(4, 0);
-    CHECK(image_mean(render(builder.scene, settings, 2).estimate) == 1.0);
+    CHECK(image_mean(render(builder.scene(), settings, 2).estimate) == 1.0);
     settings.ray_min = 1.5;
-    CHECK(image_mean(render(builder.scene, settings, 2).estimate) == 2.0);
+    CHECK(image_mean(render(builder.scene(), settings, 2).estimate) == 2.0);
     settings.ray_min = 2.5;
     settings.ray_max = 2.9;
-    CHECK(image_mean(render(builder.scene, settings, 2).estimate) == 0.0);
+    CHECK(image_mean(render(builder.scene(), settings, 2).estimate) == 0.0);
 }
 
 TEST_CASE("of two primitives at the same distance the one with the lower id is seen, whatever their kinds") {
     for (const bool triangle_first : {true, false}) {
         SceneBuilder builder;
         builder.camera({0, 0, 1}, {0, 0, 0}, 1e-6);
-        const std::uint32_t one = builder.material(emissive(glm::dvec3(1.0)));
-        const std::uint32_t two = builder.material(emissive(glm::dvec3(2.0)));
+        const std::uint32_t one = builder.material(emitter(glm::dvec3(1.0)));
+        const std::uint32_t two = builder.material(emitter(glm::dvec3(2.0)));
         // In so narrow a field d_z is -1 exactly, and all quotients are of powers of two: both distances are 1.
         if (!triangle_first) builder.cuboid(one, {-4, -4, 0}, {4, 4, 0});
         builder.triangle(triangle_first ? one : two, {glm::dvec3{-8, -8, 0}, {8, -8, 0}, {0, 8, 0}});
         if (triangle_first) builder.cuboid(two, {-4, -4, 0}, {4, 4, 0});
-        CHECK(image_mean(render(builder.scene, settings_of(4, 0), 16).estimate) == 1.0);
+        CHECK(image_mean(render(builder.scene(), settings_of(4, 0), 16).estimate) == 1.0);
     }
 }
 
@@ -168,8 +168,9 @@ TEST_CASE("a ray that goes into glass meets its far side, and at index 1 nothing
             builder.cuboid(clear, glm::dvec3(-0.8), glm::dvec3(0.8));
         builder.background(glm::dvec3(0.5), glm::dvec3(0.5));
         // Two events are enough for every ray, in and out.
-        CHECK(image_mean(render(builder.scene, settings_of(32, 2), 16).estimate) == doctest::Approx(0.5).epsilon(1e-6));
+        CHECK(
+            image_mean(render(builder.scene(), settings_of(32, 2), 16).estimate) == doctest::Approx(0.5).epsilon(1e-6));
         // With one, those that went in end there.
-        CHECK(image_mean(render(builder.scene, settings_of(32, 1), 16).estimate) < 0.4);
+        CHECK(image_mean(render(builder.scene(), settings_of(32, 1), 16).estimate) < 0.4);
     }
 }

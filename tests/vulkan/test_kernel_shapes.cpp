@@ -7,7 +7,7 @@
 
 #include "common/error.h"
 #include "common/scene/loader/scene_loader.h"
-#include "tests/vulkan/scene_builder.h"
+#include "tests/vulkan/scenes.h"
 
 using namespace tandem;
 using namespace tandem::testing;
@@ -133,7 +133,7 @@ TEST_CASE("a path of a hundred thousand segments is whole or refused") {
     Material white = diffuse(glm::dvec3(1.0));
     white.radiance = glm::dvec3(0.5);
     builder.cuboid(builder.material(white), glm::dvec3(-1.0), glm::dvec3(1.0));
-    const auto job = renderer_with_kernel("megakernel").prepare(builder.scene, settings_of(2, 99'999));
+    const auto job = renderer_with_kernel("megakernel").prepare(builder.scene(), settings_of(2, 99'999));
     try {
         for (const double mean : mean_of(job->render({0, 1}).estimate))
             CHECK(mean == 50'000.0);  // sums of 0.5 are exact

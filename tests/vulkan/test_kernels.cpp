@@ -8,7 +8,7 @@
 #include <map>
 #include <set>
 
-#include "tests/vulkan/scene_builder.h"
+#include "tests/vulkan/scenes.h"
 #include "vulkan/framework/shader_library.h"
 #include "vulkan/framework/spirv_optimizer.h"
 #include "vulkan/renderer/kernels/stages.h"
@@ -192,10 +192,10 @@ TEST_CASE("a plain scene has no buffers, no state and fewer instructions than ge
     builder.camera({0, 1, 4}, {0, 0, 0}).background(glm::dvec3(1.0), glm::dvec3(1.0));
     builder.sphere(builder.material(diffuse(glm::dvec3(0.5))), {0, 0, 0}, 1.0);
     RenderSettings settings = settings_of(16, 4);
-    const JobFacts own = facts_of(builder.scene, settings);
+    const JobFacts own = facts_of(builder.scene(), settings);
     settings.effects = EffectSet::all();
-    const JobFacts general = facts_of(builder.scene, settings);
-    CHECK(own.effects == needed_effects(builder.scene, settings));
+    const JobFacts general = facts_of(builder.scene(), settings);
+    CHECK(own.effects == needed_effects(builder.scene(), settings));
     CHECK(general.effects == EffectSet::all());
     CHECK(own.kernels.size() == 6);
     CHECK(4 * instructions(own) < instructions(general));

@@ -21,7 +21,7 @@ Scene lit_room() {
     material.radiance = glm::dvec3(0.25);
     builder.cuboid(builder.material(material), {-1.0, -1.0, -1.0}, {1.0, 1.5, 2.0});
     builder.sphere(builder.material(mirror(glm::dvec3(0.9))), {0.5, 0.2, 0.8}, 0.3);
-    return builder.scene;
+    return builder.scene();
 }
 
 VulkanJob job_of(Machine& machine, const Patterns& patterns) {

@@ -57,7 +57,7 @@ Scene ties() {
         builder.cuboid(material, {0.0, -0.5, -1.0}, {1.0, 0.5, 0.0});
         builder.sphere(material, {-0.5, 0.5, 0.25}, 0.5);
     }
-    return builder.scene;
+    return builder.scene();
 }
 
 }  // namespace

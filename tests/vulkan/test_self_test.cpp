@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "common/self_test/self_test.h"
-#include "tests/vulkan/scene_builder.h"
+#include "tests/vulkan/scenes.h"
 
 using namespace tandem;
 using namespace tandem::testing;

@@ -2,7 +2,7 @@
 #include <doctest/doctest.h>
 
 #include "tests/traced_paths.h"
-#include "tests/vulkan/scene_builder.h"
+#include "tests/vulkan/scenes.h"
 
 using namespace tandem;
 using namespace tandem::testing;
@@ -31,12 +31,12 @@ TEST_CASE("a path that the device ends by roulette is told from one that is abso
         builder.material(diffuse(glm::dvec3(1e-9))), {glm::dvec3{-9, 0, 9}, {9, 0, 9}, {9, 0, -9}, {-9, 0, -9}});
     RenderSettings settings = settings_of(1, 3);
     const auto end = [&] {
-        return default_renderer().prepare(builder.scene, settings)->trace(0, 0, {0, 1}).front().vertices.back().end;
+        return default_renderer().prepare(builder.scene(), settings)->trace(0, 0, {0, 1}).front().vertices.back().end;
     };
     CHECK(end() == PathEnd::left_scene);
     settings.roulette_start = 1;
     CHECK(end() == PathEnd::roulette);
-    builder.scene.materials[0].colour = glm::dvec3(0.0);
+    builder.scene().materials[0].colour = glm::dvec3(0.0);
     CHECK(end() == PathEnd::absorbed);
     settings.bounces = 0;
     CHECK(end() == PathEnd::bounces);

@@ -3,7 +3,7 @@
 #include <doctest/doctest.h>
 
 #include "tests/vulkan/probe.h"
-#include "tests/vulkan/scene_builder.h"
+#include "tests/vulkan/scenes.h"
 
 using namespace tandem;
 using namespace tandem::testing;

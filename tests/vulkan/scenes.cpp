@@ -1,104 +1,13 @@
-#include "tests/vulkan/scene_builder.h"
+#include "tests/vulkan/scenes.h"
 
 #include <cmath>
 #include <cstring>
 #include <glm/ext/matrix_transform.hpp>
 #include <map>
 #include <memory>
-#include <span>
 
 namespace tandem::testing {
 
-SceneBuilder& SceneBuilder::camera(glm::dvec3 position, glm::dvec3 target, double field_degrees) {
-    scene.camera.position = position;
-    scene.camera.target = target;
-    scene.camera.vertical_field_degrees = field_degrees;
-    return *this;
-}
-
-SceneBuilder& SceneBuilder::background(glm::dvec3 down, glm::dvec3 up) {
-    scene.background.down = down;
-    scene.background.up = up;
-    return *this;
-}
-
-std::uint32_t SceneBuilder::material(const Material& material) {
-    scene.materials.push_back(material);
-    return static_cast<std::uint32_t>(scene.materials.size() - 1);
-}
-
-void SceneBuilder::entity(
-    std::uint32_t material, Primitive primitive, const glm::dmat4& m, std::span<const glm::dvec3> points) {
-    for (std::size_t i = 0; i < points.size(); ++i) {
-        primitive.index[i] = static_cast<std::uint32_t>(scene.vertices.size());
-        scene.vertices.push_back(points[i]);
-    }
-    Entity placed;
-    placed.material = material;
-    placed.first_primitive = static_cast<std::uint32_t>(scene.primitives.size());
-    placed.primitive_count = 1;
-    placed.object_to_world = m;
-    scene.entities.push_back(placed);
-    scene.primitives.push_back(primitive);
-}
-
-SceneBuilder& SceneBuilder::triangle(std::uint32_t material, std::array<glm::dvec3, 3> corners, const glm::dmat4& m) {
-    entity(material, {PrimitiveKind::triangle, {}, 0.0}, m, corners);
-    return *this;
-}
-
-SceneBuilder& SceneBuilder::sphere(std::uint32_t material, glm::dvec3 centre, double radius, const glm::dmat4& m) {
-    entity(material, {PrimitiveKind::sphere, {}, radius}, m, std::array{centre});
-    return *this;
-}
-
-SceneBuilder& SceneBuilder::cuboid(std::uint32_t material, glm::dvec3 low, glm::dvec3 high, const glm::dmat4& m) {
-    entity(material, {PrimitiveKind::cuboid, {}, 0.0}, m, std::array{low, high});
-    return *this;
-}
-
-SceneBuilder& SceneBuilder::quad(std::uint32_t material, std::array<glm::dvec3, 4> corners) {
-    triangle(material, {corners[0], corners[1], corners[2]});
-    return triangle(material, {corners[0], corners[2], corners[3]});
-}
-
-Material diffuse(glm::dvec3 colour) {
-    Material material;
-    material.colour = colour;
-    return material;
-}
-
-Material rough_diffuse(glm::dvec3 colour, double roughness) {
-    Material material = diffuse(colour);
-    material.kind = MaterialKind::rough_diffuse;
-    material.roughness = roughness;
-    return material;
-}
-
-Material emissive(glm::dvec3 radiance) {
-    Material material;
-    material.kind = MaterialKind::emissive;
-    material.radiance = radiance;
-    return material;
-}
-
-Material mirror(glm::dvec3 colour, double fuzz) {
-    Material material;
-    material.kind = MaterialKind::specular;
-    material.colour = colour;
-    material.fuzz = fuzz;
-    return material;
-}
-
-Material glass(double refractive_index, double alpha) {
-    Material material = mirror(glm::dvec3(1.0));
-    material.translucent = true;
-    material.alpha = alpha;
-    material.refractive_index = refractive_index;
-    return material;
-}
-
-// Copper, nearly.
 Material conductor(double roughness) {
     Material material;
     material.kind = MaterialKind::conductor;
@@ -120,14 +29,14 @@ RenderSettings settings_of(std::uint32_t size, std::uint32_t bounces, Integrator
 Scene full_scene() {
     SceneBuilder builder;
     builder.camera({0.0, 1.0, 4.0}, {0.0, 1.0, 0.0}, 50.0).background({0.1, 0.1, 0.1}, {0.3, 0.4, 0.6});
-    builder.scene.camera.lens_radius = 0.05;
-    builder.scene.camera.focus_distance = 4.0;
+    builder.scene().camera.lens_radius = 0.05;
+    builder.scene().camera.focus_distance = 4.0;
     const std::uint32_t white = builder.material(diffuse(glm::dvec3(0.75)));
     const std::uint32_t red = builder.material(diffuse({0.7, 0.2, 0.2}));
-    const std::uint32_t lamp = builder.material(emissive(glm::dvec3(8.0)));
+    const std::uint32_t lamp = builder.material(emitter(glm::dvec3(8.0)));
     const std::uint32_t fuzzy = builder.material(mirror({0.8, 0.8, 0.9}, 0.3));
-    const std::uint32_t clear = builder.material(glass(1.5, 0.4));
-    Material glow = glass(1.3, 0.5);
+    const std::uint32_t clear = builder.material(glass(1.5, Fresnel::exact, 0.4));
+    Material glow = glass(1.3, Fresnel::exact, 0.5);
     glow.kind = MaterialKind::emissive;
     glow.radiance = {0.2, 0.5, 0.2};
     glow.colour = {0.5, 1.0, 0.5};
@@ -150,7 +59,7 @@ Scene full_scene() {
             glm::translate(glm::dmat4(1.0), {1.0, 1.4, -0.6}), glm::dvec3(-0.5, 0.2, 0.3)));  // mirrored ellipsoid
     builder.quad(shining, {glm::dvec3{1.9, 0.1, -1.0}, {1.9, 0.1, 1.0}, {1.9, 1.1, 1.0}, {1.9, 1.1, -1.0}});
     builder.triangle(lamp, {glm::dvec3{-1.8, 0.2, 0.0}, {-1.8, 0.2, 0.8}, {-1.8, 0.9, 0.4}});
-    return builder.scene;
+    return builder.scene();
 }
 
 namespace {
@@ -166,8 +75,8 @@ std::shared_ptr<const Pixels> picture(std::uint32_t width, std::uint32_t height,
 
 std::uint32_t textured(SceneBuilder& builder, const Texture& texture) {
     Material material = diffuse(glm::dvec3(1.0));
-    material.colour_texture = static_cast<std::uint32_t>(builder.scene.textures.size());
-    builder.scene.textures.push_back(texture);
+    material.colour_texture = static_cast<std::uint32_t>(builder.scene().textures.size());
+    builder.scene().textures.push_back(texture);
     return builder.material(material);
 }
 
@@ -196,11 +105,11 @@ std::vector<Texture> textures_of_all_kinds() {
 Scene outdoor_scene(bool punctual) {
     SceneBuilder builder;
     builder.camera({0.0, 1.2, 4.5}, {0.0, 0.8, 0.0}, 50.0);
-    builder.scene.camera.position_motion = {0.1, 0.02, 0.0};
-    builder.scene.camera.target_motion = {0.0, 0.05, 0.0};
-    builder.scene.background.image = picture(8, 4, 2.0f);
-    builder.scene.background.rotation_degrees = 35.0;
-    builder.scene.background.sampled = true;
+    builder.scene().camera.position_motion = {0.1, 0.02, 0.0};
+    builder.scene().camera.target_motion = {0.0, 0.05, 0.0};
+    builder.scene().background.image = picture(8, 4, 2.0f);
+    builder.scene().background.rotation_degrees = 35.0;
+    builder.scene().background.sampled = true;
     const std::vector<Texture> textures = textures_of_all_kinds();
     builder.cuboid(textured(builder, textures[0]), {-3.0, -0.1, -3.0}, {3.0, 0.0, 3.0});
     builder.sphere(textured(builder, textures[1]), {-1.6, 0.5, 0.0}, 0.5);
@@ -210,10 +119,10 @@ Scene outdoor_scene(bool punctual) {
     builder.triangle(textured(builder, textures[5]), {glm::dvec3{1.9, 0.1, 0.0}, {1.9, 0.1, 0.8}, {1.5, 1.2, 0.4}});
     builder.sphere(builder.material(conductor(0.0)), {1.1, 0.3, 0.7}, 0.3);
     builder.sphere(builder.material(conductor(0.4)), {-0.5, 0.25, 1.0}, 0.25);
-    builder.scene.entities.back().motion = {0.3, 0.1, 0.0};
+    builder.scene().entities.back().motion = {0.3, 0.1, 0.0};
     builder.sphere(builder.material(rough_diffuse(glm::dvec3(0.7), 0.5)), {-1.1, 0.2, 1.3}, 0.2);
-    builder.sphere(builder.material(emissive(glm::dvec3(6.0))), {0.8, 1.9, 0.0}, 0.2);
-    if (!punctual) return builder.scene;
+    builder.sphere(builder.material(emitter(glm::dvec3(6.0))), {0.8, 1.9, 0.0}, 0.2);
+    if (!punctual) return builder.scene();
     PunctualLight point, spot, sun;
     point.position = {-1.0, 2.0, 1.0};
     point.intensity = {2.0, 1.0, 1.0};
@@ -225,13 +134,13 @@ Scene outdoor_scene(bool punctual) {
     sun.kind = PunctualKind::sun;
     sun.direction = glm::normalize(glm::dvec3(0.4, -1.0, -0.3));
     sun.intensity = {0.9, 0.8, 0.7};
-    builder.scene.lights = {point, spot, sun};
-    return builder.scene;
+    builder.scene().lights = {point, spot, sun};
+    return builder.scene();
 }
 
 Scene foggy_scene() {
     SceneBuilder builder;
-    Scene& scene = builder.scene;
+    Scene& scene = builder.scene();
     builder.camera({0.0, 1.0, 4.0}, {0.0, 0.8, 0.0}, 50.0).background({0.2, 0.2, 0.3}, {0.5, 0.7, 1.0});
     Medium fog, cloud, tint;
     fog.absorption = glm::dvec3(0.02);
@@ -263,7 +172,7 @@ Scene foggy_scene() {
     Material frosted = glass(1.5);
     frosted.roughness = 0.3;
     builder.cuboid(builder.material(frosted), {-0.6, 0.01, 1.2}, {-0.2, 0.5, 1.6});
-    builder.cuboid(builder.material(emissive(glm::dvec3(6.0))), {-0.4, 2.2, -0.4}, {0.4, 2.2, 0.4});
+    builder.cuboid(builder.material(emitter(glm::dvec3(6.0))), {-0.4, 2.2, -0.4}, {0.4, 2.2, 0.4});
     return scene;
 }
 

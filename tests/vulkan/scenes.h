@@ -1,40 +1,20 @@
-// Small scenes in memory for the Vulkan renderer's tests.
+// Scenes of many features for the Vulkan renderer's tests, and short ways to render them.
 #pragma once
 
-#include <array>
-#include <span>
-
 #include "common/render/renderer.h"
+#include "tests/scene_builder.h"
 #include "vulkan/backend.h"
 
 namespace tandem::testing {
 
-// Adds one entity a primitive, each with its own transform.
-class SceneBuilder {
-public:
-    SceneBuilder& camera(glm::dvec3 position, glm::dvec3 target, double field_degrees = 40.0);
-    SceneBuilder& background(glm::dvec3 down, glm::dvec3 up);
-    std::uint32_t material(const Material& material);
-    SceneBuilder& triangle(
-        std::uint32_t material, std::array<glm::dvec3, 3> corners, const glm::dmat4& m = glm::dmat4(1.0));
-    SceneBuilder& sphere(
-        std::uint32_t material, glm::dvec3 centre, double radius, const glm::dmat4& m = glm::dmat4(1.0));
-    SceneBuilder& cuboid(
-        std::uint32_t material, glm::dvec3 low, glm::dvec3 high, const glm::dmat4& m = glm::dmat4(1.0));
-    // Two triangles, counter-clockwise seen from the front.
-    SceneBuilder& quad(std::uint32_t material, std::array<glm::dvec3, 4> corners);
+using test::diffuse;
+using test::emitter;
+using test::glass;
+using test::mirror;
+using test::rough_diffuse;
+using test::SceneBuilder;
 
-    Scene scene;
-
-private:
-    void entity(std::uint32_t material, Primitive primitive, const glm::dmat4& m, std::span<const glm::dvec3> points);
-};
-
-[[nodiscard]] Material diffuse(glm::dvec3 colour);
-[[nodiscard]] Material rough_diffuse(glm::dvec3 colour, double roughness);
-[[nodiscard]] Material emissive(glm::dvec3 radiance);
-[[nodiscard]] Material mirror(glm::dvec3 colour, double fuzz = 0.0);
-[[nodiscard]] Material glass(double refractive_index, double alpha = 0.0);
+// Copper, nearly.
 [[nodiscard]] Material conductor(double roughness);
 
 [[nodiscard]] RenderSettings settings_of(
