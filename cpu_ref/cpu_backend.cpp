@@ -89,8 +89,8 @@ private:
                     "bidirectional paths are traced in double precision alone; leave out --precision");
             if (settings.intersection != IntersectionSettings{})
                 throw UnsupportedError(
-                    "bidirectional paths have the default kernels and guard alone; leave --triangle-kernel, "
-                    "--convex-kernel and --guard out");
+                    "bidirectional paths have the default intersection tests and guard alone; leave --triangle-test, "
+                    "--convex-test and --guard out");
             if (settings.accumulation.value_or(Accumulation::in_double) != Accumulation::in_double)
                 throw UnsupportedError("bidirectional samples are added in double alone; leave --accumulation out");
             return cpu::make_bidirectional_job(device_.get(), scene, settings, options_.threads);

@@ -10,6 +10,7 @@
 #include "common/commands/child_process.h"
 #include "common/commands/command.h"
 #include "common/commands/console.h"
+#include "common/commands/help.h"
 #include "common/error.h"
 #include "common/experiment/campaign.h"
 #include "common/experiment/compare_results.h"
@@ -144,8 +145,8 @@ BenchResults measure(const BenchArguments& arguments, const CommandContext& cont
     }
     if (rounds < arguments.makings)
         fmt::print(stderr,
-            "--time was enough for {} round{} of makings, not {}; from {} makings of an arm on, intervals "
-            "speak of any making\n",
+            "tandem: --time was enough for {} replicate{}, not {}; give more, for with {} intervals hold for any "
+            "replicate\n",
             rounds, rounds == 1 ? "" : "s", arguments.makings, fewest_resampled_processes);
     return results;
 }
@@ -156,7 +157,7 @@ int measure_in_child(
     const BenchArguments& arguments, const CampaignPart& part, const std::string& known, const std::string& file) {
     std::vector<std::string> words{"bench", "--scene", arguments.scene, "--resume", known, "--json", file, "--time",
         fmt::format("{}", part.seconds), "--narrow", fmt::format("{}", arguments.narrow), "--seed",
-        fmt::format("{}", part.seed), "--makings", fmt::format("{}", part.makings)};
+        fmt::format("{}", part.seed), "--replicates", fmt::format("{}", part.makings)};
     const auto add = [&](const char* option, const std::vector<std::string>& values) {
         for (const std::string& value : values) words.insert(words.end(), {option, value});
     };
@@ -280,13 +281,12 @@ ExitStatus bench(const BenchArguments& arguments, const CommandContext& context)
 }  // namespace
 
 void add_bench_command(CLI::App& app, CommandContext& context) {
-    CLI::App* command =
-        app.add_subcommand("bench", "Measure what ways of using Vulkan are worth, and judge what is claimed of them");
+    CLI::App* command = app.add_subcommand("bench", "Measure patterns of Vulkan use, and test the claims about them");
     const auto arguments = std::make_shared<BenchArguments>();
     command->add_option("--scene", arguments->scene, "Scene file that is rendered")
         ->type_name("SCENE")
         ->capture_default_str();
-    command->add_option("--device", arguments->device, "Vulkan device: index or part of its name (see tandem devices)");
+    command->add_option("--device", arguments->device, device_help);
     command->add_option("--family", arguments->families, "Only these families of arms")
         ->type_name("NAME")
         ->delimiter(',');
@@ -298,44 +298,46 @@ void add_bench_command(CLI::App& app, CommandContext& context) {
         ->delimiter(',');
     command
         ->add_option("--time", arguments->seconds,
-            "Seconds for all experiments together (every arm is made once and run in five blocks even where that takes "
-            "longer; further makings as far as the time goes)")
+            "Seconds for all experiments together. One replicate of every arm runs even where that takes longer")
         ->check(above_zero(most_seconds))
+        ->type_name("SECONDS")
         ->capture_default_str();
     command
-        ->add_option(
-            "--narrow", arguments->narrow, "An experiment ends early once each ratio is known to within ± this")
+        ->add_option("--narrow", arguments->narrow, "End an experiment early once each ratio is known to within ± this")
         ->check(above_zero(1.0))
-        ->capture_default_str();
+        ->capture_default_str()
+        ->group(rare_options);
     command->add_option("--seed", arguments->seed, "Seed of the order in which arms run")
         ->check(whole_between(0, std::numeric_limits<std::uint64_t>::max()))
-        ->capture_default_str();
+        ->capture_default_str()
+        ->group(rare_options);
     command
-        ->add_option("--makings", arguments->makings,
-            "Make every arm anew so many times; from five on, intervals speak of any making")
+        ->add_option("--replicates", arguments->makings,
+            "Times that every arm is created anew. From five on, intervals hold for any replicate")
         ->check(CLI::Range(1, 1000))
         ->capture_default_str();
-    command->add_option("--processes", arguments->processes, "Share time and makings among so many processes")
+    command->add_option("--processes", arguments->processes, "Processes that share the time and the replicates")
         ->check(CLI::Range(1, 1000))
         ->capture_default_str();
     command->add_option("--resume", arguments->resume, "Go on from an earlier --json file")->type_name("FILE");
     command
         ->add_option("--method", arguments->method,
-            "paired (interleaved blocks), or thesis (Ferreira's protocol and tables; takes no --time)")
+            "paired (interleaved blocks) or thesis (Ferreira's protocol, which takes no --time)")
         ->check(CLI::IsMember({"paired", "thesis"}))
         ->capture_default_str();
-    command->add_option("--compare", arguments->compare, "Hold result B against result A; runs nothing")
+    command->add_option("--compare", arguments->compare, "Compare result B with result A; run nothing")
         ->type_name("A B")
         ->expected(2);
-    command->add_flag("--self-test", arguments->self_test, "Put a known busy-wait, and nothing, into arms");
-    command->add_flag("--list", arguments->list, "List families, arms, workloads and (--json) claims, and run nothing");
+    command->add_flag("--self-test", arguments->self_test, "Test the measurement itself on a known wait and on none")
+        ->group(rare_options);
+    command->add_flag("--list", arguments->list, "List families, arms, workloads and claims; run nothing");
     add_common_options(*command, context,
         "  tandem bench --list\n"
-        "  tandem bench --family memory,recording --time 60 --json bench.json\n"
-        "  tandem bench --family submission --arm 1-a-submit --size 1920x1080\n"
-        "  tandem bench --time 600 --processes 5 --json new.json --resume old.json\n"
-        "  tandem bench --method thesis --size 160x90 --json thesis.json\n"
+        "  tandem bench --family memory,recording --time 60 --json old.json\n"
+        "  tandem bench --family memory,recording --time 60 --processes 2 --json new.json\n"
         "  tandem bench --compare old.json new.json\n"
+        "  tandem bench --family submission --arm 1-a-submit --size 320x180 --time 20\n"
+        "  tandem bench --method thesis --size 160x90 --json thesis.json\n"
         "Exit status: 0; 1 where --compare finds an arm slower, or --self-test fails.");
     command->callback(
         [&context, arguments] { context.action = [&context, arguments] { return bench(*arguments, context); }; });

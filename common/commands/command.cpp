@@ -10,6 +10,8 @@
 #include <fstream>
 
 #include "common/commands/console.h"
+#include "common/commands/help.h"
+#include "common/commands/old_names.h"
 #include "common/error.h"
 #include "common/image/image_io.h"
 
@@ -42,7 +44,7 @@ void apply_size(const std::string& size, RenderSettings& settings) {
     settings = with_longer_side(settings, *first);
 }
 
-// Memory of the machine, or of the container where that has less.
+// The memory of the machine, or of the container where that has less.
 std::uint64_t memory_bytes() {
     const auto machine =
         static_cast<std::uint64_t>(sysconf(_SC_PHYS_PAGES)) * static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE));
@@ -122,7 +124,7 @@ ExitStatus guarded(const std::function<ExitStatus()>& action) {
 }  // namespace
 
 void add_common_options(CLI::App& command, CommandContext& context, const std::string& examples) {
-    command.add_option("--json", context.json_file, "Write the result as JSON to FILE")->type_name("FILE");
+    command.add_option("--json", context.json_file, "Write the result to FILE, as JSON")->type_name("FILE");
     command.add_flag("-v,--verbose", context.verbose, "Say more on stderr");
     command.footer("Examples:\n" + examples);
 }
@@ -132,57 +134,65 @@ void add_intersection_options(CLI::App& command, RenderOptions& options);
 }
 
 void add_render_options(CLI::App& command, RenderOptions& options) {
-    command.add_option("--size", options.size, "Image size: WxH, or the longer side, in pixels")->type_name("SIZE");
+    command.add_option("--size", options.size, "Image size in pixels, WxH or the longer side (default: the scene's)")
+        ->type_name("SIZE");
     command
         .add_option("--integrator", options.integrator,
-            "path (scattering alone finds the light), next-event (light sampling with MIS), whitted (direct light and "
-            "mirrors) or bidirectional; default: the scene's")
+            "path, next-event (samples the lights, with MIS), whitted or bidirectional (default: the scene's)")
         ->check(CLI::IsMember(std::vector<std::string>(integrator_names.begin(), integrator_names.end())));
-    command
-        .add_option("--mis", options.mis,
-            "Of next-event: on (light found by sampling it and by scattering, weighted by the power heuristic) or off "
-            "(the lights that are sampled count by next events alone); the mean image is the same")
-        ->check(CLI::IsMember({"on", "off"}))
-        ->capture_default_str();
-    command.add_option("--bounces", options.bounces, "Scattering events at most (default: the scene's)")
+    command.add_option("--bounces", options.bounces, "Scattering events of a path, at most (default: the scene's)")
         ->check(whole_between(0, 1'000'000));
-    command
-        .add_option("--roulette", options.roulette,
-            "Russian roulette may end paths from this scattering event on, 0: never (default: the scene's)")
-        ->check(whole_between(0, 1'000'000));
-    command
-        .add_option("--effects", options.effects,
-            "needed (what the scene calls for), all (the general kernels), or names of effects to simulate besides, "
-            "separated by commas; the image is the same")
-        ->check(known_effects())
-        ->capture_default_str();
     command.add_option("--seed", options.seed, "Seed of the random numbers")
         ->check(seed_number())
         ->capture_default_str();
-    add_intersection_options(command, options);
     command
-        .add_option("--generator", options.generator,
-            "Random numbers: philox, hash (cheaper) or sobol (scrambled points, whose error falls faster)")
-        ->check(CLI::IsMember(std::vector<std::string>(generator_names.begin(), generator_names.end())))
-        ->capture_default_str();
+        .add_option("--roulette", options.roulette,
+            "Scattering event from which Russian roulette may end a path. 0 is never (default: the scene's)")
+        ->check(whole_between(0, 1'000'000))
+        ->group(rare_options);
     command
-        .add_option("--clamp", options.clamp,
-            "Cut every sample's channels off at this radiance: less noise, and a bias (default: nothing is cut)")
-        ->check(above_zero(1e30));
-    command
-        .add_option("--accumulation", options.accumulation,
-            "How a pixel's samples are added up: double, compensated (two singles) or plain (one single, which drifts "
-            "with the samples); default: double, or compensated on a Vulkan device without doubles")
-        ->check(CLI::IsMember(std::vector<std::string>(accumulation_names.begin(), accumulation_names.end())));
+        .add_option("--mis", options.mis,
+            "Multiple importance sampling of --integrator next-event, on or off. Off, a sampled light counts by "
+            "next-event estimation alone. The mean image is the same")
+        ->check(CLI::IsMember({"on", "off"}))
+        ->capture_default_str()
+        ->group(rare_options);
     command
         .add_option("--sampling", options.sampling,
-            "uniform (as many samples for every pixel) or adaptive (the more the noisier its neighbours, without a "
-            "bias; --samples is then the mean); default: uniform, but render --target-error tries both")
-        ->check(CLI::IsMember(std::vector<std::string>(sampling_names.begin(), sampling_names.end())));
+            "uniform, or adaptive (noisy pixels get more samples, without bias). Adaptive takes --samples as the mean. "
+            "render --target-error tries both (default: uniform)")
+        ->check(CLI::IsMember(std::vector<std::string>(sampling_names.begin(), sampling_names.end())))
+        ->group(rare_options);
     command
-        .add_option("--fresnel", options.fresnel,
-            "Reflectance of all translucent materials: exact or schlick (default: each one's own)")
-        ->check(CLI::IsMember({"exact", "schlick"}));
+        .add_option("--generator", options.generator,
+            "Random numbers: philox, hash (cheaper) or sobol (Owen-scrambled, whose error falls faster)")
+        ->check(CLI::IsMember(std::vector<std::string>(generator_names.begin(), generator_names.end())))
+        ->capture_default_str()
+        ->group(rare_options);
+    command
+        .add_option("--clamp", options.clamp,
+            "Greatest radiance of a sample, by channel. Less noise, but a bias (default: no limit)")
+        ->check(above_zero(1e30))
+        ->group(rare_options);
+    command
+        .add_option(
+            "--fresnel", options.fresnel, "Reflectance of every dielectric: exact or schlick (default: the material's)")
+        ->check(CLI::IsMember({"exact", "schlick"}))
+        ->group(rare_options);
+    command
+        .add_option("--effects", options.effects,
+            "needed (what the scene calls for), all (the general kernels), or names, separated by commas, to simulate "
+            "besides. The image is the same")
+        ->check(known_effects())
+        ->capture_default_str()
+        ->group(rare_options);
+    command
+        .add_option("--accumulation", options.accumulation,
+            "Sums of a pixel's samples: double, compensated (two singles) or plain (one single). Plain sums drift "
+            "(default: double where the device has it, else compensated)")
+        ->check(CLI::IsMember(std::vector<std::string>(accumulation_names.begin(), accumulation_names.end())))
+        ->group(rare_options);
+    add_intersection_options(command, options);
 }
 
 namespace {
@@ -192,25 +202,28 @@ void add_intersection_options(CLI::App& command, RenderOptions& options) {
         return CLI::IsMember(std::vector<std::string>(names.begin(), names.end()));
     };
     command
-        .add_option("--triangle-kernel", options.triangle_kernel,
-            "Test of rays against triangles: watertight, moller-trumbore, baldwin-weber, and of the cpu backend embree "
-            "and embree-robust")
+        .add_option("--triangle-test", options.triangle_test,
+            "Intersection test of triangles: watertight, moller-trumbore or baldwin-weber. The cpu backend also has "
+            "embree and embree-robust")
         ->check(one_of(triangle_kernel_names))
-        ->capture_default_str();
+        ->capture_default_str()
+        ->group(rare_options);
     command
-        .add_option(
-            "--convex-kernel", options.convex_kernel, "Test of rays against spheres and cuboids: stable or naive")
+        .add_option("--convex-test", options.convex_test, "Intersection test of spheres and cuboids: stable or naive")
         ->check(one_of(convex_kernel_names))
-        ->capture_default_str();
+        ->capture_default_str()
+        ->group(rare_options);
     command
         .add_option("--guard", options.guard,
-            "What keeps a ray from finding the surface that it leaves: error-bound (moved by a bound on the rounding "
-            "error), fixed-epsilon, ulp (Wächter and Binder's integer offset) or exclusion (the primitive alone)")
+            "Self-intersection offset of spawned rays: error-bound, fixed-epsilon, ulp (Wächter and Binder) or "
+            "exclusion (none; the primitive is skipped)")
         ->check(one_of(guard_names))
-        ->capture_default_str();
-    command.add_option("--epsilon", options.epsilon, "Scene units by which --guard fixed-epsilon moves a ray")
+        ->capture_default_str()
+        ->group(rare_options);
+    command.add_option("--epsilon", options.epsilon, "Offset of --guard fixed-epsilon, in scene units")
         ->check(above_zero(1e30))
-        ->capture_default_str();
+        ->capture_default_str()
+        ->group(rare_options);
 }
 
 IntersectionSettings intersection_from(const RenderOptions& options) {
@@ -218,11 +231,11 @@ IntersectionSettings intersection_from(const RenderOptions& options) {
         return std::ranges::find(names, name) - names.begin();
     };
     IntersectionSettings settings;
-    settings.triangles = static_cast<TriangleKernel>(place(triangle_kernel_names, options.triangle_kernel));
-    settings.convex = static_cast<ConvexKernel>(place(convex_kernel_names, options.convex_kernel));
+    settings.triangles = static_cast<TriangleKernel>(place(triangle_kernel_names, options.triangle_test));
+    settings.convex = static_cast<ConvexKernel>(place(convex_kernel_names, options.convex_test));
     settings.guard = static_cast<SelfIntersectionGuard>(place(guard_names, options.guard));
     if (options.epsilon != settings.epsilon && settings.guard != SelfIntersectionGuard::fixed_epsilon)
-        throw InputError("--epsilon: counts with --guard fixed-epsilon alone; add that or leave it out");
+        throw InputError("--epsilon: is used by --guard fixed-epsilon alone; add that, or leave --epsilon out");
     settings.epsilon = options.epsilon;
     return settings;
 }
@@ -244,8 +257,8 @@ RenderSettings settings_from(const RenderOptions& options, const Scene& scene) {
             static_cast<Integrator>(std::ranges::find(integrator_names, options.integrator) - integrator_names.begin());
     settings.mis = options.mis == "on";
     if (!settings.mis && settings.integrator != Integrator::next_event)
-        throw InputError("--mis off: is of the integrator next-event alone, this one is " +
-                         integrator_name(settings.integrator) + "; add --integrator next-event or leave it out");
+        throw InputError("--mis off: the integrator " + integrator_name(settings.integrator) +
+                         " has no MIS; add --integrator next-event, or leave --mis out");
     if (options.bounces) settings.bounces = *options.bounces;
     if (options.roulette) settings.roulette_start = *options.roulette == 0 ? no_roulette : *options.roulette;
     // After all that effects depend on.
@@ -271,8 +284,8 @@ std::vector<std::pair<std::string, std::string>> given_options(const RenderOptio
     add("--bounces", text(options.bounces));
     add("--roulette", text(options.roulette));
     add("--effects", options.effects, "needed");
-    add("--triangle-kernel", options.triangle_kernel, std::string(triangle_kernel_names[0]));
-    add("--convex-kernel", options.convex_kernel, std::string(convex_kernel_names[0]));
+    add("--triangle-test", options.triangle_test, std::string(triangle_kernel_names[0]));
+    add("--convex-test", options.convex_test, std::string(convex_kernel_names[0]));
     add("--guard", options.guard, std::string(guard_names[0]));
     if (options.epsilon != IntersectionSettings{}.epsilon) add("--epsilon", fmt::format("{}", options.epsilon));
     add("--generator", options.generator, std::string(generator_names[0]));
@@ -286,7 +299,8 @@ std::vector<std::pair<std::string, std::string>> given_options(const RenderOptio
 void refuse_adaptive_sampling(const RenderOptions& options) {
     if (options.sampling == sampling_names[static_cast<std::size_t>(Sampling::adaptive)])
         throw InputError(
-            "--sampling adaptive: is of render and cost alone; here every pixel has as many samples, so leave it out");
+            "--sampling adaptive: this command gives every pixel as many samples; only render and cost can; leave it "
+            "out");
 }
 
 std::optional<Precision> precision_from(const std::string& name) {
@@ -348,8 +362,8 @@ void check_outputs(const std::vector<std::string>& outputs, const std::vector<st
 }
 
 void check_memory(const RenderSettings& settings) {
-    // A pass in hand, the copy that a stop falls back on, the runs so far, their totals, and the image made of them. Of
-    // adaptive sampling the sums of its passes too.
+    // A pass in hand, the copy that a stop falls back on, the runs so far, their totals, and the image made of them.
+    // Adaptive sampling adds the sums of its passes.
     const std::uint64_t planes = settings.sampling == Sampling::adaptive ? 6 : 5;
     const std::uint64_t bytes_per_pixel = planes * channel_count * sizeof(Moments);
     const std::uint64_t needed = std::uint64_t{settings.width} * settings.height * bytes_per_pixel;
@@ -357,7 +371,7 @@ void check_memory(const RenderSettings& settings) {
     constexpr double gibibyte = 0x1p30;
     if (needed > there)
         throw InputError(
-            fmt::format("an image of {} x {} pixels takes at least {:.0f} GiB of memory, of which there are {:.0f}; "
+            fmt::format("an image of {} x {} pixels takes at least {:.0f} GiB of memory; this machine has {:.0f} GiB; "
                         "choose a smaller --size",
                 settings.width, settings.height, static_cast<double>(needed) / gibibyte,
                 static_cast<double>(there) / gibibyte));
@@ -369,7 +383,7 @@ void write_json(const CommandContext& context, const nlohmann::json& report) {
 
 namespace {
 
-// An argument for the record, which is stored and passed on: of an absolute path only the last part.
+// An argument for the record, which is stored and passed on: an absolute path is cut to its last part.
 std::string without_folder(const std::string& argument) {
     const std::size_t path = argument.starts_with('/') ? 0 : argument.find("=/");
     if (path == std::string::npos) return argument;
@@ -382,14 +396,21 @@ std::string without_folder(const std::string& argument) {
 int run_program(int argc, char** argv, const Program& program) {
     const InterruptWatch interrupts;
     CLI::App app{
-        "Tandem renders one scene with two path tracers that share no shading code, one on the CPU and one on a Vulkan "
-        "device, and decides by statistics whether they agree.",
+        "Tandem renders a scene with two independent path tracers, one on the CPU and one on a Vulkan device. A "
+        "statistical test decides whether their images agree.",
         "tandem"};
     app.require_subcommand(1);
     app.set_version_flag("--version", "tandem 0.1.0");
+    app.formatter(std::make_shared<HelpPage>());
+    app.set_help_all_flag("--help-all", "Show this page with the options that few need, and exit");
+    app.get_help_ptr()->description("Show this page and exit");
     app.footer(
-        "Exit status: 0 fine or agree, 1 disagree, 2 unusable input or arguments, 3 undecided within the budget, 4 no "
-        "usable device.\nTry: tandem COMMAND --help");
+        "Type first:\n"
+        "  tandem render scenes/cornell-classic.json -o box.png    an image, in seconds\n"
+        "  tandem verify scenes/cornell-thesis.json                do CPU and Vulkan agree?\n"
+        "  tandem COMMAND --help                                   options and examples of a command\n\n"
+        "Exit status: 0 fine or agree, 1 disagree or a failed case, 2 unusable input, 3 undecided, 4 no usable "
+        "device.");
     std::string command_line = "tandem";
     for (int i = 1; i < argc; ++i) command_line += " " + without_folder(argv[i]);
     CommandContext context{
@@ -404,7 +425,10 @@ int run_program(int argc, char** argv, const Program& program) {
     add_stability_command(app, context);
     add_devices_command(app, context);
     try {
-        app.parse(argc, argv);
+        RenamedArguments renamed = with_new_names(argc, argv);
+        for (const std::string& note : renamed.notes) fmt::print(stderr, "tandem: {}\n", note);
+        std::ranges::reverse(renamed.arguments);  // as CLI11 takes them
+        app.parse(std::move(renamed.arguments));
     } catch (const CLI::Success& request) {  // --help, --version
         return app.exit(request);
     } catch (const CLI::ParseError& error) {

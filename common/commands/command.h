@@ -51,11 +51,11 @@ void add_common_options(CLI::App& command, CommandContext& context, const std::s
 // Parses and runs; every error becomes one line on stderr and an exit status.
 [[nodiscard]] int run_program(int argc, char** argv, const Program& program);
 
-// What --kernel is to a command.
+// What --kernel, --device and --precision are to a command.
 inline constexpr const char* kernel_help =
-    "Vulkan kernels: stages (six, a wavefront), image-stages (six, each over the whole image), megakernel, fragment (a "
-    "megakernel in a render pass) or ray-tracing (one whose hits a ray-tracing pipeline finds); default: the fastest "
-    "for the device and scene";
+    "Vulkan kernels: stages, image-stages, megakernel, fragment or ray-tracing (default: the fastest for the scene)";
+inline constexpr const char* device_help = "Vulkan device: its index, or part of its name (see tandem devices)";
+inline constexpr const char* precision_help = "single, double, contracted or mixed (default: the backend's)";
 
 // Options that say what and how to render, shared by render and verify.
 struct RenderOptions {
@@ -65,7 +65,7 @@ struct RenderOptions {
     std::string effects = "needed";
     std::optional<std::uint32_t> bounces, roulette;
     std::uint64_t seed = 0;
-    std::string triangle_kernel{triangle_kernel_names[0]}, convex_kernel{convex_kernel_names[0]};
+    std::string triangle_test{triangle_kernel_names[0]}, convex_test{convex_kernel_names[0]};
     std::string guard{guard_names[0]};
     double epsilon = IntersectionSettings{}.epsilon;
     std::string generator{generator_names[0]}, fresnel;  // fresnel: empty, the materials' own

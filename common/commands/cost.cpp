@@ -8,6 +8,7 @@
 
 #include "common/commands/command.h"
 #include "common/commands/console.h"
+#include "common/commands/help.h"
 #include "common/cost/run_cost.h"
 #include "common/error.h"
 #include "common/files/read_file.h"
@@ -132,24 +133,28 @@ ExitStatus cost(const CostArguments& arguments, const CommandContext& context) {
 void add_measuring(CLI::App& command, CostArguments& arguments) {
     command
         .add_option("--time", arguments.seconds,
-            "Seconds for the whole, the reference included and making kernels not (four replicates of each arm are run "
-            "even where that takes longer)")
+            "Seconds for the whole, the long reference included. Compiling kernels does not count. Four replicates of "
+            "each arm run even where that takes longer")
         ->check(above_zero(most_seconds))
+        ->type_name("SECONDS")
         ->capture_default_str();
     command.add_option("--knob", arguments.knobs, "Only these knobs (see --list)")->type_name("NAME")->delimiter(',');
     command
         .add_option("--resume", arguments.resume,
-            "Save all samples to FILE after every round, and continue from it where it is there")
+            "Save all samples to FILE after every round. Continue from it where it exists")
         ->type_name("FILE");
     command
         .add_option("--references", arguments.references,
-            "Folder of long references, each named by a hash of all that it depends on and continued by later runs "
-            "(default: tandem/references in the user's cache folder)")
-        ->type_name("FOLDER");
-    command.add_flag("--no-cache", arguments.no_cache, "Neither read nor keep the reference");
-    command.add_option("--reference-backend", arguments.reference_backend, "Renders the long reference: cpu or vulkan")
-        ->capture_default_str();
-    command.add_flag("--list", arguments.list, "List the settings that would be measured, and run nothing");
+            "Folder of long references, which later runs continue (default: tandem/references in the user's cache "
+            "folder)")
+        ->type_name("FOLDER")
+        ->group(rare_options);
+    command.add_flag("--no-cache", arguments.no_cache, "Neither read nor keep the long reference")->group(rare_options);
+    command
+        .add_option("--reference-backend", arguments.reference_backend, "Backend of the long reference: cpu or vulkan")
+        ->capture_default_str()
+        ->group(rare_options);
+    command.add_flag("--list", arguments.list, "List the settings that would be measured; run nothing");
 }
 
 }  // namespace
@@ -160,12 +165,13 @@ void add_cost_command(CLI::App& app, CommandContext& context) {
     command->add_option("scene", arguments->scene, "Scene file")->required()->type_name("SCENE");
     add_render_options(*command, arguments->options);
     command->get_option("--size")->description(fmt::format(
-        "Image size: WxH, or the longer side, in pixels (default: {}); times are for this size", default_size));
+        "Image size in pixels, WxH or the longer side. Times are for this size (default: {})", default_size));
     command->get_option("--seed")->description("Seed of the replicates and of their order");
     command->add_option("--backend", arguments->backend, "cpu or vulkan")->capture_default_str();
-    command->add_option("--device", arguments->device, "Vulkan device: index or part of its name (see tandem devices)");
-    command->add_option("--kernel", arguments->kernel, kernel_help);
-    command->add_option("--precision", arguments->precision, "Of the baseline (default: the backend's)");
+    command->add_option("--device", arguments->device, device_help);
+    command->add_option("--kernel", arguments->kernel, kernel_help)->group(rare_options);
+    command->add_option(
+        "--precision", arguments->precision, fmt::format("Precision of the baseline: {}", precision_help));
     command->add_option("--threads", arguments->threads, "CPU threads (default: all)")->check(whole_between(1, 1024));
     add_measuring(*command, *arguments);
     add_common_options(*command, context,
@@ -173,10 +179,10 @@ void add_cost_command(CLI::App& app, CommandContext& context) {
         "  tandem cost scenes/cornell-classic.json --knob integrator,roulette --json cost.json\n"
         "  tandem cost scenes/glass.json --backend vulkan --time 300 --resume glass.samples --json glass.json\n"
         "  tandem cost scenes/glass.json --list\n"
-        "The baseline is the scene's own settings, changed by the options given; every other arm changes one knob, and "
-        "the last\nones the best of several together; what is recommended is measured anew against its nearest rivals. "
-        "Errors are\nagainst a long reference without a bounce limit (Russian roulette), in double precision on the "
-        "CPU. Ctrl-C concludes\nfrom what is there.");
+        "The baseline is the scene's own settings, changed by the options given. Every other arm changes one knob. "
+        "The last arms combine the best knobs. What is recommended is measured anew. "
+        "Errors are against a long reference in double precision on the CPU, without a bounce limit. "
+        "Ctrl-C concludes from what is there.");
     command->callback(
         [&context, arguments] { context.action = [&context, arguments] { return cost(*arguments, context); }; });
 }

@@ -51,9 +51,8 @@ void add_devices_command(CLI::App& app, CommandContext& context) {
     CLI::App* command = app.add_subcommand("devices", "List the Vulkan devices, and why one cannot be used");
     const auto self_test = std::make_shared<bool>(false);
     command->add_flag("--self-test", *self_test,
-        "Also measure how exactly each computes (+ - * /, fma, roots, sin, cos, exp, log, pow, atan, in ulp), how it "
-        "rounds, and what becomes of subnormal numbers, signed zeros, infinities, NaN and `precise`; exit status 1 "
-        "where that is less than Vulkan demands");
+        "Measure the arithmetic of each device: errors in ulp, rounding, subnormal numbers, infinities and NaN. Exit "
+        "status 1 where it is less exact than Vulkan demands");
     add_common_options(*command, context,
         "  tandem devices\n  tandem devices -v --json devices.json\n  tandem devices --self-test --json devices.json");
     command->callback([&context, self_test] {

@@ -6,6 +6,7 @@
 
 #include "common/commands/command.h"
 #include "common/commands/console.h"
+#include "common/commands/help.h"
 #include "common/error.h"
 #include "common/scene/loader/scene_loader.h"
 #include "common/validation/verify/specialisation.h"
@@ -113,17 +114,16 @@ void print_making(const SpecialisationReport& report) {
     if (ahead)
         fmt::print("Kernels made in 0 s: all variants were compiled with the program; ");
     else
-        fmt::print("Kernels made in {:.2f} s specialised, {:.2f} s general (the longer of {} makings); ",
+        fmt::print("Kernels made in {:.2f} s specialised, {:.2f} s general (the longer of {} replicates); ",
             report.specialised.kernel_seconds, report.general.kernel_seconds, report.specialised.kernel_makings.size());
     if (!report.samples_to_pay)
-        fmt::print("no saving that could pay for it was seen\n");
+        fmt::print("no saving was seen that could pay for it\n");
     else if (ahead)
         fmt::print("specialising pays from the first sample\n");
     else
         fmt::print(
             "specialising pays for itself after {:.0f} samples of every pixel\n", std::ceil(*report.samples_to_pay));
-    if (!ahead)
-        fmt::print("  or later: a driver that keeps kernels from one run to the next may not have made them anew\n");
+    if (!ahead) fmt::print("  This is a lower bound where the driver keeps kernels from an earlier run\n");
 }
 
 void print_report(const std::string& scene, const RendererInfo& info, const SpecialisationReport& report) {
@@ -145,7 +145,7 @@ void print_report(const std::string& scene, const RendererInfo& info, const Spec
 
 ExitStatus effects(const EffectsArguments& arguments, const CommandContext& context) {
     if (arguments.options.effects != "needed")
-        throw InputError("--effects: this command holds the needed effects against all; leave the option out");
+        throw InputError("--effects: this command compares the needed effects with all of them; leave the option out");
     refuse_adaptive_sampling(arguments.options);
     const Scene scene = load_scene(arguments.scene);
     const RenderSettings settings = settings_from(arguments.options, scene);
@@ -178,27 +178,27 @@ ExitStatus effects(const EffectsArguments& arguments, const CommandContext& cont
 
 void add_effects_command(CLI::App& app, CommandContext& context) {
     CLI::App* command =
-        app.add_subcommand("effects", "Say which effects a scene calls for and what leaving out the others saves");
+        app.add_subcommand("effects", "Tell which effects a scene calls for, and what leaving out the others saves");
     const auto arguments = std::make_shared<EffectsArguments>();
     command->add_option("scene", arguments->scene, "Scene file")->required()->type_name("SCENE");
     command->add_option("--backend", arguments->backend, "cpu or vulkan")
         ->check(CLI::IsMember({"cpu", "vulkan"}))
         ->capture_default_str();
-    command->add_option("--device", arguments->device, "Vulkan device: index or part of its name (see tandem devices)");
-    command->add_option("--kernel", arguments->kernel, kernel_help);
-    command->add_option(
-        "--precision", arguments->precision, "single, double, contracted or mixed (default: the backend's)");
+    command->add_option("--device", arguments->device, device_help);
+    command->add_option("--kernel", arguments->kernel, kernel_help)->group(rare_options);
+    command->add_option("--precision", arguments->precision, precision_help);
     command->add_option("--time", arguments->seconds, "Seconds of timing")
         ->check(above_zero(most_seconds))
+        ->type_name("SECONDS")
         ->capture_default_str();
     add_render_options(*command, arguments->options);
     add_common_options(*command, context,
         "  tandem effects scenes/cornell-thesis.json\n"
         "  tandem effects scenes/glass.json --backend cpu --size 256 --json effects.json\n"
         "  __GL_SHADER_DISK_CACHE=0 MESA_SHADER_CACHE_DISABLE=true tandem effects scenes/glass.json\n"
-        "                                     kernels made anew: drivers keep them from one run to the next\n"
-        "Ctrl-C concludes from the rounds that are done. Exit status: 0, or 1 where the specialised image is not the "
-        "general one bit for bit.");
+        "The last example compiles the kernels anew; drivers keep them from one run to the next. "
+        "Ctrl-C concludes from the rounds that are done.\n"
+        "Exit status: 0, or 1 where the specialised image differs from the general one in any bit.");
     command->callback(
         [&context, arguments] { context.action = [&context, arguments] { return effects(*arguments, context); }; });
 }

@@ -8,6 +8,7 @@
 
 #include "common/commands/command.h"
 #include "common/commands/console.h"
+#include "common/commands/help.h"
 #include "common/cost/choose_settings.h"
 #include "common/error.h"
 #include "common/image/image_io.h"
@@ -54,7 +55,7 @@ nlohmann::json describe(const RenderArguments& arguments, const RenderSettings& 
         {"sampling", sampling_names[static_cast<std::size_t>(settings.sampling)]},
         {"precision", arguments.precision.empty() ? "default" : arguments.precision},
         {"kernel", arguments.kernel.empty() ? "default" : arguments.kernel}, {"effects", arguments.options.effects},
-        {"triangle_kernel", arguments.options.triangle_kernel}, {"convex_kernel", arguments.options.convex_kernel},
+        {"triangle_kernel", arguments.options.triangle_test}, {"convex_kernel", arguments.options.convex_test},
         {"guard", arguments.options.guard}, {"generator", arguments.options.generator}, {"seconds", result.seconds},
         {"paths", paths}, {"paths_per_second", result.seconds > 0.0 ? paths / result.seconds : 0.0},
         {"invalid_samples", result.film.invalid}, {"complete", result.complete}};
@@ -141,8 +142,8 @@ ExitStatus render(const RenderArguments& arguments, const CommandContext& contex
     const bool independent = settings.generator != Generator::sobol;
     if (rule.relative_error && !independent)
         throw UnsupportedError(
-            "--target-error needs samples that are independent, to know the error by; with --generator sobol give "
-            "--samples or --time (tandem cost says how many samples an error takes)");
+            "--target-error: --generator sobol has no independent samples to know the error by; give --samples or "
+            "--time (tandem cost says how many samples an error takes)");
     check_outputs({arguments.output, context.json_file}, {arguments.scene});
     check_writable_image(arguments.output);
 
@@ -167,7 +168,7 @@ ExitStatus render(const RenderArguments& arguments, const CommandContext& contex
         result = render_until(*job, rule, context.stop, tell, settings.sampling);
     }
     if (!independent) result.relative_error.reset();
-    if (result.film.count() == 0.0) throw Error("stopped before a sample of every pixel was done; nothing to write");
+    if (result.film.count() == 0.0) throw Error("stopped before every pixel had a sample; nothing is written");
 
     const nlohmann::json report = describe(arguments, settings, renderer->info(), scene, result);
     write_output(arguments, report, result.film, independent);
@@ -177,7 +178,7 @@ ExitStatus render(const RenderArguments& arguments, const CommandContext& contex
         result.complete ? "" : " (stopped early)");
     if (result.film.invalid > 0) {
         fmt::print(
-            stderr, "tandem: {} samples were not finite or negative (MODEL.md section 12)\n", result.film.invalid);
+            stderr, "tandem: {} samples were negative or not finite (MODEL.md section 12)\n", result.film.invalid);
         return ExitStatus::disagree;
     }
     if (!result.complete && !context.stop.stop_requested()) {
@@ -191,34 +192,37 @@ void add_what(CLI::App& command, RenderArguments& arguments) {
     command.add_option("scene", arguments.scene, "Scene file")->required()->type_name("SCENE");
     command
         .add_option("-o,--output", arguments.output,
-            "Image to write: .exr (mean, variance and count of every pixel, settings), .pfm (mean) or .png (sRGB)")
+            "Image to write. EXR holds mean, variance and samples of a pixel; .pfm holds the mean; .png is sRGB")
         ->required()
         ->type_name("FILE");
-    add_render_options(command, arguments.options);
-    command.add_option("--exposure", arguments.exposure, "Factor before a PNG is quantised")
-        ->check(above_zero(1e9))
-        ->capture_default_str();
 }
 
 void add_how(CLI::App& command, RenderArguments& arguments) {
     command.add_option("--backend", arguments.backend, "cpu, vulkan or oracle")->capture_default_str();
-    command.add_option("--device", arguments.device, "Vulkan device: index or part of its name (see tandem devices)");
-    command.add_option("--kernel", arguments.kernel, kernel_help);
-    command.add_option(
-        "--precision", arguments.precision, "single, double, contracted or mixed (default: the backend's)");
+    command.add_option("--device", arguments.device, device_help);
+    command.add_option("--precision", arguments.precision, precision_help);
     command.add_option("--threads", arguments.threads, "CPU threads (default: all)")->check(whole_between(1, 1024));
-    command.add_flag("--validation", arguments.validation, "Vulkan validation layers; any message is an error");
+    command.add_option("--exposure", arguments.exposure, "Factor of a PNG's radiance")
+        ->check(above_zero(1e9))
+        ->capture_default_str();
+    command.add_option("--kernel", arguments.kernel, kernel_help)->group(rare_options);
+    command.add_flag("--validation", arguments.validation, "Use Vulkan's validation layers; any message is an error")
+        ->group(rare_options);
 }
 
 void add_how_long(CLI::App& command, RenderArguments& arguments) {
     command
-        .add_option("--samples", arguments.samples, "Samples a pixel (default: 64, without --time or --target-error)")
+        .add_option(
+            "--samples", arguments.samples, "Samples a pixel (default: 64, or no limit with --time or --target-error)")
         ->check(whole_between(1, std::uint64_t{1} << 40));
-    command.add_option("--time", arguments.seconds, "Seconds to render for, at most")->check(above_zero(most_seconds));
-    command.add_option("--target-error", arguments.target_error,
-        "Stop when the root mean square standard error of the pixels, relative to the image mean, is below this: 5%. "
-        "What --integrator, --roulette and --sampling leave open is chosen by a short trial, within what gives the "
-        "same image");
+    command.add_option("--time", arguments.seconds, "Seconds, at most")
+        ->check(above_zero(most_seconds))
+        ->type_name("SECONDS");
+    command
+        .add_option("--target-error", arguments.target_error,
+            "Stop at this root mean square standard error of the pixels, relative to the image mean, as 5%. A short "
+            "trial chooses the integrator, roulette and sampling that no option names")
+        ->type_name("FRACTION");
 }
 
 }  // namespace
@@ -227,8 +231,9 @@ void add_render_command(CLI::App& app, CommandContext& context) {
     CLI::App* command = app.add_subcommand("render", "Render one image by one backend");
     const auto arguments = std::make_shared<RenderArguments>();
     add_what(*command, *arguments);
-    add_how(*command, *arguments);
     add_how_long(*command, *arguments);
+    add_render_options(*command, arguments->options);
+    add_how(*command, *arguments);
     add_common_options(*command, context,
         "  tandem render scenes/cornell-classic.json -o box.png --samples 256\n"
         "  tandem render scenes/one-weekend.json -o out.exr --backend vulkan --size 600 --time 30\n"

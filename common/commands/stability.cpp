@@ -1,4 +1,4 @@
-// tandem stability: the hard cases of scenes/hard on every backend, precision, kernel and guard.
+// tandem stability: the hard cases of scenes/hard on every backend, precision, intersection test and guard.
 #include "common/stability/stability.h"
 
 #include <fmt/format.h>
@@ -44,7 +44,7 @@ nlohmann::json to_json(const CaseResult& result) {
     return json;
 }
 
-// Self-test of the device that the benches share; nothing where all compute as this program does.
+// The self-test of the device that the benches share; nothing where all compute as this program does.
 std::optional<DeviceSelfTest> test_device(const std::vector<stability::Bench>& benches) {
     for (const stability::Bench& bench : benches)
         if (const std::optional<DeviceSelfTest> test = self_test_of(*bench.renderer)) return test;
@@ -80,7 +80,7 @@ void print_report(const StabilityReport& report, bool verbose) {
         "Misses, false hits and self-hits per 10^9 rays; worst error and bound in units of the last place of the "
         "largest coordinate\n");
     fmt::print("{:8} {:7} {:10} {:15} {:>9} {:>9} {:>9} {:>9} {:>9} {:>7} {:>7}  {}\n", "case", "backend", "precision",
-        "kernel", "rays", "misses", "false", "self", "worst", "bound", "ns/ray", "outcome");
+        "arm", "rays", "misses", "false", "self", "worst", "bound", "ns/ray", "outcome");
     std::string last;
     for (const CaseResult& r : report.results) {
         if (r.id != last) fmt::print("{}: {}\n", r.id, r.name);
@@ -93,7 +93,7 @@ void print_report(const StabilityReport& report, bool verbose) {
     }
     if (verbose)
         for (const stability::Skipped& s : report.skipped)
-            fmt::print("not there: {} {} {}: {}\n", s.backend, s.precision, s.kernel, s.reason);
+            fmt::print("left out: {} {} {}: {}\n", s.backend, s.precision, s.kernel, s.reason);
     std::array<std::size_t, 3> counts{};
     for (const CaseResult& r : report.results) ++counts[static_cast<std::size_t>(r.outcome)];
     fmt::print("{} passed, {} failed as expected, {} failed{}\n", counts[0], counts[1], counts[2],
@@ -148,7 +148,7 @@ ExitStatus stability_command(const StabilityArguments& arguments, const CommandC
         report = run_cases(cases, benches, options);
     }
     if (report.results.empty())
-        throw InputError("no case has such an arm" +
+        throw InputError("--arm: no case has such an arm" +
                          (report.skipped.empty() ? std::string() : ": " + report.skipped.front().reason));
     const std::optional<DeviceSelfTest> test = test_device(benches);
     nlohmann::json json = to_json(report, benches);
@@ -159,7 +159,7 @@ ExitStatus stability_command(const StabilityArguments& arguments, const CommandC
     return report.passed() ? ExitStatus::fine : report.complete ? ExitStatus::disagree : ExitStatus::undecided;
 }
 
-std::vector<std::string> kernel_names() {
+std::vector<std::string> arm_names() {
     std::vector<std::string> names{"default"};
     names.insert(names.end(), triangle_kernel_names.begin(), triangle_kernel_names.end());
     names.insert(names.end(), convex_kernel_names.begin(), convex_kernel_names.end());
@@ -170,8 +170,8 @@ std::vector<std::string> kernel_names() {
 }  // namespace
 
 void add_stability_command(CLI::App& app, CommandContext& context) {
-    CLI::App* command =
-        app.add_subcommand("stability", "Hold every backend, precision, kernel and guard to the hard cases");
+    CLI::App* command = app.add_subcommand(
+        "stability", "Run the numerically hard cases on every backend, precision, intersection test and guard");
     const auto arguments = std::make_shared<StabilityArguments>();
     command->add_option("--case", arguments->cases, "Cases by id (default: all)")->delimiter(',')->type_name("ID");
     command->add_option("--backend", arguments->backends, "cpu, vulkan or oracle (default: all)")->delimiter(',');
@@ -179,19 +179,22 @@ void add_stability_command(CLI::App& app, CommandContext& context) {
         ->delimiter(',')
         ->check(CLI::IsMember(std::vector<std::string>(precision_names.begin(), precision_names.end())));
     command
-        ->add_option("--kernel", arguments->options.kernel,
-            "One choice alone: a triangle kernel, a convex kernel, a guard, or default, the arm of image cases")
-        ->check(CLI::IsMember(kernel_names()));
-    command->add_option("--device", arguments->device, "Vulkan device: index or part of its name (see tandem devices)");
-    command->add_option("--time", arguments->options.seconds, "Seconds, about: slow arms shoot fewer rays")
+        ->add_option("--arm", arguments->options.kernel,
+            "One arm alone: a triangle test, a convex test, a guard, or default (the arm of image cases)")
+        ->check(CLI::IsMember(arm_names()));
+    command->add_option("--device", arguments->device, device_help);
+    command->add_option("--time", arguments->options.seconds, "Seconds, about. Slow arms shoot fewer rays")
         ->check(above_zero(most_seconds))
+        ->type_name("SECONDS")
         ->capture_default_str();
-    command->add_option("--catalogue", arguments->catalogue, "The cases")->capture_default_str()->type_name("FILE");
+    command->add_option("--catalogue", arguments->catalogue, "File of the cases")
+        ->capture_default_str()
+        ->type_name("FILE");
     add_common_options(*command, context,
         "  tandem stability\n"
         "  tandem stability --case 2,8-1e6 --backend cpu --json hard.json\n"
-        "  tandem stability --kernel moller-trumbore --time 20\n"
-        "Exit status: 0, 1 where a case fails or one that is expected to fail does not, 3 stopped early.");
+        "  tandem stability --arm moller-trumbore --time 20\n"
+        "Exit status: 0; 1 where a case fails, or passes although a failure is expected; 3 stopped early.");
     command->callback([&context, arguments] {
         context.action = [&context, arguments] { return stability_command(*arguments, context); };
     });

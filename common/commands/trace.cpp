@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "common/commands/command.h"
+#include "common/commands/help.h"
 #include "common/error.h"
 #include "common/scene/loader/scene_loader.h"
 #include "common/validation/verify/trace_comparison.h"
@@ -132,11 +133,12 @@ void print_conclusion(const Result& result) {
             const TraceComparison comparison = compared(result, x, y);
             radiance_left_out = radiance_left_out || comparable(result, x, y) == CompareRadiance::no;
             fmt::print("{} and {}: {}{}\n", x.name, y.name,
-                comparison.first_divergence ? fmt::format("part at vertex {}: ", *comparison.first_divergence) : "",
+                comparison.first_divergence ? fmt::format("separate at vertex {}: ", *comparison.first_divergence) : "",
                 comparison.reason);
         }
     if (radiance_left_out)
-        fmt::print("The oracle samples no lights: its path is compared, its radiance is not (integrator {}).\n",
+        fmt::print(
+            "The oracle does no next-event estimation: its path is compared, its radiance is not (integrator {}).\n",
             integrator_name(result.settings.integrator));
 }
 
@@ -224,12 +226,13 @@ void trace_by_all(const BackendList& backends, const TraceArguments& arguments, 
 // Options that would change nothing.
 void check_options(const TraceArguments& arguments) {
     if (!arguments.options.accumulation.empty())
-        throw InputError("--accumulation: says how samples are added up, and here is one alone; leave it out");
+        throw InputError("--accumulation: one sample has nothing to add up; leave the option out");
     const auto check = [&](const char* option, const std::string& value, const char* backend) {
         if (!value.empty() && !arguments.backends.empty() &&
             std::ranges::find(arguments.backends, backend) == arguments.backends.end())
             throw InputError(
-                fmt::format("{}: is of the {} backend, which --backends does not name; leave it out", option, backend));
+                fmt::format("{}: the {} backend is not named by --backends; add it there, or leave the option out",
+                    option, backend));
     };
     check("--precision", arguments.precision, "cpu");
     check("--vulkan-precision", arguments.vulkan_precision, "vulkan");
@@ -244,13 +247,13 @@ ExitStatus trace(const TraceArguments& arguments, const CommandContext& context)
     check_outputs({context.json_file}, {arguments.scene});
     if (arguments.pixel[0] >= result.settings.width || arguments.pixel[1] >= result.settings.height)
         throw InputError(
-            fmt::format("--pixel {},{} lies outside of the image of {} x {}; pixels count from 0,0 at the "
-                        "upper left, and --size says how many there are",
+            fmt::format("--pixel {},{}: lies outside the image of {} x {}; name a pixel from 0,0 (upper left) on, or "
+                        "another --size",
                 arguments.pixel[0], arguments.pixel[1], result.settings.width, result.settings.height));
     for (const std::string& name : arguments.backends)
         result.traces.push_back(trace_by(find_backend(context.program.backends, name), arguments, result));
     if (arguments.backends.empty()) trace_by_all(context.program.backends, arguments, result);
-    if (result.traces.empty()) throw UnsupportedError("no backend can follow this path: " + result.left_out.front());
+    if (result.traces.empty()) throw UnsupportedError("no backend can trace this path: " + result.left_out.front());
     print_header(result, arguments);
     print_vertices(result, context.verbose);
     print_conclusion(result);
@@ -261,7 +264,7 @@ ExitStatus trace(const TraceArguments& arguments, const CommandContext& context)
 }  // namespace
 
 void add_trace_command(CLI::App& app, CommandContext& context) {
-    CLI::App* command = app.add_subcommand("trace", "Follow one path, vertex by vertex, on several backends");
+    CLI::App* command = app.add_subcommand("trace", "Trace one path, vertex by vertex, on several backends");
     const auto arguments = std::make_shared<TraceArguments>();
     command->add_option("scene", arguments->scene, "Scene file")->required()->type_name("SCENE");
     command->add_option("--pixel", arguments->pixel, "Pixel; 0,0 is the upper left one")
@@ -274,18 +277,18 @@ void add_trace_command(CLI::App& app, CommandContext& context) {
         ->capture_default_str();
     command
         ->add_option("--backends", arguments->backends,
-            "Which, separated by commas; the others are compared with the first (default: all that can)")
+            "Backends, separated by commas. The first is the base of comparison (default: all that can)")
         ->delimiter(',')
-        ->type_name("NAMES");
-    command->add_option("--device", arguments->device, "Vulkan device: index or part of its name (see tandem devices)");
-    command->add_option("--precision", arguments->precision, "Of the cpu backend: single, double or mixed");
+        ->type_name("NAME");
+    command->add_option("--device", arguments->device, device_help);
+    command->add_option("--precision", arguments->precision, "Precision of the cpu backend: single, double or mixed");
     command->add_option("--vulkan-precision", arguments->vulkan_precision,
-        "Of the vulkan backend: single, double, contracted or mixed; records are in float");
+        "Precision of the vulkan backend: single, double, contracted or mixed. Its records are single");
     add_render_options(*command, arguments->options);
     add_common_options(*command, context,
         "  tandem trace scenes/cornell-thesis.json --size 128 --pixel 64,90 --sample 5\n"
-        "  tandem trace scenes/glass.json --pixel 10,20 --backends oracle,cpu --precision double --json path.json\n"
-        "All backends draw the same random numbers, so their paths are one until rounding parts them.\n"
+        "  tandem trace scenes/glass.json --pixel 10,20 --backends oracle,cpu --json path.json\n"
+        "All backends draw the same random numbers. Their paths are the same until rounding separates them. "
         "Distances are in ulp of single precision. -v prints every backend's figures.");
     command->callback(
         [&context, arguments] { context.action = [&context, arguments] { return trace(*arguments, context); }; });

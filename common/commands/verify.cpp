@@ -7,6 +7,7 @@
 
 #include "common/commands/command.h"
 #include "common/commands/console.h"
+#include "common/commands/help.h"
 #include "common/commands/verdict_options.h"
 #include "common/error.h"
 #include "common/scene/loader/scene_loader.h"
@@ -29,7 +30,7 @@ struct VerifyArguments {
     bool no_paired = false, validation = false, convergence = false;
 };
 
-// Self-tests of the sides whose device has an arithmetic of its own; says each in a line.
+// Says in a line how exactly each side's device computes, where it has an arithmetic of its own.
 std::vector<DeviceSelfTest> self_tests_of(std::initializer_list<Renderer*> sides) {
     std::vector<DeviceSelfTest> tests;
     for (Renderer* const side : sides) {
@@ -62,7 +63,7 @@ void print_convergence(const SceneVerdict& verdict) {
     for (const auto& [name, side] : {std::pair{&verdict.reference_name, &report.reference},
              std::pair{&verdict.candidate_name, &report.candidate}}) {
         if (std::isnan(side->slope.value)) {
-            fmt::print("    {}: every sample is the same, so nothing converges; off by {} of the mean\n", *name,
+            fmt::print("    {}: every sample is the same, so no error falls; off by {} of the mean\n", *name,
                 percent(std::sqrt(std::max(0.0, side->squared_bias.value))));
             continue;
         }
@@ -95,8 +96,8 @@ void add_convergence(const Scene& scene, Renderer& reference, Renderer& candidat
     if (verdict.convergence)
         print_convergence(verdict);
     else
-        fmt::print(
-            "    convergence: {} s are too few for it (or the image is black); give more --time\n", arguments.seconds);
+        fmt::print("    convergence: cannot be measured in {} s, or the image is black; give more --time\n",
+            arguments.seconds);
 }
 
 // The command that follows a sample of the worst pixel on both backends, and on the oracle.
@@ -191,6 +192,21 @@ ExitStatus verify(const VerifyArguments& arguments, const CommandContext& contex
     return status;
 }
 
+void add_rare_options(CLI::App& command, VerifyArguments& arguments) {
+    const auto add = [&](const char* name, std::string& value, const std::string& text) {
+        command.add_option(name, value, text)->group(rare_options);
+    };
+    add("--kernel", arguments.kernel, fmt::format("Candidate's {}", kernel_help));
+    add("--reference-kernel", arguments.reference_kernel, "Vulkan kernels of the reference");
+    add("--reference-device", arguments.reference_device, "Vulkan device of the reference");
+    add("--reference-precision", arguments.reference_precision,
+        fmt::format("Precision of the reference: {}", precision_help));
+    command.add_flag("--no-paired", arguments.no_paired, "Leave out the paired seeds. They find small faults sooner")
+        ->group(rare_options);
+    command.add_flag("--validation", arguments.validation, "Use Vulkan's validation layers; any message is an error")
+        ->group(rare_options);
+}
+
 }  // namespace
 
 void add_verify_command(CLI::App& app, CommandContext& context) {
@@ -200,35 +216,33 @@ void add_verify_command(CLI::App& app, CommandContext& context) {
     command->add_option("scenes", arguments->scenes, "Scene files")->required()->type_name("SCENE");
     command->add_option("--reference", arguments->reference, "Backend that is trusted")->capture_default_str();
     command->add_option("--candidate", arguments->candidate, "Backend that is judged")->capture_default_str();
-    command->add_option("--device", arguments->device, "Candidate's Vulkan device: index or part of its name");
-    command->add_option("--reference-device", arguments->reference_device, "Reference's Vulkan device");
-    command->add_option("--kernel", arguments->kernel, fmt::format("Candidate's {}", kernel_help));
-    command->add_option("--reference-kernel", arguments->reference_kernel, "Reference's Vulkan kernels");
-    command->add_option("--precision", arguments->precision, "Candidate's: single, double, contracted or mixed");
     command->add_option(
-        "--reference-precision", arguments->reference_precision, "Reference's: single, double, contracted or mixed");
-    command->add_option("--time", arguments->seconds, "Seconds a scene, at most")
+        "--device", arguments->device, "Vulkan device of the candidate: its index, or part of its name");
+    command->add_option(
+        "--precision", arguments->precision, fmt::format("Precision of the candidate: {}", precision_help));
+    command->add_option("--time", arguments->seconds, "Seconds of a scene, at most")
         ->check(above_zero(most_seconds))
+        ->type_name("SECONDS")
         ->capture_default_str();
     command
         ->add_option("--samples", arguments->samples,
-            "Samples a pixel and side, at most (default: 1048576, more for films below 128x128)")
+            "Samples a pixel and side, at most (default: 1048576; more below 128x128 pixels)")
         ->check(whole_between(64, std::uint64_t{1} << 40));
     command
-        ->add_option("--referee", arguments->oracle,
-            "Backend that is asked which side is outvoted, where they disagree: oracle or none")
+        ->add_option("--oracle", arguments->oracle,
+            "Reference oracle that says which side is wrong where they disagree: oracle or none")
         ->check(CLI::IsMember({"oracle", "none"}))
         ->capture_default_str();
-    command->add_flag(
-        "--no-paired", arguments->no_paired, "Leave out the paired seeds, which find small faults sooner");
     command->add_flag("--convergence", arguments->convergence,
-        "Also measure how the errors of both fall with samples, in as much --time again: slope, bias floor, variance");
-    command->add_flag("--validation", arguments->validation, "Vulkan validation layers; any message is an error");
+        "Also measure how the errors of both fall with samples. This takes as much --time again");
     add_render_options(*command, arguments->render);
+    command->get_option("--size")->description(
+        "Image size in pixels, WxH or the longer side (default: the scene's, at most 128)");
+    add_rare_options(*command, *arguments);
     add_criteria(*command, arguments->criteria, {});
     add_common_options(*command, context,
         "  tandem verify scenes/cornell-thesis.json\n"
-        "  tandem verify scenes/*.json --json verdict.json --report report\n"
+        "  tandem verify scenes/furnace.json scenes/glass.json --json verdict.json --report report\n"
         "  tandem verify scenes/furnace.json --reference oracle --candidate cpu --precision double\n"
         "Exit status: 0 agree, 1 disagree, 3 undecided within the time.");
     command->callback(

@@ -84,14 +84,14 @@ void add_intersections(
         const bool of_embree = kernel == TriangleKernel::embree || kernel == TriangleKernel::embree_robust;
         if (kernel == base.triangles || (of_embree && backend != "cpu")) continue;
         const std::string name(triangle_kernel_names[i]);
-        all.push_back({"triangle-kernel", name, "--triangle-kernel " + name,
+        all.push_back({"triangle-test", name, "--triangle-test " + name,
             [kernel](ArmSettings& arm) { arm.render.intersection.triangles = kernel; }, no_triangles, false});
     }
     for (std::size_t i = 0; i < convex_kernel_names.size(); ++i) {
         const auto kernel = static_cast<ConvexKernel>(i);
         if (kernel == base.convex) continue;
         const std::string name(convex_kernel_names[i]);
-        all.push_back({"convex-kernel", name, "--convex-kernel " + name,
+        all.push_back({"convex-test", name, "--convex-test " + name,
             [kernel](ArmSettings& arm) { arm.render.intersection.convex = kernel; }, no_convex, false});
     }
     for (std::size_t i = 0; i < guard_names.size(); ++i) {

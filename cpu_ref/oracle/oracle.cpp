@@ -1,5 +1,5 @@
-// The oracle as a backend: which says which of two disagreeing tracers is outvoted. Double
-// precision, brute force over all primitives, no acceleration structure, no light sampling. Slow by intention.
+// The reference oracle as a backend. It says which of two disagreeing tracers is wrong. Double precision, brute force
+// over all primitives, no acceleration structure, no light sampling. Slow by intention.
 #include <algorithm>
 #include <atomic>
 #include <cmath>
@@ -111,8 +111,8 @@ private:
 void refuse_choices(const RenderSettings& settings) {
     if (settings.intersection != IntersectionSettings{})
         throw UnsupportedError(
-            "the oracle has one kernel a primitive and no guard to choose: a reference is not to vary with what it "
-            "judges; leave --triangle-kernel, --convex-kernel and --guard out");
+            "the oracle has one intersection test a primitive and one guard; leave --triangle-test, --convex-test and "
+            "--guard out");
     if (settings.accumulation.value_or(Accumulation::in_double) != Accumulation::in_double)
         throw UnsupportedError("the oracle adds its samples in double alone; leave --accumulation out");
 }

@@ -125,7 +125,7 @@ void check_kernels(const IntersectionSettings& chosen, Precision precision) {
     if (embree && precision != Precision::single_precision)
         throw UnsupportedError(
             "Embree's own triangle tests are of single precision; use --precision single or another "
-            "--triangle-kernel");
+            "--triangle-test");
 }
 
 }  // namespace tandem::cpu

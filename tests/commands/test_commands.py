@@ -3,6 +3,7 @@
 import json
 import os
 import pathlib
+import re
 import shutil
 import signal
 import subprocess
@@ -468,7 +469,7 @@ class Commands(unittest.TestCase):
         suite, = root
         return suite.attrib, suite.findall("testcase")
 
-    def test_verify_writes_junit_with_the_outvoted_witness(self):
+    def test_verify_writes_junit_with_the_outvoted_side(self):
         closed = self.changed("/expect", {"radiance": [0.6, 0.6, 0.6], "formula": "a < b & \"c\""})
         report, figures = self.folder / "junit.xml", self.folder / "out.json"
         result = tandem("verify", self.scene, closed, "--junit", report, "--json", figures, "--time", 20)
@@ -514,12 +515,12 @@ class Commands(unittest.TestCase):
         self.assertEqual(result.returncode, 0, result.stdout + result.stderr)
         self.assertIn("closed form is left out: it holds at 12 bounces, not at 3", result.stdout)
 
-    def test_the_referee_can_be_left_out(self):
+    def test_the_oracle_can_be_left_out(self):
         wrong = self.changed("/expect", {"radiance": [0.6, 0.6, 0.6], "formula": "no"})
-        result = tandem("verify", wrong, "--referee", "none", "--time", 20)
+        result = tandem("verify", wrong, "--oracle", "none", "--time", 20)
         self.assertEqual(result.returncode, 1, result.stdout + result.stderr)
         self.assertNotIn("oracle", result.stdout)
-        self.refused(tandem("verify", wrong, "--referee", "nobody"), "nobody")
+        self.refused(tandem("verify", wrong, "--oracle", "nobody"), "nobody")
 
     def test_a_refused_verify_leaves_no_report_folder(self):
         report = self.folder / "report"
@@ -551,7 +552,7 @@ class Commands(unittest.TestCase):
         self.assertIn(told["samples_to_pay"], (0, None))
         self.assertEqual(len(told["not_allocated"]), 1)
         self.assertIn("compiled with the program", result.stdout)
-        self.assertNotIn("or later", result.stdout)
+        self.assertNotIn("lower bound", result.stdout)
         self.refused(tandem("effects", self.scene, "--effects", "all"), "--effects")
 
     def test_effects_tells_what_is_not_compiled_allocated_and_dispatched(self):
@@ -567,7 +568,7 @@ class Commands(unittest.TestCase):
         self.assertIsNone(told["specialised"]["variant"])
         self.assertEqual(len(told["specialised"]["kernel_seconds_each"]), 2)
         self.assertGreater(told["general"]["kernel_seconds"], 0)
-        self.assertIn("or later: a driver that keeps kernels", result.stdout)
+        self.assertIn("lower bound where the driver keeps kernels", result.stdout)
 
     def test_unknown_effects_are_refused_with_the_known_ones(self):
         self.refused(tandem("render", self.scene, "-o", self.folder / "a.png", "--effects", "lens,magic"), "magic", "lens")
@@ -599,7 +600,7 @@ class Commands(unittest.TestCase):
     def test_bench_measures_resumes_and_compares(self):
         first, second, out = (self.folder / name for name in ("first.json", "second.json", "out.json"))
         arguments = ["bench", "--scene", self.scene, "--family", "waiting", "--size", "8x8", "--time", "60",
-                     "--narrow", "0.9", "--makings", "2"]
+                     "--narrow", "0.9", "--replicates", "2"]
         self.assertEqual(tandem(*arguments, "--json", first).returncode, 0)
         told = json.loads(first.read_text())
         arms = {arm["arm"]: arm for arm in told["arms"]}
@@ -628,7 +629,7 @@ class Commands(unittest.TestCase):
     def test_bench_of_several_processes_keeps_what_each_measured(self):
         out, again = (self.folder / name for name in ("out.json", "again.json"))
         arguments = ["bench", "--scene", self.scene, "--family", "waiting", "--size", "8x8", "--time", "60",
-                     "--narrow", "0.9", "--makings", "3", "--processes", "3"]
+                     "--narrow", "0.9", "--replicates", "3", "--processes", "3"]
         killed = subprocess.Popen([TANDEM, *map(str, arguments), "--json", out], stdout=subprocess.DEVNULL,
                                   stderr=subprocess.DEVNULL, start_new_session=True)
         self.addCleanup(killed.wait)
@@ -643,10 +644,10 @@ class Commands(unittest.TestCase):
         self.assertEqual(result.returncode, 0, result.stderr)
         self.assertEqual(len(json.loads(again.read_text())["raw"]), kept + 3)
 
-    def test_bench_shares_its_makings_among_processes(self):
+    def test_bench_shares_its_replicates_among_processes(self):
         out = self.folder / "out.json"
         result = tandem("bench", "--scene", self.scene, "--family", "waiting", "--size", "8x8", "--time", "60", "--narrow",
-                        "0.9", "--makings", "2", "--processes", "5", "--json", out)
+                        "0.9", "--replicates", "2", "--processes", "5", "--json", out)
         self.assertEqual(result.returncode, 0, result.stderr)
         self.assertEqual(len(json.loads(out.read_text())["raw"]), 2)
 
@@ -660,7 +661,7 @@ class Commands(unittest.TestCase):
         listed = tandem("bench", "--scene", self.scene, "--list")
         self.assertEqual(listed.returncode, 0)
         self.assertIn("pre-recorded", listed.stdout)
-    def test_stability_tells_each_arm_and_expects_weak_kernels_to_fail(self):
+    def test_stability_tells_each_arm_and_expects_weak_tests_to_fail(self):
         out = self.folder / "hard.json"
         result = tandem("stability", "--catalogue", SCENES / "hard" / "catalogue.json", "--backend", "cpu",
                         "--precision", "single", "--case", "1,12", "--time", "2", "--json", out)
@@ -679,7 +680,7 @@ class Commands(unittest.TestCase):
     def test_stability_on_a_device_tells_how_exactly_that_computes(self):
         out = self.folder / "hard.json"
         result = tandem("stability", "--catalogue", SCENES / "hard" / "catalogue.json", "--backend", "vulkan",
-                        "--precision", "single", "--case", "1", "--kernel", "watertight", "--json", out)
+                        "--precision", "single", "--case", "1", "--arm", "watertight", "--json", out)
         self.assertEqual(result.returncode, 0, result.stdout + result.stderr)
         self.assertIn("Self-test of", result.stdout)
         told = json.loads(out.read_text())["device_self_test"]
@@ -692,9 +693,9 @@ class Commands(unittest.TestCase):
         self.refused(tandem("stability", "--catalogue", self.folder / "no.json"), "no.json", "--catalogue")
         self.refused(tandem("stability", "--catalogue", catalogue, "--backend", "cpu", "--precision", "contracted"), "contracted")
 
-    def test_kernels_and_guards_that_a_backend_lacks_are_refused_with_the_reason(self):
+    def test_intersection_tests_and_guards_that_a_backend_lacks_are_refused_with_the_reason(self):
         out = self.folder / "out.pfm"
-        self.refused(tandem("render", self.scene, "-o", out, "--precision", "double", "--triangle-kernel", "embree"),
+        self.refused(tandem("render", self.scene, "-o", out, "--precision", "double", "--triangle-test", "embree"),
                      "single precision")
         self.refused(tandem("render", self.scene, "-o", out, "--backend", "oracle", "--guard", "ulp"), "oracle")
         self.refused(tandem("render", self.scene, "-o", out, "--epsilon", "0.1"), "--epsilon", "fixed-epsilon")
@@ -770,11 +771,54 @@ class Commands(unittest.TestCase):
         else:
             self.assertRegex(not_measured["sampling", "adaptive"], "up to 128 adaptive sampling is uniform|too slow")
 
-    def test_help_of_every_command_has_examples(self):
-        for command in ["render", "verify", "compare", "effects", "bench", "cost", "devices"]:
-            result = tandem(command, "--help")
-            self.assertEqual(result.returncode, 0)
-            self.assertIn("Examples:", result.stdout)
+    def test_help_of_every_command_fits_a_screen_and_shows_examples(self):
+        for command in ["render", "verify", "compare", "effects", "bench", "cost", "trace", "stability", "devices"]:
+            with self.subTest(command):
+                result = tandem(command, "--help")
+                self.assertEqual((result.returncode, result.stderr), (0, ""))
+                lines = result.stdout.splitlines()
+                self.assertLessEqual(len(lines), 40)
+                self.assertIn("Examples:", lines)
+                everything = tandem(command, "--help-all")
+                self.assertEqual(everything.returncode, 0)
+                self.assertLessEqual(max(map(len, everything.stdout.splitlines())), 100)
+                self.assertNotRegex(everything.stdout, "(?m)^ *Of |--(triangle|convex)-kernel|--referee|--makings")
+                for text in re.split(r"\n {2,28}(?=-)|\n\n|\n(?=  tandem)|[.:;] ", everything.stdout):
+                    self.assertLessEqual(len(text.split()), 25, text)
+
+    def test_options_that_few_need_stand_under_help_all(self):
+        for option in ["--triangle-test", "--guard", "--generator", "--validation"]:
+            self.assertNotIn(option, tandem("render", "--help").stdout)
+            self.assertIn(option, tandem("render", "--help-all").stdout)
+
+    def test_help_of_the_program_says_what_to_type_first(self):
+        result = tandem("--help")
+        self.assertEqual(result.returncode, 0)
+        lines = result.stdout.splitlines()
+        self.assertLessEqual(len(lines), 40)
+        self.assertIn("Type first:", lines[:6])
+        self.assertIn("  tandem render scenes/cornell-classic.json -o box.png ", result.stdout)
+
+    def test_old_names_of_options_work_with_a_note(self):
+        out = self.folder / "out.pfm"
+        for option, now in [("--triangle-kernel=baldwin-weber", "--triangle-test"), ("--convex-kernel=naive", "--convex-test")]:
+            result = tandem("render", self.scene, "-o", out, "--samples", 1, option)
+            self.assertEqual(result.returncode, 0, result.stderr)
+            old = option.split("=")[0]
+            self.assertEqual(result.stderr, f"tandem: {old} is now {now}; the old name still works\n")
+        result = tandem("cost", self.scene, "--knob", "convex-kernel", "--list")
+        self.assertEqual(result.returncode, 0, result.stderr)
+        self.assertIn("--convex-test naive", result.stdout)
+        self.assertIn("convex-kernel is now convex-test", result.stderr)
+        # A GPU program is a kernel: this name stays.
+        self.assertEqual(tandem("render", self.scene, "-o", out, "--samples", 1, "--backend", "vulkan", "--kernel", "stages").stderr, "")
+        wrong = self.changed("/expect", {"radiance": [0.6, 0.6, 0.6], "formula": "no"})
+        result = tandem("verify", wrong, "--referee", "none", "--time", 20)
+        self.assertEqual(result.returncode, 1)
+        self.assertIn("--referee is now --oracle", result.stderr)
+        result = tandem("stability", "--catalogue", SCENES / "hard" / "catalogue.json", "--kernel", "magic")
+        self.assertEqual(result.returncode, 2)
+        self.assertRegex(result.stderr, "--kernel is now --arm.*\n.*magic")
 
 
 if __name__ == "__main__":

@@ -50,7 +50,7 @@ class Report(unittest.TestCase):
         # How long the first takes to show how its errors fall depends on the machine.
         scenes = [SCENES / "cornell-thesis.json", SCENES / "mirror-corridor.json"]
         for seconds in (10, 40, 80):
-            run(TANDEM, "verify", *scenes, "--candidate", "oracle", "--referee", "none", "--size", "8", "--samples", "256",
+            run(TANDEM, "verify", *scenes, "--candidate", "oracle", "--oracle", "none", "--size", "8", "--samples", "256",
                 "--time", seconds, "--convergence", "--report", cls.folder)
             if json.loads((cls.folder / "report.json").read_text())["scenes"][0]["convergence"]:
                 break

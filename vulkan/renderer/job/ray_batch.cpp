@@ -109,7 +109,7 @@ bool is_sound(const GivenRay& ray) {
 void check_kernels(const IntersectionSettings& chosen) {
     if (chosen.triangles == TriangleKernel::embree || chosen.triangles == TriangleKernel::embree_robust)
         throw UnsupportedError(
-            "the Vulkan renderer has no triangle tests of Embree's, which runs on CPUs; use another --triangle-kernel, "
+            "the Vulkan renderer has no triangle tests of Embree's, which runs on CPUs; use another --triangle-test, "
             "or the cpu backend");
 }
 
