@@ -110,7 +110,7 @@ void aim_shadow_ray(Path path, Incident incident, Receiver receiver, Response re
 // 9.3, where it applies; zero: the path ends.
 vec3 after_roulette(inout Path path, vec3 direction, float u) {
     if (direction == vec3(0.0) || path.throughput == vec3(0.0)) return vec3(0.0);
-    if (has_roulette && PLANT(roulette_late, path.segment, path.segment + 1) >= settings.roulette_start && !survives(path.throughput, u))
+    if (has_roulette && path.segment + 1 >= settings.roulette_start && !survives(path.throughput, u))
         return vec3(0.0);
     return direction;
 }
@@ -243,7 +243,7 @@ Departure meet_surface(inout Path path, Hit hit, Surface surface, vec4 drawn) {
     if (has_emission && there && material.radiance != vec3(0.0) && emits_to(material, front)) {
         const float share = has_translucent_emission && emissive && translucent ? material.alpha : 1.0;
         const float weight = has_light_sampling ? scattering_weight(path, slot, surface) : 1.0;
-        path.radiance += path.throughput * material.radiance * PLANT_SCALE(emission_scaled, share * weight);
+        path.radiance += path.throughput * material.radiance * (share * weight);
     }
     if (path.segment == settings.bounces || (emissive && !translucent)) return leaving;
     if ((has_checker || has_noise || has_image_texture) && material.colour_texture != no_index)
@@ -263,7 +263,6 @@ Departure meet_surface(inout Path path, Hit hit, Surface surface, vec4 drawn) {
             const bool conducts = (has_smooth_conductor || has_rough_conductor) && material.kind == material_conductor;
             const bool passes = has_boundary && material.kind == material_boundary;
             if (!conducts && !passes) path.throughput = absorbed(material, path.throughput);
-            if (PLANTED(albedo_twice) && diffuse) path.throughput *= material.colour;
             if (conducts || has_rough_translucent) path.throughput *= scattering.weight;
         }
         if (scattering.direction != vec3(0.0)) to_front = dot(scattering.direction, surface.normal) > 0.0;

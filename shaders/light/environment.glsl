@@ -20,9 +20,7 @@ vec2 environment_coordinates(vec3 d) {
 }
 
 vec3 environment_radiance(Environment image, vec3 direction) {
-    vec2 uv = environment_coordinates(to_environment(image, direction));
-    if (PLANTED(sky_mirrored)) uv.x = 1.0 - uv.x;
-    uv.x = PLANT(sky_rotated, uv.x + planted_amount, uv.x);
+    const vec2 uv = environment_coordinates(to_environment(image, direction));
     return table_image(image.texels, image.size, uv, true);
 }
 

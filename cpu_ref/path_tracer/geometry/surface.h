@@ -129,7 +129,6 @@ TANDEM_INLINE Surface<Real> surface_at(const Tables<Real>& tables, const Ray<Lan
     if (chosen.guard != SelfIntersectionGuard::error_bound) [[unlikely]]
         surface.error_bound =
             V(chosen.guard == SelfIntersectionGuard::fixed_epsilon ? static_cast<Real>(chosen.epsilon) : Real(0));
-    if (planted(PlantedBug::self_hit_not_excluded)) surface.error_bound = V(Real(0));
     if (planted(PlantedBug::epsilon_too_large))
         surface.error_bound = V(static_cast<Real>(tables.size * planted_amount()));
     return surface;

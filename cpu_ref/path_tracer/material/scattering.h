@@ -34,10 +34,9 @@ TANDEM_INLINE Lanes<Real> relative_index(
     const Tables<Real>& tables, Ints<Real> material, Mask<Real> front, const Lanes<Real>* outside) {
     using V = Lanes<Real>;
     const V index = tables.materials.index[material];
-    const Mask<Real> inverted = planted(PlantedBug::relative_index_inverted) ? !front : front;
     if (outside == nullptr || planted(PlantedBug::outside_index_ignored))
-        return select(inverted, V(Real(1)) / index, index);
-    return select(inverted, *outside / index, index / *outside);
+        return select(front, V(Real(1)) / index, index);
+    return select(front, *outside / index, index / *outside);
 }
 
 template <class Real>

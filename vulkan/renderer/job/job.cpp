@@ -47,7 +47,7 @@ VulkanJob::VulkanJob(const Instance& instance, const Device& device, Stages& sta
       device_(device),
       patterns_(patterns),
       precision_(precision),
-      settings_(mutated_settings(checked_settings(settings), planted_bug)),
+      settings_(checked_settings(settings)),
       // A ray-tracing pipeline brings its own trees.
       scene_(flatten_for(scene, settings_,
           patterns.kernel == KernelShape::ray_tracing ? Acceleration::loops : acceleration, precision)),

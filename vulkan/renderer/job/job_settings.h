@@ -11,8 +11,6 @@ namespace tandem {
 
 // The same, or InputError or UnsupportedError where no job has such settings.
 [[nodiscard]] RenderSettings checked_settings(RenderSettings settings);
-// With the bounces of a planted fault.
-[[nodiscard]] RenderSettings mutated_settings(RenderSettings settings, PlantedFault fault);
 
 // What a device does where settings leave it open: in double where it and this build can.
 [[nodiscard]] Accumulation own_accumulation(const Device& device);
