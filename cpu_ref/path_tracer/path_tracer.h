@@ -493,12 +493,12 @@ void PathTracer<Real, effects, Recorder, Shade>::add_direct_light(
     }
     S weight = weighs_ ? power_heuristic(density, scattered) : S(Shade(1));
     if (planted(PlantedBug::balance_on_one_side)) weight = density / (density + scattered);
-    weight = weight * S(static_cast<Shade>(planted_scale(PlantedBug::next_event_scaled)));
     if (planted(PlantedBug::mis_weights_unequal) && tables_.lights.count > 1) weight = weight * S(Shade(0.5));
     if (planted(PlantedBug::cosine_dropped)) transfer = S(static_cast<Shade>(inverse_pi));
     if (planted(PlantedBug::inverse_pi_dropped)) transfer = s_cosine;
+    transfer = transfer * S(static_cast<Shade>(planted_scale(PlantedBug::next_event_scaled)));
     if constexpr (general) {
-        const S whole(static_cast<Shade>(planted_scale(PlantedBug::next_event_scaled)));
+        const S whole(Shade(1));
         weight = weighs_ ? select(shaded(sample.delta), whole, weight) : whole;
         const Vec3<S> light = shaded(sample.radiance) * S(transfer / density * weight);
         const Vec3<S> brought = at.throughput * colour * light;

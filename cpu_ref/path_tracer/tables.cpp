@@ -108,7 +108,6 @@ private:
     void add_face(const dvec3& object_normal, const dvec3& point, double extent, std::uint32_t sphere, bool curved) {
         const dvec3 n = normal_to_world(object_normal);
         face_normal_.push_back(n);
-        face_wrong_normal_.push_back(glm::normalize(linear_ * object_normal));
         face_offset_.push_back(static_cast<Real>(glm::dot(n, point)));
         face_extent_.push_back(static_cast<Real>(extent));
         face_primitive_.push_back(id_);
@@ -323,7 +322,7 @@ private:
     BoundingBox whole_;
 
     using Unsigned = UnsignedOf<Real>;
-    VectorRows<Real> face_normal_, face_wrong_normal_, face_terms_;
+    VectorRows<Real> face_normal_, face_terms_;
     std::array<VectorRows<Real>, 3> edge_normal_;
     std::array<std::vector<Real>, 3> edge_offset_;
     std::vector<Real> least_height_;
@@ -450,7 +449,6 @@ template <class Real>
 void TableBuilder<Real>::finish_faces() {
     FaceTable<Real>& table = tables_.faces;
     face_normal_.assign_to(table.normal);
-    (planted(PlantedBug::normal_transform_wrong) ? face_wrong_normal_ : face_normal_).assign_to(table.shading_normal);
     table.offset.assign(face_offset_);
     table.extent.assign(face_extent_);
     face_terms_.assign_to(table.terms);

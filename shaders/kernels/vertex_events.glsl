@@ -51,12 +51,7 @@ float scattering_weight(Path path, uint slot, Surface surface) {
     const real cosine = abs(dot(surface.normal, path.direction));
     if (has_entity_motion) receiver = beside_rest(receiver, light, path_time(path.pixel, path.sample_index));
     const real chance = PLANT(mixture_ignored, light.probability * float(settings.light_count), light.probability);
-    real density = chance * light_density(light, receiver, offset, cosine);
-#ifdef PLANTED_BUGS
-    // Only the sampled directions' density is off.
-    if (PLANTED(sphere_light_cone_scaled) && light.kind == kind_sphere && !is_inside_sphere(light, receiver))
-        density *= 1.0 + planted_amount;
-#endif
+    const real density = chance * light_density(light, receiver, offset, cosine);
     return shaded(
         PLANT(heuristic_swapped, power_heuristic(density, path.density), power_heuristic(path.density, density)));
 }

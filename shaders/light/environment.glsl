@@ -2,7 +2,6 @@
 // sections 8.1 and 8.2).
 #ifndef ENVIRONMENT_GLSL
 #define ENVIRONMENT_GLSL
-#include "kernels/planted.glsl"
 
 // As the image lies, before its rotation about +y.
 vec3 to_environment(Environment image, vec3 d) {

@@ -118,13 +118,11 @@ Scattering scatter_at(Material material, vec3 d, vec3 n_f, float c, bool front, 
     if ((has_smooth_conductor || has_rough_conductor) && material.kind == material_conductor)
         return scatter_conductor(material, d, n_f, c, u);
     if (has_boundary && material.kind == material_boundary) {
-#ifdef PLANTED_BUGS
         if (PLANTED(boundary_refracts)) {
             const float eta = front ? 1.0 / 1.1 : 1.1;
             bool reflects;
             return Scattering(normalize(translucent_direction(material, d, n_f, c, eta, 1.0, reflects)), vec3(1.0), 0.0);
         }
-#endif
         return Scattering(d, vec3(1.0), 0.0);
     }
     if (!has_specular && !has_translucent) return no_scattering;

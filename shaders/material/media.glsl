@@ -1,7 +1,6 @@
 // Participating media (MODEL.md section 10): distances and transmittance, and the phase function.
 #ifndef MEDIA_GLSL
 #define MEDIA_GLSL
-#include "kernels/planted.glsl"
 #include "geometry/geometry_types.glsl"
 
 // How far a ray goes until the integral of the density along it is `depth`: `reached` if that was asked for and found.

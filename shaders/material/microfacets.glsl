@@ -2,7 +2,6 @@
 // z along the normal on the side of the incoming ray; i and o point away from the surface; alpha is the squared roughness.
 #ifndef MICROFACETS_GLSL
 #define MICROFACETS_GLSL
-#include "kernels/planted.glsl"
 
 // Reflectance for unpolarised light at cosine c of a channel of index eta + ik [Born 1999].
 float fresnel_conductor(float c, float eta, float k) {

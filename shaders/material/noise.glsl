@@ -1,7 +1,6 @@
 // Perlin's noise over integer hashes (MODEL.md section 7.0) [Perlin 1985; Jarzynski 2020].
 #ifndef NOISE_GLSL
 #define NOISE_GLSL
-#include "kernels/planted.glsl"
 
 uvec3 pcg3d(uvec3 v) {
     v = v * 1664525u + 1013904223u;

@@ -112,7 +112,6 @@ TANDEM_INLINE Surface<Real> surface_at(const Tables<Real>& tables, const Ray<Lan
     surface.primitive = faces.primitive[hit.face];
     surface.material = faces.material[hit.face];
     surface.curved = Mask<Real>{};
-    if (planted(PlantedBug::normal_transform_wrong)) surface.normal = faces.shading_normal[hit.face];
     if (!tables.spheres.empty()) {
         surface.curved = has_bit(faces.curved[hit.face], UnsignedOf<Real>{1}) & hit.found;
         if (any(surface.curved)) {

@@ -34,7 +34,7 @@ Choice choose(const double* cumulative, std::size_t count, double v) {
     return {index, std::clamp(within, 0.0, std::nextafter(1.0, 0.0))};
 }
 
-// Of densities: 1, or the row's sine where that bug is planted, as if all rows were as wide as the equator.
+// A factor on densities: 1, or with the fault the row's sine, as if all rows were as wide as the equator.
 double row_factor(std::size_t row, std::size_t height) {
     if (!planted(PlantedBug::sky_sine_missing)) return 1.0;
     return std::sin(pi * (static_cast<double>(row) + 0.5) / static_cast<double>(height));

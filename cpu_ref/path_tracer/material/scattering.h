@@ -120,7 +120,7 @@ TANDEM_INLINE Microfaceted<Real> scatter_rough_translucent(const Vec3<Lanes<Real
     return {unit(frame.to_world(o)), ggx_weight(i, o, alpha), zero, c, proper};
 }
 
-// Section 7.2. A planted bug draws uniform hemisphere directions and still weights them as cosine ones.
+// Section 7.2. With pdf_not_of_sampler directions are uniform and still weighted as cosine ones.
 template <class Real>
 TANDEM_INLINE Vec3<Lanes<Real>> scatter_diffuse(const Vec3<Lanes<Real>>& facing, const RandomLanes<Real>& u) {
     using V = Lanes<Real>;
