@@ -1,7 +1,7 @@
 // Faults that test builds can plant in a backend to prove that the verdict notices them (VALIDATION 6). Release builds
-// of the backends hold no trace of them and refuse any but `none`. A backend asks in one place: cpu_ref/planted.h,
-// shaders/kernels/planted.glsl (whose constants shaders/tools/planted_bugs.py takes from this file). Which of them are
-// planted where, with which amounts, and which scene shows each, is said in tests/mutants/catalogue.cpp.
+// of the backends hold no trace of them and refuse any but `none`. Faults of data are planted in the scene or settings
+// (tests/mutants/plant_data.cpp). Faults of logic have hooks, by cpu_ref/planted.h and shaders/kernels/planted.glsl
+// (with constants by shaders/tools/planted_bugs.py). Backends, amounts and scenes: tests/mutants/catalogue.cpp.
 #pragma once
 
 #include <array>
@@ -96,13 +96,13 @@ enum class PlantedBug : std::uint32_t {
     shadow_limit_long,              // blockers behind a light, up to `amount` of its distance, count
     background_late_missing,        // the background is not seen by paths that have scattered twice
     heuristic_swapped,              // light found by scattering has the other technique's weight
-    emission_scaled,                // light found by scattering is brighter by the fraction `amount`
+    emission_scaled,                // emitting surfaces brighter by the fraction `amount`
     roulette_late,                  // roulette begins one event late: no bias, but other paths
     seed_repeated,                  // pixels 4096 apart have the same random numbers
     number_exchanged,  // scattering directions use the roulette's number: no bias without roulette, but other paths
     sample_lost,       // the sum forgets one of 512 samples, as threads do that race
     stale_constant,    // kernels made for a scene without one of its effects
-    layouts_apart,     // shaders read a material's alpha where the host wrote its fuzz
+    layouts_apart,     // a material's fuzz stands where its alpha is read
     count
 };
 

@@ -215,10 +215,8 @@ private:
                     continue;
                 }
                 for (std::size_t c = 0; c < channel_count; ++c) {
-                    double x = static_cast<double>(value[c]);
-                    x = std::min(x, tables_.settings.clamp);  // MODEL.md section 11.1
-                    if (planted(PlantedBug::radiance_clamped)) x = std::min(x, 1.0);
-                    film_.add(first + c, x);
+                    const double x = static_cast<double>(value[c]);
+                    film_.add(first + c, std::min(x, tables_.settings.clamp));  // MODEL.md section 11.1
                 }
             }
         }

@@ -266,7 +266,6 @@ void PathTracer<Real, effects, Recorder, Shade>::refill() {
         if constexpr (moving) {
             if (tables_.moves || tables_.camera.moves)
                 time = random_numbers<Real>(tables_.settings, id, I(U{time_block}))[0];
-            if (planted(PlantedBug::time_fixed)) time = V(Real(0));
             if (planted(PlantedBug::time_dimension_shared))
                 time = random_numbers<Real>(tables_.settings, id, I(U{dimension::film_and_lens}))[3];
             if (tables_.camera.moves) frame = camera_at(tables_.camera, time);
@@ -442,7 +441,6 @@ void PathTracer<Real, effects, Recorder, Shade>::add_emission(
             light = light * shaded(select(weighted, weighs_ ? weight : zero, one));
         }
     }
-    light = light * S(static_cast<Shade>(planted_scale(PlantedBug::emission_scaled)));
     at.radiance = select(shaded(emits), at.radiance + at.throughput * light, at.radiance);
 }
 
@@ -477,9 +475,7 @@ void PathTracer<Real, effects, Recorder, Shade>::add_direct_light(
     if (planted(PlantedBug::shadow_limit_long)) reach = reach * V(static_cast<Real>(1.0 + planted_amount()));
     const V limit = least(V(tables_.limit), reach);
     const Ray<V> shadow = make_ray(receiver.point, sample.direction, V(tables_.t_min), limit);
-    I departed = at.surface.primitive;
-    if (planted(PlantedBug::self_hit_not_excluded)) departed = I(U{no_primitive});
-    const Departure<V> departure{departed, receiver.inside};
+    const Departure<V> departure{at.surface.primitive, receiver.inside};
     const M lit = reachable & !accelerator_.occluded(shadow, departure, sample.primitive, reachable, time);
     if (none(lit)) return;
     const S s_cosine = shaded(cosine), density = shaded(sample.density);
@@ -497,12 +493,12 @@ void PathTracer<Real, effects, Recorder, Shade>::add_direct_light(
     }
     S weight = weighs_ ? power_heuristic(density, scattered) : S(Shade(1));
     if (planted(PlantedBug::balance_on_one_side)) weight = density / (density + scattered);
-    weight = weight * S(static_cast<Shade>(planted_scale(PlantedBug::next_event_scaled)));
     if (planted(PlantedBug::mis_weights_unequal) && tables_.lights.count > 1) weight = weight * S(Shade(0.5));
     if (planted(PlantedBug::cosine_dropped)) transfer = S(static_cast<Shade>(inverse_pi));
     if (planted(PlantedBug::inverse_pi_dropped)) transfer = s_cosine;
+    transfer = transfer * S(static_cast<Shade>(planted_scale(PlantedBug::next_event_scaled)));
     if constexpr (general) {
-        const S whole(static_cast<Shade>(planted_scale(PlantedBug::next_event_scaled)));
+        const S whole(Shade(1));
         weight = weighs_ ? select(shaded(sample.delta), whole, weight) : whole;
         const Vec3<S> light = shaded(sample.radiance) * S(transfer / density * weight);
         const Vec3<S> brought = at.throughput * colour * light;
@@ -523,8 +519,7 @@ TANDEM_INLINE void PathTracer<Real, effects, Recorder, Shade>::play_roulette(
     alive = alive & !(strongest == zero);
     if (tables_.settings.roulette_start != no_roulette) {
         // Event number k + 1 is the vertex number plus one.
-        const U late = planted(PlantedBug::roulette_late) ? 1 : 0;
-        const ShadeMask played = shaded(!(at.number + I(U{1}) < I(U{tables_.settings.roulette_start} + late)));
+        const ShadeMask played = shaded(!(at.number + I(U{1}) < I(U{tables_.settings.roulette_start})));
         const S survival = least(one, strongest);
         alive = alive & ((!played) | (number < survival));
         if (!planted(PlantedBug::roulette_not_divided))
@@ -570,7 +565,6 @@ void PathTracer<Real, effects, Recorder, Shade>::scatter(Vertex& at, M lanes, st
         density = outcome.density;
         goes_on = outcome.alive;
     }
-    if (planted(PlantedBug::albedo_twice)) absorbed = select(diffuse, absorbed * at.colour, absorbed);
     if constexpr (crossing) {
         const ShadeMask passed = shaded(at.place.same_face) & all;
         if (any(passed)) {
@@ -606,13 +600,11 @@ void PathTracer<Real, effects, Recorder, Shade>::scatter(Vertex& at, M lanes, st
             if (any(tracked)) change_interiors(at, first, tracked, alive);
         }
     }
-    I primitive = at.surface.primitive;
-    if (planted(PlantedBug::self_hit_not_excluded)) primitive = I(U{no_primitive});
     store3(paths_.origin, first, origin);
     store3(paths_.direction, first, direction);
     store3(paths_.throughput, first, geometric(throughput));
     store<Real>(&paths_.density[first], leaving_density);
-    store_ints<Real>(&paths_.primitive[first], primitive);
+    store_ints<Real>(&paths_.primitive[first], at.surface.primitive);
     store_ints<Real>(&paths_.inside[first], select(inside, I(U{1}), I(U{0})));
     store_ints<Real>(&paths_.vertex[first], select(alive, at.number + I(U{1}), at.number));
 }

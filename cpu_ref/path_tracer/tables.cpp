@@ -60,8 +60,6 @@ public:
         finish_spheres();
         add_camera();
         add_interval();
-        if (planted(PlantedBug::one_bounce_more)) ++tables_.settings.bounces;
-        if (planted(PlantedBug::one_bounce_fewer) && tables_.settings.bounces > 0) --tables_.settings.bounces;
         return std::move(tables_);
     }
 
@@ -96,7 +94,6 @@ private:
         all = id_ == 0 ? box : BoundingBox{glm::min(all.low, box.low), glm::max(all.high, box.high)};
     }
 
-    [[nodiscard]] bool is_lost() const { return planted(PlantedBug::primitive_lost) && id_ % 64 == 9; }
     [[nodiscard]] dvec3 to_world(const dvec3& p) const { return linear_ * p + shift_; }
     [[nodiscard]] dvec3 normal_to_world(const dvec3& n) const { return glm::normalize(glm::transpose(inverse_) * n); }
 
@@ -112,7 +109,6 @@ private:
     void add_face(const dvec3& object_normal, const dvec3& point, double extent, std::uint32_t sphere, bool curved) {
         const dvec3 n = normal_to_world(object_normal);
         face_normal_.push_back(n);
-        face_wrong_normal_.push_back(glm::normalize(linear_ * object_normal));
         face_offset_.push_back(static_cast<Real>(glm::dot(n, point)));
         face_extent_.push_back(static_cast<Real>(extent));
         face_primitive_.push_back(id_);
@@ -153,13 +149,12 @@ private:
             {glm::min(glm::min(world[0], world[1]), world[2]), glm::max(glm::max(world[0], world[1]), world[2])});
         const dvec3 object_normal = glm::cross(object[1] - object[0], object[2] - object[0]);
         const double area = 0.5 * glm::length(glm::cross(world[1] - world[0], world[2] - world[0]));
-        const bool turned = planted(PlantedBug::determinant_ignored) && glm::determinant(linear_) < 0.0;
-        const bool degenerate = !(area > 0.0) || object_normal == dvec3(0.0) || is_lost();
+        const bool degenerate = !(area > 0.0) || object_normal == dvec3(0.0);
         double extent = 0.0;
         TriangleForm<Real> form;
         std::array<Vec3<Real>, 3> corners;
         for (std::size_t i = 0; i < 3; ++i) corners[i] = to_vec3<Real>(world[i]);
-        const dvec3 n = degenerate ? dvec3(0.0, 0.0, 1.0) : turned ? -object_normal : object_normal;
+        const dvec3 n = degenerate ? dvec3(0.0, 0.0, 1.0) : object_normal;
         add_face(n, (world[0] + world[1] + world[2]) / 3.0, 0.0, 0, false);
         for (std::size_t i = 0; i < 3; ++i) {
             const std::size_t j = (i + 1) % 3;
@@ -199,7 +194,7 @@ private:
 
     std::uint32_t add_sphere(const Primitive& primitive) {
         const dvec3 centre = to_world(scene_.vertices[primitive.index[0]]);
-        const double r = is_lost() ? 0.0 : primitive.radius;
+        const double r = primitive.radius;
         const dmat3 linear = linear_ * r, to_local = inverse_ / r;
         const dvec3 half(
             std::sqrt(linear[0][0] * linear[0][0] + linear[1][0] * linear[1][0] + linear[2][0] * linear[2][0]),
@@ -328,7 +323,7 @@ private:
     BoundingBox whole_;
 
     using Unsigned = UnsignedOf<Real>;
-    VectorRows<Real> face_normal_, face_wrong_normal_, face_terms_;
+    VectorRows<Real> face_normal_, face_terms_;
     std::array<VectorRows<Real>, 3> edge_normal_;
     std::array<std::vector<Real>, 3> edge_offset_;
     std::vector<Real> least_height_;
@@ -405,26 +400,19 @@ void TableBuilder<Real>::add_materials() {
     std::vector<Real> alpha, fuzz, index, roughness_squared;
     std::vector<Unsigned> bits;
     for (const Material& material : scene_.materials) {
-        dvec3 c = material.colour;
-        if (material.kind == MaterialKind::diffuse) c *= planted_scale(PlantedBug::albedo_scaled);
-        colour.push_back(c);
-        alpha.push_back(static_cast<Real>(planted(PlantedBug::alpha_ignored) ? 1.0 : material.alpha));
+        colour.push_back(material.colour);
+        alpha.push_back(static_cast<Real>(material.alpha));
         radiance.push_back(material.radiance, material.translucent ? alpha.back() : Real(1));
-        fuzz.push_back(static_cast<Real>(material.fuzz * planted_scale(PlantedBug::fuzz_scaled)));
-        const double refractive_index = material.refractive_index * planted_scale(PlantedBug::index_scaled);
-        index.push_back(static_cast<Real>(refractive_index));
-        const double roughness = material.roughness * planted_scale(PlantedBug::roughness_scaled);
-        roughness_squared.push_back(
-            static_cast<Real>(planted(PlantedBug::roughness_not_squared) ? roughness : roughness * roughness));
+        fuzz.push_back(static_cast<Real>(material.fuzz));
+        index.push_back(static_cast<Real>(material.refractive_index));
+        roughness_squared.push_back(static_cast<Real>(material.roughness * material.roughness));
         eta.push_back(material.eta);
         k.push_back(material.k);
-        unsigned b = bits_of(material);
-        if (planted(PlantedBug::schlick_for_exact)) b |= material_bits::schlick;
-        if (planted(PlantedBug::light_from_behind)) b |= material_bits::both_sides;
+        const unsigned b = bits_of(material);
         bits.push_back(b);
         tables_.any_specular = tables_.any_specular || (b & material_bits::specular) != 0;
         tables_.bodies.push_back({(b & material_bits::tracked) != 0, material.interior, material.priority.value_or(0),
-            material.kind == MaterialKind::boundary ? 1.0 : refractive_index, 0});
+            material.kind == MaterialKind::boundary ? 1.0 : material.refractive_index, 0});
     }
     count_bodies();
     colour.assign_to(tables_.materials.colour);
@@ -464,7 +452,6 @@ template <class Real>
 void TableBuilder<Real>::finish_faces() {
     FaceTable<Real>& table = tables_.faces;
     face_normal_.assign_to(table.normal);
-    (planted(PlantedBug::normal_transform_wrong) ? face_wrong_normal_ : face_normal_).assign_to(table.shading_normal);
     table.offset.assign(face_offset_);
     table.extent.assign(face_extent_);
     face_terms_.assign_to(table.terms);
@@ -504,26 +491,20 @@ void TableBuilder<Real>::add_camera() {
     const RenderSettings& settings = tables_.settings;
     const dvec3 forward = glm::normalize(camera.target - camera.position);
     const dvec3 right = glm::normalize(glm::cross(forward, camera.up));
-    const double height =
-        std::tan(0.5 * glm::radians(camera.vertical_field_degrees)) * planted_scale(PlantedBug::field_scaled);
+    const double height = std::tan(0.5 * glm::radians(camera.vertical_field_degrees));
     const double w = settings.width, h = settings.height;
-    const double lens = camera.lens_radius * planted_scale(PlantedBug::lens_radius_scaled);
-    const double focus = camera.focus_distance * planted_scale(PlantedBug::focus_scaled);
     tables_.camera = {to_vec3<Real>(camera.position), to_vec3<Real>(forward), to_vec3<Real>(right),
         to_vec3<Real>(glm::cross(right, forward)), static_cast<Real>(height * w / h), static_cast<Real>(height),
-        static_cast<Real>(lens), static_cast<Real>(focus), static_cast<Real>(2.0 / w), static_cast<Real>(2.0 / h),
-        false, {}, {}, {}, {}};
+        static_cast<Real>(camera.lens_radius), static_cast<Real>(camera.focus_distance), static_cast<Real>(2.0 / w),
+        static_cast<Real>(2.0 / h), false, {}, {}, {}, {}};
     CameraForm<Real>& form = tables_.camera;
-    form.moves = (camera.position_motion != dvec3(0.0) || camera.target_motion != dvec3(0.0)) &&
-                 !planted(PlantedBug::camera_motion_ignored);
+    form.moves = camera.position_motion != dvec3(0.0) || camera.target_motion != dvec3(0.0);
     form.target = to_vec3<Real>(camera.target);
     form.vertical = to_vec3<Real>(camera.up);
     form.position_motion = to_vec3<Real>(camera.position_motion);
     form.target_motion = to_vec3<Real>(camera.target_motion);
-    const double light = planted_scale(PlantedBug::background_scaled);
-    const bool inverted = planted(PlantedBug::background_inverted);
-    tables_.background_down = to_vec3<Real>((inverted ? scene_.background.up : scene_.background.down) * light);
-    tables_.background_up = to_vec3<Real>((inverted ? scene_.background.down : scene_.background.up) * light);
+    tables_.background_down = to_vec3<Real>(scene_.background.down);
+    tables_.background_up = to_vec3<Real>(scene_.background.up);
     tables_.size = glm::length(whole_.high - whole_.low);
 }
 

@@ -107,10 +107,9 @@ inline constexpr unsigned curved = 1, ellipsoid_light = 2;
 // Every triangle has one face, every cuboid six, every sphere one (without a plane).
 template <class Real>
 struct FaceTable {
-    VectorColumn<Real> normal;          // unit, front
-    VectorColumn<Real> shading_normal;  // equal, but for a planted bug
-    RealColumn<Real> offset;            // normal.p = offset
-    RealColumn<Real> extent;            // about the size of the primitive, world units
+    VectorColumn<Real> normal;  // unit, front
+    RealColumn<Real> offset;    // normal.p = offset
+    RealColumn<Real> extent;    // about the size of the primitive, world units
     // For planes, and the bound on their rounding (surface.h): how large the terms of the normal's components are, >=
     // |normal|, and their product with the extent along each axis.
     VectorColumn<Real> terms;

@@ -1,7 +1,6 @@
 // Traversal of the trees of vulkan/renderer/scene/bvh.h, near child first, with a stack of as many levels as a tree may have.
 #ifndef BVH_GLSL
 #define BVH_GLSL
-#include "kernels/planted.glsl"
 
 const uint bvh_leaf = 0x80000000u;  // a slot of its kind, in place of a node
 const uint bvh_done = 0xffffffffu;

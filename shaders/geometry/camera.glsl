@@ -37,7 +37,7 @@ struct CameraFrame {
 };
 
 CameraFrame camera_frame(float time) {
-    if (!has_camera_motion || both(camera.moves == 0, time < 2.0) || PLANTED(camera_motion_ignored))
+    if (!has_camera_motion || both(camera.moves == 0, time < 2.0))
         return CameraFrame(
             camera.position, camera.forward, camera.film_right, camera.film_up, camera.right, camera.up);
     const vec3 f = normalize(camera.view + time * camera.view_motion);
@@ -50,13 +50,11 @@ Ray camera_ray(uvec2 pixel, vec4 u, float time) {
     const CameraFrame frame = camera_frame(time);
     precise vec2 film = vec2(pixel) + PLANT(film_shifted, u.xy - planted_amount, u.xy);
     precise vec2 place = 2.0 * film / vec2(settings.width, settings.height) - 1.0;
-    place = PLANT_SCALE(field_scaled, place);
     const vec3 q = frame.forward + place.x * frame.film_right - place.y * frame.film_up;
     if (!has_lens || both(camera.lens_radius == 0.0, u.z < 2.0)) return Ray(frame.position, unit_or_zero(q));
-    const float radius = PLANT_SCALE(lens_radius_scaled, camera.lens_radius);
-    const vec2 lens = radius * sample_disc(PLANT(lens_uneven, u.z * u.z, u.z), u.w);
+    const vec2 lens = camera.lens_radius * sample_disc(PLANT(lens_uneven, u.z * u.z, u.z), u.w);
     const vec3 shift = lens.x * frame.right + lens.y * frame.up;
-    return Ray(frame.position + shift, unit_or_zero(PLANT_SCALE(focus_scaled, camera.focus_distance) * q - shift));
+    return Ray(frame.position + shift, unit_or_zero(camera.focus_distance * q - shift));
 }
 
 uvec2 pixel_position(uint pixel) { return uvec2(pixel % settings.width, pixel / settings.width); }

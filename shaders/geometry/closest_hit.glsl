@@ -39,7 +39,7 @@ Hit no_hit(float limit, bool in_order) {
 // How a ray meets a sphere or cuboid that it may be leaving (MODEL.md section 5, "Leaving a surface").
 const uint meets_both = 0, meets_exit = 1, meets_never = 2;
 uint meeting(bool is_own, bool inside) {
-    if (!is_own || PLANTED(self_hit_not_excluded)) return meets_both;
+    if (!is_own) return meets_both;
     return inside ? meets_exit : meets_never;
 }
 
@@ -70,15 +70,13 @@ vec2 cuboid_distances(uint i, Convex cuboid, Ray ray, SlabRay slabs, uint how) {
 void keep_triangle(uint slot, Triangle triangle, Seen seen, Ray ray, uint own, bool in_order, inout Hit best) {
     float t;
     vec3 weights;
-    if (slot == own && !PLANTED(self_hit_not_excluded)) return;
-    if (PLANTED(primitive_lost) && slot % 64u == 9u) return;
+    if (slot == own) return;
     if (meets_triangle(triangle, at_rest(ray, slot), seen, t, weights) && is_closer(t, slot, best, in_order))
         best = Hit(t, slot, 0, weights);
 }
 
 void try_sphere(uint i, Ray ray, uint own, bool inside, bool in_order, inout Hit best) {
     const uint slot = triangle_total() + i;
-    if (PLANTED(primitive_lost) && slot % 64u == 9u) return;
     const vec2 ts = sphere_distances(to_unit_space(sphere_at(i), at_rest(ray, slot)), meeting(slot == own, inside));
     const float t = ts.x >= ray_min ? ts.x : ts.y;
     if (is_closer(t, slot, best, in_order)) best = Hit(t, slot, 0, vec3(0.0));
@@ -138,8 +136,8 @@ uint candidates(Ray ray, uint own, mat3 frame) {
     uint within = 0;
     [[unroll]] for (uint i = 0; i < fixed_triangles; ++i)
         if (may_be_within(shared_seen(i, at_rest(ray, i), frame).edges)) within |= 1u << i;
-    if (own < fixed_triangles && !PLANTED(self_hit_not_excluded)) within &= ~(1u << own);
-    return PLANT(primitive_lost, within & ~(1u << 9), within);
+    if (own < fixed_triangles) within &= ~(1u << own);
+    return within;
 }
 
 // Threads of a subgroup meet different triangles, each few: what follows is for those alone. The nearest plane first: most

@@ -2,7 +2,6 @@
 // bounds hold.
 #ifndef SHAPES_GLSL
 #define SHAPES_GLSL
-#include "kernels/planted.glsl"
 #include "geometry/roundoff.glsl"
 #include "geometry/intersection_choices.glsl"
 

@@ -145,14 +145,12 @@ Surface surface_at(uint slot, uint face, vec3 local, float time) {
     if (kind == kind_sphere) surface.error = vec3(0.0);
     if (PLANTED(face_normal_flipped) && kind == kind_cuboid && face == 5u) surface.normal = -surface.normal;
     if (has_entity_motion) move_surface(surface, motion, time);
-#ifdef PLANTED_BUGS
     if (PLANTED(normal_transform_wrong)) {
         const EntityTransform m = transforms[placed_at(slot).entity];
         const vec3 n = normalize(m.to_world0.xyz * surface.normal.x + m.to_world1.xyz * surface.normal.y +
                                  m.to_world2.xyz * surface.normal.z);  // in object space
         surface.normal = normalize(vec3(dot(m.to_world0.xyz, n), dot(m.to_world1.xyz, n), dot(m.to_world2.xyz, n)));
     }
-#endif
     return surface;
 }
 
@@ -183,7 +181,6 @@ vec3 offset_ray_origin(Surface surface, vec3 side) {
     precise float distance = dot(abs(side), surface.error);
     if (guard == guard_fixed_epsilon) distance = guard_epsilon;
     if (guard == guard_exclusion) return surface.point;
-    if (PLANTED(self_hit_not_excluded)) distance = 0.0;
     distance = PLANT(epsilon_too_large, planted_amount * scene.extent, distance);
     precise vec3 origin = surface.point + distance * side;
     return origin;

@@ -4,7 +4,6 @@
 #define TIME_GLSL
 
 float path_time(uint pixel, uvec2 sample_index) {
-    if (PLANTED(time_fixed)) return 0.0;
     if (PLANTED(time_dimension_shared)) return random_block(settings.seed, pixel, sample_index, block_film_and_lens).w;
     return random_block(settings.seed, pixel, sample_index, block_time).x;
 }

@@ -20,7 +20,7 @@ vec3 summand(vec3 radiance, out bool invalid) {
     // As if two of 512 threads had read the same sum.
     if (PLANTED(sample_lost) && (floatBitsToUint(radiance.r) * 2654435761u >> 23) == 7u) radiance = vec3(0.0);
     if (clamps) radiance = min(radiance, vec3(clamp_at));  // section 11.1
-    return PLANT(radiance_clamped, min(radiance, vec3(1.0)), radiance);
+    return radiance;
 }
 
 #endif

@@ -72,8 +72,7 @@ void main() {
         const vec3 p1 = transformed(m, vertices[source.index1].xyz);
         const vec3 p2 = transformed(m, vertices[source.index2].xyz);
         // The world's cross product is that of the object through det(M) M^-T: a mirrored triangle keeps its front.
-        precise vec3 normal =
-            PLANT(determinant_ignored, 1.0, m.determinant_sign) * edge_product(p0, p1, p2);
+        precise vec3 normal = m.determinant_sign * edge_product(p0, p1, p2);
         triangles[slot] = Triangle(vec4(p0, normal.x), vec4(p1, normal.y), vec4(p2, normal.z));
         return;
     }

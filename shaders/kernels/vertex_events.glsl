@@ -51,12 +51,7 @@ float scattering_weight(Path path, uint slot, Surface surface) {
     const real cosine = abs(dot(surface.normal, path.direction));
     if (has_entity_motion) receiver = beside_rest(receiver, light, path_time(path.pixel, path.sample_index));
     const real chance = PLANT(mixture_ignored, light.probability * float(settings.light_count), light.probability);
-    real density = chance * light_density(light, receiver, offset, cosine);
-#ifdef PLANTED_BUGS
-    // Only the sampled directions' density is off.
-    if (PLANTED(sphere_light_cone_scaled) && light.kind == kind_sphere && !is_inside_sphere(light, receiver))
-        density *= 1.0 + planted_amount;
-#endif
+    const real density = chance * light_density(light, receiver, offset, cosine);
     return shaded(
         PLANT(heuristic_swapped, power_heuristic(density, path.density), power_heuristic(path.density, density)));
 }
@@ -110,7 +105,7 @@ void aim_shadow_ray(Path path, Incident incident, Receiver receiver, Response re
 // 9.3, where it applies; zero: the path ends.
 vec3 after_roulette(inout Path path, vec3 direction, float u) {
     if (direction == vec3(0.0) || path.throughput == vec3(0.0)) return vec3(0.0);
-    if (has_roulette && PLANT(roulette_late, path.segment, path.segment + 1) >= settings.roulette_start && !survives(path.throughput, u))
+    if (has_roulette && path.segment + 1 >= settings.roulette_start && !survives(path.throughput, u))
         return vec3(0.0);
     return direction;
 }
@@ -239,7 +234,7 @@ Departure meet_surface(inout Path path, Hit hit, Surface surface, vec4 drawn) {
     if (has_emission && there && material.radiance != vec3(0.0) && emits_to(material, front)) {
         const float share = has_translucent_emission && emissive && translucent ? material.alpha : 1.0;
         const float weight = has_light_sampling ? scattering_weight(path, slot, surface) : 1.0;
-        path.radiance += path.throughput * material.radiance * PLANT_SCALE(emission_scaled, share * weight);
+        path.radiance += path.throughput * material.radiance * (share * weight);
     }
     if (path.segment == settings.bounces || (emissive && !translucent)) return leaving;
     if ((has_checker || has_noise || has_image_texture) && material.colour_texture != no_index)
@@ -256,7 +251,6 @@ Departure meet_surface(inout Path path, Hit hit, Surface surface, vec4 drawn) {
         if (there) {
             scattering = scatter_at(material, d, shaded(n_f), c, front, outside, u);
             if (is_absorbed(material)) path.throughput = absorbed(material, path.throughput);
-            if (PLANTED(albedo_twice) && material.kind == material_diffuse) path.throughput *= material.colour;
             if (is_weighted(material)) path.throughput *= scattering.weight;
         }
         if (scattering.direction != vec3(0.0)) to_front = dot(scattering.direction, surface.normal) > 0.0;

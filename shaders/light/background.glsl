@@ -9,11 +9,10 @@ bool is_image(Environment environment, float coordinate) {
 
 vec3 background(vec3 direction) {
     if (is_image(scene.environment, direction.y))
-        return PLANT_SCALE(background_scaled, environment_radiance(scene.environment, direction));
+        return environment_radiance(scene.environment, direction);
     const vec3 down = scene.background_down, up = scene.background_up;
-    if (!has_background_gradient || both(down == up, direction.y < 2.0)) return PLANT_SCALE(background_scaled, down);
-    const float y = PLANT(background_inverted, -direction.y, direction.y);
-    return PLANT_SCALE(background_scaled, mix(down, up, 0.5 * (y + 1.0)));
+    if (!has_background_gradient || both(down == up, direction.y < 2.0)) return down;
+    return mix(down, up, 0.5 * (direction.y + 1.0));
 }
 
 float channel_sum(vec3 colour) { return colour.r + colour.g + colour.b; }

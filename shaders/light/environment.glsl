@@ -2,7 +2,6 @@
 // sections 8.1 and 8.2).
 #ifndef ENVIRONMENT_GLSL
 #define ENVIRONMENT_GLSL
-#include "kernels/planted.glsl"
 
 // As the image lies, before its rotation about +y.
 vec3 to_environment(Environment image, vec3 d) {
@@ -20,9 +19,7 @@ vec2 environment_coordinates(vec3 d) {
 }
 
 vec3 environment_radiance(Environment image, vec3 direction) {
-    vec2 uv = environment_coordinates(to_environment(image, direction));
-    if (PLANTED(sky_mirrored)) uv.x = 1.0 - uv.x;
-    uv.x = PLANT(sky_rotated, uv.x + planted_amount, uv.x);
+    const vec2 uv = environment_coordinates(to_environment(image, direction));
     return table_image(image.texels, image.size, uv, true);
 }
 

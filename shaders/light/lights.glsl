@@ -74,18 +74,17 @@ float ellipsoid_density(Light light, Receiver receiver, vec3 offset) {
 }
 
 float area_density(Light light, float distance2, float cosine) {
-    return PLANTED(jacobian_missing) ? 1.0 / light.area : distance2 / (light.area * cosine);
+    return distance2 / (light.area * cosine);
 }
 
 // Density over solid angle with which `light` (its choice not counted) gives the direction from the receiver to the point on
 // it at `offset`, cosine = |n_light · direction|.
 float light_density(Light light, Receiver receiver, vec3 offset, float cosine) {
+    if (PLANTED(jacobian_missing)) return 1.0 / light.area;
     if (has_sphere_lights && light.kind == kind_sphere && !is_inside_sphere(light, receiver))
-        return PLANTED(jacobian_missing) ? 1.0 / light.area
-                                         : 1.0 / (2.0 * pi * PLANT_SCALE(sphere_light_cone_scaled,
-                                                           sphere_cone(light.radius, light.centre - receiver.point)));
+        return 1.0 / (2.0 * pi * sphere_cone(light.radius, light.centre - receiver.point));
     if (has_ellipsoid_lights && light.kind == kind_ellipsoid)
-        return PLANTED(jacobian_missing) ? 1.0 / light.area : ellipsoid_density(light, receiver, offset);
+        return ellipsoid_density(light, receiver, offset);
     return area_density(light, dot(offset, offset), cosine);
 }
 
@@ -187,7 +186,9 @@ Incident from_primitive(Light light, Receiver receiver, vec2 v) {
     const Material material = material_at(placed_at(light.slot).material);
     const bool front = light_cosine > 0.0;
     if (light_cosine == 0.0 || !emits_to(material, front) || (!front && !chosen.sees_back)) return no_incident;
-    const float density = light.probability * light_density(light, receiver, chosen.offset, abs(light_cosine));
+    float density = light.probability * light_density(light, receiver, chosen.offset, abs(light_cosine));
+    if (PLANTED(sphere_light_cone_scaled) && light.kind == kind_sphere && !is_inside_sphere(light, receiver))
+        density /= PLANT_SCALE(sphere_light_cone_scaled, 1.0);
     vec3 radiance = material.radiance;
     if (has_translucent_emission && has_flag(material, flag_translucent)) radiance *= material.alpha;
     // A shadow ray ends where one that leaves the light would start (5.2): short of its coplanar neighbours.

@@ -25,16 +25,13 @@ bool is_weighted(Material material) {
 }
 
 bool emits_to(Material material, bool front) {
-    return front || !(has_one_sided_emission && has_flag(material, flag_front_only)) || PLANTED(light_from_behind);
+    return front || !(has_one_sided_emission && has_flag(material, flag_front_only));
 }
 
 // 7.1
 vec3 absorbed(Material material, vec3 throughput) {
-    if (has_translucent && has_flag(material, flag_translucent)) {
-        const float alpha = PLANT(alpha_ignored, 1.0, PLANT(layouts_apart, material.fuzz, material.alpha));
-        return throughput * (1.0 - alpha * (1.0 - material.colour));
-    }
-    if (PLANTED(albedo_scaled) && material.kind == material_diffuse) throughput = PLANT_SCALE(albedo_scaled, throughput);
+    if (has_translucent && has_flag(material, flag_translucent))
+        return throughput * (1.0 - material.alpha * (1.0 - material.colour));
     return throughput * material.colour;
 }
 
@@ -52,10 +49,9 @@ float fresnel_schlick(float c, float c_t, float eta) {
 
 // 7.4: incident against transmitted index; `outside` is the index there (9.4), 1 for vacuum.
 float relative_index(Material material, bool front, float outside) {
-    const float index = PLANT_SCALE(index_scaled, material.refractive_index);
+    const float index = material.refractive_index;
     if (PLANTED(outside_index_ignored)) outside = 1.0;
-    const float eta = front ? outside / index : index / outside;
-    return PLANT(relative_index_inverted, 1.0 / eta, eta);
+    return front ? outside / index : index / outside;
 }
 
 // 7.4: the direction that leaves a translucent surface before fuzz; zero: none. n is the normal on the side that the ray
@@ -66,15 +62,15 @@ vec3 translucent_direction(Material material, vec3 d, vec3 n, float c, float eta
     reflects = true;
     if (sine2 > 1.0) return PLANTED(total_reflection_lost) ? vec3(0.0) : mirrored;
     const float c_t = sqrt(1.0 - sine2);
-    const float reflectance = (has_schlick && has_flag(material, flag_schlick)) || PLANTED(schlick_for_exact) ? fresnel_schlick(c, c_t, eta)
-                                                                              : fresnel_exact(c, c_t, eta);
+    const float reflectance =
+        has_schlick && has_flag(material, flag_schlick) ? fresnel_schlick(c, c_t, eta) : fresnel_exact(c, c_t, eta);
     reflects = u3 < reflectance;
     return reflects ? mirrored : eta * d + (eta * c - c_t) * n;
 }
 
 // 7.3: w perturbed by fuzz; zero: the path ends.
 vec3 fuzzed(vec3 w, float fuzz, vec3 n, vec4 u) {
-    const vec3 moved = w + PLANT_SCALE(fuzz_scaled, fuzz) * sample_sphere(u.x, u.y);
+    const vec3 moved = w + fuzz * sample_sphere(u.x, u.y);
     const float length2 = dot(moved, moved);
     if (length2 < 9.094947017729282e-13) return vec3(0.0);  // 2^-40
     return dot(moved, n) * dot(w, n) <= 0.0 ? vec3(0.0) : moved;
@@ -107,10 +103,7 @@ Scattering scatter_rough_diffuse(Material material, vec3 d, vec3 n_f, vec4 u) {
     return scattering;
 }
 
-float ggx_alpha(Material material) {
-    const float roughness = PLANT_SCALE(roughness_scaled, material.roughness);
-    return PLANT(roughness_not_squared, roughness, roughness * roughness);
-}
+float ggx_alpha(Material material) { return material.roughness * material.roughness; }
 
 // 7.6
 Scattering scatter_conductor(Material material, vec3 d, vec3 n_f, float c, vec4 u) {
@@ -153,13 +146,11 @@ Scattering scatter_at(Material material, vec3 d, vec3 n_f, float c, bool front, 
     if (is_conductor(material))
         return scatter_conductor(material, d, n_f, c, u);
     if (has_boundary && material.kind == material_boundary) {
-#ifdef PLANTED_BUGS
         if (PLANTED(boundary_refracts)) {
             const float eta = front ? 1.0 / 1.1 : 1.1;
             bool reflects;
             return Scattering(normalize(translucent_direction(material, d, n_f, c, eta, 1.0, reflects)), vec3(1.0), 0.0);
         }
-#endif
         return Scattering(d, vec3(1.0), 0.0);
     }
     if (!has_specular && !has_translucent) return no_scattering;

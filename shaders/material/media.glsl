@@ -1,7 +1,6 @@
 // Participating media (MODEL.md section 10): distances and transmittance, and the phase function.
 #ifndef MEDIA_GLSL
 #define MEDIA_GLSL
-#include "kernels/planted.glsl"
 #include "geometry/geometry_types.glsl"
 
 // How far a ray goes until the integral of the density along it is `depth`: `reached` if that was asked for and found.
@@ -14,7 +13,6 @@ struct Passage {
 const float no_depth = 3.0e38;  // is never reached
 
 float density_at(Medium medium, ivec3 cell) {
-    if (PLANTED(grid_axes_swapped)) cell.xy = min(cell.yx, ivec2(medium.cells_x, medium.cells_y) - 1);
     return tables[medium.densities + uint((cell.z * int(medium.cells_y) + cell.y) * int(medium.cells_x) + cell.x)];
 }
 
@@ -94,7 +92,7 @@ bool is_scattered(Medium medium, Ray ray, real end, vec2 m, inout vec3 throughpu
     distance = way.distance;
     const vec3 through = transmittance_of(medium, shaded(way.depth));
     if (way.reached) {
-        const vec3 scattering = shaded(PLANT(absorption_scattering_swapped, medium.absorption, medium.scattering));
+        const vec3 scattering = shaded(medium.scattering);
         if (!PLANTED(free_path_unweighted)) throughput *= scattering * through / (dot(extinction * through, vec3(1.0)) / 3.0);
         return true;
     }
@@ -105,7 +103,6 @@ bool is_scattered(Medium medium, Ray ray, real end, vec2 m, inout vec3 throughpu
 // Henyey and Greenstein [1941]; mu: cosine between the old and the new direction.
 float phase(float g, float mu) {
     if (!has_anisotropic_phase || g == 0.0) return 1.0 / (4.0 * pi);
-    g = PLANT(anisotropy_shifted, g + planted_amount, g);
     const float x = 1.0 + g * g - 2.0 * g * mu;
     return (1.0 - g * g) / (4.0 * pi * x * sqrt(x));
 }
@@ -113,7 +110,7 @@ float phase(float g, float mu) {
 vec3 sample_phase(float g, vec3 d, vec2 u) {
     float mu = 1.0 - 2.0 * u.x;
     if (has_anisotropic_phase && g != 0.0) {
-        g = PLANT(phase_sign, -g, PLANT(anisotropy_shifted, g + planted_amount, g));
+        g = PLANT(phase_sign, -g, g);
         const float s = (1.0 - g * g) / (1.0 - g + 2.0 * g * u.x);
         mu = clamp((1.0 + g * g - s * s) / (2.0 * g), -1.0, 1.0);
     }

@@ -2,7 +2,6 @@
 // z along the normal on the side of the incoming ray; i and o point away from the surface; alpha is the squared roughness.
 #ifndef MICROFACETS_GLSL
 #define MICROFACETS_GLSL
-#include "kernels/planted.glsl"
 
 // Reflectance for unpolarised light at cosine c of a channel of index eta + ik [Born 1999].
 float fresnel_conductor(float c, float eta, float k) {
@@ -12,7 +11,6 @@ float fresnel_conductor(float c, float eta, float k) {
     // (B + t0)/2 without the cancellation that a negative t0 brings.
     const float half_sum = t0 >= 0.0 ? 0.5 * (b + t0) : 0.5 * product * product / (b - t0);
     const float t1 = b + c2, t2 = 2.0 * c * sqrt(half_sum);
-    if (PLANTED(conductor_fresnel_dropped)) return 1.0;
     const float r_s = (t1 - t2) / (t1 + t2);
     const float t3 = c2 * b + s2 * s2, t4 = t2 * s2;
     const float r_p = r_s * (t3 - t4) / (t3 + t4);

@@ -1,7 +1,6 @@
 // Perlin's noise over integer hashes (MODEL.md section 7.0) [Perlin 1985; Jarzynski 2020].
 #ifndef NOISE_GLSL
 #define NOISE_GLSL
-#include "kernels/planted.glsl"
 
 uvec3 pcg3d(uvec3 v) {
     v = v * 1664525u + 1013904223u;
@@ -28,7 +27,7 @@ float corner_slope(uvec3 corner, vec3 offset) {
 
 float perlin_noise(vec3 q, uint seed) {
     const vec3 cell = floor(q), r = q - cell, w = r * r * (3.0 - 2.0 * r);
-    const uvec3 c = lattice(cell) + uvec3(PLANT(noise_seed_ignored, 0u, seed), 0, 0);
+    const uvec3 c = lattice(cell) + uvec3(seed, 0, 0);
     vec4 along_z[2];  // corners (0, 0), (1, 0), (0, 1), (1, 1) in x, y
     for (uint z = 0; z < 2; ++z)
         for (uint i = 0; i < 4; ++i) {
@@ -42,7 +41,7 @@ float perlin_noise(vec3 q, uint seed) {
 
 float turbulence(vec3 q, uint seed, uint octaves) {
     float sum = 0.0, share = 1.0;
-    for (uint i = 0; i < PLANT(octave_missing, octaves - 1, octaves); ++i) {
+    for (uint i = 0; i < octaves; ++i) {
         sum += share * perlin_noise(q / share, seed);
         share *= 0.5;
     }

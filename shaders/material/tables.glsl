@@ -2,7 +2,6 @@
 // Where each begins stands beside what uses it. The stage (or a test) declares the array.
 #ifndef TABLES_GLSL
 #define TABLES_GLSL
-#include "kernels/planted.glsl"
 
 vec3 table_rgb(uint at) { return vec3(tables[at], tables[at + 1], tables[at + 2]); }
 

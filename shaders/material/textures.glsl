@@ -6,8 +6,8 @@
 vec3 checker_colour(Texture pattern, vec3 q) {
     const vec3 cell = mix(floor(q), vec3(0.0), equal(pattern.frequency, vec3(0.0)));
     const vec3 parity = cell - 2.0 * floor(0.5 * cell);
-    const float odd = parity.x + parity.y + parity.z + PLANT(checker_shifted, 1.0, 0.0);
-    return odd == 0.0 || odd == 2.0 || odd == PLANT(checker_shifted, 4.0, 0.0) ? pattern.first : pattern.second;
+    const float odd = parity.x + parity.y + parity.z;
+    return odd == 0.0 || odd == 2.0 ? pattern.first : pattern.second;
 }
 
 vec3 noise_colour(Texture pattern, vec3 q) {
@@ -54,9 +54,7 @@ vec3 texture_colour(uint index, uint slot, uint face, vec3 local, real3 rest) {
     vec2 uv = vec2(0.0);
     if (has_texture_coordinates && (by_coordinates || pattern.kind == texture_image))
         uv = texture_coordinates(slot, face, local);
-    uv = PLANT(coordinates_swapped, uv.yx, uv);
     if (has_image_texture && pattern.kind == texture_image) {
-        uv.y = PLANT(coordinates_flipped, 1.0 - uv.y, uv.y);
         const vec3 colour = table_image(pattern.texels, uvec2(pattern.width, pattern.height), uv, false);
         return PLANT(gamma_twice, pow(colour, vec3(2.2)), colour);
     }

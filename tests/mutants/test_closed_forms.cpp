@@ -3,6 +3,7 @@
 #include <doctest/doctest.h>
 
 #include "common/scene/loader/scene_loader.h"
+#include "tests/mutants/plant_data.h"
 #include "tests/suite/tracers.h"
 
 using namespace tandem;
@@ -21,10 +22,8 @@ double miss(const Backend& backend, const PlantedFault& bug, const std::string& 
     settings.roulette_start = roulette_start;
     settings.width = std::min(settings.width, 12u);
     settings.height = std::min(settings.height, 12u);
-    BackendOptions options;
-    options.planted_bug = bug;
     const std::uint64_t samples = settings.width == 1 || settings.height == 1 ? 4096 : 256;  // few pixels
-    const auto renderer = backend.create(options);
+    const auto renderer = renderer_with(backend, bug);
     const Measured measured = pooled(renderer->prepare(scene, settings)->render({0, samples}).estimate);
     CHECK(measured.invalid == 0);
     double greatest = 0.0;

@@ -5,6 +5,7 @@
 
 #include "common/validation/verify/verify.h"
 #include "cpu_ref/backend.h"
+#include "tests/mutants/plant_data.h"
 #include "tests/mutants/scenes.h"
 #include "vulkan/backend.h"
 
@@ -13,11 +14,10 @@ using namespace tandem::test;
 
 namespace {
 
-std::unique_ptr<Renderer> renderer_with(const Backend& backend, const PlantedFault& bug) {
+std::unique_ptr<Renderer> single_with(const Backend& backend, const PlantedFault& bug) {
     BackendOptions options;
     options.precision = Precision::single_precision;
-    options.planted_bug = bug;
-    return backend.create(options);
+    return renderer_with(backend, bug, options);
 }
 
 SceneVerdict verdict_of(const TrialScene& trial, Renderer& reference, Renderer& candidate) {
@@ -32,7 +32,7 @@ SceneVerdict verdict_of(const TrialScene& trial, Renderer& reference, Renderer& 
 }
 
 void check_noticed(const Backend& mutant, const Backend& sound, const PlantedFault& bug, const TrialScene& trial) {
-    const auto reference = renderer_with(sound, PlantedBug::none), candidate = renderer_with(mutant, bug);
+    const auto reference = single_with(sound, PlantedBug::none), candidate = single_with(mutant, bug);
     const SceneVerdict verdict = verdict_of(trial, *reference, *candidate);
     CAPTURE(trial.name);
     CAPTURE(verdict.sentence);
@@ -40,8 +40,8 @@ void check_noticed(const Backend& mutant, const Backend& sound, const PlantedFau
 }
 
 void check_sound(const TrialScene& trial) {
-    const auto reference = renderer_with(cpu_backend(), PlantedBug::none);
-    const auto candidate = renderer_with(vulkan_backend(), PlantedBug::none);
+    const auto reference = single_with(cpu_backend(), PlantedBug::none);
+    const auto candidate = single_with(vulkan_backend(), PlantedBug::none);
     const SceneVerdict verdict = verdict_of(trial, *reference, *candidate);
     CAPTURE(verdict.sentence);
     CHECK(verdict.verdict != Verdict::disagree);

@@ -4,18 +4,12 @@
 
 #include "common/scene/loader/scene_loader.h"
 #include "cpu_ref/backend.h"
+#include "tests/mutants/plant_data.h"
 #include "vulkan/backend.h"
 
 namespace tandem::test {
 
 namespace {
-
-std::unique_ptr<Renderer> renderer(const Backend& backend, const PlantedFault& fault) {
-    BackendOptions options;
-    options.precision = Precision::single_precision;
-    options.planted_bug = fault;
-    return backend.create(options);
-}
 
 bool is_closed_form(const LevelResult& level) { return level.name.starts_with("closed form"); }
 
@@ -46,7 +40,10 @@ SceneVerdict verdict_of(const PlantedFault& fault, Planting planting, const std:
     const Scene scene = load_scene(scene_file(name));
     const PlantedFault in_cpu = planting == Planting::vulkan ? PlantedFault() : fault;
     const PlantedFault in_vulkan = planting == Planting::cpu ? PlantedFault() : fault;
-    const auto cpu = renderer(cpu_backend(), in_cpu), vulkan = renderer(vulkan_backend(), in_vulkan);
+    BackendOptions single;
+    single.precision = Precision::single_precision;
+    const auto cpu = renderer_with(cpu_backend(), in_cpu, single);
+    const auto vulkan = renderer_with(vulkan_backend(), in_vulkan, single);
     VerifyOptions options;
     options.settings = verification_settings(scene, effort.longer_side);
     const std::uint64_t pixels = std::uint64_t{options.settings->width} * options.settings->height;

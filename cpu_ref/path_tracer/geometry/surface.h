@@ -112,7 +112,6 @@ TANDEM_INLINE Surface<Real> surface_at(const Tables<Real>& tables, const Ray<Lan
     surface.primitive = faces.primitive[hit.face];
     surface.material = faces.material[hit.face];
     surface.curved = Mask<Real>{};
-    if (planted(PlantedBug::normal_transform_wrong)) surface.normal = faces.shading_normal[hit.face];
     if (!tables.spheres.empty()) {
         surface.curved = has_bit(faces.curved[hit.face], UnsignedOf<Real>{1}) & hit.found;
         if (any(surface.curved)) {
@@ -129,7 +128,6 @@ TANDEM_INLINE Surface<Real> surface_at(const Tables<Real>& tables, const Ray<Lan
     if (chosen.guard != SelfIntersectionGuard::error_bound) [[unlikely]]
         surface.error_bound =
             V(chosen.guard == SelfIntersectionGuard::fixed_epsilon ? static_cast<Real>(chosen.epsilon) : Real(0));
-    if (planted(PlantedBug::self_hit_not_excluded)) surface.error_bound = V(Real(0));
     if (planted(PlantedBug::epsilon_too_large))
         surface.error_bound = V(static_cast<Real>(tables.size * planted_amount()));
     return surface;

@@ -73,7 +73,7 @@ template <class Real>
     const V stretch = length(stretched);
     const Vec3<V> towards = stretched * V(one / stretch);
     // Solid angles change by |det N| / |N w|^3; the radius is the cube root of |det N|.
-    const V change = planted(PlantedBug::jacobian_missing) ? one : cube(V(stretch / spheres.radius[sphere]));
+    const V change = cube(V(stretch / spheres.radius[sphere]));
     sample.direction = select(lanes, towards, sample.direction);
     sample.distance = select(lanes, way * stretch, sample.distance);
     sample.density = select(lanes, spheres.chance[sphere] * density * change, sample.density);
@@ -104,7 +104,7 @@ template <class Real>
         const V within = select(cosine_y > zero, r * r / (V(static_cast<Real>(2.0 * two_pi)) * cosine_y), zero);
         density = select(view.inside, within, density);
     }
-    const V change = planted(PlantedBug::jacobian_missing) ? one : cube(V(one / (shrinking * spheres.radius[sphere])));
+    const V change = cube(V(one / (shrinking * spheres.radius[sphere])));
     return spheres.chance[sphere] * density * change;
 }
 

@@ -80,10 +80,8 @@ dvec3 ImageEnvironment::to_image(const dvec3& d) const {
 }
 
 dvec3 ImageEnvironment::radiance(const dvec3& direction) const {
-    glm::dvec2 place = place_of(to_image(direction));
-    if (planted(PlantedBug::sky_mirrored)) place.x = 1.0 - place.x;
-    if (planted(PlantedBug::sky_rotated)) place.x += planted_amount();
-    return scale_ * planted_scale(PlantedBug::background_scaled) * bilinear(*image_, place.x, place.y, Rows::held);
+    const glm::dvec2 place = place_of(to_image(direction));
+    return scale_ * bilinear(*image_, place.x, place.y, Rows::held);
 }
 
 ImageEnvironment::Sample ImageEnvironment::sample(double v1, double v2) const {

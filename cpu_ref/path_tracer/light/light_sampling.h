@@ -168,8 +168,7 @@ TANDEM_INLINE void sample_sphere_light(const Tables<Real>& tables, const Receive
         const V area_density = chance / (V(static_cast<Real>(2.0 * two_pi)) * radius * radius);
         direction = select(inside, w, direction);
         distance = select(inside, r, distance);
-        density = select(
-            inside, planted(PlantedBug::jacobian_missing) ? area_density : area_density * r2 / cosine_y, density);
+        density = select(inside, area_density * r2 / cosine_y, density);
         const Mask<Real> both =
             has_bit(tables.materials.bits[sample.material], UnsignedOf<Real>{material_bits::both_sides});
         usable = (usable & !inside) | (inside & both & (cosine_y > zero));

@@ -35,10 +35,9 @@ Interval clip(const MediumRay& ray, const DensityGrid& grid, double length) {
 }  // namespace
 
 MediumForm::MediumForm(const Medium& medium)
-    : scattering_(planted(PlantedBug::absorption_scattering_swapped) ? medium.absorption : medium.scattering),
+    : scattering_(medium.scattering),
       extinction_(medium.absorption + medium.scattering),
-      anisotropy_(medium.anisotropy +
-                  (medium.anisotropy != 0.0 && planted(PlantedBug::anisotropy_shifted) ? planted_amount() : 0.0)),
+      anisotropy_(medium.anisotropy),
       scatters_(scattering_ != dvec3(0.0)),
       grid_(medium.grid) {}
 
@@ -71,10 +70,7 @@ void MediumForm::walk(const MediumRay& ray, double length, Visit visit) const {
     while (begin < inside.end) {
         const int axis = next.x <= next.y ? (next.x <= next.z ? 0 : 2) : (next.y <= next.z ? 1 : 2);
         const double end = std::max(begin, std::min(next[axis], inside.end));
-        const bool swapped = planted(PlantedBug::grid_axes_swapped);
-        const std::int64_t x = swapped ? std::min(cell[1], count[0] - 1) : cell[0],
-                           y = swapped ? std::min(cell[0], count[1] - 1) : cell[1];
-        const auto index = static_cast<std::size_t>((cell[2] * count[1] + y) * count[0] + x);
+        const auto index = static_cast<std::size_t>((cell[2] * count[1] + cell[1]) * count[0] + cell[0]);
         if (!visit(static_cast<double>(grid.density[index]), begin, end)) return;
         begin = end;
         const auto k = static_cast<std::size_t>(axis);

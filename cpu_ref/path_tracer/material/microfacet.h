@@ -15,7 +15,6 @@ TANDEM_INLINE V conductor_reflectance(V c, V eta, V k) {
     const V c2 = c * c, s2 = greatest(V(Real(1)) - c2, zero);
     const V t0 = eta * eta - k * k - s2, b = sqrt(V(t0 * t0 + V(Real(4)) * eta * eta * k * k));
     const V t1 = b + c2, t2 = two * c * sqrt(V(half * greatest(V(b + t0), zero)));
-    if (planted(PlantedBug::conductor_fresnel_dropped)) return V(Real(1));
     const V rs = (t1 - t2) / (t1 + t2);
     const V t3 = c2 * b + s2 * s2, t4 = t2 * s2;
     const V rp = rs * ((t3 - t4) / (t3 + t4));

@@ -34,10 +34,9 @@ TANDEM_INLINE Lanes<Real> relative_index(
     const Tables<Real>& tables, Ints<Real> material, Mask<Real> front, const Lanes<Real>* outside) {
     using V = Lanes<Real>;
     const V index = tables.materials.index[material];
-    const Mask<Real> inverted = planted(PlantedBug::relative_index_inverted) ? !front : front;
     if (outside == nullptr || planted(PlantedBug::outside_index_ignored))
-        return select(inverted, V(Real(1)) / index, index);
-    return select(inverted, *outside / index, index / *outside);
+        return select(front, V(Real(1)) / index, index);
+    return select(front, *outside / index, index / *outside);
 }
 
 template <class Real>
@@ -121,7 +120,7 @@ TANDEM_INLINE Microfaceted<Real> scatter_rough_translucent(const Vec3<Lanes<Real
     return {unit(frame.to_world(o)), ggx_weight(i, o, alpha), zero, c, proper};
 }
 
-// Section 7.2. A planted bug draws uniform hemisphere directions and still weights them as cosine ones.
+// Section 7.2. With pdf_not_of_sampler directions are uniform and still weighted as cosine ones.
 template <class Real>
 TANDEM_INLINE Vec3<Lanes<Real>> scatter_diffuse(const Vec3<Lanes<Real>>& facing, const RandomLanes<Real>& u) {
     using V = Lanes<Real>;

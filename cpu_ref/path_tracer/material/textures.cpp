@@ -39,14 +39,13 @@ inline void hash_in_place(std::uint32_t& x, std::uint32_t& y, std::uint32_t& z) 
 bool odd(double whole) { return std::fmod(whole, 2.0) != 0.0; }
 
 bool checker_is_second(const dvec3& q) {
-    return planted(PlantedBug::checker_shifted) !=
-           ((odd(std::floor(q.x)) != odd(std::floor(q.y))) != odd(std::floor(q.z)));
+    return (odd(std::floor(q.x)) != odd(std::floor(q.y))) != odd(std::floor(q.z));
 }
 
 double turbulence(const dvec3& q, const Texture& texture) {
     double sum = 0.0, scale = 1.0;
-    const std::uint32_t octaves = texture.octaves - (planted(PlantedBug::octave_missing) ? 1 : 0);
-    for (std::uint32_t i = 0; i < octaves; ++i, scale *= 2.0) sum += gradient_noise(q * scale, texture.seed) / scale;
+    for (std::uint32_t i = 0; i < texture.octaves; ++i, scale *= 2.0)
+        sum += gradient_noise(q * scale, texture.seed) / scale;
     return std::abs(sum);
 }
 
@@ -85,7 +84,6 @@ std::array<std::uint32_t, 3> pcg3d(std::array<std::uint32_t, 3> v) {
 
 double gradient_noise(const dvec3& q, std::uint32_t seed) {
     const dvec3 cell = glm::floor(q), r = q - cell, w = r * r * (3.0 - 2.0 * r);
-    if (planted(PlantedBug::noise_seed_ignored)) seed = 0;
     const std::uint32_t x = wrap(cell.x) + seed, y = wrap(cell.y), z = wrap(cell.z);
     // The eight corners side by side, so that the compiler makes vectors of them.
     constexpr std::size_t corners = 8;
@@ -129,8 +127,7 @@ dvec3 bilinear(const Pixels& image, double u, double v, Rows rows) {
 
 dvec3 texture_colour(const Texture& texture, const dvec3& object_point, const dvec2& coordinates) {
     if (texture.kind == TextureKind::image) {
-        const double v = planted(PlantedBug::coordinates_flipped) ? 1.0 - coordinates.y : coordinates.y;
-        const dvec3 colour = bilinear(*texture.image, coordinates.x, v, Rows::repeated);
+        const dvec3 colour = bilinear(*texture.image, coordinates.x, coordinates.y, Rows::repeated);
         return planted(PlantedBug::gamma_twice) ? glm::pow(colour, dvec3(2.2)) : colour;
     }
     const dvec3 place =
@@ -172,8 +169,7 @@ dvec3 TextureTable::colour(std::uint32_t primitive, unsigned face, const dvec3& 
     const dvec3 object_point(placement.world_to_object * glm::dvec4(point, 1.0));
     const bool by_coordinates = texture.kind == TextureKind::image || texture.space == TextureSpace::coordinates;
     const dvec2 place = by_coordinates ? coordinates(primitive, face, object_point) : dvec2(0.0);
-    return texture_colour(
-        texture, object_point, planted(PlantedBug::coordinates_swapped) ? dvec2(place.y, place.x) : place);
+    return texture_colour(texture, object_point, place);
 }
 
 dvec2 TextureTable::coordinates(std::uint32_t primitive, unsigned face, const dvec3& object_point) const {

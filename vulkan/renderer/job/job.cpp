@@ -44,7 +44,7 @@ VulkanJob::VulkanJob(const Instance& instance, const Device& device, Stages& sta
       device_(device),
       patterns_(patterns),
       precision_(precision),
-      settings_(mutated_settings(checked_settings(device, scene, settings, precision), planted_bug)),
+      settings_(checked_settings(device, scene, settings, precision)),
       scene_(
           flatten_for(scene, settings_, brings_trees(patterns.kernel) ? Acceleration::loops : acceleration, precision)),
       specialisation_(with_patterns(specialise(device, scene, scene_, settings_, planted_bug), device, patterns,

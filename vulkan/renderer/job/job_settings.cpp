@@ -193,12 +193,6 @@ RenderSettings checked_settings(
     return settings;
 }
 
-RenderSettings mutated_settings(RenderSettings settings, PlantedFault fault) {
-    if (fault.bug == PlantedBug::one_bounce_more) ++settings.bounces;
-    if (fault.bug == PlantedBug::one_bounce_fewer && settings.bounces > 0) --settings.bounces;
-    return settings;
-}
-
 Accumulation own_accumulation(const Device& device) {
     const bool can =
         device.features().doubles && !shader_variant(Stage::megakernel, ShaderVariant::double_sums).empty();

@@ -13,8 +13,6 @@ namespace tandem {
 // settings.
 [[nodiscard]] RenderSettings checked_settings(
     const Device& device, const Scene& scene, RenderSettings settings, GeometryPrecision precision);
-// With the bounces of a planted fault.
-[[nodiscard]] RenderSettings mutated_settings(RenderSettings settings, PlantedFault fault);
 
 // What a device does where settings leave it open: in double where it and this build can.
 [[nodiscard]] Accumulation own_accumulation(const Device& device);

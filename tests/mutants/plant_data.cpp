@@ -1,0 +1,296 @@
+#include "tests/mutants/plant_data.h"
+
+#include <algorithm>
+#include <cmath>
+#include <glm/matrix.hpp>
+#include <glm/trigonometric.hpp>
+#include <limits>
+#include <utility>
+
+namespace tandem::test {
+
+namespace {
+
+using Bug = PlantedBug;
+
+// Where entities share primitives, each gets its own; ids stay.
+void unshare_primitives(Scene& scene) {
+    std::vector<Primitive> primitives;
+    for (Entity& entity : scene.entities) {
+        const auto first = scene.primitives.begin() + entity.first_primitive;
+        entity.first_primitive = static_cast<std::uint32_t>(primitives.size());
+        primitives.insert(primitives.end(), first, first + entity.primitive_count);
+    }
+    scene.primitives = std::move(primitives);
+}
+
+// Triangles without area, spheres too small for any ray.
+void lose_primitives(Scene& scene) {
+    unshare_primitives(scene);
+    for (std::size_t id = 9; id < scene.primitives.size(); id += 64) {
+        Primitive& primitive = scene.primitives[id];
+        if (primitive.kind == PrimitiveKind::triangle) primitive.index.fill(primitive.index[0]);
+        if (primitive.kind == PrimitiveKind::sphere) primitive.radius *= 1e-6;
+    }
+}
+
+void turn_mirrored_triangles(Scene& scene) {
+    unshare_primitives(scene);
+    for (const Entity& entity : scene.entities) {
+        if (glm::determinant(glm::dmat3(entity.object_to_world)) >= 0.0) continue;
+        for (std::uint32_t i = 0; i < entity.primitive_count; ++i) {
+            Primitive& primitive = scene.primitives[entity.first_primitive + i];
+            if (primitive.kind == PrimitiveKind::triangle) std::swap(primitive.index[1], primitive.index[2]);
+        }
+    }
+}
+
+// The image whose texel (x, y) is `texel_of(x, y)` of the old one, an index.
+template <class TexelOf>
+std::shared_ptr<const Pixels> rearranged(
+    const Pixels& image, std::uint32_t width, std::uint32_t height, TexelOf texel_of) {
+    Pixels result{width, height, {}};
+    for (std::uint32_t y = 0; y < height; ++y)
+        for (std::uint32_t x = 0; x < width; ++x) {
+            const auto first = image.rgb.begin() + static_cast<std::ptrdiff_t>(3 * std::size_t{texel_of(x, y)});
+            result.rgb.insert(result.rgb.end(), first, first + 3);
+        }
+    return std::make_shared<const Pixels>(std::move(result));
+}
+
+std::shared_ptr<const Pixels> upside_down(const Pixels& image) {
+    return rearranged(image, image.width, image.height,
+        [&](std::uint32_t x, std::uint32_t y) { return (image.height - 1 - y) * image.width + x; });
+}
+
+std::shared_ptr<const Pixels> mirrored(const Pixels& image) {
+    return rearranged(image, image.width, image.height,
+        [&](std::uint32_t x, std::uint32_t y) { return y * image.width + image.width - 1 - x; });
+}
+
+// u for v: rows count from the top, v from the bottom.
+std::shared_ptr<const Pixels> transposed(const Pixels& image) {
+    return rearranged(image, image.height, image.width,
+        [&](std::uint32_t x, std::uint32_t y) { return (image.height - 1 - x) * image.width + image.width - 1 - y; });
+}
+
+// Cells looked up with x and y exchanged, and held to the grid.
+std::shared_ptr<const DensityGrid> axes_swapped(const DensityGrid& grid) {
+    DensityGrid result = grid;
+    const auto [nx, ny, nz] = grid.cells;
+    for (std::uint32_t z = 0; z < nz; ++z)
+        for (std::uint32_t y = 0; y < ny; ++y)
+            for (std::uint32_t x = 0; x < nx; ++x)
+                result.density[(std::size_t{z} * ny + y) * nx + x] =
+                    grid.density[(std::size_t{z} * ny + std::min(x, ny - 1)) * nx + std::min(y, nx - 1)];
+    return std::make_shared<const DensityGrid>(std::move(result));
+}
+
+// A spot's outer cone is no such datum: how often the light is chosen follows from it, too.
+bool plant_in_material(const PlantedFault& fault, Material& material) {
+    const double scale = 1.0 + fault.amount;
+    switch (fault.bug) {
+        case Bug::albedo_scaled:
+            if (material.kind == MaterialKind::diffuse) material.colour *= scale;
+            return true;
+        case Bug::albedo_twice:
+            if (material.kind == MaterialKind::diffuse) material.colour *= material.colour;
+            return true;
+        case Bug::emission_scaled:
+            material.radiance *= scale;
+            return true;
+        case Bug::alpha_ignored:
+            material.alpha = 1.0;
+            return true;
+        case Bug::layouts_apart:
+            material.alpha = material.fuzz;
+            return true;
+        case Bug::fuzz_scaled:
+            material.fuzz *= scale;
+            return true;
+        case Bug::index_scaled:
+            material.refractive_index *= scale;
+            return true;
+        case Bug::relative_index_inverted:
+            material.refractive_index = 1.0 / material.refractive_index;
+            return true;
+        case Bug::schlick_for_exact:
+            material.fresnel = Fresnel::schlick;
+            return true;
+        case Bug::conductor_fresnel_dropped:
+            // An imaginary index reflects all light, whatever its direction.
+            material.eta = glm::dvec3(0.0);
+            material.k = glm::dvec3(1.0);
+            return true;
+        case Bug::roughness_scaled:
+            material.roughness *= scale;
+            return true;
+        case Bug::roughness_not_squared:
+            material.roughness = std::sqrt(material.roughness);
+            return true;
+        case Bug::light_from_behind:
+            material.sides = EmittingSides::both;
+            return true;
+        default:
+            return false;
+    }
+}
+
+bool plant_in_texture(const PlantedFault& fault, Texture& texture) {
+    switch (fault.bug) {
+        case Bug::coordinates_swapped:
+            if (texture.image) texture.image = transposed(*texture.image);
+            if (texture.space == TextureSpace::coordinates) std::swap(texture.frequency.x, texture.frequency.y);
+            return true;
+        case Bug::coordinates_flipped:
+            if (texture.image) texture.image = upside_down(*texture.image);
+            return true;
+        case Bug::checker_shifted:
+            if (texture.kind == TextureKind::checker) std::swap(texture.first, texture.second);
+            return true;
+        case Bug::octave_missing:
+            --texture.octaves;
+            return true;
+        case Bug::noise_seed_ignored:
+            texture.seed = 0;
+            return true;
+        default:
+            return false;
+    }
+}
+
+bool plant_in_medium(const PlantedFault& fault, Medium& medium) {
+    switch (fault.bug) {
+        case Bug::absorption_scattering_swapped:
+            std::swap(medium.absorption, medium.scattering);
+            return true;
+        case Bug::anisotropy_shifted:
+            if (medium.anisotropy != 0.0) medium.anisotropy += fault.amount;
+            return true;
+        case Bug::grid_axes_swapped:
+            if (medium.grid) medium.grid = axes_swapped(*medium.grid);
+            return true;
+        default:
+            return false;
+    }
+}
+
+bool plant_in_camera(const PlantedFault& fault, Camera& camera) {
+    const double scale = 1.0 + fault.amount;
+    switch (fault.bug) {
+        case Bug::field_scaled:
+            camera.vertical_field_degrees =
+                2.0 * glm::degrees(std::atan(scale * std::tan(0.5 * glm::radians(camera.vertical_field_degrees))));
+            return true;
+        case Bug::lens_radius_scaled:
+            camera.lens_radius *= scale;
+            return true;
+        case Bug::focus_scaled:
+            camera.focus_distance *= scale;
+            return true;
+        case Bug::camera_motion_ignored:
+            camera.position_motion = camera.target_motion = glm::dvec3(0.0);
+            return true;
+        default:
+            return false;
+    }
+}
+
+bool plant_in_settings(const PlantedFault& fault, RenderSettings& settings) {
+    switch (fault.bug) {
+        case Bug::one_bounce_more:
+            ++settings.bounces;
+            return true;
+        case Bug::one_bounce_fewer:
+            if (settings.bounces > 0) --settings.bounces;
+            return true;
+        case Bug::roulette_late:
+            if (settings.roulette_start != no_roulette) ++settings.roulette_start;
+            return true;
+        case Bug::radiance_clamped:
+            settings.clamp = 1.0;
+            return true;
+        case Bug::self_hit_not_excluded:
+            settings.intersection.guard = SelfIntersectionGuard::fixed_epsilon;
+            settings.intersection.epsilon = std::numeric_limits<double>::denorm_min();  // 0 in single precision
+            return true;
+        default:
+            return false;
+    }
+}
+
+// Of each element, or of a fresh one where there is none: whether the fault is known must not depend on the scene.
+template <class Element, class Plant>
+bool plant_in_each(const PlantedFault& fault, std::vector<Element>& elements, Plant plant) {
+    for (Element& element : elements) plant(fault, element);
+    Element fresh;
+    return plant(fault, fresh);
+}
+
+bool plant_in_scene(const PlantedFault& fault, Scene& scene) {
+    Background& background = scene.background;
+    switch (fault.bug) {
+        case Bug::background_scaled:
+            background.down *= 1.0 + fault.amount;
+            background.up *= 1.0 + fault.amount;
+            background.image_scale *= 1.0 + fault.amount;
+            return true;
+        case Bug::background_inverted:
+            std::swap(background.down, background.up);
+            return true;
+        case Bug::sky_mirrored:
+            if (background.image) background.image = mirrored(*background.image);
+            return true;
+        case Bug::sky_rotated:
+            background.rotation_degrees -= 360.0 * fault.amount;
+            return true;
+        case Bug::time_fixed:
+            for (Entity& entity : scene.entities) entity.motion = glm::dvec3(0.0);
+            scene.camera.position_motion = scene.camera.target_motion = glm::dvec3(0.0);
+            return true;
+        case Bug::determinant_ignored:
+            turn_mirrored_triangles(scene);
+            return true;
+        case Bug::primitive_lost:
+            lose_primitives(scene);
+            return true;
+        default:
+            return plant_in_each(fault, scene.materials, plant_in_material) ||
+                   plant_in_each(fault, scene.textures, plant_in_texture) ||
+                   plant_in_each(fault, scene.media, plant_in_medium) || plant_in_camera(fault, scene.camera);
+    }
+}
+
+class EditingRenderer : public Renderer {
+public:
+    EditingRenderer(std::unique_ptr<Renderer> renderer, const PlantedFault& fault)
+        : renderer_(std::move(renderer)), fault_(fault) {}
+
+    [[nodiscard]] RendererInfo info() const override { return renderer_->info(); }
+    [[nodiscard]] std::unique_ptr<RenderJob> prepare(const Scene& scene, const RenderSettings& settings) override {
+        Scene faulty = scene;
+        RenderSettings faulty_settings = settings;
+        plant_data(fault_, faulty, faulty_settings);
+        return renderer_->prepare(faulty, faulty_settings);
+    }
+
+private:
+    std::unique_ptr<Renderer> renderer_;
+    PlantedFault fault_;
+};
+
+}  // namespace
+
+bool plant_data(const PlantedFault& fault, Scene& scene, RenderSettings& settings) {
+    return plant_in_settings(fault, settings) || plant_in_scene(fault, scene);
+}
+
+std::unique_ptr<Renderer> renderer_with(const Backend& backend, const PlantedFault& fault, BackendOptions options) {
+    Scene scene;
+    RenderSettings settings;
+    if (plant_data(fault, scene, settings)) return std::make_unique<EditingRenderer>(backend.create(options), fault);
+    options.planted_bug = fault;
+    return backend.create(options);
+}
+
+}  // namespace tandem::test
