@@ -1,4 +1,4 @@
-// A device with its pipelines, for tests that make jobs by Patterns.
+// A device with its pipelines, for tests that make jobs by patterns.
 #pragma once
 
 #include "tests/vulkan/scenes.h"
@@ -13,7 +13,7 @@ struct Machine {
     Device device{instance, ""};
     Stages stages{device};
 
-    [[nodiscard]] VulkanJob job(const Patterns& patterns, const Scene& scene, const RenderSettings& settings) {
+    [[nodiscard]] VulkanJob job(const JobPatterns& patterns, const Scene& scene, const RenderSettings& settings) {
         return VulkanJob(
             instance, device, stages, scene, settings, Acceleration::automatic, PlantedBug::none, patterns);
     }

@@ -164,16 +164,16 @@ private:
 
 // Everything that a path can carry from vertex to vertex; a frame and a render, each in one submission (the
 // megakernel's frame of two blocks in two dispatches), and the download of the image in another.
-Estimate image(Machine& machine, const Patterns& patterns) {
+Estimate image(Machine& machine, const JobPatterns& patterns) {
     interception.calls.clear();
     interception.fresh = true;
     VulkanJob job = machine.job(patterns, foggy_scene(), settings_of(8, 2, Integrator::next_event));
-    (void)job.frame(patterns.kernel == KernelShape::megakernel ? 66 : 2);
+    (void)job.frame(patterns.tracer.kernel == KernelShape::megakernel ? 66 : 2);
     return job.render({0, 2}, {}).estimate;
 }
 
 // Whether layer or image notice the mutation; nothing where it changes nothing.
-std::optional<bool> notices(Machine& machine, const Patterns& patterns, const Estimate& expected,
+std::optional<bool> notices(Machine& machine, const JobPatterns& patterns, const Estimate& expected,
     const Mutation& mutation, std::size_t target) {
     interception.mutation = &mutation;
     interception.target = target;
@@ -211,7 +211,7 @@ struct Counts {
 
 // All barriers of this way to record, each mutated in each way. What is noticed in spite of an excuse fails too: the
 // list of blind spots stays true.
-Counts check_all(const Patterns& patterns) {
+Counts check_all(const JobPatterns& patterns) {
     Machine machine(true);
     const Interceptor interceptor(machine.device);
     const Estimate expected = image(machine, patterns);
@@ -232,15 +232,16 @@ Counts check_all(const Patterns& patterns) {
     // none.
     const auto writes = std::ranges::find_if(
         mutations(), [](const Mutation& mutation) { return speaks_of_access(mutation, "shader writes"); });
-    CHECK(notices(machine, patterns, expected, *writes, everywhere) == (patterns.kernel != KernelShape::megakernel));
+    CHECK(notices(machine, patterns, expected, *writes, everywhere) ==
+          (patterns.tracer.kernel != KernelShape::megakernel));
     MESSAGE(counts.noticed << " mutations noticed, " << counts.excused << " in known blind spots");
     return counts;
 }
 
-Patterns in_one_submission(KernelShape kernel) {
-    Patterns patterns;
-    patterns.kernel = kernel;
-    patterns.segments_per_submission = 1000;
+JobPatterns in_one_submission(KernelShape kernel) {
+    JobPatterns patterns;
+    patterns.tracer.kernel = kernel;
+    patterns.vulkan.segments_per_submission = 1000;
     return patterns;
 }
 

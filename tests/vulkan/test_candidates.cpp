@@ -64,9 +64,9 @@ std::vector<Case> cases() {
 }
 
 Estimate image_of(Machine& machine, const Scene& scene, CandidatePattern candidates, KernelShape kernel) {
-    Patterns patterns;
-    patterns.kernel = kernel;
-    patterns.candidates = candidates;
+    JobPatterns patterns;
+    patterns.tracer.kernel = kernel;
+    patterns.tracer.candidates = candidates;
     return machine.job(patterns, scene, settings_of(40, 5)).render({0, 12}, {}).estimate;
 }
 
@@ -102,8 +102,8 @@ TEST_CASE("Candidates leave every shipped scene of few triangles as it is") {
         CAPTURE(scene.name);
         const RenderSettings settings = with_longer_side(default_settings(scene), 32);
         const auto image = [&](CandidatePattern candidates) {
-            Patterns patterns;
-            patterns.candidates = candidates;
+            JobPatterns patterns;
+            patterns.tracer.candidates = candidates;
             return machine.job(patterns, scene, settings).render({0, 8}, {}).estimate;
         };
         try {

@@ -1,4 +1,5 @@
-// Patterns change how Vulkan is used, never the image, and none of them makes the validation layer speak.
+// Patterns change how Vulkan is used and the tracer tuned, never the image, and none of them makes the validation layer
+// speak.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -24,78 +25,80 @@ Scene lit_room() {
     return builder.scene();
 }
 
-VulkanJob job_of(Machine& machine, const Patterns& patterns) {
+VulkanJob job_of(Machine& machine, const JobPatterns& patterns) {
     return machine.job(patterns, lit_room(), settings_of(24, 4));
 }
 
-Patterns with(const std::function<void(Patterns&)>& change) {
-    Patterns patterns;
+JobPatterns with(const std::function<void(JobPatterns&)>& change) {
+    JobPatterns patterns;
     change(patterns);
     return patterns;
 }
 
 // Patterns for about 24 x 18 pixels: so many invocations that claim them, in workgroups of 32.
-Patterns claiming(std::uint32_t claimants) {
-    return with([&](Patterns& p) {
-        p.kernel = KernelShape::megakernel;
-        p.pixels = PixelPattern::claimed;
-        p.claimants = claimants;
-        p.hit_data = HitDataPattern::shared;
-        p.workgroup = 32;
+JobPatterns claiming(std::uint32_t claimants) {
+    return with([&](JobPatterns& p) {
+        p.tracer.kernel = KernelShape::megakernel;
+        p.tracer.pixels = PixelPattern::claimed;
+        p.tracer.claimants = claimants;
+        p.tracer.hit_data = HitDataPattern::shared;
+        p.tracer.workgroup = 32;
     });
 }
 
-std::vector<Patterns> variants() {
-    return {with([](Patterns& p) { p.memory = MemoryLayout::per_buffer; }),
-        with([](Patterns& p) { p.memory = MemoryLayout::dedicated; }),
-        with([](Patterns& p) { p.memory = MemoryLayout::one_block; }),
-        with([](Patterns& p) { p.memory = MemoryLayout::one_buffer; }),
-        with([](Patterns& p) { p.memory = MemoryLayout::rays_per_set; }),
-        with([](Patterns& p) { p.memory = MemoryLayout::others_per_set; }), with([](Patterns& p) { p.workgroup = 32; }),
-        with([](Patterns& p) { p.tile_pixels = 100; }),
-        with([](Patterns& p) { p.recording = RecordingPattern::pre_recorded; }),
-        with([](Patterns& p) { p.recording = RecordingPattern::secondary; }),
-        with([](Patterns& p) { p.reset = ResetPattern::buffer; }),
-        with([](Patterns& p) { p.reset = ResetPattern::free; }), with([](Patterns& p) { p.one_time_submit = false; }),
-        with([](Patterns& p) { p.recording_threads = 3; }), with([](Patterns& p) { p.recordings_per_buffer = 5; }),
-        with([](Patterns& p) { p.submission = SubmissionPattern::many_infos; }),
-        with([](Patterns& p) { p.submission = SubmissionPattern::many_submits; }),
-        with([](Patterns& p) { p.segments_per_submission = 1; }),
-        with([](Patterns& p) { p.wait = WaitPattern::queue_idle; }),
-        with([](Patterns& p) { p.barriers = BarrierPattern::buffer; }),
-        with([](Patterns& p) { p.barriers = BarrierPattern::buffer_apart; }),
-        with([](Patterns& p) { p.barriers = BarrierPattern::full; }),
-        with([](Patterns& p) { p.barriers = BarrierPattern::memory_v2; }),
-        with([](Patterns& p) { p.barriers = BarrierPattern::buffer_v2; }), with([](Patterns& p) {
-            p.barriers =
+std::vector<JobPatterns> variants() {
+    return {with([](JobPatterns& p) { p.vulkan.memory = MemoryLayout::per_buffer; }),
+        with([](JobPatterns& p) { p.vulkan.memory = MemoryLayout::dedicated; }),
+        with([](JobPatterns& p) { p.vulkan.memory = MemoryLayout::one_block; }),
+        with([](JobPatterns& p) { p.vulkan.memory = MemoryLayout::one_buffer; }),
+        with([](JobPatterns& p) { p.vulkan.memory = MemoryLayout::rays_per_set; }),
+        with([](JobPatterns& p) { p.vulkan.memory = MemoryLayout::others_per_set; }),
+        with([](JobPatterns& p) { p.tracer.workgroup = 32; }), with([](JobPatterns& p) { p.tracer.tile_pixels = 100; }),
+        with([](JobPatterns& p) { p.vulkan.recording = RecordingPattern::pre_recorded; }),
+        with([](JobPatterns& p) { p.vulkan.recording = RecordingPattern::secondary; }),
+        with([](JobPatterns& p) { p.vulkan.reset = ResetPattern::buffer; }),
+        with([](JobPatterns& p) { p.vulkan.reset = ResetPattern::free; }),
+        with([](JobPatterns& p) { p.vulkan.one_time_submit = false; }),
+        with([](JobPatterns& p) { p.vulkan.recording_threads = 3; }),
+        with([](JobPatterns& p) { p.vulkan.recordings_per_buffer = 5; }),
+        with([](JobPatterns& p) { p.vulkan.submission = SubmissionPattern::many_infos; }),
+        with([](JobPatterns& p) { p.vulkan.submission = SubmissionPattern::many_submits; }),
+        with([](JobPatterns& p) { p.vulkan.segments_per_submission = 1; }),
+        with([](JobPatterns& p) { p.vulkan.wait = WaitPattern::queue_idle; }),
+        with([](JobPatterns& p) { p.vulkan.barriers = BarrierPattern::buffer; }),
+        with([](JobPatterns& p) { p.vulkan.barriers = BarrierPattern::buffer_apart; }),
+        with([](JobPatterns& p) { p.vulkan.barriers = BarrierPattern::full; }),
+        with([](JobPatterns& p) { p.vulkan.barriers = BarrierPattern::memory_v2; }),
+        with([](JobPatterns& p) { p.vulkan.barriers = BarrierPattern::buffer_v2; }), with([](JobPatterns& p) {
+            p.vulkan.barriers =
                 BarrierPattern::event;  // the layer does not follow events from command buffer to command buffer
-            p.recordings_per_buffer = 1000;
+            p.vulkan.recordings_per_buffer = 1000;
         }),
-        with([](Patterns& p) { p.parameters = ParameterPattern::uniform; }),
-        with([](Patterns& p) { p.parameters = ParameterPattern::dynamic_uniform; }),
-        with([](Patterns& p) { p.parameters = ParameterPattern::device_address; }),
-        with([](Patterns& p) { p.parameters = ParameterPattern::specialisation; }),
-        with([](Patterns& p) { p.descriptors = DescriptorPattern::rewritten; }),
-        with([](Patterns& p) { p.descriptors = DescriptorPattern::templates; }),
-        with([](Patterns& p) { p.descriptors = DescriptorPattern::push; }), claiming(64), claiming(320),
-        with([](Patterns& p) {
+        with([](JobPatterns& p) { p.vulkan.parameters = ParameterPattern::uniform; }),
+        with([](JobPatterns& p) { p.vulkan.parameters = ParameterPattern::dynamic_uniform; }),
+        with([](JobPatterns& p) { p.vulkan.parameters = ParameterPattern::device_address; }),
+        with([](JobPatterns& p) { p.vulkan.parameters = ParameterPattern::specialisation; }),
+        with([](JobPatterns& p) { p.vulkan.descriptors = DescriptorPattern::rewritten; }),
+        with([](JobPatterns& p) { p.vulkan.descriptors = DescriptorPattern::templates; }),
+        with([](JobPatterns& p) { p.vulkan.descriptors = DescriptorPattern::push; }), claiming(64), claiming(320),
+        with([](JobPatterns& p) {
             p = claiming(64);
-            p.recording = RecordingPattern::pre_recorded;
+            p.vulkan.recording = RecordingPattern::pre_recorded;
         }),
-        with([](Patterns& p) {
-            p.kernel = KernelShape::megakernel;
-            p.hit_data = HitDataPattern::shared;
+        with([](JobPatterns& p) {
+            p.tracer.kernel = KernelShape::megakernel;
+            p.tracer.hit_data = HitDataPattern::shared;
         }),
-        with([](Patterns& p) {
-            p.recording = RecordingPattern::secondary;
-            p.recording_threads = 2;
-            p.recordings_per_buffer = 2;
-            p.reset = ResetPattern::buffer;
+        with([](JobPatterns& p) {
+            p.vulkan.recording = RecordingPattern::secondary;
+            p.vulkan.recording_threads = 2;
+            p.vulkan.recordings_per_buffer = 2;
+            p.vulkan.reset = ResetPattern::buffer;
         })};
 }
 
 // Frames in between, new and old, must leave later images as they are.
-void check_pattern(Machine& machine, const Patterns& patterns, const Estimate& expected) {
+void check_pattern(Machine& machine, const JobPatterns& patterns, const Estimate& expected) {
     VulkanJob job = job_of(machine, patterns);
     CHECK(same_bits(job.render({0, 70}, {}).estimate, expected));
     CHECK(job.frame(3, true).submissions >= 1);
@@ -108,7 +111,7 @@ void check_pattern(Machine& machine, const Patterns& patterns, const Estimate& e
 TEST_CASE("no pattern changes the image, and the validation layer finds nothing in any") {
     Machine machine(true);
     const Estimate expected = job_of(machine, {}).render({0, 70}, {}).estimate;
-    const std::vector<Patterns> all = variants();
+    const std::vector<JobPatterns> all = variants();
     for (std::size_t number = 0; number < all.size(); ++number) {
         CAPTURE(number);
         check_pattern(machine, all[number], expected);
@@ -125,7 +128,7 @@ TEST_CASE("claimed pixels and shared copies leave every shipped scene as it is")
         RenderSettings settings = with_longer_side(default_settings(scene), 21);
         settings.bounces = std::min(settings.bounces, 6u);
         CAPTURE(scene.name);
-        const auto image = [&](const Patterns& patterns) {
+        const auto image = [&](const JobPatterns& patterns) {
             return machine.job(patterns, scene, settings).render({0, 7}, {}).estimate;
         };
         const auto claimed = [&] {
@@ -134,8 +137,8 @@ TEST_CASE("claimed pixels and shared copies leave every shipped scene as it is")
                 ++shared;
                 return estimate;
             } catch (const UnsupportedError&) {  // a larger scene
-                Patterns patterns = claiming(64);
-                patterns.hit_data = HitDataPattern::automatic;
+                JobPatterns patterns = claiming(64);
+                patterns.tracer.hit_data = HitDataPattern::automatic;
                 return image(patterns);
             }
         };
@@ -148,51 +151,53 @@ TEST_CASE("claimed pixels and shared copies leave every shipped scene as it is")
 TEST_CASE("patterns beyond the layer leave the image as it is where the device has them") {
     Machine machine(false);
     const Estimate expected = job_of(machine, {}).render({0, 70}, {}).estimate;
-    check_pattern(machine, with([](Patterns& p) { p.barriers = BarrierPattern::execution; }), expected);
-    const auto check_or_refused = [&](const std::function<void(Patterns&)>& change, const char* reason) {
+    check_pattern(machine, with([](JobPatterns& p) { p.vulkan.barriers = BarrierPattern::execution; }), expected);
+    const auto check_or_refused = [&](const std::function<void(JobPatterns&)>& change, const char* reason) {
         try {
             check_pattern(machine, with(change), expected);
         } catch (const UnsupportedError& refusal) {
             CHECK(std::string(refusal.what()).find(reason) != std::string::npos);
         }
     };
-    check_or_refused([](Patterns& p) { p.descriptors = DescriptorPattern::arrays; }, "DynamicIndexing");
-    check_or_refused([](Patterns& p) { p.descriptors = DescriptorPattern::arrays_nonuniform; }, "NonUniformIndexing");
-    check_or_refused([](Patterns& p) { p.parameters = ParameterPattern::storage; }, "storage buffers, this takes");
+    check_or_refused([](JobPatterns& p) { p.vulkan.descriptors = DescriptorPattern::arrays; }, "DynamicIndexing");
+    check_or_refused(
+        [](JobPatterns& p) { p.vulkan.descriptors = DescriptorPattern::arrays_nonuniform; }, "NonUniformIndexing");
+    check_or_refused(
+        [](JobPatterns& p) { p.vulkan.parameters = ParameterPattern::storage; }, "storage buffers, this takes");
 }
 
 TEST_CASE("the layer sees that barriers of execution alone are none of memory") {
     Machine machine(true);
-    VulkanJob job = job_of(machine, with([](Patterns& p) { p.barriers = BarrierPattern::execution; }));
+    VulkanJob job = job_of(machine, with([](JobPatterns& p) { p.vulkan.barriers = BarrierPattern::execution; }));
     CHECK_THROWS_WITH_AS(static_cast<void>(job.frame(1)), doctest::Contains("READ_AFTER_WRITE"), Error);
 }
 
 TEST_CASE("patterns that exclude each other are refused") {
     Machine machine(false);
-    const auto refused = [&](const std::function<void(Patterns&)>& change) {
+    const auto refused = [&](const std::function<void(JobPatterns&)>& change) {
         CHECK_THROWS_AS(static_cast<void>(job_of(machine, with(change))), UnsupportedError);
     };
-    refused([](Patterns& p) {
-        p.recording = RecordingPattern::pre_recorded;
-        p.parameters = ParameterPattern::uniform;
+    refused([](JobPatterns& p) {
+        p.vulkan.recording = RecordingPattern::pre_recorded;
+        p.vulkan.parameters = ParameterPattern::uniform;
     });
-    refused([](Patterns& p) {
-        p.recording = RecordingPattern::pre_recorded;
-        p.barriers = BarrierPattern::event;
+    refused([](JobPatterns& p) {
+        p.vulkan.recording = RecordingPattern::pre_recorded;
+        p.vulkan.barriers = BarrierPattern::event;
     });
-    refused([](Patterns& p) {
-        p.parameters = ParameterPattern::uniform;
-        p.descriptors = DescriptorPattern::arrays;
+    refused([](JobPatterns& p) {
+        p.vulkan.parameters = ParameterPattern::uniform;
+        p.vulkan.descriptors = DescriptorPattern::arrays;
     });
-    refused([](Patterns& p) { p.queue = {QueueKind::rendering, 99}; });
-    refused([](Patterns& p) { p.workgroup = 1u << 20; });
-    refused([](Patterns& p) { p.pixels = PixelPattern::claimed; });
-    refused([](Patterns& p) { p.hit_data = HitDataPattern::shared; });
-    refused([](Patterns& p) {
-        p.kernel = KernelShape::megakernel;
-        p.parameters = ParameterPattern::uniform;
+    refused([](JobPatterns& p) { p.vulkan.queue = {QueueKind::rendering, 99}; });
+    refused([](JobPatterns& p) { p.tracer.workgroup = 1u << 20; });
+    refused([](JobPatterns& p) { p.tracer.pixels = PixelPattern::claimed; });
+    refused([](JobPatterns& p) { p.tracer.hit_data = HitDataPattern::shared; });
+    refused([](JobPatterns& p) {
+        p.tracer.kernel = KernelShape::megakernel;
+        p.vulkan.parameters = ParameterPattern::uniform;
     });
-    refused([](Patterns& p) { p.part = 3, p.parts = 3; });
+    refused([](JobPatterns& p) { p.tracer.part = 3, p.tracer.parts = 3; });
 }
 
 // Synchronisation validation (layer 1.3.239) does not see that the host waited for a timeline semaphore, and takes
@@ -200,30 +205,30 @@ TEST_CASE("patterns that exclude each other are refused") {
 TEST_CASE("waiting for timeline semaphores leaves the image as it is") {
     Machine machine(false);
     const Estimate expected = job_of(machine, {}).render({0, 70}, {}).estimate;
-    check_pattern(machine, with([](Patterns& p) { p.wait = WaitPattern::timeline; }), expected);
+    check_pattern(machine, with([](JobPatterns& p) { p.vulkan.wait = WaitPattern::timeline; }), expected);
 }
 
 TEST_CASE("a frame counts its submissions and command buffers") {
     Machine machine(false);
-    const auto times = [&](const std::function<void(Patterns&)>& change) {
+    const auto times = [&](const std::function<void(JobPatterns&)>& change) {
         return job_of(machine, with(change)).frame(4);
     };
     // Pre-processing, and sampling and post-processing of each sample.
-    const SubmissionTimes plain = times([](Patterns&) {});
+    const SubmissionTimes plain = times([](JobPatterns&) {});
     CHECK(plain.submissions == 1);
     CHECK(plain.command_buffers == 9);
     CHECK(plain.record > 0.0);
     CHECK(plain.record_cpu > 0.0);
     CHECK(plain.submit > 0.0);
     CHECK(plain.wait > 0.0);
-    CHECK(times([](Patterns& p) { p.recordings_per_buffer = 9; }).command_buffers == 1);
-    CHECK(times([](Patterns& p) { p.segments_per_submission = 5; }).submissions == 4);
-    CHECK(times([](Patterns& p) { p.segments_per_submission = 1; }).submissions == 20);
+    CHECK(times([](JobPatterns& p) { p.vulkan.recordings_per_buffer = 9; }).command_buffers == 1);
+    CHECK(times([](JobPatterns& p) { p.vulkan.segments_per_submission = 5; }).submissions == 4);
+    CHECK(times([](JobPatterns& p) { p.vulkan.segments_per_submission = 1; }).submissions == 20);
 }
 
 TEST_CASE("pre-recorded frames record once") {
     Machine machine(false);
-    VulkanJob job = job_of(machine, with([](Patterns& p) { p.recording = RecordingPattern::pre_recorded; }));
+    VulkanJob job = job_of(machine, with([](JobPatterns& p) { p.vulkan.recording = RecordingPattern::pre_recorded; }));
     // One sample: pre- and post-processing turn the sums over twice, so that the second frame is the first again.
     const double first = job.frame(200).record;
     (void)job.frame(200);

@@ -54,12 +54,12 @@ TEST_CASE("a list of pixels has the bits that the image has there, in every shap
 
 TEST_CASE("lists are cut into tiles like images, and the layers find nothing") {
     Machine machine(true);
-    Patterns patterns;
-    patterns.tile_pixels = 20;
+    JobPatterns patterns;
+    patterns.tracer.tile_pixels = 20;
     const Scene scene = full_scene();
     VulkanJob whole = machine.job({}, scene, adaptive(scene)), cut = machine.job(patterns, scene, adaptive(scene));
     const std::vector<std::uint32_t> pixels = some_pixels(13 * 13);
-    REQUIRE(pixels.size() > 2 * patterns.tile_pixels);
+    REQUIRE(pixels.size() > 2 * patterns.tracer.tile_pixels);
     const Estimate image = whole.render({0, 67}, {}).estimate;
     CHECK(has_bits_of(whole.render_pixels({0, 67}, pixels, {}).estimate, pixels, image));
     CHECK(has_bits_of(cut.render_pixels({0, 67}, pixels, {}).estimate, pixels, image));
@@ -69,17 +69,17 @@ TEST_CASE("blocks of a short list are rendered side by side, with the bits of on
     Machine machine(true);
     const Scene scene = full_scene();
     const std::vector<std::uint32_t> pixels{3, 17, 80, 81, 168};
-    const auto check = [&](const Patterns& patterns, SampleRange range) {
+    const auto check = [&](const JobPatterns& patterns, SampleRange range) {
         RenderSettings settings = adaptive(scene);
         const Estimate image = machine.job({}, scene, settings).render(range, {}).estimate;
         VulkanJob job = machine.job(patterns, scene, settings);
         CHECK(has_bits_of(job.render_pixels(range, pixels, {}).estimate, pixels, image));
     };
-    Patterns wide;
-    wide.kernel = KernelShape::megakernel;
+    JobPatterns wide;
+    wide.tracer.kernel = KernelShape::megakernel;
     check(wide, {64, 7 * 64 + 3});
-    Patterns narrow = wide;
-    narrow.tile_pixels = 13;  // two blocks at once
+    JobPatterns narrow = wide;
+    narrow.tracer.tile_pixels = 13;  // two blocks at once
     check(narrow, {0, 3 * 64});
     // Where the low words of the samples' numbers are over.
     constexpr std::uint64_t over = std::uint64_t{1} << 32;

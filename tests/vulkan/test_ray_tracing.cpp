@@ -18,9 +18,9 @@ using namespace tandem::testing;
 
 namespace {
 
-Patterns traced() {
-    Patterns patterns;
-    patterns.kernel = KernelShape::ray_tracing;
+JobPatterns traced() {
+    JobPatterns patterns;
+    patterns.tracer.kernel = KernelShape::ray_tracing;
     return patterns;
 }
 
@@ -32,8 +32,8 @@ void check_shape(Machine& machine, const Scene& scene, const RenderSettings& set
         CHECK_THROWS_AS(static_cast<void>(machine.job(traced(), scene, settings)), UnsupportedError);
         return;
     }
-    Patterns megakernel;
-    megakernel.kernel = KernelShape::megakernel;
+    JobPatterns megakernel;
+    megakernel.tracer.kernel = KernelShape::megakernel;
     const Estimate expected = machine.job(megakernel, scene, settings).render(range, {}).estimate;
     const Estimate found = machine.job(traced(), scene, settings).render(range, {}).estimate;
     const EffectSet needed = needed_effects(scene, settings);

@@ -36,8 +36,8 @@ Family barriers_family(const SharedDevice& device) {
     family.arms = [device](const Workload& workload) {
         std::vector<Arm> arms;
         for (const Kind& kind : kinds) {
-            Patterns patterns;
-            patterns.barriers = kind.pattern;
+            JobPatterns patterns;
+            patterns.vulkan.barriers = kind.pattern;
             arms.push_back(render_arm(device, workload, kind.name, kind.text, patterns));
         }
         return arms;

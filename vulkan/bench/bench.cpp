@@ -10,9 +10,9 @@ namespace {
 class VulkanThesisJob : public ThesisJob {
 public:
     VulkanThesisJob(SharedDevice device, const ThesisSetup& setup) : device_(std::move(device)) {
-        Patterns patterns;
-        patterns.memory = setup.cohesive ? MemoryLayout::per_set : MemoryLayout::per_buffer;
-        patterns.recording_threads = setup.threads;
+        JobPatterns patterns;
+        patterns.vulkan.memory = setup.cohesive ? MemoryLayout::per_set : MemoryLayout::per_buffer;
+        patterns.vulkan.recording_threads = setup.threads;
         job_ = device_->job({setup.width, setup.height}, setup.bounces, patterns);
     }
 

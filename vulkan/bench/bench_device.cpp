@@ -27,7 +27,7 @@ constexpr std::uint64_t gate_samples = 4;
 
 class RenderRun : public ArmRun {
 public:
-    RenderRun(SharedDevice device, const RenderWork& work, const Patterns& patterns, const Tuning& tuning)
+    RenderRun(SharedDevice device, const RenderWork& work, const JobPatterns& patterns, const Tuning& tuning)
         : device_(std::move(device)),
           work_(work),
           job_(device_->job(work.size, work.bounces, patterns, tuning)),
@@ -85,7 +85,7 @@ BenchDevice::BenchDevice(const BenchRequest& request)
       sizes_(sizes_for(request, device_)) {}
 
 std::unique_ptr<VulkanJob> BenchDevice::job(
-    ImageSize size, std::uint32_t bounces, const Patterns& patterns, const Tuning& tuning) {
+    ImageSize size, std::uint32_t bounces, const JobPatterns& patterns, const Tuning& tuning) {
     RenderSettings settings = default_settings(scene_);
     settings.width = size.width;
     settings.height = size.height;
@@ -115,12 +115,12 @@ RenderWork work_of(const Workload& workload) {
 }
 
 Arm render_arm(const SharedDevice& device, const Workload& workload, std::string name, std::string text,
-    const Patterns& patterns) {
+    const JobPatterns& patterns) {
     return tuned_arm(device, workload, std::move(name), std::move(text), patterns, {});
 }
 
 Arm tuned_arm(const SharedDevice& device, const Workload& workload, std::string name, std::string text,
-    const Patterns& patterns, const Tuning& tuning) {
+    const JobPatterns& patterns, const Tuning& tuning) {
     return {std::move(name), std::move(text),
         [=, work = work_of(workload)] { return std::make_unique<RenderRun>(device, work, patterns, tuning); }};
 }

@@ -25,7 +25,7 @@ public:
     // Log of the validation layer, which only TANDEM_VALIDATION=1 wakes: it has no place beside a clock.
     [[nodiscard]] ValidationLog& log() const { return instance_.log(); }
     [[nodiscard]] std::unique_ptr<VulkanJob> job(
-        ImageSize size, std::uint32_t bounces, const Patterns& patterns, const Tuning& tuning = {});
+        ImageSize size, std::uint32_t bounces, const JobPatterns& patterns, const Tuning& tuning = {});
     // Specialisation of the six stages for the scene, and the layout that goes with it.
     [[nodiscard]] const Specialisation& specialisation();
     [[nodiscard]] vk::PipelineLayout layout() { return stages_.layout().handle(); }
@@ -57,11 +57,11 @@ struct RenderWork {
 [[nodiscard]] RenderWork work_of(const Workload& workload);
 
 // Times frames of an unchanged scene; the gate compares whole renders.
-[[nodiscard]] Arm render_arm(
-    const SharedDevice& device, const Workload& workload, std::string name, std::string text, const Patterns& patterns);
+[[nodiscard]] Arm render_arm(const SharedDevice& device, const Workload& workload, std::string name, std::string text,
+    const JobPatterns& patterns);
 // The same with other settings.
 [[nodiscard]] Arm tuned_arm(const SharedDevice& device, const Workload& workload, std::string name, std::string text,
-    const Patterns& patterns, const Tuning& tuning);
+    const JobPatterns& patterns, const Tuning& tuning);
 
 // When submissions began and ended by the host's clock. What a device cannot say is left out. Readings of both clocks
 // are taken outside of what is timed: the last ones of an earlier run serve as this one's first.

@@ -52,8 +52,8 @@ Family parameters_family(const SharedDevice& device) {
     family.arms = [device](const Workload& workload) {
         std::vector<Arm> arms;
         for (const Parameters& kind : parameters) {
-            Patterns patterns;
-            patterns.parameters = kind.pattern;
+            JobPatterns patterns;
+            patterns.vulkan.parameters = kind.pattern;
             arms.push_back(render_arm(device, workload, kind.name, kind.text, patterns));
         }
         return arms;
@@ -74,8 +74,8 @@ Family descriptors_family(const SharedDevice& device) {
     family.arms = [device](const Workload& workload) {
         std::vector<Arm> arms;
         for (const Descriptors& kind : descriptors) {
-            Patterns patterns;
-            patterns.descriptors = kind.pattern;
+            JobPatterns patterns;
+            patterns.vulkan.descriptors = kind.pattern;
             arms.push_back(render_arm(device, workload, kind.name, kind.text, patterns));
         }
         return arms;

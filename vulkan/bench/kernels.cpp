@@ -10,7 +10,7 @@ namespace {
 
 // Arithmetic that a compiler may order otherwise from kernel to kernel: what is not the baseline's bits is judged.
 Arm shape_arm(const SharedDevice& device, const Workload& workload, std::string name, std::string text,
-    const Patterns& patterns) {
+    const JobPatterns& patterns) {
     Arm arm = render_arm(device, workload, std::move(name), std::move(text), patterns);
     arm.same_bits = false;
     return arm;
@@ -18,7 +18,7 @@ Arm shape_arm(const SharedDevice& device, const Workload& workload, std::string 
 
 // Kernels for any scene, which CPUs' drivers take minutes and gigabytes to compile.
 Arm general_arm(const SharedDevice& device, const Workload& workload, std::string name, std::string text,
-    const Patterns& patterns) {
+    const JobPatterns& patterns) {
     if (device->device().description().type != DeviceType::cpu) {
         const Tuning everything = [](RenderSettings& settings) { settings.effects = EffectSet::all(); };
         Arm arm = tuned_arm(device, workload, std::move(name), std::move(text), patterns, everything);
@@ -30,9 +30,9 @@ Arm general_arm(const SharedDevice& device, const Workload& workload, std::strin
             }};
 }
 
-Patterns with_kernel(KernelShape kernel) {
-    Patterns patterns;
-    patterns.kernel = kernel;
+JobPatterns with_kernel(KernelShape kernel) {
+    JobPatterns patterns;
+    patterns.tracer.kernel = kernel;
     return patterns;
 }
 
@@ -48,11 +48,11 @@ Family kernels_family(const SharedDevice& device) {
     family.along = "pixels";
     for (const ImageSize& size : device->sizes()) family.workloads.push_back(workload_of({size, 4, device->bounces()}));
     family.arms = [device](const Workload& workload) {
-        const auto arm = [&](const char* name, const char* text, const Patterns& patterns) {
+        const auto arm = [&](const char* name, const char* text, const JobPatterns& patterns) {
             return shape_arm(device, workload, name, text, patterns);
         };
-        Patterns tiles;
-        tiles.tile_pixels = static_cast<std::uint32_t>(workload.factors.at("pixels") / 8.0) + 1;
+        JobPatterns tiles;
+        tiles.tracer.tile_pixels = static_cast<std::uint32_t>(workload.factors.at("pixels") / 8.0) + 1;
         return std::vector<Arm>{
             arm("wavefront", "six stages, rays of each segment compacted in queues, dispatched indirectly", {}),
             arm("image-stages", "the thesis's six stages, each dispatched over the image, rays at their pixels",
@@ -87,8 +87,8 @@ Family workgroups_family(const SharedDevice& device) {
             sizes = {128, 64, 256};  // each takes seconds to build
         for (const KernelShape kernel : {KernelShape::stages, KernelShape::megakernel})
             for (const std::uint32_t size : sizes) {
-                Patterns patterns = with_kernel(kernel);
-                patterns.workgroup = size;
+                JobPatterns patterns = with_kernel(kernel);
+                patterns.tracer.workgroup = size;
                 const char* name = kernel == KernelShape::stages ? "stages" : "megakernel";
                 arms.push_back(shape_arm(device, workload, fmt::format("{}-{}", name, size),
                     fmt::format("{}, {} invocations a workgroup", name, size), patterns));
@@ -111,9 +111,9 @@ Family megakernel_family(const SharedDevice& device) {
         family.workloads.push_back(workload_of({device->sizes().back(), samples, device->bounces()}));
     family.arms = [device](const Workload& workload) {
         const auto arm = [&](const char* name, const char* text, PixelPattern pixels, HitDataPattern hit_data) {
-            Patterns patterns = with_kernel(KernelShape::megakernel);
-            patterns.pixels = pixels;
-            patterns.hit_data = hit_data;
+            JobPatterns patterns = with_kernel(KernelShape::megakernel);
+            patterns.tracer.pixels = pixels;
+            patterns.tracer.hit_data = hit_data;
             return shape_arm(device, workload, name, text, patterns);
         };
         return std::vector<Arm>{arm("a-pixel-each", "an invocation a pixel, what hits need in buffers",
@@ -140,8 +140,8 @@ Family candidates_family(const SharedDevice& device) {
         family.workloads.push_back(workload_of({device->sizes().back(), samples, device->bounces()}));
     family.arms = [device](const Workload& workload) {
         const auto arm = [&](const char* name, const char* text, CandidatePattern candidates) {
-            Patterns patterns = with_kernel(KernelShape::megakernel);
-            patterns.candidates = candidates;
+            JobPatterns patterns = with_kernel(KernelShape::megakernel);
+            patterns.tracer.candidates = candidates;
             return shape_arm(device, workload, name, text, patterns);
         };
         return std::vector<Arm>{arm("every", "every triangle tested in full, in turn", CandidatePattern::every),

@@ -23,9 +23,9 @@ constexpr std::array<Layout, 7> layouts{{
     {"others-per-set", "the reverse: ray state and sums split, the rest cohesive", MemoryLayout::others_per_set},
 }};
 
-Patterns patterns_of(const Layout& layout) {
-    Patterns patterns;
-    patterns.memory = layout.layout;
+JobPatterns patterns_of(const Layout& layout) {
+    JobPatterns patterns;
+    patterns.vulkan.memory = layout.layout;
     return patterns;
 }
 

@@ -40,10 +40,10 @@ public:
         samples_ = work.samples;
         host_times_.emplace(device_);
         for (std::uint32_t part = 0; part < queues.size(); ++part) {
-            Patterns patterns;
-            patterns.queue = queues[part];
-            patterns.part = part;
-            patterns.parts = static_cast<std::uint32_t>(queues.size());
+            JobPatterns patterns;
+            patterns.vulkan.queue = queues[part];
+            patterns.tracer.part = part;
+            patterns.tracer.parts = static_cast<std::uint32_t>(queues.size());
             jobs_.push_back(device_->job(work.size, work.bounces, patterns));
         }
     }

@@ -19,25 +19,25 @@ Family recording_family(const SharedDevice& device) {
     for (const ImageSize& size : device->sizes())
         family.workloads.push_back(workload_of({size, 12, device->bounces()}));
     family.arms = [device](const Workload& workload) {
-        const auto arm = [&](const char* name, const char* text, const Patterns& patterns) {
+        const auto arm = [&](const char* name, const char* text, const JobPatterns& patterns) {
             return render_arm(device, workload, name, text, patterns);
         };
         std::vector<Arm> arms{arm("on-the-fly", "recorded for each frame; the pool is reset as a whole", {})};
-        Patterns patterns;
-        patterns.recording = RecordingPattern::pre_recorded;
+        JobPatterns patterns;
+        patterns.vulkan.recording = RecordingPattern::pre_recorded;
         arms.push_back(arm("pre-recorded", "recorded once and submitted again", patterns));
-        patterns.recording = RecordingPattern::secondary;
+        patterns.vulkan.recording = RecordingPattern::secondary;
         arms.push_back(arm("secondary", "secondary command buffers, executed by one primary", patterns));
         patterns = {};
-        patterns.reset = ResetPattern::buffer;
+        patterns.vulkan.reset = ResetPattern::buffer;
         arms.push_back(arm("buffer-reset", "each command buffer is reset by itself", patterns));
-        patterns.reset = ResetPattern::free;
+        patterns.vulkan.reset = ResetPattern::free;
         arms.push_back(arm("free", "command buffers are freed and allocated anew", patterns));
         patterns = {};
-        patterns.one_time_submit = false;
+        patterns.vulkan.one_time_submit = false;
         arms.push_back(arm("no-one-time-flag", "without VK_COMMAND_BUFFER_USAGE_ONE_TIME_SUBMIT_BIT", patterns));
         patterns = {};
-        patterns.recordings_per_buffer = std::numeric_limits<std::uint32_t>::max();
+        patterns.vulkan.recordings_per_buffer = std::numeric_limits<std::uint32_t>::max();
         arms.push_back(arm("one-buffer", "all dispatches of the frame in one command buffer", patterns));
         return arms;
     };
@@ -61,8 +61,8 @@ Family threads_family(const SharedDevice& device) {
         std::vector<Arm> arms;
         const unsigned most = std::clamp(2 * std::thread::hardware_concurrency(), 8u, 32u);
         for (unsigned threads = 1; threads <= most; threads *= 2) {
-            Patterns patterns;
-            patterns.recording_threads = threads;
+            JobPatterns patterns;
+            patterns.vulkan.recording_threads = threads;
             arms.push_back(render_arm(device, workload, fmt::format("{}-thread{}", threads, threads == 1 ? "" : "s"),
                 fmt::format("{} recording thread{}, a command pool each", threads, threads == 1 ? "" : "s"), patterns));
         }

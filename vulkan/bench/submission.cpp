@@ -7,9 +7,9 @@ namespace tandem {
 
 namespace {
 
-Patterns with_samples_a_submission(std::uint32_t samples, std::uint32_t bounces) {
-    Patterns patterns;
-    patterns.segments_per_submission = samples * (bounces + 1);
+JobPatterns with_samples_a_submission(std::uint32_t samples, std::uint32_t bounces) {
+    JobPatterns patterns;
+    patterns.vulkan.segments_per_submission = samples * (bounces + 1);
     return patterns;
 }
 
@@ -34,15 +34,15 @@ Family submission_family(const SharedDevice& device) {
             arms.push_back(render_arm(device, workload, fmt::format("{}-a-submit", k),
                 fmt::format("{} sample{} a submission, each waited for", k, k == 1 ? "" : "s"),
                 with_samples_a_submission(k, bounces)));
-        Patterns bounce;
-        bounce.segments_per_submission = 1;
+        JobPatterns bounce;
+        bounce.vulkan.segments_per_submission = 1;
         arms.push_back(
             render_arm(device, workload, "bounce-a-submit", "each path segment a submission, waited for", bounce));
-        Patterns pieces;
-        pieces.submission = SubmissionPattern::many_infos;
+        JobPatterns pieces;
+        pieces.vulkan.submission = SubmissionPattern::many_infos;
         arms.push_back(render_arm(
             device, workload, "many-infos", "one vkQueueSubmit with a VkSubmitInfo for each command buffer", pieces));
-        pieces.submission = SubmissionPattern::many_submits;
+        pieces.vulkan.submission = SubmissionPattern::many_submits;
         arms.push_back(
             render_arm(device, workload, "many-submits", "a vkQueueSubmit for each command buffer, one wait", pieces));
         return arms;
@@ -60,9 +60,9 @@ Family waiting_family(const SharedDevice& device) {
     family.along = "pixels";
     for (const ImageSize& size : device->sizes()) family.workloads.push_back(workload_of({size, 1, device->bounces()}));
     family.arms = [device](const Workload& workload) {
-        Patterns timeline, idle;
-        timeline.wait = WaitPattern::timeline;
-        idle.wait = WaitPattern::queue_idle;
+        JobPatterns timeline, idle;
+        timeline.vulkan.wait = WaitPattern::timeline;
+        idle.vulkan.wait = WaitPattern::queue_idle;
         return std::vector<Arm>{render_arm(device, workload, "fence", "vkWaitForFences", {}),
             render_arm(device, workload, "timeline", "vkWaitSemaphores on a timeline semaphore", timeline),
             render_arm(device, workload, "queue-idle", "vkQueueWaitIdle", idle)};

@@ -21,8 +21,8 @@ std::vector<std::uint32_t> families_of(const Device& device, Way way) {
     return {device.queue_family(), family_of(device, {QueueKind::transfer_only, 0})};
 }
 
-Patterns on_queue(Way way) {
-    Patterns patterns;
+VulkanPatterns on_queue(Way way) {
+    VulkanPatterns patterns;
     if (way == Way::transfer_queue) patterns.queue.kind = QueueKind::transfer_only;
     return patterns;
 }

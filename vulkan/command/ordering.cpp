@@ -44,7 +44,7 @@ void buffer_v2(
     commands.pipelineBarrier2KHR(vk::DependencyInfo({}, {}, barriers));
 }
 
-void check(const Device& device, const Patterns& patterns) {
+void check(const Device& device, const VulkanPatterns& patterns) {
     const bool second =
         patterns.barriers == BarrierPattern::memory_v2 || patterns.barriers == BarrierPattern::buffer_v2;
     if (second && !device.features().synchronization2)
@@ -55,7 +55,7 @@ void check(const Device& device, const Patterns& patterns) {
 
 }  // namespace
 
-Ordering::Ordering(const Device& device, const Patterns& patterns, std::vector<vk::DescriptorBufferInfo> written)
+Ordering::Ordering(const Device& device, const VulkanPatterns& patterns, std::vector<vk::DescriptorBufferInfo> written)
     : device_(device), pattern_(patterns.barriers), written_(std::move(written)) {
     check(device, patterns);
     if (pattern_ != BarrierPattern::event) return;

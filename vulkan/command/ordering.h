@@ -1,4 +1,4 @@
-// Orders dispatches after one another in the manner that Patterns say.
+// Orders dispatches after one another in the manner that the patterns say.
 #pragma once
 
 #include <atomic>
@@ -13,7 +13,7 @@ class Ordering {
 public:
     // `written`: what dispatches write and others read. Throws UnsupportedError where the device lacks what the pattern
     // needs.
-    Ordering(const Device& device, const Patterns& patterns, std::vector<vk::DescriptorBufferInfo> written);
+    Ordering(const Device& device, const VulkanPatterns& patterns, std::vector<vk::DescriptorBufferInfo> written);
 
     // Orders what follows after the writes of the dispatches before. From any thread.
     void after_dispatches(const vk::raii::CommandBuffer& commands, StageAccess to) const;

@@ -40,7 +40,7 @@ const vk::raii::Queue& queue_of(const Device& device, const QueueSlot& slot) {
     return queues[slot.index];
 }
 
-vk::CommandPoolCreateFlags pool_flags(const Patterns& patterns) {
+vk::CommandPoolCreateFlags pool_flags(const VulkanPatterns& patterns) {
     using Flag = vk::CommandPoolCreateFlagBits;
     vk::CommandPoolCreateFlags flags;
     if (patterns.one_time_submit) flags |= Flag::eTransient;
@@ -48,7 +48,7 @@ vk::CommandPoolCreateFlags pool_flags(const Patterns& patterns) {
     return flags;
 }
 
-vk::raii::Semaphore make_timeline(const Device& device, const Patterns& patterns) {
+vk::raii::Semaphore make_timeline(const Device& device, const VulkanPatterns& patterns) {
     if (patterns.wait != WaitPattern::timeline) return nullptr;
     if (!device.features().timeline_semaphores)
         throw UnsupportedError(device.description().name + " has no timeline semaphores");
@@ -104,7 +104,7 @@ void SubmissionTimes::add(const SubmissionTimes& other) {
     command_buffers += other.command_buffers;
 }
 
-Submission::Submission(const Device& device, const Patterns& patterns)
+Submission::Submission(const Device& device, const VulkanPatterns& patterns)
     : device_(device),
       patterns_(patterns),
       family_(family_of(device, patterns.queue)),

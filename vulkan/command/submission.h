@@ -1,5 +1,5 @@
-// Recordings gathered, recorded into command buffers, submitted together and waited for, in the manner that Patterns
-// say; each phase is timed.
+// Recordings gathered, recorded into command buffers, submitted together and waited for, in the manner that
+// VulkanPatterns say; each phase is timed.
 #pragma once
 
 #include <compare>
@@ -48,7 +48,7 @@ public:
     // Must not depend on anything that changes before run() returns: it is called from any thread, or not at all.
     using Recording = std::function<void(const vk::raii::CommandBuffer&)>;
 
-    Submission(const Device& device, const Patterns& patterns);
+    Submission(const Device& device, const VulkanPatterns& patterns);
 
     void add(const Key& key, Recording recording);
     // Records what was added, submits it in this order and waits. Nothing added: nothing is submitted.
@@ -84,7 +84,7 @@ private:
     void read_stamps();
 
     const Device& device_;
-    Patterns patterns_;
+    VulkanPatterns patterns_;
     std::uint32_t family_;
     const vk::raii::Queue& queue_;
     Recorders recorders_;

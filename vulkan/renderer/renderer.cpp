@@ -64,9 +64,9 @@ public:
 
     [[nodiscard]] std::unique_ptr<RenderJob> prepare(const Scene& given, const RenderSettings& settings) override {
         const std::optional<Scene> changed = changed_by(settings, given);
-        Patterns patterns;
+        JobPatterns patterns;
         const bool in_double = geometry_ != GeometryPrecision::single_precision;  // by the megakernel alone
-        patterns.kernel =
+        patterns.tracer.kernel =
             shape_.value_or(in_double ? KernelShape::megakernel : fastest_shape(device_->description().type));
         return prepare_near_origin(changed ? *changed : given, [&](const Scene& scene) {
             return std::make_unique<VulkanJob>(

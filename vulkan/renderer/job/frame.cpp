@@ -8,8 +8,10 @@ namespace tandem {
 
 Tile VulkanJob::part() const {
     const std::uint64_t pixels = std::uint64_t{settings_.width} * settings_.height;
-    const auto begin = static_cast<std::uint32_t>(pixels * patterns_.part / std::max(1u, patterns_.parts));
-    const auto end = static_cast<std::uint32_t>(pixels * (patterns_.part + 1) / std::max(1u, patterns_.parts));
+    const auto begin =
+        static_cast<std::uint32_t>(pixels * patterns_.tracer.part / std::max(1u, patterns_.tracer.parts));
+    const auto end =
+        static_cast<std::uint32_t>(pixels * (patterns_.tracer.part + 1) / std::max(1u, patterns_.tracer.parts));
     return {begin, end - begin};
 }
 
@@ -22,7 +24,7 @@ SubmissionTimes VulkanJob::submit() {
 }
 
 void VulkanJob::begin_frame(bool fresh) {
-    if (patterns_.tile_pixels == 0 && part().pixel_count > tile_pixels_)
+    if (patterns_.tracer.tile_pixels == 0 && part().pixel_count > tile_pixels_)
         throw UnsupportedError("the image does not fit on the device at once; ask for a smaller one");
     running_sums_.forget();
     if (!fresh) return;

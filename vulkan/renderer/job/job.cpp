@@ -38,37 +38,38 @@ struct VulkanJob::Progress {
 };
 
 VulkanJob::VulkanJob(const Instance& instance, const Device& device, Stages& stages, const Scene& scene,
-    const RenderSettings& settings, Acceleration acceleration, PlantedFault planted_bug, const Patterns& patterns,
+    const RenderSettings& settings, Acceleration acceleration, PlantedFault planted_bug, const JobPatterns& patterns,
     GeometryPrecision precision)
     : instance_(instance),
       device_(device),
       patterns_(patterns),
       precision_(precision),
       settings_(checked_settings(device, scene, settings, precision)),
-      scene_(
-          flatten_for(scene, settings_, brings_trees(patterns.kernel) ? Acceleration::loops : acceleration, precision)),
+      scene_(flatten_for(
+          scene, settings_, brings_trees(patterns.tracer.kernel) ? Acceleration::loops : acceleration, precision)),
       specialisation_(with_patterns(specialise(device, scene, scene_, settings_, planted_bug), device, patterns,
           told_settings(settings_, scene_))),
       segments_(most_segments(specialisation_.effects, settings_)),
-      kept_(traces_whole_paths(patterns.kernel) ? std::nullopt : std::optional(specialisation_.path)),
+      kept_(traces_whole_paths(patterns.tracer.kernel) ? std::nullopt : std::optional(specialisation_.path)),
       accumulation_(*settings_.accumulation),
       stages_(stages),
       pipelines_(stages.pipelines(specialisation_, form())),
       tile_pixels_(std::min(tile_size(device, part().pixel_count, kept_),
-          patterns.tile_pixels > 0 ? patterns.tile_pixels : std::numeric_limits<std::uint32_t>::max())),
-      resources_(device, scene_, kept_, settings_.bounces, tile_pixels_, patterns.memory, specialisation_.lists_pixels),
+          patterns.tracer.tile_pixels > 0 ? patterns.tracer.tile_pixels : std::numeric_limits<std::uint32_t>::max())),
+      resources_(
+          device, scene_, kept_, settings_.bounces, tile_pixels_, patterns.vulkan.memory, specialisation_.lists_pixels),
       kernels_(device, stages.layout(form()), *pipelines_, resources_, scene_, told_settings(settings_, scene_),
-          specialisation_.workgroup, patterns),
-      submission_(device, patterns),
+          specialisation_.workgroup, patterns.vulkan),
+      submission_(device, patterns.vulkan),
       recorder_(make_recorder(
           {device, stages, scene, scene_, settings_, specialisation_, patterns_, segments_, kernels_, submission_})) {
-    if (patterns_.parts == 0 || patterns_.part >= patterns_.parts || part().pixel_count == 0)
+    if (patterns_.tracer.parts == 0 || patterns_.tracer.part >= patterns_.tracer.parts || part().pixel_count == 0)
         throw UnsupportedError("the image has too few pixels for so many parts");
     if (accumulation_ == Accumulation::plain && tile_pixels_ < part().pixel_count)
         throw UnsupportedError(
             "plain sums go on from block to block on the device, where this image does not fit at once; choose a "
             "smaller --size or --accumulation compensated");
-    if (specialisation_.lists_pixels && patterns_.recording == RecordingPattern::pre_recorded)
+    if (specialisation_.lists_pixels && patterns_.vulkan.recording == RecordingPattern::pre_recorded)
         throw UnsupportedError("passes of adaptive sampling differ, so that their commands cannot be pre-recorded");
     instance_.log().raise();
 }
@@ -87,7 +88,7 @@ JobFacts VulkanJob::facts() const {
     facts.effects = specialisation_.effects;
     const std::vector<SpecialisationConstant> constants = specialisation_.constants();
     facts.compiled = facts.effects;
-    for (const Stage stage : kernels_of(patterns_.kernel, facts.effects)) {
+    for (const Stage stage : kernels_of(patterns_.tracer.kernel, facts.effects)) {
         if (stage == Stage::vertex && scene_.in_double) continue;
         const std::string name = stage_names[static_cast<std::size_t>(stage)];
         const std::vector<std::uint32_t> code = optimised_spirv(kernel_code(stage, form()).words, constants);

@@ -13,7 +13,7 @@ class VulkanJob : public RenderJob {
 public:
     VulkanJob(const Instance& instance, const Device& device, Stages& stages, const Scene& scene,
         const RenderSettings& settings, Acceleration acceleration, PlantedFault planted_bug,
-        const Patterns& patterns = {}, GeometryPrecision precision = GeometryPrecision::single_precision);
+        const JobPatterns& patterns = {}, GeometryPrecision precision = GeometryPrecision::single_precision);
 
     [[nodiscard]] JobFacts facts() const override;
     [[nodiscard]] RenderResult render(SampleRange range, const RenderControl& control) override;
@@ -58,13 +58,13 @@ private:
     void begin_frame(bool fresh);
     void begin_submission();
     [[nodiscard]] KernelForm form() const {
-        return KernelForm(patterns_, precision_,
+        return KernelForm(patterns_.vulkan, patterns_.tracer.kernel, precision_,
             accumulation_ == Accumulation::in_double && precision_ == GeometryPrecision::single_precision);
     }
 
     const Instance& instance_;
     const Device& device_;
-    Patterns patterns_;
+    JobPatterns patterns_;
     GeometryPrecision precision_;
     RenderSettings settings_;
     SceneData scene_;

@@ -66,14 +66,14 @@ bool picks_candidates(const Specialisation& specialisation, CandidatePattern wan
 }
 
 // Materials that workgroups copy.
-std::uint32_t shared_materials(const Specialisation& specialisation, const Device& device, const Patterns& patterns) {
+std::uint32_t shared_materials(const Specialisation& specialisation, const Device& device, const TracerTuning& tuning) {
     const bool on_cpu = device.description().type == DeviceType::cpu;
-    if (patterns.hit_data == HitDataPattern::shared &&
-        (patterns.kernel != KernelShape::megakernel || specialisation.shared_materials == 0))
+    if (tuning.hit_data == HitDataPattern::shared &&
+        (tuning.kernel != KernelShape::megakernel || specialisation.shared_materials == 0))
         throw UnsupportedError(
             "workgroups of a megakernel alone copy what hits need, of small scenes, in single precision");
     const bool copied =
-        patterns.hit_data == HitDataPattern::shared || (patterns.hit_data == HitDataPattern::automatic && !on_cpu);
+        tuning.hit_data == HitDataPattern::shared || (tuning.hit_data == HitDataPattern::automatic && !on_cpu);
     return copied ? specialisation.shared_materials : 0;
 }
 
@@ -143,18 +143,20 @@ Specialisation specialise(const Device& device, const Scene& described, const Sc
 }
 
 Specialisation with_patterns(
-    Specialisation specialisation, const Device& device, const Patterns& patterns, const gpu::Settings& told) {
-    check_workgroup(device, patterns.workgroup);
-    if (patterns.pixels == PixelPattern::claimed && patterns.kernel != KernelShape::megakernel)
+    Specialisation specialisation, const Device& device, const JobPatterns& patterns, const gpu::Settings& told) {
+    const TracerTuning& tuning = patterns.tracer;
+    check_workgroup(device, tuning.workgroup);
+    if (tuning.pixels == PixelPattern::claimed && tuning.kernel != KernelShape::megakernel)
         throw UnsupportedError("pixels are claimed by the invocations of a megakernel alone");
-    specialisation.workgroup = patterns.workgroup;
-    if (brings_trees(patterns.kernel)) {  // there are no loops
+    specialisation.workgroup = tuning.workgroup;
+    if (brings_trees(tuning.kernel)) {  // there are no loops
         specialisation.unrolled.reset();
         specialisation.few_primitives = false;
     }
-    specialisation.shared_materials = shared_materials(specialisation, device, patterns);
-    specialisation.picks_candidates = picks_candidates(specialisation, patterns.candidates);
-    if (patterns.parameters == ParameterPattern::specialisation) specialisation.parameters = fixed_parameters(told);
+    specialisation.shared_materials = shared_materials(specialisation, device, tuning);
+    specialisation.picks_candidates = picks_candidates(specialisation, tuning.candidates);
+    if (patterns.vulkan.parameters == ParameterPattern::specialisation)
+        specialisation.parameters = fixed_parameters(told);
     return specialisation;
 }
 

@@ -29,7 +29,7 @@ namespace tandem {
 // The same, of kernels made as the patterns say; `told`: what every dispatch is told. Throws UnsupportedError where
 // device, scene and patterns do not go together.
 [[nodiscard]] Specialisation with_patterns(
-    Specialisation specialisation, const Device& device, const Patterns& patterns, const gpu::Settings& told);
+    Specialisation specialisation, const Device& device, const JobPatterns& patterns, const gpu::Settings& told);
 // What every dispatch of a job is told; tile, sample and the rest are each dispatch's own.
 [[nodiscard]] gpu::Settings told_settings(const RenderSettings& settings, const SceneData& scene);
 // Segments that a path can have: later ones would find their queues empty.

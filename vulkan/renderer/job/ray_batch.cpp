@@ -128,7 +128,7 @@ VulkanIntersector::VulkanIntersector(const Instance& instance, const Device& dev
           device, MemoryDomain::upload, host_specs(ray_inputs.size(), element_, vk::BufferUsageFlagBits::eTransferSrc)),
       readback_(device, MemoryDomain::readback,
           host_specs(ray_outputs.size(), element_, vk::BufferUsageFlagBits::eTransferDst)),
-      submission_(device, Patterns{}),
+      submission_(device, VulkanPatterns{}),
       slots_(scene_.placed.size()) {
     for (std::uint32_t slot = 0; slot < scene_.placed.size(); ++slot) slots_[scene_.placed[slot].id] = slot;
     place_scene();

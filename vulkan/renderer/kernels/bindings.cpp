@@ -17,16 +17,16 @@ constexpr auto rays_set = static_cast<std::uint32_t>(SetIndex::rays);
 constexpr auto image_set = static_cast<std::uint32_t>(SetIndex::image);
 constexpr auto settings_set = static_cast<std::uint32_t>(SetIndex::settings);
 
-bool writes_sets(const Patterns& patterns) {
+bool writes_sets(const VulkanPatterns& patterns) {
     return patterns.descriptors == DescriptorPattern::rewritten || patterns.descriptors == DescriptorPattern::templates;
 }
 
-bool writes_parameters(const Patterns& patterns) {
+bool writes_parameters(const VulkanPatterns& patterns) {
     return patterns.parameters != ParameterPattern::push_constants &&
            patterns.parameters != ParameterPattern::specialisation;
 }
 
-bool has_arrays(const Patterns& patterns) { return KernelForm(patterns).has_arrays(); }
+bool has_arrays(const VulkanPatterns& patterns) { return KernelForm(patterns).has_arrays(); }
 
 vk::raii::DescriptorUpdateTemplate make_template(
     const Device& device, const PipelineLayout& layout, std::uint32_t set) {
@@ -47,7 +47,7 @@ vk::raii::DescriptorUpdateTemplate make_template(
 }  // namespace
 
 Bindings::Bindings(
-    const Device& device, const PipelineLayout& layout, const FrameResources& resources, const Patterns& patterns)
+    const Device& device, const PipelineLayout& layout, const FrameResources& resources, const VulkanPatterns& patterns)
     : device_(device), layout_(layout), patterns_(patterns) {
     if (hands_out() && patterns.recording == RecordingPattern::pre_recorded)
         throw UnsupportedError(

@@ -1,4 +1,4 @@
-// What a dispatch is given, descriptor sets, and told, parameters, in the manner that Patterns say.
+// What a dispatch is given, descriptor sets, and told, parameters, in the manner that VulkanPatterns say.
 #pragma once
 
 #include <atomic>
@@ -11,7 +11,7 @@ class Bindings {
 public:
     // What is referred to must outlive it. Throws UnsupportedError where patterns exclude each other.
     Bindings(const Device& device, const PipelineLayout& layout, const FrameResources& resources,
-        const Patterns& patterns = {});
+        const VulkanPatterns& patterns = {});
 
     // For the next dispatch. `plain`: its kernel is told by push constants whatever the pattern. From any thread.
     void bind(const vk::raii::CommandBuffer& commands, const gpu::Settings& settings, std::uint32_t ray_parity,
@@ -33,7 +33,7 @@ private:
 
     const Device& device_;
     const PipelineLayout& layout_;
-    Patterns patterns_;
+    VulkanPatterns patterns_;
     std::array<std::vector<vk::DescriptorBufferInfo>, 2> rays_, images_;  // by parity
     std::optional<DescriptorSets> fixed_;                                 // Scene, Camera
     std::optional<DescriptorSets> moving_;  // Rays and Image: of both parities, or one of each for each dispatch

@@ -5,7 +5,7 @@
 #include <string>
 
 #include "vulkan/devices.h"
-#include "vulkan/patterns.h"
+#include "vulkan/renderer/tracer_tuning.h"
 
 namespace tandem {
 

@@ -61,8 +61,9 @@ std::vector<SpecialisationConstant> Specialisation::constants() const {
     return result;
 }
 
-KernelForm::KernelForm(const Patterns& patterns, GeometryPrecision chosen, bool in_double)
-    : shape(patterns.kernel),
+KernelForm::KernelForm(
+    const VulkanPatterns& patterns, KernelShape chosen_shape, GeometryPrecision chosen, bool in_double)
+    : shape(chosen_shape),
       parameters(patterns.parameters),
       descriptors(patterns.descriptors),
       precision(chosen),

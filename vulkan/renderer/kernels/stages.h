@@ -11,9 +11,9 @@
 #include "vulkan/framework/fullscreen.h"
 #include "vulkan/framework/ray_pipeline.h"
 #include "vulkan/framework/shader_library.h"
-#include "vulkan/patterns.h"
 #include "vulkan/renderer/kernels/unrolled_primitives.h"
 #include "vulkan/renderer/scene/scene_data.h"
+#include "vulkan/renderer/tracer_tuning.h"
 
 namespace tandem {
 
@@ -69,7 +69,7 @@ inline constexpr std::array<std::pair<std::uint32_t, std::uint32_t>, 6> ping_pon
 // Descriptor sets by how often they change [Ferreira 2019]. Settings travel as push constants, or have the fifth set.
 enum class SetIndex : std::uint32_t { scene, camera, rays, image, settings };
 
-// What of the patterns is built into kernels and their layouts.
+// What of the patterns and of the tuning is built into kernels and their layouts.
 struct KernelForm {
     KernelShape shape = KernelShape::stages;
     ParameterPattern parameters = ParameterPattern::push_constants;
@@ -78,8 +78,8 @@ struct KernelForm {
     bool sums_in_double = false;  // of a single-precision kernel
 
     KernelForm() = default;
-    explicit KernelForm(const Patterns& patterns, GeometryPrecision precision = GeometryPrecision::single_precision,
-        bool sums_in_double = false);
+    explicit KernelForm(const VulkanPatterns& patterns, KernelShape shape = KernelShape::stages,
+        GeometryPrecision precision = GeometryPrecision::single_precision, bool sums_in_double = false);
     auto operator<=>(const KernelForm&) const = default;
     [[nodiscard]] bool has_arrays() const {
         return descriptors == DescriptorPattern::arrays || descriptors == DescriptorPattern::arrays_nonuniform;

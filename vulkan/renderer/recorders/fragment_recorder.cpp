@@ -7,7 +7,8 @@ namespace tandem {
 namespace {
 
 const FullscreenPass& pass_of(const RecorderInput& input) {
-    if (input.patterns.recording == RecordingPattern::secondary || input.patterns.queue.kind != QueueKind::rendering)
+    if (input.patterns.vulkan.recording == RecordingPattern::secondary ||
+        input.patterns.vulkan.queue.kind != QueueKind::rendering)
         throw UnsupportedError("render passes begin in primary command buffers, on queues with graphics");
     if (input.specialisation.lists_pixels)
         throw UnsupportedError(

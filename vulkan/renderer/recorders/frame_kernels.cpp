@@ -4,7 +4,7 @@ namespace tandem {
 
 FrameKernels::FrameKernels(const Device& device, const PipelineLayout& layout, const Stages::Pipelines& pipelines,
     const FrameResources& resources, const SceneData& scene, const gpu::Settings& told, std::uint32_t workgroup,
-    const Patterns& patterns)
+    const VulkanPatterns& patterns)
     : layout_(layout),
       pipelines_(pipelines),
       resources_(resources),

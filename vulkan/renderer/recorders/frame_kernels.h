@@ -26,7 +26,7 @@ public:
     // `told`: to every dispatch of the job. What is referred to must outlive it.
     FrameKernels(const Device& device, const PipelineLayout& layout, const Stages::Pipelines& pipelines,
         const FrameResources& resources, const SceneData& scene, const gpu::Settings& told, std::uint32_t workgroup,
-        const Patterns& patterns);
+        const VulkanPatterns& patterns);
 
     [[nodiscard]] const Stages::Pipelines& pipelines() const { return pipelines_; }
     [[nodiscard]] const PipelineLayout& layout() const { return layout_; }

@@ -61,7 +61,7 @@ struct RecorderInput {
     const SceneData& data;
     const RenderSettings& settings;
     const Specialisation& specialisation;
-    const Patterns& patterns;
+    const JobPatterns& patterns;
     std::uint32_t segments;  // that a path can have
     FrameKernels& kernels;
     Submission& submission;

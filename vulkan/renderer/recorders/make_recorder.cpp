@@ -8,7 +8,7 @@
 namespace tandem {
 
 std::unique_ptr<FrameRecorder> make_recorder(const RecorderInput& input) {
-    switch (input.patterns.kernel) {
+    switch (input.patterns.tracer.kernel) {
         case KernelShape::stages:
             return std::make_unique<WavefrontRecorder>(input);
         case KernelShape::megakernel:

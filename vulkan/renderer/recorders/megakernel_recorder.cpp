@@ -11,15 +11,15 @@ namespace {
 // So many invocations share out the places of a dispatch. Neighbours in a subgroup soon have pixels far apart: trees,
 // which their camera rays go down together otherwise, take up to 12 % longer on an H200, loops 8 % less.
 std::uint32_t claimants_of(const RecorderInput& input) {
-    const Patterns& patterns = input.patterns;
+    const TracerTuning& tuning = input.patterns.tracer;
     const Specialisation& kernel = input.specialisation;
     const std::uint32_t held =
-        patterns.claimants > 0 ? patterns.claimants : input.device.description().abilities.resident_invocations;
-    if (patterns.pixels == PixelPattern::claimed && held == 0)
+        tuning.claimants > 0 ? tuning.claimants : input.device.description().abilities.resident_invocations;
+    if (tuning.pixels == PixelPattern::claimed && held == 0)
         throw UnsupportedError("the driver does not tell how many invocations the device holds at once");
     const bool has_trees = kernel.triangle_root || kernel.sphere_root || kernel.cuboid_root;
-    const bool claimed = patterns.pixels == PixelPattern::claimed ||
-                         (patterns.pixels == PixelPattern::automatic && held > 0 && !has_trees);
+    const bool claimed =
+        tuning.pixels == PixelPattern::claimed || (tuning.pixels == PixelPattern::automatic && held > 0 && !has_trees);
     return claimed ? std::max(1u, held / kernel.workgroup) * kernel.workgroup : 0;
 }
 

@@ -12,7 +12,7 @@ constexpr auto traced_set = static_cast<std::uint32_t>(SetIndex::settings);
 KindBoxes boxes_of(const RecorderInput& input) {
     if (const std::string reason = untraceable(input.scene, input.settings); !reason.empty())
         throw UnsupportedError(reason);
-    if (input.patterns.queue.kind != QueueKind::rendering)
+    if (input.patterns.vulkan.queue.kind != QueueKind::rendering)
         throw UnsupportedError("acceleration structures belong to the queues that build them, which render");
     return traced_boxes(input.scene, input.data);
 }

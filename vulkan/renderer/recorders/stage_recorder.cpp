@@ -11,8 +11,8 @@ StageRecorder::StageRecorder(const RecorderInput& input)
     : kernels_(input.kernels),
       submission_(input.submission),
       segments_(input.segments),
-      fixed_batch_(input.patterns.segments_per_submission > 0),
-      batch_(std::max(1u, input.patterns.segments_per_submission)) {}
+      fixed_batch_(input.patterns.vulkan.segments_per_submission > 0),
+      batch_(std::max(1u, input.patterns.vulkan.segments_per_submission)) {}
 
 void StageRecorder::begin(const Tile& tile, SampleRange block, bool keeps_sums) {
     tile_ = tile;
