@@ -21,7 +21,7 @@ enum class PlantedBug : std::uint32_t {
     relative_index_inverted,        // refraction by the inverse of the relative index
     pdf_not_of_sampler,             // uniform hemisphere directions weighted as cosine ones
     mis_weights_unequal,            // light sampling takes half of its weight where there is more than one light
-    jacobian_missing,               // the density of light sampling left in area measure
+    jacobian_missing,               // the density of light sampling left in area measure (CPU: of flat lights)
     light_from_behind,              // one-sided emitters emit on both sides
     dimension_reused,               // the second number of a scattering direction is the first again
     film_shifted,                   // film positions moved by `amount` pixels to the left and up
@@ -29,7 +29,7 @@ enum class PlantedBug : std::uint32_t {
     self_hit_not_excluded,          // rays start on the surface with no offset and may find it again
     epsilon_too_large,              // rays start `amount` of the scene's size off the surface
     total_reflection_lost,          // beyond the critical angle the path ends
-    normal_transform_wrong,         // normals through the matrix instead of its inverse transpose
+    normal_transform_wrong,         // normals through the matrix instead of its inverse transpose (CPU: of spheres)
     radiance_clamped,               // a sample's radiance is cut at 1
     lens_radius_scaled,             // the lens wider by the fraction `amount`; 1: diameter for radius
     alpha_ignored,                  // translucent absorption as if alpha were 1
