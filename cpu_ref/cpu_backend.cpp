@@ -5,6 +5,7 @@
 #include <thread>
 
 #include "common/error.h"
+#include "common/render/check_settings.h"
 #include "common/render/floating_origin.h"
 #include "cpu_ref/backend.h"
 #include "cpu_ref/bidirectional/bidirectional.h"
@@ -20,27 +21,6 @@
 namespace tandem {
 
 namespace {
-
-// Sums in singles hold squares up to 1.8e19 squared. A sample may be more than the radiance of its light, by 1/pdf: so
-// much is left to that.
-void check_brightness(const glm::dvec3& radiance, const std::string& whose) {
-    constexpr double brightest = 1e15;
-    if (std::max({radiance.x, radiance.y, radiance.z}) > brightest)
-        throw UnsupportedError(
-            fmt::format("{}: sums in single precision hold squares of radiances up to {:g}; leave --accumulation out, "
-                        "or scale the scene's radiances down",
-                whose, brightest));
-}
-
-void check_brightness(const Scene& scene) {
-    for (const Material& material : scene.materials)
-        check_brightness(material.radiance, fmt::format("material '{}'", material.name));
-    for (const PunctualLight& light : scene.lights)
-        check_brightness(light.intensity, fmt::format("light '{}'", light.name));
-    const Background& sky = scene.background;
-    check_brightness(sky.image ? glm::dvec3(sky.image_scale * std::ranges::max(sky.image->rgb)) : max(sky.down, sky.up),
-        "the background");
-}
 
 // The processor's own name, as it tells it.
 std::string processor_name() {
@@ -102,15 +82,7 @@ public:
 
 private:
     [[nodiscard]] std::unique_ptr<RenderJob> make_job(const Scene& scene, const RenderSettings& settings) {
-        constexpr std::uint32_t most = 65536;
-        const std::uint64_t pixels = std::uint64_t{settings.width} * settings.height;
-        if (settings.width == 0 || settings.height == 0 || settings.width > most || settings.height > most ||
-            pixels >= (std::uint64_t{1} << 32))
-            throw UnsupportedError(
-                fmt::format("an image of {} x {} pixels is out of range; each side is 1 to {} and "
-                            "their product below 2^32",
-                    settings.width, settings.height, most));
-        check_sampling(settings);
+        check_settings(scene, settings);
         if (settings.integrator == Integrator::bidirectional) {
             if (options_.precision.value_or(Precision::double_precision) != Precision::double_precision)
                 throw UnsupportedError(
@@ -124,7 +96,6 @@ private:
             return cpu::make_bidirectional_job(device_.get(), scene, settings, options_.threads);
         }
         cpu::check_kernels(settings.intersection, options_.precision.value_or(Precision::single_precision));
-        if (settings.accumulation.value_or(Accumulation::in_double) != Accumulation::in_double) check_brightness(scene);
         RenderSettings chosen = settings;
         chosen.effects = effects_to_simulate(scene, settings, cpu::variants::supported, "cpu");
 #ifdef TANDEM_PLANTED_BUGS

@@ -2,9 +2,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <chrono>
 #include <filesystem>
-#include <functional>
 #include <limits>
 #include <optional>
 #include <tuple>
@@ -14,11 +12,13 @@
 #include "common/commands/console.h"
 #include "common/commands/help.h"
 #include "common/error.h"
+#include "common/experiment/campaign.h"
 #include "common/experiment/compare_results.h"
 #include "common/experiment/results.h"
 #include "common/experiment/thesis.h"
 #include "common/image/image_io.h"
 #include "common/scene/loader/scene_loader.h"
+#include "common/text.h"
 
 namespace tandem {
 
@@ -31,11 +31,9 @@ struct BenchArguments {
     std::vector<std::string> compare;
     double seconds = 120.0, narrow = 0.01;
     std::uint64_t seed = 1;
-    unsigned processes = 1, makings = 8;
+    unsigned processes = 1, replicates = 8;
     bool list = false, self_test = false;
 };
-
-double now() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
 
 std::pair<std::uint32_t, std::uint32_t> size_from(const std::string& text) {
     RenderOptions options;
@@ -53,10 +51,6 @@ BenchTarget make_target(const BenchArguments& arguments, const CommandContext& c
     return context.program.bench(request);
 }
 
-bool wanted(const std::string& name, const std::vector<std::string>& only) {
-    return only.empty() || std::ranges::find(only, name) != only.end();
-}
-
 std::string names_of(const std::vector<Family>& families) {
     std::string names;
     for (const Family& family : families) names += (names.empty() ? "" : ", ") + family.name;
@@ -70,7 +64,7 @@ std::vector<Family> chosen(const std::vector<Family>& all, const BenchArguments&
             throw InputError("--family: there is no '" + name + "'; there are " + names_of(all));
     std::vector<Family> families;
     for (const Family& family : all)
-        if (wanted(family.name, arguments.families)) families.push_back(family);
+        if (asked_for(family.name, arguments.families)) families.push_back(family);
     for (const std::string& name : arguments.arms) {
         const bool known = std::ranges::any_of(families, [&](const Family& family) {
             const std::vector<Arm> arms = family.arms(family.workloads.front());
@@ -105,134 +99,6 @@ nlohmann::json list_of(const std::vector<Family>& families, const std::vector<Cl
     return list;
 }
 
-// An arm that passed the gate before, and is made only to be timed.
-class KnownRun : public ArmRun {
-public:
-    explicit KnownRun(std::unique_ptr<ArmRun> run) : run_(std::move(run)) {}
-    [[nodiscard]] ClockReadings run() override { return run_->run(); }
-
-private:
-    std::unique_ptr<ArmRun> run_;
-};
-
-Family without_gate(Family family) {
-    family.arms = [arms = family.arms](const Workload& workload) {
-        std::vector<Arm> all = arms(workload);
-        for (Arm& arm : all) arm.make = [make = arm.make] { return std::make_unique<KnownRun>(make()); };
-        return all;
-    };
-    return family;
-}
-
-// Whether all arms of the experiment are known well enough, over all its makings.
-bool is_known(const BenchResults& results, const Family& family, const Workload& workload, double narrow,
-    const std::vector<std::string>& only) {
-    std::vector<ExperimentSamples> own;
-    for (const ExperimentSamples& samples : results.samples)
-        if (samples.family == family.name && samples.workload.name == workload.name) own.push_back(samples);
-    for (const Arm& arm : family.arms(workload)) {
-        const auto has_it = [&](const ExperimentSamples& samples) {
-            return std::ranges::find(samples.arms, arm.name, &ArmSamples::arm) != samples.arms.end();
-        };
-        const bool asked = only.empty() || wanted(arm.name, only);
-        if (asked && std::ranges::count_if(own, has_it) < static_cast<std::ptrdiff_t>(fewest_resampled_processes))
-            return false;
-    }
-    return std::ranges::all_of(analyse(own), [&](const ArmResult& arm) {
-        return !arm.timed() || arm.arm == arm.baseline ||
-               (arm.ratio_high() <= arm.ratio() * (1.0 + narrow) && arm.ratio_low() >= arm.ratio() * (1.0 - narrow));
-    });
-}
-
-// Takes over the readings of another file or process, which must be of the same device, driver and shaders.
-void merge(BenchResults& results, BenchResults other, const std::string& whose) {
-    for (const char* fact : {"name", "driver_name", "driver_version", "device_uuid", "spirv_hash"})
-        if (results.device.value(fact, "") != other.device.value(fact, ""))
-            throw input_error(whose, std::string("/device/") + fact, "is not what this device has",
-                "resume on the same device, driver and build");
-    if (results.scene != other.scene)
-        throw input_error(whose, "/scene", "is another scene", "resume with the same one");
-    for (nlohmann::json& family : other.families) {
-        const auto same = [&](const nlohmann::json& known) { return known.at("name") == family.at("name"); };
-        if (std::ranges::none_of(results.families, same)) results.families.push_back(std::move(family));
-    }
-    std::ranges::move(other.samples, std::back_inserter(results.samples));
-}
-
-// What one more making of the experiment takes at least, as the last one did; 0 where there was none.
-struct LeastSeconds {
-    double making = 0.0, blocks = 0.0;
-    [[nodiscard]] double all() const { return making + blocks; }
-};
-
-LeastSeconds least_seconds(const BenchResults& results, const Family& family, const Workload& workload) {
-    const auto last =
-        std::ranges::find_if(results.samples.rbegin(), results.samples.rend(), [&](const ExperimentSamples& samples) {
-            return samples.family == family.name && samples.workload.name == workload.name;
-        });
-    if (last == results.samples.rend()) return {};
-    std::size_t blocks = 1;
-    for (const ArmSamples& arm : last->arms)
-        for (const auto& [clock, readings] : arm.seconds) blocks = std::max(blocks, readings.size());
-    const double fewest = static_cast<double>(RunnerOptions{}.fewest_blocks) / static_cast<double>(blocks);
-    return {last->made_seconds, last->seconds * std::min(1.0, fewest)};
-}
-
-struct Experiment {
-    const Family* family;
-    const Workload* workload;
-};
-
-std::vector<Experiment> unknown_experiments(
-    const BenchResults& results, const std::vector<Family>& families, const BenchArguments& arguments) {
-    std::vector<Experiment> unknown;
-    for (const Family& family : families)
-        for (const Workload& workload : family.workloads)
-            if (!is_known(results, family, workload, arguments.narrow, arguments.arms))
-                unknown.push_back({&family, &workload});
-    return unknown;
-}
-
-// Rounds over all experiments, in each of which every arm is made anew: two jobs of the same arm differ by their luck
-// with memory and threads, and a machine's mood outlasts many blocks. What is left of the time is shared by what is
-// left to do. `keep` takes what there is so far. Returns how many whole rounds there was time for.
-unsigned run_all(const std::vector<Family>& families, const BenchArguments& arguments, const CommandContext& context,
-    BenchResults& results, const std::function<void()>& keep) {
-    const double start = now(), end = start + arguments.seconds;
-    std::uint64_t done = results.samples.size();
-    ProgressLine line;
-    for (unsigned making = 0; making < arguments.makings; ++making) {
-        const std::vector<Experiment> round = unknown_experiments(results, families, arguments);
-        double whole_round = 0.0;  // seconds that go to no block
-        for (const Experiment& one : round) whole_round += least_seconds(results, *one.family, *one.workload).making;
-        double left_to_make = whole_round * (arguments.makings - making);
-        for (std::size_t i = 0; i < round.size(); ++i) {
-            const auto& [family, workload] = round[i];
-            if (context.stop.stop_requested()) return arguments.makings;
-            const LeastSeconds least = least_seconds(results, *family, *workload);
-            if (making > 0 && now() + least.all() > end) return making;
-            const double rounds = arguments.makings - making;
-            RunnerOptions options;
-            options.seconds = std::max(0.0, end - now() - left_to_make) /
-                              (static_cast<double>(round.size()) * rounds - static_cast<double>(i));
-            options.narrow = arguments.narrow;
-            options.seed = arguments.seed + 1000 * ++done;
-            options.only = arguments.arms;
-            options.stop = context.stop;
-            options.progress = [&](double) {
-                line.update((now() - start) / arguments.seconds, family->name + " at " + workload->name);
-            };
-            ExperimentSamples samples =
-                run_experiment(making == 0 ? *family : without_gate(*family), *workload, options);
-            if (samples.arms.front().seconds.empty()) return arguments.makings;  // stopped before the first block
-            results.samples.push_back(std::move(samples));
-            left_to_make -= least.making;
-            keep();
-        }
-    }
-    return arguments.makings;
-}
-
 // Before anything is measured: with the readings of `earlier`, if any.
 BenchResults begin_results(const BenchArguments& arguments, const CommandContext& context, const BenchTarget& target,
     const std::vector<Family>& families, std::optional<BenchResults> earlier) {
@@ -253,35 +119,44 @@ void keep(const CommandContext& context, const BenchTarget& target, const BenchR
     write_json(context, to_json(results, target.claims));
 }
 
+CampaignOptions campaign_options(const BenchArguments& arguments, const CommandContext& context) {
+    CampaignOptions options;
+    options.seconds = arguments.seconds;
+    options.narrow = arguments.narrow;
+    options.replicates = arguments.replicates;
+    options.seed = arguments.seed;
+    options.only = arguments.arms;
+    options.stop = context.stop;
+    return options;
+}
+
 // Goes on from `earlier`, if any. A --json file gets what there is between experiments, so that a killed run loses
 // little.
 BenchResults measure(const BenchArguments& arguments, const CommandContext& context, const BenchTarget& target,
     const std::vector<Family>& families, std::optional<BenchResults> earlier = {}) {
     BenchResults results = begin_results(arguments, context, target, families, std::move(earlier));
-    double kept = now();
-    const unsigned rounds = run_all(families, arguments, context, results, [&] {
-        constexpr double often = 20.0;  // seconds
-        if (now() - kept < often) return;
-        keep(context, target, results);
-        kept = now();
-    });
-    if (rounds < arguments.makings)
+    CampaignOptions options = campaign_options(arguments, context);
+    options.keep = [&](const BenchResults& so_far) { keep(context, target, so_far); };
+    unsigned rounds = 0;
+    {
+        ProgressLine line;
+        options.progress = [&](double fraction, const std::string& text) { line.update(fraction, text); };
+        rounds = run_campaign(families, options, results);
+    }
+    if (rounds < arguments.replicates)
         fmt::print(stderr,
-            "tandem: --time was enough for {} replicate{}, not {}; give more, for with {} intervals hold for any "
-            "replicate\n",
-            rounds, rounds == 1 ? "" : "s", arguments.makings, fewest_resampled_processes);
+            "tandem: --time was enough for {} replicate{}, not {}; from {} on, intervals hold for any replicate\n",
+            rounds, rounds == 1 ? "" : "s", arguments.replicates, fewest_resampled_processes);
     return results;
 }
 
-// The same command in a process of its own, for its share of the time: goes on from the file `known`, and writes
+// The same command in a process of its own, for its part of the campaign: goes on from the file `known`, and writes
 // `file`. Returns its exit status.
 int measure_in_child(
-    const BenchArguments& arguments, unsigned number, const std::string& known, const std::string& file) {
+    const BenchArguments& arguments, const CampaignPart& part, const std::string& known, const std::string& file) {
     std::vector<std::string> words{"bench", "--scene", arguments.scene, "--resume", known, "--json", file, "--time",
-        fmt::format("{}", arguments.seconds / arguments.processes), "--narrow", fmt::format("{}", arguments.narrow),
-        "--seed", fmt::format("{}", arguments.seed + 1'000'000ull * (number + 1)), "--replicates",
-        fmt::format("{}",
-            arguments.makings / arguments.processes + (number < arguments.makings % arguments.processes ? 1 : 0))};
+        fmt::format("{}", part.seconds), "--narrow", fmt::format("{}", arguments.narrow), "--seed",
+        fmt::format("{}", part.seed), "--replicates", fmt::format("{}", part.replicates)};
     const auto add = [&](const char* option, const std::vector<std::string>& values) {
         for (const std::string& value : values) words.insert(words.end(), {option, value});
     };
@@ -294,16 +169,16 @@ int measure_in_child(
 
 // Process after process, each with the readings of those before. The --json file gets what there is after each, also
 // where one of them fails, so that --resume can go on from there.
-BenchResults measure_in_processes(BenchArguments arguments, const CommandContext& context, const BenchTarget& target,
-    const std::vector<Family>& families, std::optional<BenchResults> earlier) {
-    arguments.processes = std::min(arguments.processes, arguments.makings);  // none without a making
+BenchResults measure_in_processes(const BenchArguments& arguments, const CommandContext& context,
+    const BenchTarget& target, const std::vector<Family>& families, std::optional<BenchResults> earlier) {
     BenchResults results = begin_results(arguments, context, target, families, std::move(earlier));
+    const std::vector<CampaignPart> parts = parts_of(campaign_options(arguments, context), arguments.processes);
     ProgressLine line;
-    for (unsigned i = 0; i < arguments.processes && !context.stop.stop_requested(); ++i) {
-        line.update(static_cast<double>(i) / arguments.processes, fmt::format("process {}", i + 1));
+    for (std::size_t i = 0; i < parts.size() && !context.stop.stop_requested(); ++i) {
+        line.update(static_cast<double>(i) / static_cast<double>(parts.size()), fmt::format("process {}", i + 1));
         const TemporaryFile known, file;
         write_text_file(known.name(), to_json(results, {}).dump());
-        const int status = measure_in_child(arguments, i, known.name(), file.name());
+        const int status = measure_in_child(arguments, parts[i], known.name(), file.name());
         // It wrote while it ran, too.
         if (std::filesystem::file_size(file.name()) > 0) results.samples = load_results(file.name()).samples;
         keep(context, target, results);
@@ -436,7 +311,7 @@ void add_bench_command(CLI::App& app, CommandContext& context) {
         ->capture_default_str()
         ->group(rare_options);
     command
-        ->add_option("--replicates", arguments->makings,
+        ->add_option("--replicates", arguments->replicates,
             "Times that every arm is created anew. From five on, intervals hold for any replicate")
         ->check(CLI::Range(1, 1000))
         ->capture_default_str();

@@ -10,6 +10,7 @@
 #include "common/error.h"
 #include "common/self_test/self_test.h"
 #include "common/stability/catalogue.h"
+#include "common/text.h"
 
 namespace tandem {
 
@@ -103,13 +104,10 @@ void print_report(const StabilityReport& report, bool verbose) {
 std::vector<stability::Bench> make_benches(const StabilityArguments& arguments, const CommandContext& context) {
     std::vector<stability::Bench> benches;
     std::string reason = "no backend is left";
-    const auto wanted = [](const std::vector<std::string>& list, std::string_view name) {
-        return list.empty() || std::ranges::find(list, name) != list.end();
-    };
     for (const std::string& name : arguments.backends) static_cast<void>(find_backend(context.program.backends, name));
     for (const Backend& backend : context.program.backends)
         for (std::size_t i = 0; i < precision_names.size(); ++i) {
-            if (!wanted(arguments.backends, backend.name) || !wanted(arguments.precisions, precision_names[i]))
+            if (!asked_for(backend.name, arguments.backends) || !asked_for(precision_names[i], arguments.precisions))
                 continue;
             BackendOptions options;
             options.precision = static_cast<Precision>(i);

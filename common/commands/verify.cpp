@@ -1,32 +1,22 @@
-// tandem verify: two backends, one verdict a scene. tandem compare: the same for images of any renderers.
+// tandem verify: two backends, one verdict a scene.
 #include "common/validation/verify/verify.h"
 
 #include <fmt/format.h>
 
 #include <cmath>
-#include <filesystem>
 
 #include "common/commands/command.h"
 #include "common/commands/console.h"
 #include "common/commands/help.h"
+#include "common/commands/verdict_options.h"
 #include "common/error.h"
-#include "common/image/image_io.h"
 #include "common/scene/loader/scene_loader.h"
 #include "common/self_test/self_test.h"
-#include "common/validation/compare/compare.h"
-#include "common/validation/report/junit.h"
-#include "common/validation/report/report.h"
-#include "common/validation/report/verdict_json.h"
+#include "common/text.h"
 
 namespace tandem {
 
 namespace {
-
-// Margins and error rates, shared by both commands.
-struct CriteriaArguments {
-    std::string image_margin, tile_margin;
-    std::string report, junit;
-};
 
 struct VerifyArguments {
     std::vector<std::string> scenes;
@@ -39,87 +29,6 @@ struct VerifyArguments {
     std::string oracle = "oracle";
     bool no_paired = false, validation = false, convergence = false;
 };
-
-struct CompareArguments {
-    std::vector<std::string> images, reference, candidate;
-    CriteriaArguments criteria;
-    std::string negligible, tile_negligible;
-    std::string variance_of = "sample";
-    bool same_estimator = false;
-};
-
-void add_criteria(CLI::App& command, CriteriaArguments& arguments, const Criteria& defaults) {
-    command
-        .add_option("--margin", arguments.image_margin,
-            fmt::format("Agreement means: image mean within this (default {})", percent(defaults.margins.image)))
-        ->type_name("FRACTION");
-    command
-        .add_option("--tile-margin", arguments.tile_margin,
-            fmt::format("... and every 16x16 tile within this (default {})", percent(defaults.margins.tile)))
-        ->type_name("FRACTION");
-    command.add_option("--report", arguments.report, "Write report.json and images to a folder (see scripts/report)")
-        ->type_name("FOLDER");
-    command
-        .add_option(
-            "--junit", arguments.junit, "Write the verdicts as JUnit XML: disagree is a failure, undecided an error")
-        ->type_name("FILE");
-}
-
-Criteria criteria_from(const CriteriaArguments& arguments, Criteria criteria) {
-    if (!arguments.image_margin.empty()) criteria.margins.image = fraction_from(arguments.image_margin, "--margin");
-    if (!arguments.tile_margin.empty()) criteria.margins.tile = fraction_from(arguments.tile_margin, "--tile-margin");
-    return criteria;
-}
-
-ExitStatus status_of(Verdict verdict) {
-    switch (verdict) {
-        case Verdict::agree:
-            return ExitStatus::fine;
-        case Verdict::disagree:
-            return ExitStatus::disagree;
-        case Verdict::undecided:
-            return ExitStatus::undecided;
-    }
-    return ExitStatus::undecided;
-}
-
-void print_verdict(const SceneVerdict& verdict, bool verbose) {
-    fmt::print("{}: {}\n", verdict.scene, verdict.sentence);
-    if (verdict.verdict != Verdict::agree || verbose)
-        for (const std::string& reason : verdict.judgement.reasons) fmt::print("    {}\n", reason);
-    if (verdict.worst && (verdict.verdict == Verdict::disagree || verbose)) {
-        const WorstPixel& worst = *verdict.worst;
-        fmt::print("    worst pixel: ({}, {}){}{}\n        {}\n", worst.x, worst.y, worst.reason.empty() ? "" : "; ",
-            worst.reason, worst.command);
-    }
-    if (!verdict.closed_form.skipped.empty())
-        fmt::print("    the scene's closed form is left out: {}\n", verdict.closed_form.skipped);
-    std::fflush(stdout);
-}
-
-// Asked before long work.
-void check_writable(
-    const CriteriaArguments& arguments, const CommandContext& context, const std::vector<std::string>& inputs) {
-    check_outputs({context.json_file, arguments.junit}, inputs);
-    if (!arguments.junit.empty()) check_writable_text(arguments.junit);
-    if (!arguments.report.empty()) check_writable_folder(arguments.report);
-}
-
-// Prints the overall verdict, writes --json, --junit and --report, and gives the exit status.
-ExitStatus conclude(const std::string& command, const std::vector<SceneVerdict>& verdicts,
-    const CriteriaArguments& arguments, const CommandContext& context, const std::vector<std::string>& not_run = {},
-    const std::vector<DeviceSelfTest>& self_tests = {}) {
-    std::vector<Verdict> each;
-    for (const SceneVerdict& verdict : verdicts) each.push_back(verdict.verdict);
-    nlohmann::json report = to_json(verdicts, not_run);
-    report["device_self_tests"] = to_json(self_tests);
-    write_json(context, report);
-    if (!arguments.junit.empty()) write_text_file(arguments.junit, junit_xml(command, verdicts, not_run));
-    if (!arguments.report.empty()) write_report(arguments.report, verdicts, self_tests, not_run);
-    const Verdict all = combined(each, not_run.empty());
-    fmt::print("Verdict: {}\n", name_of(all));
-    return status_of(all);
-}
 
 // Says in a line how exactly each side's device computes, where it has an arithmetic of its own.
 std::vector<DeviceSelfTest> self_tests_of(std::initializer_list<Renderer*> sides) {
@@ -283,48 +192,6 @@ ExitStatus verify(const VerifyArguments& arguments, const CommandContext& contex
     return status;
 }
 
-// The two sides: by --reference and --candidate, by the word "vs", or the first and second half.
-void split_sides(CompareArguments& arguments) {
-    if (!arguments.images.empty() && (!arguments.reference.empty() || !arguments.candidate.empty()))
-        throw InputError("compare: name the images either in a row or by --reference and --candidate");
-    const auto word = std::ranges::find(arguments.images, "vs");
-    const std::size_t images = arguments.images.size();
-    if (word != arguments.images.end()) {
-        arguments.reference.assign(arguments.images.begin(), word);
-        arguments.candidate.assign(word + 1, arguments.images.end());
-    } else if (images % 2 == 0 && images > 0) {
-        const auto middle = arguments.images.begin() + static_cast<std::ptrdiff_t>(images / 2);
-        arguments.reference.assign(arguments.images.begin(), middle);
-        arguments.candidate.assign(middle, arguments.images.end());
-    } else if (images > 0) {
-        throw InputError("compare: an odd number of images; put the word vs between the two sides");
-    }
-    if (arguments.reference.empty() || arguments.candidate.empty())
-        throw InputError("compare: needs images on both sides: A... vs B...");
-}
-
-ExitStatus compare(CompareArguments arguments, const CommandContext& context) {
-    split_sides(arguments);
-    std::vector<std::string> inputs = arguments.reference;
-    inputs.insert(inputs.end(), arguments.candidate.begin(), arguments.candidate.end());
-    for (const std::string& input : inputs)
-        if (!std::filesystem::exists(input)) throw input_error(input, "", "no such file", "check the path");
-    check_writable(arguments.criteria, context, inputs);
-    CompareOptions options;
-    options.criteria = criteria_from(arguments.criteria, CompareOptions::comparison_criteria());
-    options.criteria.same_estimator = arguments.same_estimator;
-    Negligible& negligible = options.criteria.negligible;
-    if (!arguments.negligible.empty()) negligible.image = fraction_from(arguments.negligible, "--negligible");
-    if (!arguments.tile_negligible.empty())
-        negligible.tile = fraction_from(arguments.tile_negligible, "--tile-negligible");
-    options.variance_of = arguments.variance_of == "mean" ? VarianceOf::mean : VarianceOf::sample;
-    const std::vector<std::filesystem::path> reference(arguments.reference.begin(), arguments.reference.end());
-    const std::vector<std::filesystem::path> candidate(arguments.candidate.begin(), arguments.candidate.end());
-    const std::vector<SceneVerdict> verdicts{compare_files(reference, candidate, options)};
-    print_verdict(verdicts.front(), context.verbose);
-    return conclude("compare", verdicts, arguments.criteria, context);
-}
-
 void add_rare_options(CLI::App& command, VerifyArguments& arguments) {
     const auto add = [&](const char* name, std::string& value, const std::string& text) {
         command.add_option(name, value, text)->group(rare_options);
@@ -380,41 +247,6 @@ void add_verify_command(CLI::App& app, CommandContext& context) {
         "Exit status: 0 agree, 1 disagree, 3 undecided within the time.");
     command->callback(
         [&context, arguments] { context.action = [&context, arguments] { return verify(*arguments, context); }; });
-}
-
-void add_compare_command(CLI::App& app, CommandContext& context) {
-    CLI::App* command = app.add_subcommand("compare", "Decide whether images of any two renderers agree");
-    const auto arguments = std::make_shared<CompareArguments>();
-    command->add_option("images", arguments->images, "A... vs B...; without vs, the first half against the second")
-        ->type_name("IMAGE");
-    command->add_option("--reference", arguments->reference, "Images of side A")->type_name("IMAGE");
-    command->add_option("--candidate", arguments->candidate, "Images of side B")->type_name("IMAGE");
-    command
-        ->add_option("--variance-of", arguments->variance_of,
-            "What variance channels hold: the variance of one sample, or of the pixel's mean")
-        ->check(CLI::IsMember({"sample", "mean"}))
-        ->capture_default_str();
-    command->add_flag("--same-estimator", arguments->same_estimator,
-        "Both sides sample in one way, so different noise is a fault too");
-    const Criteria defaults = CompareOptions::comparison_criteria();
-    command
-        ->add_option("--negligible", arguments->negligible,
-            fmt::format("Disagreement means: image mean surely off by more than this (default {}, what half precision "
-                        "rounds); smaller finds smaller faults, given the samples",
-                percent(defaults.negligible.image)))
-        ->type_name("FRACTION");
-    command
-        ->add_option("--tile-negligible", arguments->tile_negligible,
-            fmt::format("... or a tile by more than this (default {})", percent(defaults.negligible.tile)))
-        ->type_name("FRACTION");
-    add_criteria(*command, arguments->criteria, defaults);
-    add_common_options(*command, context,
-        "  tandem compare ours.exr theirs.exr             one image a side, with variance channels\n"
-        "  tandem compare a1.exr a2.exr vs b1.exr b2.exr  independent seeds a side\n"
-        "  tandem compare a*.exr vs b*.exr --negligible 0.01%   see one bounce fewer on the classic box (0.034 %)\n"
-        "A side is one image with variance channels and a sample count, or two or more images of independent seeds.");
-    command->callback(
-        [&context, arguments] { context.action = [&context, arguments] { return compare(*arguments, context); }; });
 }
 
 }  // namespace tandem

@@ -222,16 +222,6 @@ std::optional<Estimated> slope_with_interval(const ArmTrials& arm, double common
     return Estimated{whole, whole - half, whole + half};
 }
 
-// exp of a normal estimate: value times or over exp(half).
-Estimated times_or_over(double value, double log_half) {
-    return {value, value * std::exp(-log_half), value * std::exp(log_half)};
-}
-
-double log_half_of(const Estimated& positive) {
-    if (!(positive.low > 0.0)) return std::numeric_limits<double>::infinity();
-    return 0.5 * std::log(positive.high / positive.low);
-}
-
 ArmFigures figures_of(const CostArm& arm, const ArmTrials& samples, const CostReference& reference) {
     const double mean = reference.image_mean(), scale = 1.0 / (mean * mean);
     const double common = product_error(reference);

@@ -6,8 +6,8 @@
 #include <optional>
 
 #include "common/cost/measure.h"
+#include "common/statistics/interval.h"
 #include "common/statistics/paired_effect.h"
-#include "common/validation/verify/convergence.h"
 
 namespace tandem {
 

@@ -3,13 +3,14 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <chrono>
 #include <numeric>
 #include <span>
 #include <utility>
 
 #include "common/error.h"
 #include "common/render/adaptive_sampling.h"
+#include "common/render/check_settings.h"
+#include "common/stopwatch.h"
 
 namespace tandem {
 
@@ -18,8 +19,6 @@ namespace {
 constexpr std::uint64_t trial_begin = std::uint64_t{1} << 62;  // samples that no render gets to
 constexpr double clearly_better = 0.9;
 constexpr std::uint64_t least_samples = 16, most_samples = 4096;
-
-double now() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
 
 std::vector<SettingsTrial> candidates(const Scene& scene, const RenderSettings& given, const OpenSettings& open) {
     std::vector<Integrator> integrators{given.integrator};
@@ -145,7 +144,7 @@ void try_adaptive(const Scene& scene, const Trial& of_choice, double seconds, Re
 
 SettingsChoice choose_settings(const Scene& scene, const RenderSettings& given, const OpenSettings& open,
     Renderer& renderer, double seconds, std::stop_token stop) {
-    const double start = now();
+    const Stopwatch watch;
     SettingsChoice choice;
     choice.job = renderer.prepare(scene, given);
     choice.settings = given;
@@ -156,7 +155,7 @@ SettingsChoice choose_settings(const Scene& scene, const RenderSettings& given, 
     std::optional<Trial> best;
     for (const SettingsTrial& one : all) {
         const bool first = choice.trials.empty();
-        if (!first && (now() - start > seconds || stop.stop_requested())) break;
+        if (!first && (watch.seconds() > seconds || stop.stop_requested())) break;
         std::unique_ptr<RenderJob> job;
         try {
             if (!first) job = renderer.prepare(scene, one.settings);
@@ -180,7 +179,7 @@ SettingsChoice choose_settings(const Scene& scene, const RenderSettings& given, 
     }
     if (open.sampling && best && best->adaptive && may_adapt(choice.settings))
         try_adaptive(scene, *best, each, renderer, choice, stop);
-    choice.seconds = now() - start;
+    choice.seconds = watch.seconds();
     return choice;
 }
 

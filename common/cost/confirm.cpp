@@ -46,11 +46,6 @@ ArmFigures renewed(const ArmFigures& before, const ArmFigures& anew) {
     return figures;
 }
 
-double log_half_of(const Estimated& positive) {
-    if (!(positive.low > 0.0)) return std::numeric_limits<double>::infinity();
-    return 0.5 * std::log(positive.high / positive.low);
-}
-
 // Of log time: noise, and with a floor all that time_to has to say.
 double log_half_of_noise(const ArmFigures& arm, const TimeToError& time) {
     return arm.has_floor ? log_half_of(*time.seconds) : arm.log_half_of_variance;

@@ -6,18 +6,13 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "common/text.h"
+
 namespace tandem {
 
 namespace {
 
 using nlohmann::json;
-
-// 0.00213 -> "0.21 %"
-std::string percent(double value) {
-    const double hundredths = 100.0 * value;
-    if (hundredths >= 10.0) return fmt::format("{:.0f} %", hundredths);
-    return fmt::format("{:.2g} %", hundredths);
-}
 
 std::string factor(double ratio) { return ratio >= 10.0 ? fmt::format("{:.0f}", ratio) : fmt::format("{:.2f}", ratio); }
 

@@ -3,13 +3,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <numeric>
 #include <random>
 #include <utility>
 
 #include "common/error.h"
+#include "common/stopwatch.h"
 #include "common/validation/verdict/error_metrics.h"
 
 namespace tandem {
@@ -207,10 +207,7 @@ ArmTrials& samples_named(CostSamples& samples, const std::string& name) {
 
 }  // namespace
 
-double now_by(const CostControl& control) {
-    if (control.now) return control.now();
-    return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
-}
+double now_by(const CostControl& control) { return control.now ? control.now() : steady_seconds(); }
 
 CostReference render_reference(
     RenderJob& job, std::optional<CostReference> earlier, double seconds, const CostControl& control) {

@@ -140,7 +140,7 @@ ClaimVerdict judge(const ClaimResult& result, bool significant) {
         case Predicted::more:
             return judge_direction(result.low, result.high, negligible, significant);
         case Predicted::no_difference:
-            if (result.low > -negligible && result.high < negligible) return ClaimVerdict::confirmed;
+            if (equivalent({result.low, result.high}, negligible)) return ClaimVerdict::confirmed;
             if (significant && (result.low > negligible || result.high < -negligible)) return ClaimVerdict::refuted;
             break;
         case Predicted::no_more:

@@ -54,7 +54,7 @@ std::string described(const OwnTimes& times, const char* where) {
 
 Change change_of(const ChangeOfArm& arm) {
     constexpr double alpha = 0.05;
-    if (arm.low > 1.0 - negligible_change && arm.high < 1.0 + negligible_change) return Change::same;
+    if (equivalent({arm.low - 1.0, arm.high - 1.0}, negligible_change)) return Change::same;
     if (arm.p_family <= alpha && arm.high < 1.0) return Change::faster;
     if (arm.p_family <= alpha && arm.low > 1.0) return Change::slower;
     return Change::ambiguous;

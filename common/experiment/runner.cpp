@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <chrono>
 #include <cmath>
 #include <cstring>
 #include <numeric>
@@ -10,6 +9,8 @@
 #include "common/error.h"
 #include "common/render/random.h"
 #include "common/statistics/paired_effect.h"
+#include "common/stopwatch.h"
+#include "common/text.h"
 #include "common/validation/verdict/verdict.h"
 
 namespace tandem {
@@ -19,25 +20,11 @@ namespace {
 constexpr std::array<const char*, 6> identity_names{
     "nothing-to-compare", "identical", "agrees", "undecided", "differs", "not-applicable"};
 
-double steady_seconds() {
-    return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
-}
-
 // An arm while it runs.
 struct Contender {
     std::unique_ptr<ArmRun> run;  // null: not timed
     ArmSamples samples;
 };
-
-SampledImage sampled(const Estimate& estimate) {
-    SampledImage image;
-    image.width = estimate.width();
-    image.height = estimate.height();
-    image.pixels = pixel_statistics(estimate);
-    image.samples = estimate.count();
-    image.invalid = estimate.invalid();
-    return image;
-}
 
 void gate(const Arm& arm, const std::optional<ArmOutput>& baseline, Contender& contender) {
     const std::optional<ArmOutput> output = contender.run->output();
@@ -53,8 +40,8 @@ void gate(const Arm& arm, const std::optional<ArmOutput>& baseline, Contender& c
     samples.identity = Identity::differs;
     samples.reason = "its result is not the baseline's, bit for bit";
     if (!arm.same_bits && output->estimate && baseline->estimate) {
-        const Judgement judgement =
-            judge(sampled(*baseline->estimate), sampled(*output->estimate), nullptr, Criteria{}, LookShare{});
+        const Judgement judgement = judge(sampled_image_of(*baseline->estimate), sampled_image_of(*output->estimate),
+            nullptr, Criteria{}, LookShare{});
         samples.identity = judgement.verdict == Verdict::agree      ? Identity::agrees
                            : judgement.verdict == Verdict::disagree ? Identity::differs
                                                                     : Identity::undecided;
@@ -63,17 +50,13 @@ void gate(const Arm& arm, const std::optional<ArmOutput>& baseline, Contender& c
     if (samples.identity == Identity::differs) contender.run.reset();
 }
 
-bool wanted(const std::string& name, const std::vector<std::string>& only) {
-    return only.empty() || std::ranges::find(only, name) != only.end();
-}
-
 // A stop leaves out the arms that are not made yet.
 std::vector<Contender> make_contenders(
     const Family& family, const Workload& workload, const std::vector<std::string>& only, const std::stop_token& stop) {
     std::vector<Contender> contenders;
     std::optional<ArmOutput> baseline;
     for (const Arm& arm : family.arms(workload)) {
-        if (!contenders.empty() && (!wanted(arm.name, only) || stop.stop_requested())) continue;
+        if (!contenders.empty() && (!asked_for(arm.name, only) || stop.stop_requested())) continue;
         Contender contender{nullptr, {arm.name, arm.text, Identity::nothing_to_compare, {}, {}}};
         try {
             contender.run = arm.make();

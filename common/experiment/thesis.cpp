@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 
+#include "common/statistics/distributions.h"
 #include "common/statistics/sample_moments.h"
 
 namespace tandem {

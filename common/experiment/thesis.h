@@ -5,7 +5,7 @@
 #include <stop_token>
 
 #include "common/experiment/bench.h"
-#include "common/statistics/distributions.h"
+#include "common/statistics/interval.h"
 
 namespace tandem {
 

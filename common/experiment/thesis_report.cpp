@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "common/experiment/thesis.h"
+#include "common/statistics/distributions.h"
 #include "common/statistics/sample_moments.h"
 
 namespace tandem {

@@ -305,7 +305,7 @@ EffectSet effects_to_simulate(
             "the {} backend does not simulate what this scene calls for: {}", backend, effect_names(lacking)));
     const EffectSet chosen = settings.effects.value_or(needed);
     if (const EffectSet left_out = needed.without(chosen); left_out.size() > 0)
-        throw InputError(
+        throw UnsupportedError(
             fmt::format("the chosen effects leave out what the scene calls for: {}; add them", effect_names(left_out)));
     return chosen.without(EffectSet::all().without(supported));
 }

@@ -37,21 +37,6 @@ RenderSettings with_longer_side(RenderSettings settings, std::uint32_t longer_si
     return settings;
 }
 
-void check_sampling(const RenderSettings& settings) {
-    if (settings.sampling == Sampling::uniform) return;
-    if (settings.generator == Generator::sobol)
-        throw UnsupportedError(
-            "adaptive sampling goes by the scatter of a pixel's samples, which says nothing of the error of Sobol "
-            "points; use another --generator or --sampling uniform");
-    if (settings.integrator == Integrator::bidirectional)
-        throw UnsupportedError(
-            "a bidirectional sample lights several pixels, so that none can have more samples than another; use "
-            "another --integrator or --sampling uniform");
-    if (settings.accumulation == Accumulation::plain)
-        throw UnsupportedError(
-            "plain sums run over all samples of every pixel alike; use another --accumulation or --sampling uniform");
-}
-
 std::string integrator_name(Integrator integrator) {
     return std::string(integrator_names.at(static_cast<std::size_t>(integrator)));
 }

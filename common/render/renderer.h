@@ -61,9 +61,6 @@ struct RenderSettings {
     Sampling sampling = Sampling::uniform;                   // adaptive: jobs also render lists of pixels
 };
 
-// Throws UnsupportedError for adaptive sampling with settings that it does not go with.
-void check_sampling(const RenderSettings& settings);
-
 // The scene with what the settings say of its materials; nothing if it stays as it is.
 [[nodiscard]] std::optional<Scene> changed_by(const RenderSettings& settings, const Scene& scene);
 
@@ -148,7 +145,8 @@ class Renderer {
 public:
     virtual ~Renderer() = default;
     [[nodiscard]] virtual RendererInfo info() const = 0;
-    // Throws UnsupportedError for what this renderer cannot do with this scene or these settings. The job owns all it
+    // Throws UnsupportedError for what check_settings refuses and for what this renderer cannot do with this scene or
+    // these settings. The job owns all it
     // needs of the scene; it must not outlive the renderer.
     [[nodiscard]] virtual std::unique_ptr<RenderJob> prepare(const Scene& scene, const RenderSettings& settings) = 0;
     // The same scene for rays that are given; of the settings, `intersection` counts. It must not outlive the

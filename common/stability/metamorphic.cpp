@@ -1,12 +1,12 @@
 #include "common/stability/metamorphic.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <glm/gtc/matrix_transform.hpp>
 
 #include "common/error.h"
 #include "common/scene/loader/scene_loader.h"
+#include "common/stopwatch.h"
 
 namespace tandem::stability {
 
@@ -213,14 +213,11 @@ void judge_change(const HardCase& hard_case, Renderer& renderer, Precision preci
     const std::stop_token& stop, CaseResult& result) {
     const auto change = static_cast<Change>(std::ranges::find(change_names, hard_case.change) - change_names.begin());
     const double ulp = precision == Precision::double_precision ? 0x1p-52 : 0x1p-23;
-    const auto start = std::chrono::steady_clock::now();
-    const auto elapsed = [&] {
-        return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-    };
+    const Stopwatch watch;
     std::size_t done = 0, apt = 0;
     result.bound = 0.0;
     for (const std::string& file : hard_case.scene_files) {
-        if (stop.stop_requested() || (done > 0 && elapsed() > seconds)) break;
+        if (stop.stop_requested() || (done > 0 && watch.seconds() > seconds)) break;
         const Scene scene = load_scene(file);
         ++done;
         const std::optional<Scene> other = changed(scene, change);
@@ -234,7 +231,7 @@ void judge_change(const HardCase& hard_case, Renderer& renderer, Precision preci
         else
             compare_means(a, b, ulp, hard_case.bound, result);
     }
-    result.nanoseconds_per_ray = result.rays > 0 ? 1e9 * elapsed() / static_cast<double>(result.rays) : 0.0;
+    result.nanoseconds_per_ray = result.rays > 0 ? 1e9 * watch.seconds() / static_cast<double>(result.rays) : 0.0;
     result.remark = std::to_string(apt) + " scenes changed, " + std::to_string(done) + " of " +
                     std::to_string(hard_case.scene_files.size()) + " looked at";
 }

@@ -1,16 +1,14 @@
 #include "common/stability/ray_judge.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 
 #include "common/stability/surface_distance.h"
+#include "common/stopwatch.h"
 
 namespace tandem::stability {
 
 namespace {
-
-using Clock = std::chrono::steady_clock;
 
 constexpr std::uint64_t batch_rays = 16384;
 constexpr std::uint64_t first_batch_rays = 2048;  // in any case
@@ -123,15 +121,14 @@ private:
 RayTally shoot(const std::vector<RayWork>& work, Renderer& renderer, const RenderSettings& settings,
     Precision precision, std::uint64_t seed, std::uint64_t rays, double seconds, const std::stop_token& stop) {
     RayTally tally;
-    const Clock::time_point start = Clock::now();
-    const auto elapsed = [&] { return std::chrono::duration<double>(Clock::now() - start).count(); };
+    const Stopwatch watch;
     for (std::size_t i = 0; i < work.size() && !stop.stop_requested(); ++i) {
         Dice dice(seed * 1000003 + i);
         Shooter shooter(work[i], renderer, settings, precision);
         const std::uint64_t share = (rays + work.size() - 1) / work.size();
         const double end = seconds * static_cast<double>(i + 1) / static_cast<double>(work.size());
         for (std::uint64_t done = 0; done < share && !stop.stop_requested();) {
-            if (done > 0 && elapsed() > end) break;
+            if (done > 0 && watch.seconds() > end) break;
             const std::uint64_t count = std::min(done == 0 ? first_batch_rays : batch_rays, share - done);
             shooter.shoot(count, dice, tally);
             done += count;

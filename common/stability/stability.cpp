@@ -1,19 +1,17 @@
 #include "common/stability/stability.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 
 #include "common/error.h"
 #include "common/stability/image_judge.h"
 #include "common/stability/metamorphic.h"
 #include "common/stability/ray_judge.h"
+#include "common/stopwatch.h"
 
 namespace tandem::stability {
 
 namespace {
-
-using Clock = std::chrono::steady_clock;
 
 // Of the defaults' rays, what the others shoot.
 constexpr std::uint64_t default_share = 16;
@@ -98,7 +96,7 @@ public:
 private:
     // Of what is left of the time, an equal share.
     [[nodiscard]] double share_of_time() const {
-        const double elapsed = std::chrono::duration<double>(Clock::now() - start_).count();
+        const double elapsed = watch_.seconds();
         return std::max(0.0, options_.seconds - elapsed) / static_cast<double>(pairs_ - done_);
     }
 
@@ -156,7 +154,7 @@ private:
     const std::vector<HardCase>& cases_;
     const std::vector<Bench>& benches_;
     const StabilityOptions& options_;
-    const Clock::time_point start_ = Clock::now();
+    const Stopwatch watch_;
     std::size_t pairs_ = 0, done_ = 0;
     StabilityReport report_;
 };

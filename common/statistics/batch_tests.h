@@ -5,7 +5,7 @@
 #include <span>
 #include <vector>
 
-#include "common/statistics/distributions.h"
+#include "common/statistics/interval.h"
 
 namespace tandem {
 

@@ -1,8 +1,6 @@
 #include "common/statistics/distributions.h"
 
 #include <boost/math/distributions/beta.hpp>
-#include <boost/math/distributions/chi_squared.hpp>
-#include <boost/math/distributions/fisher_f.hpp>
 #include <boost/math/distributions/normal.hpp>
 #include <boost/math/distributions/students_t.hpp>
 #include <cmath>
@@ -33,37 +31,12 @@ double student_quantile(double p, double dof) {
     return boost::math::quantile(boost::math::students_t{dof}, p);
 }
 
-double f_upper_tail(double f, double dof_numerator, double dof_denominator) {
-    return boost::math::cdf(boost::math::complement(boost::math::fisher_f{dof_numerator, dof_denominator}, f));
-}
-
-double chi_square_upper_tail(double x, double dof) {
-    return boost::math::cdf(boost::math::complement(boost::math::chi_squared{dof}, x));
-}
-
 // The regularised incomplete beta function, as a cdf.
 double binomial_upper_tail(unsigned successes, unsigned trials, double chance) {
     if (successes == 0) return 1.0;
     if (successes > trials) return 0.0;
     const double k = successes, n = trials;
     return boost::math::cdf(boost::math::beta_distribution<>{k, n - k + 1.0}, chance);
-}
-
-Interval clopper_pearson_interval(unsigned successes, unsigned trials, double alpha) {
-    using boost::math::beta_distribution;
-    const double k = successes, n = trials;
-    Interval interval{0.0, 1.0};
-    if (successes > 0) interval.low = boost::math::quantile(beta_distribution<>{k, n - k + 1.0}, alpha / 2.0);
-    if (successes < trials)
-        interval.high = boost::math::quantile(beta_distribution<>{k + 1.0, n - k}, 1.0 - alpha / 2.0);
-    return interval;
-}
-
-Interval wilson_interval(unsigned successes, unsigned trials, double alpha) {
-    const double n = trials, p = successes / n, z = normal_quantile(1.0 - alpha / 2.0);
-    const double centre = (p + z * z / (2.0 * n)) / (1.0 + z * z / n);
-    const double half = z / (1.0 + z * z / n) * std::sqrt(p * (1.0 - p) / n + z * z / (4.0 * n * n));
-    return {centre - half, centre + half};
 }
 
 }  // namespace tandem

@@ -10,17 +10,7 @@ namespace tandem {
 [[nodiscard]] double student_upper_tail(double t, double dof);
 [[nodiscard]] double student_quantile(double p, double dof);
 
-[[nodiscard]] double f_upper_tail(double f, double dof_numerator, double dof_denominator);
-[[nodiscard]] double chi_square_upper_tail(double x, double dof);
-
 // P(X >= successes) of a binomial X.
 [[nodiscard]] double binomial_upper_tail(unsigned successes, unsigned trials, double chance);
-
-// Clopper-Pearson and Wilson intervals of a proportion at two-sided confidence 1 - alpha.
-struct Interval {
-    double low = 0.0, high = 0.0;
-};
-[[nodiscard]] Interval clopper_pearson_interval(unsigned successes, unsigned trials, double alpha);
-[[nodiscard]] Interval wilson_interval(unsigned successes, unsigned trials, double alpha);
 
 }  // namespace tandem

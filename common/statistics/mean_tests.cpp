@@ -55,10 +55,7 @@ MeanDifference welch(const MeanEstimate& reference, const MeanEstimate& candidat
         welch_dof(reference, candidate)};
 }
 
-bool equivalent(const MeanDifference& difference, double margin, double alpha) {
-    const Interval interval = difference.interval(alpha);
-    return interval.low > -margin && interval.high < margin;
-}
+bool equivalent(const Interval& interval, double margin) { return interval.low > -margin && interval.high < margin; }
 
 // The ratios r with (c - r a)^2 <= t^2 (V_c + r^2 V_a): a quadratic in r, bounded when a^2 > t^2 V_a.
 Interval fieller_relative_difference(
@@ -70,14 +67,6 @@ Interval fieller_relative_difference(
     const double c = candidate.mean * candidate.mean - t * t * candidate.variance;
     const double root = std::sqrt(std::max(0.0, b * b - a * c));
     return {(b - root) / a - 1.0, (b + root) / a - 1.0};
-}
-
-Interval delta_relative_difference(
-    const MeanEstimate& reference, const MeanEstimate& candidate, double alpha_each_side) {
-    const double ratio = candidate.mean / reference.mean;
-    const double error = std::sqrt(candidate.variance + ratio * ratio * reference.variance) / std::abs(reference.mean);
-    const double half = student_quantile(1.0 - alpha_each_side, welch_dof(reference, candidate)) * error;
-    return {ratio - 1.0 - half, ratio - 1.0 + half};
 }
 
 double minimum_detectable_difference(double standard_error, double alpha, double power) {

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "common/statistics/distributions.h"
+#include "common/statistics/interval.h"
 #include "common/statistics/sample_moments.h"
 
 namespace tandem {
@@ -42,17 +43,15 @@ struct MeanDifference {
 };
 [[nodiscard]] MeanDifference welch(const MeanEstimate& reference, const MeanEstimate& candidate);
 
-// Two one-sided tests at level `alpha` each [Schuirmann 1987]: true when -margin < true difference < margin is shown.
-[[nodiscard]] bool equivalent(const MeanDifference& difference, double margin, double alpha);
+// The decision of equivalence: two one-sided tests at level alpha each [Schuirmann 1987], in the form of an interval.
+// It is shown that -margin < true difference < margin where the interval with alpha a side lies inside; NaN shows
+// nothing.
+[[nodiscard]] bool equivalent(const Interval& interval, double margin);
 
 // Interval of candidate / reference - 1 after Fieller 1954, each side at `alpha_each_side`; exact for normal means of
 // known variance, and honest where the reference is itself uncertain. Unbounded (-inf, inf) where the reference cannot
 // be told from zero.
 [[nodiscard]] Interval fieller_relative_difference(
-    const MeanEstimate& reference, const MeanEstimate& candidate, double alpha_each_side);
-
-// The same by the delta method, symmetric: the plain and narrower answer for comparison.
-[[nodiscard]] Interval delta_relative_difference(
     const MeanEstimate& reference, const MeanEstimate& candidate, double alpha_each_side);
 
 // Smallest true difference that a two-sided test of level `alpha` finds with probability `power`, normal theory.

@@ -65,16 +65,11 @@ double bonferroni(std::span<const double> p_values) {
     return std::min(1.0, static_cast<double>(p_values.size()) * *std::ranges::min_element(p_values));
 }
 
-double simultaneous_level(double alpha_each_side, std::size_t count) {
-    // 1 - (1 - a)^(1/m), without cancellation.
-    return -std::expm1(std::log1p(-alpha_each_side) / static_cast<double>(std::max<std::size_t>(count, 1)));
-}
-
-std::vector<double> alpha_spending(double alpha, std::size_t looks, double power) {
+std::vector<double> alpha_spending(double alpha, std::size_t looks) {
     std::vector<double> shares(looks);
     double spent = 0.0;
     for (std::size_t k = 0; k < looks; ++k) {
-        const double total = alpha * std::pow(static_cast<double>(k + 1) / static_cast<double>(looks), power);
+        const double total = alpha * (static_cast<double>(k + 1) / static_cast<double>(looks));
         shares[k] = total - spent;
         spent = total;
     }

@@ -1,4 +1,4 @@
-// Many tests at once: family-wise and false-discovery control, simultaneous intervals, and looking more than once.
+// Many tests at once: family-wise and false-discovery control, and looking more than once.
 #pragma once
 
 #include <cstddef>
@@ -23,12 +23,9 @@ namespace tandem {
 // The same under any dependence: m times the least p.
 [[nodiscard]] double bonferroni(std::span<const double> p_values);
 
-// Level a side of each of `count` intervals that hold together with confidence 1 - 2 alpha_each_side. [Sidak 1967]
-[[nodiscard]] double simultaneous_level(double alpha_each_side, std::size_t count);
-
-// Shares of `alpha` for a fixed number of looks: spending function alpha t^power at information times t = 1/K ... 1
-// (power 1 shares equally; larger ones keep more for late looks) [Kim, DeMets 1987], each look being tested at its own
-// increment. As the increments add up to alpha, the whole schedule keeps it by Bonferroni, whatever the looks share.
-[[nodiscard]] std::vector<double> alpha_spending(double alpha, std::size_t looks, double power = 1.0);
+// Shares of `alpha` for a fixed number of looks, each look being tested at its own: the spending function alpha t at
+// information times t = 1/K ... 1 [Kim, DeMets 1987]. As the shares add up to alpha, the whole schedule keeps it by
+// Bonferroni, whatever the looks share.
+[[nodiscard]] std::vector<double> alpha_spending(double alpha, std::size_t looks);
 
 }  // namespace tandem

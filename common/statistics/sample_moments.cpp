@@ -33,14 +33,4 @@ SampleMoments moments_of(std::span<const double> values) {
     return moments;
 }
 
-SampleMoments moments_of(const Moments& sums, std::uint64_t count) {
-    SampleMoments moments;
-    if (count == 0) return moments;
-    moments.count = static_cast<double>(count);
-    moments.mean = sums.sum / moments.count;
-    // Cancellation can leave a tiny negative number where all samples are equal.
-    moments.squared_deviations = std::max(0.0, sums.sum_of_squares - sums.sum * moments.mean);
-    return moments;
-}
-
 }  // namespace tandem

@@ -2,10 +2,7 @@
 // Welford 1962; Chan, Golub, LeVeque 1983.
 #pragma once
 
-#include <cstdint>
 #include <span>
-
-#include "common/render/estimate.h"
 
 namespace tandem {
 
@@ -22,6 +19,5 @@ struct SampleMoments {
 };
 
 [[nodiscard]] SampleMoments moments_of(std::span<const double> values);
-[[nodiscard]] SampleMoments moments_of(const Moments& sums, std::uint64_t count);
 
 }  // namespace tandem

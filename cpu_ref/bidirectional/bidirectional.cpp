@@ -8,7 +8,6 @@
 
 #include <algorithm>
 #include <atomic>
-#include <chrono>
 #include <cmath>
 #include <limits>
 #include <mutex>
@@ -16,6 +15,7 @@
 
 #include "common/error.h"
 #include "common/render/path_trace.h"
+#include "common/stopwatch.h"
 #include "cpu_ref/bidirectional/paths.h"
 #include "cpu_ref/parallel.h"
 
@@ -55,14 +55,14 @@ public:
         if (range.begin % samples_per_block != 0 || range.end < range.begin)
             throw Error("a sample range must begin at a multiple of " + std::to_string(samples_per_block) +
                         " and not end before it begins");
-        const auto start = std::chrono::steady_clock::now();
+        const Stopwatch watch;
         const RenderSettings& settings = sampler_.settings();
         RenderResult result{Estimate(settings.width, settings.height), 0.0, std::nullopt};
         for (std::uint64_t begin = range.begin; begin < range.end; begin += samples_per_block) {
             const SampleRange block{begin, std::min(begin + samples_per_block, range.end)};
             if (!render_block(block, begin - range.begin, control, result.estimate)) break;
         }
-        result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+        result.seconds = watch.seconds();
         return result;
     }
 

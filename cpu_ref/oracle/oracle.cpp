@@ -2,14 +2,15 @@
 // over all primitives, no acceleration structure, no light sampling. Slow by intention.
 #include <algorithm>
 #include <atomic>
-#include <chrono>
 #include <cmath>
 #include <mutex>
 #include <string>
 #include <thread>
 
 #include "common/error.h"
+#include "common/render/check_settings.h"
 #include "common/render/effects.h"
+#include "common/stopwatch.h"
 #include "cpu_ref/backend.h"
 #include "cpu_ref/oracle/paths.h"
 
@@ -53,13 +54,13 @@ public:
         if (range.begin % samples_per_block != 0 || range.end < range.begin)
             throw Error("a sample range begins at a multiple of " + std::to_string(samples_per_block) +
                         " and does not end before it begins");
-        const auto start = std::chrono::steady_clock::now();
+        const Stopwatch watch;
         RenderResult result{Estimate(sampler_.settings().width, sampler_.settings().height), 0.0, std::nullopt};
         for (std::uint64_t begin = range.begin; begin < range.end; begin += samples_per_block) {
             const SampleRange block{begin, std::min(begin + samples_per_block, range.end)};
             if (!render_block(block, begin - range.begin, control, result.estimate)) break;
         }
-        result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+        result.seconds = watch.seconds();
         return result;
     }
 
@@ -123,9 +124,9 @@ public:
 
     [[nodiscard]] RayHits intersect(std::span<const GivenRay> rays) override {
         RayHits result;
-        const auto start = std::chrono::steady_clock::now();
+        const Stopwatch watch;
         for (const GivenRay& given : rays) result.hits.push_back(hit_of(given));
-        result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+        result.seconds = watch.seconds();
         return result;
     }
 
@@ -161,6 +162,7 @@ public:
     }
 
     std::unique_ptr<RenderJob> prepare(const Scene& scene, const RenderSettings& settings) override {
+        check_settings(scene, settings);
         if (settings.integrator == Integrator::whitted || settings.integrator == Integrator::bidirectional)
             throw UnsupportedError(
                 "the oracle has the integrators path and next_event alone; bidirectional has the same mean, whitted "

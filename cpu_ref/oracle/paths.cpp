@@ -7,7 +7,6 @@
 #include <limits>
 #include <optional>
 
-#include "common/error.h"
 #include "cpu_ref/oracle/interiors.h"
 #include "cpu_ref/oracle/lights.h"
 #include "cpu_ref/oracle/media.h"
@@ -61,17 +60,7 @@ struct PathSampler::Vertex {
 };
 
 PathSampler::PathSampler(const Scene& scene, const RenderSettings& settings)
-    : settings_(settings), scene_(scene), world_(scene) {
-    // Below this sine the direction of f x up is mostly rounding: its error is a few units of 2^-53.
-    constexpr double least_sine = 0x1p-40;
-    for (const double time : {0.0, 1.0}) {
-        const dvec3 forward = frame_of(scene.camera, time).forward;
-        const double sine = glm::length(glm::cross(forward, scene.camera.up)) / glm::length(scene.camera.up);
-        if (!(sine > least_sine))  // also NaN, from a target at the position
-            throw InputError(
-                "camera: its target is its position, or its up vector lies along the view; move one of them");
-    }
-}
+    : settings_(settings), scene_(scene), world_(scene) {}
 
 Ray PathSampler::camera_ray(std::uint32_t x, std::uint32_t y, std::uint64_t sample) const {
     const Camera& camera = scene_.camera;

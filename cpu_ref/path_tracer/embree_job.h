@@ -8,7 +8,6 @@
 #include <tbb/task_arena.h>
 
 #include <atomic>
-#include <chrono>
 #include <cmath>
 #include <limits>
 #include <mutex>
@@ -17,6 +16,7 @@
 #include <utility>
 
 #include "common/error.h"
+#include "common/stopwatch.h"
 #include "cpu_ref/parallel.h"
 #include "cpu_ref/path_tracer/film.h"
 #include "cpu_ref/path_tracer/path_tracer.h"
@@ -25,12 +25,6 @@
 #include "cpu_ref/path_tracer/variants.h"
 
 namespace tandem::cpu {
-
-using Clock = std::chrono::steady_clock;
-
-inline double seconds_since(Clock::time_point start) {
-    return std::chrono::duration<double>(Clock::now() - start).count();
-}
 
 inline constexpr double pass_seconds = 0.25;     // so long at most (about) does a stop request wait
 inline constexpr double progress_seconds = 0.1;  // between calls of `progress` within a pass
@@ -46,8 +40,8 @@ public:
         const std::uint64_t done = samples_ += samples;
         if (!control_.progress) return;
         const std::unique_lock lock(mutex_, std::try_to_lock);
-        if (!lock || seconds_since(last_) < progress_seconds) return;
-        last_ = Clock::now();
+        if (!lock || since_last_.seconds() < progress_seconds) return;
+        since_last_ = Stopwatch();
         control_.progress(static_cast<double>(done) / pixels_);
     }
     void finish() const {
@@ -59,7 +53,7 @@ private:
     double pixels_;
     std::atomic<std::uint64_t> samples_{0};
     std::mutex mutex_;
-    Clock::time_point last_ = Clock::now();
+    Stopwatch since_last_;
 };
 
 // One thread's tools.
@@ -137,7 +131,7 @@ private:
     // Of all pixels, or of those that are listed, as a film of their number.
     RenderResult render_film(SampleRange range, std::span<const std::uint32_t> listed, std::uint32_t width,
         std::uint32_t height, const RenderControl& control) {
-        const Clock::time_point start = Clock::now();
+        const Stopwatch watch;
         if (range.begin % samples_per_block != 0 || range.end < range.begin)
             throw Error("a sample range must begin at a multiple of " + std::to_string(samples_per_block) +
                         " and not end before it begins");
@@ -150,7 +144,7 @@ private:
              begin += samples_per_block)
             render_block({begin, std::min(begin + samples_per_block, range.end)}, control, progress, result.estimate);
         progress.finish();
-        result.seconds = seconds_since(start);
+        result.seconds = watch.seconds();
         return result;
     }
 
@@ -161,13 +155,13 @@ private:
         while (done < block.end && !control.stop.stop_requested()) {
             const SampleRange pass{done, std::min(block.end, done + pass_samples())};
             if (done > block.begin) before = film_;
-            const Clock::time_point start = Clock::now();
+            const Stopwatch watch;
             std::uint64_t faults = 0;
             if (!render_pass(pass, control.stop, progress, faults)) {
                 if (before) film_ = std::move(*before);
                 break;
             }
-            seconds_per_path_ = seconds_since(start) / (static_cast<double>(pass.count()) * pixels_);
+            seconds_per_path_ = watch.seconds() / (static_cast<double>(pass.count()) * pixels_);
             invalid += faults;
             done = pass.end;
         }

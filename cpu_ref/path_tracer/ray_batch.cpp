@@ -2,11 +2,11 @@
 
 #include <tbb/task_arena.h>
 
-#include <chrono>
 #include <cmath>
 #include <glm/geometric.hpp>
 
 #include "common/error.h"
+#include "common/stopwatch.h"
 #include "cpu_ref/parallel.h"
 #include "cpu_ref/path_tracer/geometry/accelerator.h"
 #include "cpu_ref/path_tracer/geometry/surface.h"
@@ -52,7 +52,7 @@ public:
     [[nodiscard]] RayHits intersect(std::span<const GivenRay> rays) override {
         RayHits result;
         result.hits.resize(rays.size());
-        const auto start = std::chrono::steady_clock::now();
+        const Stopwatch watch;
         constexpr std::size_t batch = 64 * lane_count<Real>;
         const auto batches = static_cast<std::uint32_t>((rays.size() + batch - 1) / batch);
         parallel_for(arena_, batches, [&](std::uint32_t index) {
@@ -61,7 +61,7 @@ public:
                 intersect_packet(rays.subspan(first, std::min<std::size_t>(lane_count<Real>, end - first)),
                     std::span(result.hits).subspan(first));
         });
-        result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+        result.seconds = watch.seconds();
         return result;
     }
 

@@ -7,6 +7,7 @@
 
 #include "common/error.h"
 #include "common/render/adaptive_sampling.h"
+#include "common/render/check_settings.h"
 #include "common/statistics/sample_moments.h"
 #include "tests/common/synthetic_renderer.h"
 

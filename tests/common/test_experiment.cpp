@@ -8,6 +8,7 @@
 
 #include "common/error.h"
 #include "common/experiment/analysis.h"
+#include "common/experiment/campaign.h"
 #include "common/experiment/claims.h"
 
 using namespace tandem;
@@ -296,15 +297,15 @@ TEST_CASE("several processes count as one level above their blocks") {
     CHECK(two.high - two.low < 0.01);  // of these two processes alone
 }
 
-TEST_CASE("arms whose every making has its own luck are still told apart at the declared rate") {
-    // Two makings of the same arm differ by 2 %, and what one block shows lasts into the next ones: seen on an H200.
+TEST_CASE("arms whose every replicate has its own luck are still told apart at the declared rate") {
+    // Two replicates of the same arm differ by 2 %, and what one block shows lasts into the next ones: seen on an H200.
     constexpr int experiments = 300;
     std::mt19937_64 random(11);
     std::normal_distribution<double> normal;
     int misses = 0, single_misses = 0;
     for (int i = 0; i < experiments; ++i) {
-        ProcessBlocks makings(8);
-        for (std::vector<double>& blocks : makings) {
+        ProcessBlocks replicates(8);
+        for (std::vector<double>& blocks : replicates) {
             const double luck = 0.02 * normal(random);
             double mood = 0.03 * normal(random);
             for (int block = 0; block < 20; ++block) {
@@ -312,15 +313,15 @@ TEST_CASE("arms whose every making has its own luck are still told apart at the 
                 blocks.push_back(0.05 + luck + mood + 0.01 * normal(random));
             }
         }
-        const PairedEffect effect = paired_effect(makings);
+        const PairedEffect effect = paired_effect(replicates);
         misses += effect.low > 0.05 || effect.high < 0.05 ? 1 : 0;
-        makings.resize(1);
-        const PairedEffect single = paired_effect(makings);
+        replicates.resize(1);
+        const PairedEffect single = paired_effect(replicates);
         single_misses += single.low > 0.05 || single.high < 0.05 ? 1 : 0;
     }
-    MESSAGE(misses << " of " << experiments << " intervals missed; " << single_misses << " from one making");
+    MESSAGE(misses << " of " << experiments << " intervals missed; " << single_misses << " from one replicate");
     CHECK(misses <= most_misses(experiments, 0.05));
-    // One making cannot know: what the makings are for.
+    // One replicate cannot know: what the replicates are for.
     CHECK(single_misses > experiments / 3);
 }
 
@@ -371,4 +372,71 @@ TEST_CASE("claims are confirmed, refuted, below resolution or not applicable by 
     CHECK(result.effect == doctest::Approx(-0.1).epsilon(0.02));
     CHECK(result.low < -0.1);
     CHECK(result.high > -0.1);
+}
+
+namespace {
+
+CampaignOptions campaign_on(SyntheticClock& clock, double seconds, unsigned replicates) {
+    CampaignOptions options;
+    options.seconds = seconds;
+    options.replicates = replicates;
+    options.narrow = 1e-9;
+    options.now = [&clock] { return clock.now; };
+    return options;
+}
+
+}  // namespace
+
+TEST_CASE("a campaign makes every arm anew in each round, with another seed") {
+    SyntheticClock clock(1);
+    BenchResults results;
+    CHECK(run_campaign({family_of(clock, {0.0})}, campaign_on(clock, 100.0, 3), results) == 3);
+    REQUIRE(results.samples.size() == 3);
+    CHECK(results.samples[0].seed != results.samples[1].seed);
+    CHECK(results.samples[0].arms[1].identity == Identity::identical);
+    CHECK(results.samples[1].arms[1].identity == Identity::nothing_to_compare);  // the gate is passed once
+}
+
+TEST_CASE("a campaign leaves out what is known well enough, from five replicates on") {
+    SyntheticClock clock(2);
+    BenchResults results;
+    CampaignOptions options = campaign_on(clock, 1000.0, 8);
+    options.narrow = 0.9;
+    CHECK(run_campaign({family_of(clock, {0.0})}, options, results) == 8);
+    CHECK(results.samples.size() == fewest_resampled_processes);
+}
+
+TEST_CASE("a campaign without time makes one round") {
+    SyntheticClock clock(3);
+    BenchResults results;
+    CHECK(run_campaign({family_of(clock, {0.0})}, campaign_on(clock, 1e-6, 8), results) == 1);
+    CHECK(results.samples.size() == 1);
+}
+
+TEST_CASE("processes share a campaign's time and replicates, and draw from seeds of their own") {
+    CampaignOptions options;
+    options.seconds = 90.0;
+    options.replicates = 8;
+    const std::vector<CampaignPart> parts = parts_of(options, 3);
+    REQUIRE(parts.size() == 3);
+    CHECK(parts[0].replicates == 3);
+    CHECK(parts[1].replicates == 3);
+    CHECK(parts[2].replicates == 2);
+    CHECK(parts[0].seconds == doctest::Approx(30.0));
+    CHECK(parts[0].seed != parts[1].seed);
+    CHECK(parts_of(options, 20).size() == 8);  // none without a replicate
+}
+
+TEST_CASE("readings of another device or scene are not taken over") {
+    BenchResults here, there;
+    here.device = there.device = {{"name", "GPU"}, {"spirv_hash", "1"}};
+    here.scene = there.scene = "a.json";
+    there.samples.resize(2);
+    BenchResults other_build = there, other_scene = there;
+    other_build.device["spirv_hash"] = "2";
+    other_scene.scene = "b.json";
+    CHECK_THROWS_WITH_AS(merge(here, other_build, "f"), doctest::Contains("/device/spirv_hash"), InputError);
+    CHECK_THROWS_WITH_AS(merge(here, other_scene, "f"), doctest::Contains("/scene"), InputError);
+    merge(here, there, "f");
+    CHECK(here.samples.size() == 2);
 }

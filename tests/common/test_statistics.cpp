@@ -31,8 +31,6 @@ TEST_CASE("distribution functions give SciPy's figures far into the tails") {
     CHECK(student_upper_tail(2.5, 7.3) == close(0.019825117332800207));
     CHECK(student_quantile(0.95, 10.0) == close(1.8124611228107335));
     CHECK(student_upper_tail(8.0, 250.0) == Approx(2.3264007594587724e-14).epsilon(1e-6));
-    CHECK(f_upper_tail(3.1, 5.0, 12.0) == close(0.050273700733063795));
-    CHECK(chi_square_upper_tail(11.07, 5.0) == close(0.050009618622405425));
 }
 
 TEST_CASE("Student's t with endless degrees of freedom is the normal distribution") {
@@ -40,13 +38,12 @@ TEST_CASE("Student's t with endless degrees of freedom is the normal distributio
     CHECK(student_upper_tail(6.0, 5e10) == Approx(student_upper_tail(6.0, 3e10)).epsilon(1e-7));
 }
 
-TEST_CASE("intervals of a proportion are Clopper and Pearson's and Wilson's") {
-    CHECK(clopper_pearson_interval(7, 50, 0.05).low == close(0.05819170033997342));
-    CHECK(clopper_pearson_interval(7, 50, 0.05).high == close(0.26739600249700846));
-    CHECK(clopper_pearson_interval(0, 30, 0.05).low == 0.0);
-    CHECK(clopper_pearson_interval(0, 30, 0.05).high == close(0.11570330822202743));
-    CHECK(wilson_interval(7, 50, 0.05).low == close(0.06950833427016292));
-    CHECK(wilson_interval(7, 50, 0.05).high == close(0.26186193710585537));
+TEST_CASE("a binomial tail is what Clopper and Pearson's interval is read off") {
+    // SciPy's interval of 7 successes in 50, 2.5 % a side.
+    CHECK(binomial_upper_tail(7, 50, 0.05819170033997342) == close(0.025));
+    CHECK(binomial_upper_tail(8, 50, 0.26739600249700846) == close(0.975));
+    CHECK(binomial_upper_tail(0, 30, 0.1) == 1.0);
+    CHECK(binomial_upper_tail(31, 30, 0.1) == 0.0);
 }
 
 TEST_CASE("moments merge to those of the whole sample") {
@@ -57,17 +54,6 @@ TEST_CASE("moments merge to those of the whole sample") {
     CHECK(first.count == whole.count);
     CHECK(first.mean == Approx(whole.mean).epsilon(1e-14));
     CHECK(first.variance() == Approx(whole.variance()).epsilon(1e-13));
-}
-
-TEST_CASE("moments from sums are those from values") {
-    Moments sums;
-    for (const double value : sample_b) {
-        sums.sum += value;
-        sums.sum_of_squares += value * value;
-    }
-    const SampleMoments from_sums = moments_of(sums, sample_b.size()), direct = moments_of(sample_b);
-    CHECK(from_sums.mean == Approx(direct.mean).epsilon(1e-14));
-    CHECK(from_sums.variance() == Approx(direct.variance()).epsilon(1e-11));
 }
 
 TEST_CASE("the variance of one value is not a number") { CHECK(std::isnan(moments_of(std::array{3.0}).variance())); }
@@ -104,20 +90,26 @@ TEST_CASE("without variance only the values decide") {
 
 TEST_CASE("equivalence needs the whole interval inside the margin") {
     // t(0.95, 10) = 1.8125: the interval is 0.2 +- 0.18125.
-    const MeanDifference d{0.2, 0.1, 10.0};
-    CHECK(equivalent(d, 0.382, 0.05));
-    CHECK_FALSE(equivalent(d, 0.381, 0.05));
-    CHECK_FALSE(equivalent(MeanDifference{0.0, 1.0, 10.0}, 0.5, 0.05));
+    const Interval known = MeanDifference{0.2, 0.1, 10.0}.interval(0.05);
+    CHECK(equivalent(known, 0.382));
+    CHECK_FALSE(equivalent(known, 0.381));
+    CHECK_FALSE(equivalent({-known.high, -known.low}, 0.381));
+    CHECK_FALSE(equivalent(MeanDifference{0.0, 1.0, 10.0}.interval(0.05), 0.5));
 }
 
-TEST_CASE("Fieller's interval solves its quadratic and the delta method is near it") {
+TEST_CASE("an interval that touches the margin, or is none, shows no equivalence") {
+    const double nan = std::numeric_limits<double>::quiet_NaN();
+    CHECK_FALSE(equivalent(Interval{0.0, 0.1}, 0.1));
+    CHECK_FALSE(equivalent(Interval{-0.1, 0.0}, 0.1));
+    CHECK_FALSE(equivalent(Interval{nan, 0.0}, 0.1));
+    CHECK_FALSE(equivalent(Interval{0.0, nan}, 0.1));
+}
+
+TEST_CASE("Fieller's interval solves its quadratic") {
     const MeanEstimate a{moments_of(sample_a)}, b{moments_of(sample_b)};
     const Interval fieller = fieller_relative_difference(a, b, 0.025);
     CHECK(fieller.low == close(0.037504005136402396));
     CHECK(fieller.high == close(0.24884349379032344));
-    const Interval delta = delta_relative_difference(a, b, 0.025);
-    CHECK(delta.low == close(0.032126055316814034));
-    CHECK(delta.high == close(0.24260977561498284));
 }
 
 TEST_CASE("a reference that cannot be told from zero leaves the ratio unbounded") {
@@ -163,16 +155,11 @@ TEST_CASE("Simes finds many moderate p-values that Bonferroni cannot") {
     CHECK(bonferroni(p) == close(0.6));
 }
 
-TEST_CASE("simultaneous intervals take Sidak's level") {
-    CHECK(simultaneous_level(0.025, 64) == close(0.00039551251405067767));
-}
-
 TEST_CASE("alpha spent over the looks adds up to alpha") {
     double total = 0.0;
-    for (const double share : alpha_spending(0.05, 6, 2.0)) total += share;
+    for (const double share : alpha_spending(0.05, 6)) total += share;
     CHECK(total == close(0.05));
     CHECK(alpha_spending(0.06, 3)[0] == close(0.02));
-    CHECK(alpha_spending(0.09, 3, 2.0)[0] == close(0.01));
 }
 
 TEST_CASE("the permutation test approaches the exact p of all rearrangements") {
@@ -211,5 +198,5 @@ TEST_CASE("Welch's p is uniform under the null") {
     }
     double chi_square = 0.0;
     for (const int count : histogram) chi_square += std::pow(count - runs / 10.0, 2) / (runs / 10.0);
-    CHECK(chi_square_upper_tail(chi_square, 9.0) > 1e-3);
+    CHECK(chi_square < 27.877);  // the 99.9 % quantile at 9 degrees of freedom
 }

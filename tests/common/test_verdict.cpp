@@ -5,6 +5,7 @@
 #include <random>
 
 #include "common/statistics/multiple_tests.h"
+#include "common/text.h"
 #include "common/validation/verdict/verdict.h"
 #include "common/validation/verify/schedule.h"
 
@@ -76,6 +77,23 @@ TEST_CASE("an agreement is never given where the margin is not inside what is kn
         const SampledImage b = normal_image(32, 32, 1.0 + criteria.margins.image, 1.0, 4096, 2 * seed + 1);
         CHECK(judge(a, b, nullptr, criteria, {}).verdict != Verdict::agree);
     }
+}
+
+TEST_CASE("agreement turns where the margin leaves the interval of one region") {
+    const SampledImage a = normal_image(32, 32, 1.0, 1.0, 4096, 1), b = normal_image(32, 32, 1.0, 1.0, 4096, 2);
+    const Criteria defaults;
+    const Judgement first = judge(a, b, nullptr, defaults, {});
+    REQUIRE(first.verdict == Verdict::agree);
+    const double image = widest(first.level("image")).bound(), tile = widest(first.level("tiles 16x16")).bound();
+    const auto verdict_with = [&](double image_margin, double tile_margin) {
+        Criteria criteria;
+        criteria.margins.image = image_margin;
+        criteria.margins.tile = tile_margin;
+        return judge(a, b, nullptr, criteria, {}).verdict;
+    };
+    CHECK(verdict_with(1.001 * image, 1.001 * tile) == Verdict::agree);
+    CHECK(verdict_with(image, 1.001 * tile) == Verdict::undecided);
+    CHECK(verdict_with(1.001 * image, tile) == Verdict::undecided);
 }
 
 TEST_CASE("tied pixels widen the interval of the image by the root of their correlation") {

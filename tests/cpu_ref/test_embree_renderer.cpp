@@ -245,5 +245,5 @@ TEST_CASE("what the backend cannot do it refuses") {
     CHECK_THROWS_AS(render(room(), settings(4, Integrator::bidirectional, 3), {0, 64}), UnsupportedError);
     RenderSettings too_few = settings(4, Integrator::path, 3);
     too_few.effects = EffectSet{Effect::triangles};
-    CHECK_THROWS_AS(render(room(), too_few, {0, 64}), InputError);
+    CHECK_THROWS_AS(render(room(), too_few, {0, 64}), UnsupportedError);
 }

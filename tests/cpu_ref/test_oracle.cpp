@@ -101,9 +101,9 @@ TEST_CASE("the oracle refuses a camera without a frame") {
     const auto renderer = oracle_backend().create({});
     Scene scene = some_scene();
     scene.camera.up = scene.camera.target - scene.camera.position;
-    CHECK_THROWS_AS((void)renderer->prepare(scene, small()), InputError);
+    CHECK_THROWS_AS((void)renderer->prepare(scene, small()), UnsupportedError);
     scene.camera.target = scene.camera.position;
-    CHECK_THROWS_AS((void)renderer->prepare(scene, small()), InputError);
+    CHECK_THROWS_AS((void)renderer->prepare(scene, small()), UnsupportedError);
 }
 
 TEST_CASE("the oracle refuses a range that does not begin at a block") {

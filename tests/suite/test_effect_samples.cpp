@@ -18,7 +18,7 @@ std::string refusal(Renderer& renderer, const SampledScene& sample, EffectSet ef
     settings.effects = effects;
     try {
         (void)renderer.prepare(sample.scene, settings);
-    } catch (const InputError& error) {
+    } catch (const UnsupportedError& error) {
         return error.what();
     }
     return "";

@@ -136,7 +136,7 @@ TEST_CASE("what no path of a scene can come to is not dispatched") {
 TEST_CASE("effects that the scene calls for cannot be left out") {
     RenderSettings settings = settings_of(4, 1);
     settings.effects = needed_effects(full_scene(), settings).without(Effect::lens);
-    CHECK_THROWS_AS(static_cast<void>(render(full_scene(), settings, 1)), InputError);
+    CHECK_THROWS_AS(static_cast<void>(render(full_scene(), settings, 1)), UnsupportedError);
 }
 
 TEST_CASE("the bidirectional integrator is refused") {

@@ -193,7 +193,7 @@ TEST_CASE("the shaders that users get hold no planted bug") {
 TEST_CASE("a camera without a frame is refused") {
     Scene scene = full_scene();
     scene.camera.target = scene.camera.position;
-    CHECK_THROWS_AS(static_cast<void>(render(scene, settings_of(4, 1), 1)), InputError);
+    CHECK_THROWS_AS(static_cast<void>(render(scene, settings_of(4, 1), 1)), UnsupportedError);
 }
 
 TEST_CASE("specialised and general kernels give the same bits in every precision") {

@@ -3,9 +3,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <chrono>
 
 #include "common/error.h"
+#include "common/stopwatch.h"
 #include "common/validation/compare/pixel_correlation.h"
 
 namespace tandem {
@@ -115,7 +115,7 @@ Criteria CompareOptions::comparison_criteria() {
 
 SceneVerdict compare_images(
     const std::vector<NamedImage>& reference, const std::vector<NamedImage>& candidate, const CompareOptions& options) {
-    const auto start = std::chrono::steady_clock::now();
+    const Stopwatch watch;
     check_sides(reference, candidate);
     SceneVerdict verdict;
     verdict.scene = reference.front().name;
@@ -130,7 +130,7 @@ SceneVerdict compare_images(
     verdict.settings.height = verdict.reference.height;
     const LookShare share{options.criteria.false_alarm, options.criteria.doubt};
     verdict.judgement = judge(verdict.reference, verdict.candidate, nullptr, options.criteria, share);
-    verdict.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    verdict.seconds = watch.seconds();
     verdict.looks.push_back(look_of(
         verdict.judgement, std::min(verdict.reference.samples, verdict.candidate.samples), share, verdict.seconds));
     conclude(verdict);

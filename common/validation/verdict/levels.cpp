@@ -90,6 +90,12 @@ void set_worst(LevelResult& level) {
 
 double RegionComparison::bound() const { return std::max(std::abs(relative_low), std::abs(relative_high)); }
 
+bool equivalent(const LevelResult& level, double margin) {
+    return std::ranges::all_of(level.regions, [&](const RegionComparison& region) {
+        return equivalent(Interval{region.relative_low, region.relative_high}, margin);
+    });
+}
+
 const RegionComparison& widest(const LevelResult& level) {
     return *std::ranges::max_element(level.regions, {}, [](const RegionComparison& region) { return region.bound(); });
 }

@@ -16,10 +16,10 @@ namespace tandem {
 struct RegionComparison {
     Rectangle region;
     std::uint32_t channel = 0;
-    double reference = 0.0, candidate = 0.0;  // means
-    double relative = 0.0;                    // (candidate - reference) / scale, the scale as Margins says
-    double relative_low = 0.0, relative_high = 0.0;
-    double relative_error = 0.0;  // standard error
+    double reference = 0.0, candidate = 0.0;         // means
+    double relative = 0.0;                           // (candidate - reference) / scale, the scale as Margins says
+    double relative_low = 0.0, relative_high = 0.0;  // alpha_each_side either way
+    double relative_error = 0.0;                     // standard error
     double statistic = 0.0, dof = 1.0;
     double p = 1.0;
     // max(|low|, |high|): the difference is shown to be smaller than this.
@@ -39,6 +39,10 @@ struct LevelResult {
     std::uint32_t columns = 1, rows = 1;
     std::vector<RegionComparison> regions;  // [tile * 3 + channel]; empty for pixels
 };
+
+// Every region of the level is shown to lie within `margin` (equivalent() of its interval). As all must pass, each test
+// keeps its full level. [Berger 1982: intersection-union]
+[[nodiscard]] bool equivalent(const LevelResult& level, double margin);
 
 // Greatest bound() of the level, and where.
 [[nodiscard]] const RegionComparison& widest(const LevelResult& level);

@@ -41,16 +41,21 @@ std::vector<PixelStatistics> pixel_statistics(const Estimate& estimate) {
     return pixels;
 }
 
+SampledImage sampled_image_of(const Estimate& estimate, std::vector<Batch> batches) {
+    SampledImage image;
+    image.width = estimate.width();
+    image.height = estimate.height();
+    image.pixels = pixel_statistics(estimate);
+    image.batches = std::move(batches);
+    image.samples = estimate.count();
+    image.invalid = estimate.invalid();
+    return image;
+}
+
 Batch batch_of(const Estimate& batch, const TileGrid& tiles) {
     const Estimate::Plane totals = batch.totals();
     const TileGrid whole(batch.width(), batch.height(), 0);
     return {region_figures(totals, batch.count(), whole), region_figures(totals, batch.count(), tiles)};
-}
-
-std::vector<double> means_of(const SampledImage& image) {
-    std::vector<double> means(image.pixels.size());
-    std::ranges::transform(image.pixels, means.begin(), &PixelStatistics::mean);
-    return means;
 }
 
 std::array<double, channel_count> channel_means(const SampledImage& image) {

@@ -43,11 +43,13 @@ inline constexpr std::uint32_t standard_tile_edge = 16;
 
 [[nodiscard]] std::vector<PixelStatistics> pixel_statistics(const Estimate& estimate);
 
+// A renderer's estimate, and the batches that it was rendered in.
+[[nodiscard]] SampledImage sampled_image_of(const Estimate& estimate, std::vector<Batch> batches = {});
+
 // The figures of one batch, an estimate of that batch's samples alone. `tiles` is the standard grid of its size.
 [[nodiscard]] Batch batch_of(const Estimate& batch, const TileGrid& tiles);
 
-// Mean and variance images, [(y * width + x) * 3 + channel].
-[[nodiscard]] std::vector<double> means_of(const SampledImage& image);
+// Mean over the image.
 [[nodiscard]] std::array<double, channel_count> channel_means(const SampledImage& image);
 
 }  // namespace tandem

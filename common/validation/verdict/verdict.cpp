@@ -7,6 +7,7 @@
 
 #include "common/error.h"
 #include "common/statistics/multiple_tests.h"
+#include "common/text.h"
 
 namespace tandem {
 
@@ -121,8 +122,9 @@ void explain_indecision(Judgement& judgement, const Margins& margins) {
             channel_names.at(tile.channel), place(tile), percent(tile.bound()), percent(margins.tile)));
     if (judgement.closed_form_within_margin) return;
     for (const char* name : {closed_form_reference_level, closed_form_candidate_level}) {
-        const RegionComparison& mean = widest(judgement.level(name));
-        if (mean.bound() >= margins.image)
+        const LevelResult& level = judgement.level(name);
+        const RegionComparison& mean = widest(level);
+        if (!equivalent(level, margins.image))
             judgement.reasons.push_back(fmt::format("{}: the mean in {} is only known to ±{}, margin {}", name,
                 channel_names.at(mean.channel), percent(mean.bound()), percent(margins.image)));
     }
@@ -185,15 +187,15 @@ Judgement judge(const SampledImage& reference, const SampledImage& candidate, co
         for (const auto& [name, side] :
             {std::pair{closed_form_reference_level, &reference}, {closed_form_candidate_level, &candidate}}) {
             judgement.levels.push_back(compare_closed_form(name, *closed_form, *side, criteria, share.doubt));
-            if (widest(judgement.levels.back()).bound() >= criteria.margins.image)
+            if (!equivalent(judgement.levels.back(), criteria.margins.image))
                 judgement.closed_form_within_margin = false;
         }
     set_significance(judgement.levels, share.false_alarm);
     set_detectable(judgement.levels, criteria);
     std::ranges::move(reported, std::back_inserter(judgement.levels));
 
-    judgement.image_within_margin = widest(judgement.level("image")).bound() < criteria.margins.image;
-    judgement.tiles_within_margin = widest(judgement.level("tiles 16x16")).bound() < criteria.margins.tile;
+    judgement.image_within_margin = equivalent(judgement.level("image"), criteria.margins.image);
+    judgement.tiles_within_margin = equivalent(judgement.level("tiles 16x16"), criteria.margins.tile);
     add_faults(judgement, reference, candidate);
     if (!judgement.reasons.empty())
         judgement.verdict = Verdict::disagree;
@@ -222,12 +224,6 @@ std::string off_by(const Judgement& judgement) {
         return fmt::format(
             "up to {:.2g} % in {} pixel channels without variance", 100.0 * fixed.greatest_relative, fixed.mismatches);
     return judgement.reasons.empty() ? "nothing" : judgement.reasons.front();
-}
-
-std::string percent(double fraction) {
-    const double value = 100.0 * std::abs(fraction);
-    if (!std::isfinite(value)) return "∞ %";
-    return value >= 10.0 ? fmt::format("{:.0f} %", value) : fmt::format("{:#.2g} %", value);
 }
 
 std::string sentence_of(const Judgement& judgement, const Criteria& criteria, const std::string& reference_name,

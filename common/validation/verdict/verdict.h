@@ -1,7 +1,7 @@
 // The three-way verdict on two images at one look: agree, disagree or undecided, and on what grounds.
 //
-// agree      every channel of the image and of every 16x16 tile is shown to lie within its margin (two one-sided tests
-//            each; as all must pass, no correction is due), and nothing is significant;
+// agree      every channel of the image and of every 16x16 tile is shown to lie within its margin (equivalent(), of
+//            statistics/mean_tests.h), and nothing is significant;
 // disagree   invalid samples, fixed pixels that differ, or a level that is significant: Holm over the levels, each
 //            corrected for its own tests (levels.h). Where the scene has a closed form, each side against it is a level
 //            too, and agreement also needs both sides shown to lie within the image's margin of it;
@@ -61,8 +61,4 @@ inline constexpr const char* closed_form_candidate_level = "closed form, candida
 // "CPU and Vulkan agree within ±0.21 % overall, worst 16×16 tile ±2.4 % (95 %); detectable: 0.40 % overall".
 [[nodiscard]] std::string sentence_of(const Judgement& judgement, const Criteria& criteria,
     const std::string& reference_name, const std::string& candidate_name);
-
-// "0.21 %": two significant figures.
-[[nodiscard]] std::string percent(double fraction);
-
 }  // namespace tandem

@@ -1,19 +1,18 @@
 #include "common/validation/verify/convergence.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <numeric>
 #include <span>
 
 #include "common/statistics/distributions.h"
 #include "common/statistics/sample_moments.h"
+#include "common/stopwatch.h"
 
 namespace tandem {
 
 namespace {
 
-using Clock = std::chrono::steady_clock;
 using Pixels = std::vector<double>;  // [(y * width + x) * 3 + channel]
 
 constexpr std::size_t group_count = 16;
@@ -178,9 +177,9 @@ private:
         return std::move(result.estimate);
     }
     double speed(RenderJob& job) {
-        const Clock::time_point start = Clock::now();
+        const Stopwatch watch;
         (void)render(job, {0, samples_per_block});
-        return std::chrono::duration<double>(Clock::now() - start).count() / samples_per_block;
+        return watch.seconds() / samples_per_block;
     }
     bool choose_levels();
     void render_reference();
@@ -291,7 +290,7 @@ void Convergence::conclude() {
 }
 
 std::optional<ConvergenceReport> Convergence::run() {
-    const Clock::time_point start = Clock::now();
+    const Stopwatch watch;
     try {
         sides_[0].job = job(0, 0);
         sides_[1].job = job(1, 1);
@@ -303,7 +302,7 @@ std::optional<ConvergenceReport> Convergence::run() {
         return std::nullopt;
     }
     conclude();
-    report_.seconds = std::chrono::duration<double>(Clock::now() - start).count();
+    report_.seconds = watch.seconds();
     return std::move(report_);
 }
 

@@ -10,15 +10,12 @@
 #include <vector>
 
 #include "common/render/renderer.h"
+#include "common/statistics/interval.h"
 
 namespace tandem {
 
-// A figure and the interval that holds it with 95 %: the jackknife over independent groups of samples, and the noise of
-// the long reference, which all groups share.
-struct Estimated {
-    double value = 0.0, low = 0.0, high = 0.0;
-};
-
+// Intervals are the jackknife's over independent groups of samples, and the noise of the long reference, which all
+// groups share.
 struct ConvergenceSide {
     std::vector<Estimated> squared_errors;  // relative to the squared mean of the image, at ConvergenceReport::samples
     Estimated slope;                        // d log(root mean square error) / d log(samples); -1/2 without bias

@@ -3,16 +3,15 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <chrono>
 
 #include "common/error.h"
 #include "common/statistics/multiple_tests.h"
+#include "common/stopwatch.h"
+#include "common/text.h"
 
 namespace tandem {
 
 namespace {
-
-using Clock = std::chrono::steady_clock;
 
 constexpr std::uint32_t probe_side = 16;  // longer side of the film that the oracle's speed is measured on
 constexpr std::uint32_t least_side = 8;   // below, an image says too little of where a fault is
@@ -41,16 +40,7 @@ struct SampledRenderer {
         batches.push_back(batch_of(batch, TileGrid(batch.width(), batch.height(), standard_tile_edge)));
         estimate.merge(batch);
     }
-    [[nodiscard]] SampledImage sampled() const {
-        SampledImage image;
-        image.width = estimate.width();
-        image.height = estimate.height();
-        image.pixels = pixel_statistics(estimate);
-        image.batches = batches;
-        image.samples = estimate.count();
-        image.invalid = estimate.invalid();
-        return image;
-    }
+    [[nodiscard]] SampledImage sampled() const { return sampled_image_of(estimate, batches); }
 };
 
 class Arbitration {
@@ -65,7 +55,6 @@ public:
     OracleOpinion run();
 
 private:
-    [[nodiscard]] double elapsed() const { return std::chrono::duration<double>(Clock::now() - start_).count(); }
     [[nodiscard]] std::optional<Estimate> render(RenderJob& job, SampleRange range);
     void choose_integrator();
     [[nodiscard]] bool choose_size();
@@ -76,7 +65,7 @@ private:
     void say_whether_it_meets_the_closed_form();
 
     const OracleQuestion& request_;
-    Clock::time_point start_ = Clock::now();
+    Stopwatch watch_;
     OracleOpinion report_;
     Criteria criteria_ = request_.criteria;
     Integrator oracle_integrator_ = request_.settings.integrator;
@@ -93,7 +82,7 @@ std::optional<Estimate> Arbitration::render(RenderJob& job, SampleRange range) {
     control.stop = source.get_token();
     control.progress = [&](double) {
         if (request_.progress) request_.progress("asking the " + report_.name);
-        if (elapsed() > 2.0 * request_.budget_seconds) source.request_stop();
+        if (watch_.seconds() > 2.0 * request_.budget_seconds) source.request_stop();
     };
     RenderResult result = job.render(range, control);
     if (result.estimate.count() != range.count()) return std::nullopt;
@@ -117,11 +106,10 @@ void Arbitration::choose_integrator() {
 bool Arbitration::choose_size() {
     RenderSettings probe = scaled_to(report_.settings, probe_side);
     const std::unique_ptr<RenderJob> job = request_.oracle.prepare(request_.scene, probe);
-    const Clock::time_point start = Clock::now();
+    const Stopwatch watch;
     if (!render(*job, {0, samples_per_block})) return false;
-    const double oracle_seconds = std::chrono::duration<double>(Clock::now() - start).count() /
-                                  static_cast<double>(samples_per_block) / pixels_of(probe);
-    const double budget = part_of_budget * (request_.budget_seconds - elapsed());
+    const double oracle_seconds = watch.seconds() / static_cast<double>(samples_per_block) / pixels_of(probe);
+    const double budget = part_of_budget * (request_.budget_seconds - watch_.seconds());
     for (std::uint32_t side = std::max(request_.settings.width, request_.settings.height);; side /= 2) {
         report_.settings = scaled_to(report_.settings, side);
         // A smaller film is not sure to make the two sides faster.
@@ -228,7 +216,7 @@ OracleOpinion Arbitration::run() {
         report_.text = "the " + report_.name + " was not asked: " + error.what();
     }
     say_whether_it_meets_the_closed_form();
-    report_.seconds = elapsed();
+    report_.seconds = watch_.seconds();
     return std::move(report_);
 }
 

@@ -1,21 +1,18 @@
 #include "common/validation/verify/specialisation.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <numeric>
 #include <random>
 
 #include "common/error.h"
+#include "common/statistics/distributions.h"
 #include "common/statistics/sample_moments.h"
+#include "common/stopwatch.h"
 
 namespace tandem {
 
 namespace {
-
-using Clock = std::chrono::steady_clock;
-
-double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
 
 double median(std::vector<double> values) {
     const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
@@ -36,7 +33,7 @@ struct Contender {
     std::optional<EffectSet> effects;  // empty: those that the scene calls for
     std::unique_ptr<RenderJob> job;
     Estimate estimate;  // of the first samples
-    std::vector<double> kernel_makings, makings;
+    std::vector<double> kernel_replicates, replicates;
     std::vector<double> seconds;  // a round
     bool device_clock = true;
 
@@ -51,13 +48,13 @@ struct Contender {
 
     void make(const Scene& scene, RenderSettings settings, Renderer& renderer, const std::stop_token& stop) {
         settings.effects = effects;
-        const Clock::time_point start = Clock::now();
+        const Stopwatch watch;
         job = renderer.prepare(scene, settings);
         const double first = unless_stopped(render({0, 1}, stop)).seconds;
-        makings.push_back(seconds_since(start));
+        replicates.push_back(watch.seconds());
         const double again = unless_stopped(render({0, 1}, stop)).seconds;
         const JobFacts facts = job->facts();
-        kernel_makings.push_back(facts.variant.empty() ? facts.kernel_seconds + std::max(0.0, first - again) : 0.0);
+        kernel_replicates.push_back(facts.variant.empty() ? facts.kernel_seconds + std::max(0.0, first - again) : 0.0);
     }
 
     std::optional<double> time(SampleRange range, const std::stop_token& stop) {
@@ -69,9 +66,9 @@ struct Contender {
     }
 
     [[nodiscard]] SpecialisationSide side(double samples) const {
-        const double sum = std::accumulate(makings.begin(), makings.end(), 0.0);
-        return {job->facts(), *std::ranges::max_element(kernel_makings), kernel_makings,
-            sum / static_cast<double>(makings.size()), 1e3 * median(seconds) / samples};
+        const double sum = std::accumulate(replicates.begin(), replicates.end(), 0.0);
+        return {job->facts(), *std::ranges::max_element(kernel_replicates), kernel_replicates,
+            sum / static_cast<double>(replicates.size()), 1e3 * median(seconds) / samples};
     }
 };
 
@@ -110,8 +107,8 @@ SpecialisationReport measure_specialisation(const Scene& scene, const RenderSett
     SpecialisationReport report;
     report.findings = find_effects(scene, settings);
     Contenders contenders;
-    for (std::size_t making = 0; making < options.makings; ++making)
-        contenders.make(scene, settings, make_renderer, making % 2 != 0, options.stop);
+    for (std::size_t replicate = 0; replicate < options.replicates; ++replicate)
+        contenders.make(scene, settings, make_renderer, replicate % 2 != 0, options.stop);
     auto& [renderer, specialised, general] = contenders;
 
     // A round is long enough for a device to be as busy as it is in a render, and short enough for many rounds: general
@@ -124,9 +121,9 @@ SpecialisationReport measure_specialisation(const Scene& scene, const RenderSett
         range.end *= 2;
     std::mt19937_64 order(options.seed);
     SampleMoments logarithms;
-    const Clock::time_point start = Clock::now();
+    const Stopwatch watch;
     while (report.rounds < options.most_rounds &&
-           (report.rounds < options.least_rounds || seconds_since(start) < options.seconds)) {
+           (report.rounds < options.least_rounds || watch.seconds() < options.seconds)) {
         const bool general_first = (order() & 1) != 0;
         std::optional<double> own, all;
         if (general_first) all = general.time(range, options.stop);
@@ -137,7 +134,7 @@ SpecialisationReport measure_specialisation(const Scene& scene, const RenderSett
         general.seconds.push_back(*all);
         logarithms.add(std::log(*all / *own));
         ++report.rounds;
-        if (options.progress) options.progress(std::min(1.0, seconds_since(start) / options.seconds));
+        if (options.progress) options.progress(std::min(1.0, watch.seconds() / options.seconds));
     }
     if (report.rounds < options.least_rounds) throw Error("stopped before enough rounds were timed; nothing to report");
     const double samples = static_cast<double>(range.count());

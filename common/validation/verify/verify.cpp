@@ -3,19 +3,17 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <chrono>
 #include <utility>
 
 #include "common/error.h"
 #include "common/scene/coincident_faces.h"
 #include "common/statistics/multiple_tests.h"
+#include "common/stopwatch.h"
 #include "common/validation/verify/schedule.h"
 
 namespace tandem {
 
 namespace {
-
-using Clock = std::chrono::steady_clock;
 
 // One renderer at work with one seed: an estimate that grows by whole batches.
 struct Side {
@@ -48,7 +46,6 @@ public:
 
 private:
     void set_names();
-    [[nodiscard]] double elapsed() const { return std::chrono::duration<double>(Clock::now() - start_).count(); }
     [[nodiscard]] Side side(Renderer& renderer, std::uint64_t seed) const;
     [[nodiscard]] std::optional<Estimate> render(Side& side, SampleRange range, const std::string& what);
     void take(Side& side, Estimate batch);
@@ -65,14 +62,13 @@ private:
     [[nodiscard]] std::uint64_t max_samples() const {
         return options_.max_samples > 0 ? options_.max_samples : default_max_samples(verdict_.settings);
     }
-    [[nodiscard]] SampledImage sampled(const Side& side) const;
     void report(double fraction, const std::string& text) const;
 
     const Scene& scene_;
     Renderer& reference_renderer_;
     Renderer& candidate_renderer_;
     const VerifyOptions& options_;
-    Clock::time_point start_ = Clock::now();
+    Stopwatch watch_;
     SceneVerdict verdict_;
     Side reference_, candidate_;
     Schedule schedule_;
@@ -111,7 +107,7 @@ std::optional<Estimate> Verification::render(Side& side, SampleRange range, cons
     if (side.first_block && range == SampleRange{0, samples_per_block}) return std::exchange(side.first_block, {});
     RenderControl control;
     control.stop = options_.stop;
-    control.progress = [&](double) { report(elapsed() / options_.budget_seconds, what); };
+    control.progress = [&](double) { report(watch_.seconds() / options_.budget_seconds, what); };
     RenderResult result = side.job->render(range, control);
     side.seconds += result.seconds;
     if (result.estimate.count() != range.count()) return std::nullopt;
@@ -179,26 +175,15 @@ void Verification::compare_short_paths() {
     verdict_.paired.paths = compare_paths(estimates[0], estimates[1], verdict_.criteria.fixed_tolerance);
 }
 
-SampledImage Verification::sampled(const Side& side) const {
-    SampledImage image;
-    image.width = side.estimate.width();
-    image.height = side.estimate.height();
-    image.pixels = pixel_statistics(side.estimate);
-    image.batches = side.batches;
-    image.samples = side.estimate.count();
-    image.invalid = side.estimate.invalid();
-    return image;
-}
-
 void Verification::judge_look(const LookShare& share) {
-    verdict_.reference = sampled(reference_);
-    verdict_.candidate = sampled(candidate_);
+    verdict_.reference = sampled_image_of(reference_.estimate, reference_.batches);
+    verdict_.candidate = sampled_image_of(candidate_.estimate, candidate_.batches);
     if (verdict_.reference.samples < 2 || verdict_.candidate.samples < 2) return;
     const std::optional<ClosedForm>& form = verdict_.closed_form.form;
     verdict_.judgement = judge(
         verdict_.reference, verdict_.candidate, &verdict_.paired, verdict_.criteria, share, form ? &*form : nullptr);
     const std::uint64_t samples = std::min(verdict_.reference.samples, verdict_.candidate.samples);
-    verdict_.looks.push_back(look_of(verdict_.judgement, samples, share, elapsed()));
+    verdict_.looks.push_back(look_of(verdict_.judgement, samples, share, watch_.seconds()));
 }
 
 // Until a decision, the end of the schedule or of the budget, or a stop.
@@ -214,7 +199,7 @@ void Verification::run_looks() {
         const std::string what = fmt::format("look {} of {}, {} samples", k + 1, looks.size(), samples);
         // A machine slower than the schedule knew, or a spare look: one that would end well past the budget is not
         // begun.
-        if (k > 0 && elapsed() + seconds_to(reference_, samples) + seconds_to(candidate_, samples) >
+        if (k > 0 && watch_.seconds() + seconds_to(reference_, samples) + seconds_to(candidate_, samples) >
                          1.1 * options_.budget_seconds)
             return;
         const bool complete = extend(reference_, samples, what) && extend(candidate_, samples, what);
@@ -233,12 +218,12 @@ void Verification::run_looks() {
 std::optional<double> Verification::measure_speed_of(Side& side) {
     constexpr double least_seconds = 0.02;
     for (std::uint64_t samples = samples_per_block;; samples *= 8) {
-        const Clock::time_point start = Clock::now();
+        const Stopwatch watch;
         const double before = side.seconds;
         std::optional<Estimate> estimate = render(side, {0, samples}, "measuring speed");
         if (!estimate) return std::nullopt;
         if (samples == samples_per_block) side.first_block = std::move(estimate);
-        const double wall = std::chrono::duration<double>(Clock::now() - start).count();
+        const double wall = watch.seconds();
         const double seconds = side.seconds - before;
         if (wall >= least_seconds || 32 * 8 * samples > max_samples()) return seconds / static_cast<double>(samples);
     }
@@ -252,7 +237,7 @@ void Verification::measure_speed() {
     ScheduleRequest request;
     request.seconds_per_sample_reference = *reference;
     request.seconds_per_sample_candidate = *candidate;
-    request.budget_seconds = options_.budget_seconds - elapsed();
+    request.budget_seconds = options_.budget_seconds - watch_.seconds();
     request.max_samples = max_samples();
     request.max_looks = options_.max_looks;
     request.paired = options_.paired;
@@ -277,7 +262,7 @@ void Verification::ask_the_oracle() {
     const double samples = static_cast<double>(std::max<std::uint64_t>(reference_.estimate.count(), 1));
     RenderSettings settings = verdict_.settings;
     settings.seed = verdict_.reference_seed;
-    const double left = options_.budget_seconds - elapsed();
+    const double left = options_.budget_seconds - watch_.seconds();
     verdict_.oracle = ask_oracle({.scene = scene_,
         .settings = settings,
         .reference = reference_renderer_,
@@ -290,7 +275,7 @@ void Verification::ask_the_oracle() {
         .budget_seconds = std::max(left, 0.1 * options_.budget_seconds),
         .max_samples = max_samples(),
         .stop = options_.stop,
-        .progress = [&](const std::string& text) { report(elapsed() / options_.budget_seconds, text); }});
+        .progress = [&](const std::string& text) { report(watch_.seconds() / options_.budget_seconds, text); }});
 }
 
 // The sample to trace is looked for where the sides differ: elsewhere any will do.
@@ -322,7 +307,7 @@ SceneVerdict Verification::run() {
     find_worst_pixel();
     verdict_.reference_seconds = reference_.seconds;
     verdict_.candidate_seconds = candidate_.seconds + paired_seconds_;
-    verdict_.seconds = elapsed();
+    verdict_.seconds = watch_.seconds();
     conclude(verdict_);
     report(1.0, name_of(verdict_.verdict));
     return std::move(verdict_);

@@ -47,14 +47,14 @@ VulkanJob::VulkanJob(const Instance& instance, const Device& device, Stages& sta
       device_(device),
       patterns_(patterns),
       precision_(precision),
-      settings_(mutated_settings(checked_settings(settings), planted_bug)),
+      settings_(mutated_settings(checked_settings(device, scene, settings, precision), planted_bug)),
       // A ray-tracing pipeline brings its own trees.
       scene_(flatten_for(scene, settings_,
           patterns.kernel == KernelShape::ray_tracing ? Acceleration::loops : acceleration, precision)),
       specialisation_(with_parameters(specialise(device, scene, scene_, settings_, planted_bug))),
       segments_(most_segments(specialisation_.effects, settings_)),
       kept_(traces_whole_paths(patterns.kernel) ? std::nullopt : std::optional(specialisation_.path)),
-      accumulation_(chosen_accumulation(device, settings, precision)),
+      accumulation_(*settings_.accumulation),
       stages_(stages),
       layout_(stages.layout(form())),
       pipelines_(stages.pipelines(specialisation_, form())),
@@ -67,7 +67,6 @@ VulkanJob::VulkanJob(const Instance& instance, const Device& device, Stages& sta
       plan_(device.description()) {
     if (patterns_.parts == 0 || patterns_.part >= patterns_.parts || part().pixel_count == 0)
         throw UnsupportedError("the image has too few pixels for so many parts");
-    if (accumulation_ != Accumulation::in_double) check_brightness(scene);
     if (accumulation_ == Accumulation::plain && tile_pixels_ < part().pixel_count)
         throw UnsupportedError(
             "plain sums go on from block to block on the device, where this image does not fit at once; choose a "

@@ -1,13 +1,12 @@
 #include "vulkan/renderer/job/job_settings.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <string>
 
 #include "common/error.h"
+#include "common/render/check_settings.h"
 #include "common/scene/coincident_faces.h"
 #include "vulkan/framework/shader_library.h"
 #include "vulkan/renderer/job/ray_batch.h"
@@ -26,6 +25,13 @@ constexpr std::size_t most_shared_materials = 32;
 
 // The effects that the shaders can simulate.
 constexpr EffectSet simulated = EffectSet::all();
+
+Accumulation chosen_accumulation(const Device& device, const RenderSettings& settings, GeometryPrecision precision) {
+    const Accumulation chosen = settings.accumulation.value_or(own_accumulation(device));
+    if (precision != GeometryPrecision::single_precision && chosen != Accumulation::in_double)
+        throw UnsupportedError("paths in mixed and double precision are summed in double; leave --accumulation out");
+    return chosen;
+}
 
 EffectSet effects_of(const Scene& scene, const RenderSettings& settings) {
     if (settings.integrator == Integrator::bidirectional)
@@ -103,18 +109,11 @@ SceneData flatten_for(
     return result;
 }
 
-RenderSettings checked_settings(RenderSettings settings) {
-    if (settings.width == 0 || settings.height == 0 || settings.width > 65536 || settings.height > 65536 ||
-        std::uint64_t{settings.width} * settings.height >= std::uint64_t{1} << 32)
-        throw InputError(
-            fmt::format("an image of {} x {} pixels is not possible; use 1 to 65536 a side and fewer than "
-                        "2^32 in all",
-                settings.width, settings.height));
-    if (!(settings.ray_min >= 0.0) || !(settings.ray_max >= settings.ray_min))
-        throw InputError("the interval of ray distances is empty or begins below 0; use 0 <= ray_min <= ray_max");
+RenderSettings checked_settings(
+    const Device& device, const Scene& scene, RenderSettings settings, GeometryPrecision precision) {
+    settings.accumulation = chosen_accumulation(device, settings, precision);
+    check_settings(scene, settings);
     check_kernels(settings.intersection);
-    check_sampling(settings);
-    if (settings.bounces >= 1u << 28) throw InputError("more than 2^28 bounces have no random numbers; ask for fewer");
     return settings;
 }
 
@@ -128,34 +127,6 @@ Accumulation own_accumulation(const Device& device) {
     const bool can =
         device.features().doubles && !shader_variant(Stage::megakernel, ShaderVariant::double_sums).empty();
     return can ? Accumulation::in_double : Accumulation::compensated;
-}
-
-Accumulation chosen_accumulation(const Device& device, const RenderSettings& settings, GeometryPrecision precision) {
-    const Accumulation chosen = settings.accumulation.value_or(own_accumulation(device));
-    if (precision != GeometryPrecision::single_precision && chosen != Accumulation::in_double)
-        throw UnsupportedError("paths in mixed and double precision are summed in double; leave --accumulation out");
-    return chosen;
-}
-
-void check_brightness(const Scene& scene) {
-    const auto check = [](double radiance, const std::string& whose) {
-        constexpr double brightest = 1e15;
-        if (radiance > brightest)
-            throw UnsupportedError(
-                fmt::format("{}: sums in single precision hold squares of radiances up to {:g}; use --precision double "
-                            "or --accumulation double, or scale the scene's radiances down",
-                    whose, brightest));
-    };
-    const auto greatest = [](const glm::dvec3& v) { return std::max({v.x, v.y, v.z}); };
-    for (const Material& material : scene.materials)
-        check(greatest(material.radiance), fmt::format("material '{}'", material.name));
-    for (const PunctualLight& light : scene.lights)
-        check(greatest(light.intensity), fmt::format("light '{}'", light.name));
-    const Background& sky = scene.background;
-    if (sky.image)
-        for (const float texel : sky.image->rgb) check(sky.image_scale * double{texel}, "the background");
-    else
-        check(std::max(greatest(sky.down), greatest(sky.up)), "the background");
 }
 
 }  // namespace tandem

@@ -9,19 +9,15 @@
 
 namespace tandem {
 
-// The same, or InputError or UnsupportedError where no job has such settings.
-[[nodiscard]] RenderSettings checked_settings(RenderSettings settings);
+// The same with the accumulation that is left open (own_accumulation). Throws UnsupportedError where no job has such
+// settings.
+[[nodiscard]] RenderSettings checked_settings(
+    const Device& device, const Scene& scene, RenderSettings settings, GeometryPrecision precision);
 // With the bounces of a planted fault.
 [[nodiscard]] RenderSettings mutated_settings(RenderSettings settings, PlantedFault fault);
 
 // What a device does where settings leave it open: in double where it and this build can.
 [[nodiscard]] Accumulation own_accumulation(const Device& device);
-// Throws UnsupportedError for sums that do not go with the precision.
-[[nodiscard]] Accumulation chosen_accumulation(
-    const Device& device, const RenderSettings& settings, GeometryPrecision precision);
-// Of sums in floats, or in pairs of them, which hold squares up to 1.8e19 squared; samples may be above the radiance of
-// their light, as they are divided by a density. Throws UnsupportedError.
-void check_brightness(const Scene& scene);
 
 // Infinity becomes the greatest float: Vulkan need not keep infinities.
 [[nodiscard]] float to_distance(double distance);

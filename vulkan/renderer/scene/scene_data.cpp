@@ -27,13 +27,6 @@ gpu::Vec4Of<Real> rounded(const glm::dvec3& v, double w) {
 
 gpu::Vec3 to_float(const glm::dvec3& v) { return rounded<float>(v); }
 
-// The least of |a + t b| over t in [0, 1].
-double least_length(const glm::dvec3& a, const glm::dvec3& b) {
-    const double b2 = glm::dot(b, b);
-    const double t = b2 > 0.0 ? glm::clamp(-glm::dot(a, b) / b2, 0.0, 1.0) : 0.0;
-    return glm::length(a + t * b);
-}
-
 gpu::Material flatten(const Material& material, EffectSet needed) {
     gpu::Material result;
     result.colour = to_float(material.colour);
@@ -127,13 +120,7 @@ SceneTrees grow_trees(const Scene& scene, const SceneData& data, Acceleration ac
 template <class Real>
 gpu::CameraOf<Real> flatten_camera(const Camera& camera, const RenderSettings& settings) {
     const glm::dvec3 view = camera.target - camera.position, moved = camera.target_motion - camera.position_motion;
-    const glm::dvec3 side = glm::cross(view, camera.up);
-    // Below this the frame's axes are rounding noise.
-    const double noise = 1e-12 * (glm::length(view) + glm::length(moved)) * glm::length(camera.up);
-    if (!(least_length(side, glm::cross(moved, camera.up)) > noise))
-        throw InputError(
-            "the camera has no frame: its target is its position or its up vector is along its view; move one");
-    const glm::dvec3 f = glm::normalize(view), r = glm::normalize(side), v = glm::cross(r, f);
+    const glm::dvec3 f = glm::normalize(view), r = glm::normalize(glm::cross(view, camera.up)), v = glm::cross(r, f);
     const double h = std::tan(glm::radians(camera.vertical_field_degrees) / 2.0);
     gpu::CameraOf<Real> result;
     result.position = rounded<Real>(camera.position);

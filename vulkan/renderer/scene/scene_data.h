@@ -51,10 +51,10 @@ struct SceneData {
     bool passing_emission = false;  // some surface emits and lets the path go on
 };
 
-// Throws InputError for a camera that MODEL.md section 4 refuses and UnsupportedError for what float cannot hold.
+// Throws UnsupportedError for what float cannot hold.
 [[nodiscard]] SceneData flatten(const Scene& scene, const RenderSettings& settings, Acceleration acceleration);
 
-// MODEL.md sections 4 and 6. Throws InputError for a camera without a frame.
+// MODEL.md sections 4 and 6. The camera must have a frame (check_settings).
 template <class Real>
 [[nodiscard]] gpu::CameraOf<Real> flatten_camera(const Camera& camera, const RenderSettings& settings);
 template <class Real>

@@ -1,0 +1,109 @@
+// tandem compare: the verdict on images of any two renderers.
+#include "common/validation/compare/compare.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <memory>
+
+#include "common/commands/command.h"
+#include "common/commands/verdict_options.h"
+#include "common/error.h"
+#include "common/text.h"
+
+namespace tandem {
+
+namespace {
+
+struct CompareArguments {
+    std::vector<std::string> images, reference, candidate;
+    CriteriaArguments criteria;
+    std::string negligible, tile_negligible;
+    std::string variance_of = "sample";
+    bool same_estimator = false;
+};
+
+// The two sides: by --reference and --candidate, by the word "vs", or the first and second half.
+void split_sides(CompareArguments& arguments) {
+    if (!arguments.images.empty() && (!arguments.reference.empty() || !arguments.candidate.empty()))
+        throw InputError("compare: name the images either in a row or by --reference and --candidate");
+    const auto word = std::ranges::find(arguments.images, "vs");
+    const std::size_t images = arguments.images.size();
+    if (word != arguments.images.end()) {
+        arguments.reference.assign(arguments.images.begin(), word);
+        arguments.candidate.assign(word + 1, arguments.images.end());
+    } else if (images % 2 == 0 && images > 0) {
+        const auto middle = arguments.images.begin() + static_cast<std::ptrdiff_t>(images / 2);
+        arguments.reference.assign(arguments.images.begin(), middle);
+        arguments.candidate.assign(middle, arguments.images.end());
+    } else if (images > 0) {
+        throw InputError("compare: an odd number of images; put the word vs between the two sides");
+    }
+    if (arguments.reference.empty() || arguments.candidate.empty())
+        throw InputError("compare: needs images on both sides: A... vs B...");
+}
+
+ExitStatus compare(CompareArguments arguments, const CommandContext& context) {
+    split_sides(arguments);
+    std::vector<std::string> inputs = arguments.reference;
+    inputs.insert(inputs.end(), arguments.candidate.begin(), arguments.candidate.end());
+    for (const std::string& input : inputs)
+        if (!std::filesystem::exists(input)) throw input_error(input, "", "no such file", "check the path");
+    check_writable(arguments.criteria, context, inputs);
+    CompareOptions options;
+    options.criteria = criteria_from(arguments.criteria, CompareOptions::comparison_criteria());
+    options.criteria.same_estimator = arguments.same_estimator;
+    Negligible& negligible = options.criteria.negligible;
+    if (!arguments.negligible.empty()) negligible.image = fraction_from(arguments.negligible, "--negligible");
+    if (!arguments.tile_negligible.empty())
+        negligible.tile = fraction_from(arguments.tile_negligible, "--tile-negligible");
+    options.variance_of = arguments.variance_of == "mean" ? VarianceOf::mean : VarianceOf::sample;
+    const std::vector<std::filesystem::path> reference(arguments.reference.begin(), arguments.reference.end());
+    const std::vector<std::filesystem::path> candidate(arguments.candidate.begin(), arguments.candidate.end());
+    const std::vector<SceneVerdict> verdicts{compare_files(reference, candidate, options)};
+    print_verdict(verdicts.front(), context.verbose);
+    return conclude("compare", verdicts, arguments.criteria, context);
+}
+
+}  // namespace
+
+void add_compare_command(CLI::App& app, CommandContext& context) {
+    CLI::App* command = app.add_subcommand("compare", "Decide whether images of any two renderers agree");
+    const auto arguments = std::make_shared<CompareArguments>();
+    command
+        ->add_option(
+            "images", arguments->images, "Images: A... vs B.... Without vs, the first half is compared with the second")
+        ->type_name("IMAGE");
+    command->add_option("--reference", arguments->reference, "Images of side A")->type_name("IMAGE");
+    command->add_option("--candidate", arguments->candidate, "Images of side B")->type_name("IMAGE");
+    command
+        ->add_option("--variance-of", arguments->variance_of,
+            "Variance channels hold the variance of one sample, or of the mean of the pixel")
+        ->check(CLI::IsMember({"sample", "mean"}))
+        ->capture_default_str();
+    command->add_flag("--same-estimator", arguments->same_estimator,
+        "Both sides use one estimator, so a different variance is a fault too");
+    const Criteria defaults = CompareOptions::comparison_criteria();
+    command
+        ->add_option("--negligible", arguments->negligible,
+            fmt::format("Disagreement needs the image mean off by more than this (default: {}, the rounding of half "
+                        "precision)",
+                percent(defaults.negligible.image)))
+        ->type_name("FRACTION");
+    command
+        ->add_option("--tile-negligible", arguments->tile_negligible,
+            fmt::format(
+                "Disagreement needs a tile off by more than this (default: {})", percent(defaults.negligible.tile)))
+        ->type_name("FRACTION");
+    add_criteria(*command, arguments->criteria, defaults);
+    add_common_options(*command, context,
+        "  tandem render scenes/cornell-classic.json -o a.exr --size 64 --samples 4096\n"
+        "  tandem render scenes/cornell-classic.json -o b.exr --size 64 --samples 4096 --seed 1\n"
+        "  tandem compare a.exr b.exr\n"
+        "A side is one image with variance channels and a sample count, or several images of independent seeds.");
+    command->callback(
+        [&context, arguments] { context.action = [&context, arguments] { return compare(*arguments, context); }; });
+}
+
+}  // namespace tandem

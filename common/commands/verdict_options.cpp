@@ -1,0 +1,90 @@
+#include "common/commands/verdict_options.h"
+
+#include <fmt/format.h>
+
+#include <cstdio>
+
+#include "common/image/image_io.h"
+#include "common/text.h"
+#include "common/validation/report/junit.h"
+#include "common/validation/report/report.h"
+#include "common/validation/report/verdict_json.h"
+
+namespace tandem {
+
+namespace {
+
+ExitStatus status_of(Verdict verdict) {
+    switch (verdict) {
+        case Verdict::agree:
+            return ExitStatus::fine;
+        case Verdict::disagree:
+            return ExitStatus::disagree;
+        case Verdict::undecided:
+            return ExitStatus::undecided;
+    }
+    return ExitStatus::undecided;
+}
+
+}  // namespace
+
+void add_criteria(CLI::App& command, CriteriaArguments& arguments, const Criteria& defaults) {
+    command
+        .add_option("--margin", arguments.image_margin,
+            fmt::format("Agreement needs the image mean within this (default: {})", percent(defaults.margins.image)))
+        ->type_name("FRACTION");
+    command
+        .add_option("--tile-margin", arguments.tile_margin,
+            fmt::format("Agreement needs every 16x16 tile within this (default: {})", percent(defaults.margins.tile)))
+        ->type_name("FRACTION");
+    command.add_option("--report", arguments.report, "Write report.json and images to a folder (see scripts/report)")
+        ->type_name("FOLDER");
+    command
+        .add_option(
+            "--junit", arguments.junit, "Write the verdicts as JUnit XML. Disagree is a failure, undecided an error")
+        ->type_name("FILE");
+}
+
+Criteria criteria_from(const CriteriaArguments& arguments, Criteria criteria) {
+    if (!arguments.image_margin.empty()) criteria.margins.image = fraction_from(arguments.image_margin, "--margin");
+    if (!arguments.tile_margin.empty()) criteria.margins.tile = fraction_from(arguments.tile_margin, "--tile-margin");
+    return criteria;
+}
+
+void print_verdict(const SceneVerdict& verdict, bool verbose) {
+    fmt::print("{}: {}\n", verdict.scene, verdict.sentence);
+    if (verdict.verdict != Verdict::agree || verbose)
+        for (const std::string& reason : verdict.judgement.reasons) fmt::print("    {}\n", reason);
+    if (verdict.worst && (verdict.verdict == Verdict::disagree || verbose)) {
+        const WorstPixel& worst = *verdict.worst;
+        fmt::print("    worst pixel: ({}, {}){}{}\n        {}\n", worst.x, worst.y, worst.reason.empty() ? "" : "; ",
+            worst.reason, worst.command);
+    }
+    if (!verdict.closed_form.skipped.empty())
+        fmt::print("    the scene's closed form is left out: {}\n", verdict.closed_form.skipped);
+    std::fflush(stdout);
+}
+
+void check_writable(
+    const CriteriaArguments& arguments, const CommandContext& context, const std::vector<std::string>& inputs) {
+    check_outputs({context.json_file, arguments.junit}, inputs);
+    if (!arguments.junit.empty()) check_writable_text(arguments.junit);
+    if (!arguments.report.empty()) check_writable_folder(arguments.report);
+}
+
+ExitStatus conclude(const std::string& command, const std::vector<SceneVerdict>& verdicts,
+    const CriteriaArguments& arguments, const CommandContext& context, const std::vector<std::string>& not_run,
+    const std::vector<DeviceSelfTest>& self_tests) {
+    std::vector<Verdict> each;
+    for (const SceneVerdict& verdict : verdicts) each.push_back(verdict.verdict);
+    nlohmann::json report = to_json(verdicts, not_run);
+    report["device_self_tests"] = to_json(self_tests);
+    write_json(context, report);
+    if (!arguments.junit.empty()) write_text_file(arguments.junit, junit_xml(command, verdicts, not_run));
+    if (!arguments.report.empty()) write_report(arguments.report, verdicts, self_tests, not_run);
+    const Verdict all = combined(each, not_run.empty());
+    fmt::print("Verdict: {}\n", name_of(all));
+    return status_of(all);
+}
+
+}  // namespace tandem

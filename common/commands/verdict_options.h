@@ -1,0 +1,35 @@
+// What `verify` and `compare` share: options of a verdict, and how one is told.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "common/commands/command.h"
+#include "common/self_test/self_test.h"
+#include "common/validation/verify/scene_verdict.h"
+
+namespace tandem {
+
+// Margins, and where the verdict is written.
+struct CriteriaArguments {
+    std::string image_margin, tile_margin;
+    std::string report, junit;
+};
+
+void add_criteria(CLI::App& command, CriteriaArguments& arguments, const Criteria& defaults);
+
+// `criteria` with the margins that are given. Throws InputError.
+[[nodiscard]] Criteria criteria_from(const CriteriaArguments& arguments, Criteria criteria);
+
+// Throws InputError where an output cannot be written, or names one of `inputs`: asked before long work.
+void check_writable(
+    const CriteriaArguments& arguments, const CommandContext& context, const std::vector<std::string>& inputs);
+
+void print_verdict(const SceneVerdict& verdict, bool verbose);
+
+// Prints the overall verdict, writes --json, --junit and --report, and gives the exit status.
+[[nodiscard]] ExitStatus conclude(const std::string& command, const std::vector<SceneVerdict>& verdicts,
+    const CriteriaArguments& arguments, const CommandContext& context, const std::vector<std::string>& not_run = {},
+    const std::vector<DeviceSelfTest>& self_tests = {});
+
+}  // namespace tandem
