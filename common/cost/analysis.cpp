@@ -57,7 +57,7 @@ Estimated bootstrapped_median(const std::vector<double>& values) {
     return {median(values), medians[resamples / 40], medians[resamples - 1 - resamples / 40]};
 }
 
-// Of one figure of all replicates, at one sample count.
+// The values of one figure over all replicates, at one sample count.
 using Member = std::vector<double> Replicate::*;
 std::vector<double> at_level(const ArmTrials& arm, Member member, std::size_t level) {
     std::vector<double> values;

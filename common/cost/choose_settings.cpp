@@ -56,7 +56,7 @@ struct Trial {
     }
 };
 
-// Of at least `least_samples` and about `seconds`. Nothing after a stop.
+// Renders at least `least_samples`, for about `seconds`. Nothing after a stop.
 std::optional<Trial> trial_of(RenderJob& job, double seconds, std::stop_token stop) {
     const auto render = [&](std::uint64_t samples) {
         return job.render({trial_begin, trial_begin + samples}, {.stop = stop, .progress = {}});

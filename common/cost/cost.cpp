@@ -16,7 +16,7 @@ using nlohmann::json;
 
 std::string factor(double ratio) { return ratio >= 10.0 ? fmt::format("{:.0f}", ratio) : fmt::format("{:.2f}", ratio); }
 
-// Of a ratio with its interval: "1.80 (1.75 to 1.86)".
+// A ratio with its interval: "1.80 (1.75 to 1.86)".
 std::string factor(const Estimated& ratio) {
     return fmt::format("{} ({} to {})", factor(ratio.value), factor(ratio.low), factor(ratio.high));
 }

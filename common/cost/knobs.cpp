@@ -30,7 +30,7 @@ void add_integrators(std::vector<KnobSetting>& all, const Scene& scene, const Ar
             },
             "", integrator != Integrator::whitted && (integrator != Integrator::path || scene.lights.empty())});
     }
-    // Of next events alone, so it brings them with it.
+    // Only next-event estimation has it, so this setting brings that with it.
     const bool next_events = baseline.render.integrator == Integrator::next_event;
     const std::string bring = next_events ? "" : "--integrator next-event ";
     for (const bool mis : {true, false})

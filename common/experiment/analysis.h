@@ -40,7 +40,7 @@ struct Crossover {
 
 // Processes of the same experiment are told by family and workload name; their order does not matter.
 [[nodiscard]] std::vector<ArmResult> analyse(const std::vector<ExperimentSamples>& samples);
-// Of each arm of the family that was timed at two workloads or more.
+// One for each arm of the family that was timed at two workloads or more.
 [[nodiscard]] std::vector<Crossover> crossovers(
     const std::vector<ArmResult>& results, const std::string& along, const std::string& family);
 

@@ -42,7 +42,7 @@ void write_pfm(const std::filesystem::path& path, const Image& image, const std:
 [[nodiscard]] std::vector<std::uint8_t> to_srgb8(const Image& image, double exposure);
 
 // Writers put the pixels at `path` and name `shown` in their errors.
-// Of the image library; without one they throw InputError, which says so.
+// What the image library does; without one they throw InputError, which says so.
 [[nodiscard]] Image read_with_library(const std::filesystem::path& path, std::uint64_t limit);
 void write_exr(const std::filesystem::path& path, const Image& image, const std::filesystem::path& shown);
 void write_srgb8_png(const std::filesystem::path& path, const std::vector<std::uint8_t>& pixels, std::uint32_t width,

@@ -19,7 +19,7 @@ void check_numbers(std::uint64_t samples, std::uint64_t numbers) {
 }
 constexpr double finest_unit = 0.125;  // of what a round adds to a pixel in the mean: counts are multiples of it
 
-// Of a chequerboard.
+// The colour of a pixel on a chequerboard.
 std::uint32_t colour_of(std::uint64_t pixel, std::uint32_t width) {
     return static_cast<std::uint32_t>((pixel % width + pixel / width) % 2);
 }

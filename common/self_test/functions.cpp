@@ -27,7 +27,7 @@ public:
     }
     double uniform(double low, double high) { return low + (high - low) * unit(); }
     double sign() { return unit() < 0.5 ? -1.0 : 1.0; }
-    // Of any sign, its exponent uniform in [least, greatest).
+    // A number of any sign, its exponent uniform in [least, greatest).
     double scaled(int least, int greatest) {
         const int exponent = least + static_cast<int>(unit() * (greatest - least));
         return sign() * std::ldexp(1.0 + unit(), exponent);

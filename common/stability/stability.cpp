@@ -13,9 +13,9 @@ namespace tandem::stability {
 
 namespace {
 
-// Of the defaults' rays, what the others shoot.
+// The defaults shoot so many rays for each ray of another arm.
 constexpr std::uint64_t default_share = 16;
-// Of the time, what the CPU's defaults may take in any case: they shoot their rays in full.
+// The share of the time that the CPU's defaults may take in any case: they shoot their rays in full.
 constexpr double most_of_the_time = 0.5;
 
 struct Arm {
@@ -94,7 +94,7 @@ public:
     }
 
 private:
-    // Of what is left of the time, an equal share.
+    // An equal share of what is left of the time.
     [[nodiscard]] double share_of_time() const {
         const double elapsed = watch_.seconds();
         return std::max(0.0, options_.seconds - elapsed) / static_cast<double>(pairs_ - done_);

@@ -1,7 +1,7 @@
 // Every renderer refuses what common/render/check_settings.h refuses, by the same words.
 #include "common/error.h"
 #include "common/render/check_settings.h"
-#include "tests/suite/witnesses.h"
+#include "tests/suite/tracers.h"
 
 using namespace tandem;
 using namespace tandem::test;
@@ -32,11 +32,11 @@ TEST_CASE("every renderer refuses alike what no renderer can do") {
     all[1].settings.ray_min = -1.0;
     all[2].settings.bounces = 1u << 28;
     all[3].scene.camera.target = all[3].scene.camera.position;
-    for (Witness& witness : witnesses())
+    for (Tracer& tracer : tracers())
         for (const Refused& one : all) {
-            CAPTURE(witness.name);
+            CAPTURE(tracer.name);
             const std::string expected = reason([&] { check_settings(one.scene, one.settings); });
             CHECK(!expected.empty());
-            CHECK(reason([&] { (void)witness.renderer->prepare(one.scene, one.settings); }) == expected);
+            CHECK(reason([&] { (void)tracer.renderer->prepare(one.scene, one.settings); }) == expected);
         }
 }

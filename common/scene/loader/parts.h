@@ -14,7 +14,7 @@ namespace tandem::scene_json {
 inline constexpr double greatest_length = 1e18;
 inline constexpr double least_length = 1e-18;
 
-// Of models, images and grids.
+// Files of models, images and grids.
 inline constexpr std::size_t greatest_file_bytes = std::size_t{64} << 20;
 
 [[nodiscard]] inline glm::dvec3 read_point(const Value& value) {

@@ -16,7 +16,7 @@ namespace tandem {
 enum class Outvoted { nobody, reference, candidate, both };
 [[nodiscard]] const char* name_of(Outvoted outvoted);
 
-// Of the levels against the closed form; nobody where there are none.
+// Reads the levels against the closed form; nobody where there are none.
 [[nodiscard]] Outvoted outvoted_by_closed_form(const Judgement& judgement);
 
 // "the oracle sides with CPU: Vulkan is off by +1.2 % (image, red)"; `off` says by how much each side is.
