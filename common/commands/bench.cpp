@@ -31,7 +31,7 @@ struct BenchArguments {
     std::vector<std::string> compare;
     double seconds = 120.0, narrow = 0.01;
     std::uint64_t seed = 1;
-    unsigned processes = 1, makings = 8;
+    unsigned processes = 1, replicates = 8;
     bool list = false, self_test = false;
 };
 
@@ -123,7 +123,7 @@ CampaignOptions campaign_options(const BenchArguments& arguments, const CommandC
     CampaignOptions options;
     options.seconds = arguments.seconds;
     options.narrow = arguments.narrow;
-    options.makings = arguments.makings;
+    options.replicates = arguments.replicates;
     options.seed = arguments.seed;
     options.only = arguments.arms;
     options.stop = context.stop;
@@ -143,11 +143,10 @@ BenchResults measure(const BenchArguments& arguments, const CommandContext& cont
         options.progress = [&](double fraction, const std::string& text) { line.update(fraction, text); };
         rounds = run_campaign(families, options, results);
     }
-    if (rounds < arguments.makings)
+    if (rounds < arguments.replicates)
         fmt::print(stderr,
-            "tandem: --time was enough for {} replicate{}, not {}; give more, for with {} intervals hold for any "
-            "replicate\n",
-            rounds, rounds == 1 ? "" : "s", arguments.makings, fewest_resampled_processes);
+            "tandem: --time was enough for {} replicate{}, not {}; from {} on, intervals hold for any replicate\n",
+            rounds, rounds == 1 ? "" : "s", arguments.replicates, fewest_resampled_processes);
     return results;
 }
 
@@ -157,7 +156,7 @@ int measure_in_child(
     const BenchArguments& arguments, const CampaignPart& part, const std::string& known, const std::string& file) {
     std::vector<std::string> words{"bench", "--scene", arguments.scene, "--resume", known, "--json", file, "--time",
         fmt::format("{}", part.seconds), "--narrow", fmt::format("{}", arguments.narrow), "--seed",
-        fmt::format("{}", part.seed), "--replicates", fmt::format("{}", part.makings)};
+        fmt::format("{}", part.seed), "--replicates", fmt::format("{}", part.replicates)};
     const auto add = [&](const char* option, const std::vector<std::string>& values) {
         for (const std::string& value : values) words.insert(words.end(), {option, value});
     };
@@ -312,7 +311,7 @@ void add_bench_command(CLI::App& app, CommandContext& context) {
         ->capture_default_str()
         ->group(rare_options);
     command
-        ->add_option("--replicates", arguments->makings,
+        ->add_option("--replicates", arguments->replicates,
             "Times that every arm is created anew. From five on, intervals hold for any replicate")
         ->check(CLI::Range(1, 1000))
         ->capture_default_str();

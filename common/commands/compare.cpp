@@ -71,34 +71,37 @@ ExitStatus compare(CompareArguments arguments, const CommandContext& context) {
 void add_compare_command(CLI::App& app, CommandContext& context) {
     CLI::App* command = app.add_subcommand("compare", "Decide whether images of any two renderers agree");
     const auto arguments = std::make_shared<CompareArguments>();
-    command->add_option("images", arguments->images, "A... vs B...; without vs, the first half against the second")
+    command
+        ->add_option(
+            "images", arguments->images, "Images: A... vs B.... Without vs, the first half is compared with the second")
         ->type_name("IMAGE");
     command->add_option("--reference", arguments->reference, "Images of side A")->type_name("IMAGE");
     command->add_option("--candidate", arguments->candidate, "Images of side B")->type_name("IMAGE");
     command
         ->add_option("--variance-of", arguments->variance_of,
-            "What variance channels hold: the variance of one sample, or of the pixel's mean")
+            "Variance channels hold the variance of one sample, or of the mean of the pixel")
         ->check(CLI::IsMember({"sample", "mean"}))
         ->capture_default_str();
     command->add_flag("--same-estimator", arguments->same_estimator,
-        "Both sides sample in one way, so different noise is a fault too");
+        "Both sides use one estimator, so a different variance is a fault too");
     const Criteria defaults = CompareOptions::comparison_criteria();
     command
         ->add_option("--negligible", arguments->negligible,
-            fmt::format("Disagreement means: image mean surely off by more than this (default {}, what half precision "
-                        "rounds); smaller finds smaller faults, given the samples",
+            fmt::format("Disagreement needs the image mean off by more than this (default: {}, the rounding of half "
+                        "precision)",
                 percent(defaults.negligible.image)))
         ->type_name("FRACTION");
     command
         ->add_option("--tile-negligible", arguments->tile_negligible,
-            fmt::format("... or a tile by more than this (default {})", percent(defaults.negligible.tile)))
+            fmt::format(
+                "Disagreement needs a tile off by more than this (default: {})", percent(defaults.negligible.tile)))
         ->type_name("FRACTION");
     add_criteria(*command, arguments->criteria, defaults);
     add_common_options(*command, context,
-        "  tandem compare ours.exr theirs.exr             one image a side, with variance channels\n"
-        "  tandem compare a1.exr a2.exr vs b1.exr b2.exr  independent seeds a side\n"
-        "  tandem compare a*.exr vs b*.exr --negligible 0.01%   see one bounce fewer on the classic box (0.034 %)\n"
-        "A side is one image with variance channels and a sample count, or two or more images of independent seeds.");
+        "  tandem render scenes/cornell-classic.json -o a.exr --size 64 --samples 4096\n"
+        "  tandem render scenes/cornell-classic.json -o b.exr --size 64 --samples 4096 --seed 1\n"
+        "  tandem compare a.exr b.exr\n"
+        "A side is one image with variance channels and a sample count, or several images of independent seeds.");
     command->callback(
         [&context, arguments] { context.action = [&context, arguments] { return compare(*arguments, context); }; });
 }

@@ -63,7 +63,7 @@ nlohmann::json names_json(EffectSet effects) {
 
 nlohmann::json side_json(const SpecialisationSide& side) {
     return {{"make_seconds", side.make_seconds}, {"kernel_seconds", side.kernel_seconds},
-        {"kernel_seconds_each", side.kernel_makings}, {"compiled_ahead", !side.facts.variant.empty()},
+        {"kernel_seconds_each", side.kernel_replicates}, {"compiled_ahead", !side.facts.variant.empty()},
         {"variant", side.facts.variant.empty() ? nlohmann::json() : nlohmann::json(side.facts.variant)},
         {"effects_without_code", names_json(EffectSet::all().without(side.facts.compiled))},
         {"kernels", parts_json(side.facts.kernels, "instructions")},
@@ -109,13 +109,14 @@ void print_left_out(const JobFacts& specialised, const JobFacts& general) {
     fmt::print("State a path: {} bytes specialised, {} general\n", specialised.bytes_per_path, general.bytes_per_path);
 }
 
-void print_making(const SpecialisationReport& report) {
+void print_kernel_seconds(const SpecialisationReport& report) {
     const bool ahead = !report.specialised.facts.variant.empty();
     if (ahead)
         fmt::print("Kernels made in 0 s: all variants were compiled with the program; ");
     else
         fmt::print("Kernels made in {:.2f} s specialised, {:.2f} s general (the longer of {} replicates); ",
-            report.specialised.kernel_seconds, report.general.kernel_seconds, report.specialised.kernel_makings.size());
+            report.specialised.kernel_seconds, report.general.kernel_seconds,
+            report.specialised.kernel_replicates.size());
     if (!report.samples_to_pay)
         fmt::print("no saving was seen that could pay for it\n");
     else if (ahead)
@@ -139,7 +140,7 @@ void print_report(const std::string& scene, const RendererInfo& info, const Spec
         "(95 %: {:.3f} to {:.3f}; {} rounds, {} clock)\n",
         report.specialised.milliseconds, report.general.milliseconds, report.speedup, report.interval.low,
         report.interval.high, report.rounds, report.device_clock ? "device" : "wall");
-    print_making(report);
+    print_kernel_seconds(report);
     fmt::print("Images: {}\n", report.identical ? "identical, bit for bit" : "NOT identical");
 }
 

@@ -31,17 +31,17 @@ ExitStatus status_of(Verdict verdict) {
 void add_criteria(CLI::App& command, CriteriaArguments& arguments, const Criteria& defaults) {
     command
         .add_option("--margin", arguments.image_margin,
-            fmt::format("Agreement means: image mean within this (default {})", percent(defaults.margins.image)))
+            fmt::format("Agreement needs the image mean within this (default: {})", percent(defaults.margins.image)))
         ->type_name("FRACTION");
     command
         .add_option("--tile-margin", arguments.tile_margin,
-            fmt::format("... and every 16x16 tile within this (default {})", percent(defaults.margins.tile)))
+            fmt::format("Agreement needs every 16x16 tile within this (default: {})", percent(defaults.margins.tile)))
         ->type_name("FRACTION");
     command.add_option("--report", arguments.report, "Write report.json and images to a folder (see scripts/report)")
         ->type_name("FOLDER");
     command
         .add_option(
-            "--junit", arguments.junit, "Write the verdicts as JUnit XML: disagree is a failure, undecided an error")
+            "--junit", arguments.junit, "Write the verdicts as JUnit XML. Disagree is a failure, undecided an error")
         ->type_name("FILE");
 }
 

@@ -163,7 +163,7 @@ double ArmResult::smallest_detectable_relative() const { return std::expm1(small
 std::vector<ArmResult> analyse(const std::vector<ExperimentSamples>& samples) {
     std::vector<ArmResult> results;
     for (auto processes : by_experiment(samples)) {
-        // Later makings may have arms that the first had not.
+        // Later replicates may have arms that the first had not.
         std::set<std::string> seen;
         for (std::size_t i = 0; i < processes.size(); ++i)
             for (std::size_t arm = 0; arm < processes[i]->arms.size(); ++arm) {

@@ -41,7 +41,7 @@ struct Experiment {
     }
 };
 
-// Whether all arms of the experiment are known well enough, over all its makings.
+// Whether all arms of the experiment are known well enough, over all its replicates.
 bool is_known(const BenchResults& results, const Experiment& experiment, const CampaignOptions& options) {
     std::vector<ExperimentSamples> own;
     for (const ExperimentSamples& samples : results.samples)
@@ -70,10 +70,10 @@ std::vector<Experiment> unknown_experiments(
     return unknown;
 }
 
-// What one more making of the experiment takes at least, as the last one did; 0 where there was none.
+// What one more replicate of the experiment takes at least, as the last one did; 0 where there was none.
 struct LeastSeconds {
-    double making = 0.0, blocks = 0.0;
-    [[nodiscard]] double all() const { return making + blocks; }
+    double preparation = 0.0, blocks = 0.0;
+    [[nodiscard]] double all() const { return preparation + blocks; }
 };
 
 LeastSeconds least_seconds(const BenchResults& results, const Experiment& experiment) {
@@ -95,17 +95,17 @@ unsigned run_campaign(const std::vector<Family>& families, const CampaignOptions
     const double start = now(), end = start + options.seconds;
     double kept = start;
     std::uint64_t done = results.samples.size();
-    for (unsigned making = 0; making < options.makings; ++making) {
+    for (unsigned replicate = 0; replicate < options.replicates; ++replicate) {
         const std::vector<Experiment> round = unknown_experiments(results, families, options);
         double whole_round = 0.0;  // seconds that go to no block
-        for (const Experiment& one : round) whole_round += least_seconds(results, one).making;
-        double left_to_make = whole_round * (options.makings - making);
+        for (const Experiment& one : round) whole_round += least_seconds(results, one).preparation;
+        double left_to_make = whole_round * (options.replicates - replicate);
         for (std::size_t i = 0; i < round.size(); ++i) {
             const auto& [family, workload] = round[i];
-            if (options.stop.stop_requested()) return options.makings;
+            if (options.stop.stop_requested()) return options.replicates;
             const LeastSeconds least = least_seconds(results, round[i]);
-            if (making > 0 && now() + least.all() > end) return making;
-            const double rounds = options.makings - making;
+            if (replicate > 0 && now() + least.all() > end) return replicate;
+            const double rounds = options.replicates - replicate;
             RunnerOptions runner;
             runner.seconds = std::max(0.0, end - now() - left_to_make) /
                              (static_cast<double>(round.size()) * rounds - static_cast<double>(i));
@@ -119,16 +119,16 @@ unsigned run_campaign(const std::vector<Family>& families, const CampaignOptions
                     options.progress((now() - start) / options.seconds, family->name + " at " + workload->name);
             };
             ExperimentSamples samples =
-                run_experiment(making == 0 ? *family : without_gate(*family), *workload, runner);
-            if (samples.arms.front().seconds.empty()) return options.makings;  // stopped before the first block
+                run_experiment(replicate == 0 ? *family : without_gate(*family), *workload, runner);
+            if (samples.arms.front().seconds.empty()) return options.replicates;  // stopped before the first block
             results.samples.push_back(std::move(samples));
-            left_to_make -= least.making;
+            left_to_make -= least.preparation;
             if (!options.keep || now() - kept < seconds_between_keeping) continue;
             options.keep(results);
             kept = now();
         }
     }
-    return options.makings;
+    return options.replicates;
 }
 
 void merge(BenchResults& results, BenchResults other, const std::string& whose) {
@@ -146,10 +146,10 @@ void merge(BenchResults& results, BenchResults other, const std::string& whose) 
 }
 
 std::vector<CampaignPart> parts_of(const CampaignOptions& options, unsigned processes) {
-    const unsigned count = std::min(processes, options.makings);
+    const unsigned count = std::min(processes, options.replicates);
     std::vector<CampaignPart> parts;
     for (unsigned i = 0; i < count; ++i)
-        parts.push_back({options.seconds / count, options.makings / count + (i < options.makings % count ? 1 : 0),
+        parts.push_back({options.seconds / count, options.replicates / count + (i < options.replicates % count ? 1 : 0),
             options.seed + 1'000'000ull * (i + 1)});
     return parts;
 }

@@ -15,7 +15,7 @@ namespace tandem {
 struct CampaignOptions {
     double seconds = 120.0;         // of all experiments together
     double narrow = 0.01;           // an experiment ends early once each ratio is known to within ± this
-    unsigned makings = 8;           // of every arm
+    unsigned replicates = 8;        // of every arm
     std::uint64_t seed = 1;         // of the order in which arms run
     std::vector<std::string> only;  // arms besides the baseline; empty: all
     std::stop_token stop;
@@ -28,7 +28,7 @@ struct CampaignOptions {
 // Rounds over all experiments that are not known well enough yet, in each of which every arm is made anew: two jobs of
 // one arm differ by their luck with memory and threads, and a machine's mood outlasts many blocks. The first round is
 // made whatever the time; what is left of it is shared by what is left to do. Arms pass the identity gate in the first
-// round alone. Adds to `results`; returns for how many whole rounds there was time, `makings` after a stop.
+// round alone. Adds to `results`; returns for how many whole rounds there was time, `replicates` after a stop.
 [[nodiscard]] unsigned run_campaign(
     const std::vector<Family>& families, const CampaignOptions& options, BenchResults& results);
 
@@ -36,11 +36,11 @@ struct CampaignOptions {
 // device, driver, build or scene.
 void merge(BenchResults& results, BenchResults other, const std::string& whose);
 
-// What each of `processes` processes is to do of a campaign: shares of the time and the makings, and a seed of its own.
-// There is none without a making.
+// What each of `processes` processes is to do of a campaign: shares of the time and the replicates, and a seed of its
+// own. There is none without a replicate.
 struct CampaignPart {
     double seconds = 0.0;
-    unsigned makings = 0;
+    unsigned replicates = 0;
     std::uint64_t seed = 0;
 };
 [[nodiscard]] std::vector<CampaignPart> parts_of(const CampaignOptions& options, unsigned processes);

@@ -297,15 +297,15 @@ TEST_CASE("several processes count as one level above their blocks") {
     CHECK(two.high - two.low < 0.01);  // of these two processes alone
 }
 
-TEST_CASE("arms whose every making has its own luck are still told apart at the declared rate") {
-    // Two makings of the same arm differ by 2 %, and what one block shows lasts into the next ones: seen on an H200.
+TEST_CASE("arms whose every replicate has its own luck are still told apart at the declared rate") {
+    // Two replicates of the same arm differ by 2 %, and what one block shows lasts into the next ones: seen on an H200.
     constexpr int experiments = 300;
     std::mt19937_64 random(11);
     std::normal_distribution<double> normal;
     int misses = 0, single_misses = 0;
     for (int i = 0; i < experiments; ++i) {
-        ProcessBlocks makings(8);
-        for (std::vector<double>& blocks : makings) {
+        ProcessBlocks replicates(8);
+        for (std::vector<double>& blocks : replicates) {
             const double luck = 0.02 * normal(random);
             double mood = 0.03 * normal(random);
             for (int block = 0; block < 20; ++block) {
@@ -313,15 +313,15 @@ TEST_CASE("arms whose every making has its own luck are still told apart at the 
                 blocks.push_back(0.05 + luck + mood + 0.01 * normal(random));
             }
         }
-        const PairedEffect effect = paired_effect(makings);
+        const PairedEffect effect = paired_effect(replicates);
         misses += effect.low > 0.05 || effect.high < 0.05 ? 1 : 0;
-        makings.resize(1);
-        const PairedEffect single = paired_effect(makings);
+        replicates.resize(1);
+        const PairedEffect single = paired_effect(replicates);
         single_misses += single.low > 0.05 || single.high < 0.05 ? 1 : 0;
     }
-    MESSAGE(misses << " of " << experiments << " intervals missed; " << single_misses << " from one making");
+    MESSAGE(misses << " of " << experiments << " intervals missed; " << single_misses << " from one replicate");
     CHECK(misses <= most_misses(experiments, 0.05));
-    // One making cannot know: what the makings are for.
+    // One replicate cannot know: what the replicates are for.
     CHECK(single_misses > experiments / 3);
 }
 
@@ -376,10 +376,10 @@ TEST_CASE("claims are confirmed, refuted, below resolution or not applicable by 
 
 namespace {
 
-CampaignOptions campaign_on(SyntheticClock& clock, double seconds, unsigned makings) {
+CampaignOptions campaign_on(SyntheticClock& clock, double seconds, unsigned replicates) {
     CampaignOptions options;
     options.seconds = seconds;
-    options.makings = makings;
+    options.replicates = replicates;
     options.narrow = 1e-9;
     options.now = [&clock] { return clock.now; };
     return options;
@@ -397,7 +397,7 @@ TEST_CASE("a campaign makes every arm anew in each round, with another seed") {
     CHECK(results.samples[1].arms[1].identity == Identity::nothing_to_compare);  // the gate is passed once
 }
 
-TEST_CASE("a campaign leaves out what is known well enough, from five makings on") {
+TEST_CASE("a campaign leaves out what is known well enough, from five replicates on") {
     SyntheticClock clock(2);
     BenchResults results;
     CampaignOptions options = campaign_on(clock, 1000.0, 8);
@@ -413,18 +413,18 @@ TEST_CASE("a campaign without time makes one round") {
     CHECK(results.samples.size() == 1);
 }
 
-TEST_CASE("processes share a campaign's time and makings, and draw from seeds of their own") {
+TEST_CASE("processes share a campaign's time and replicates, and draw from seeds of their own") {
     CampaignOptions options;
     options.seconds = 90.0;
-    options.makings = 8;
+    options.replicates = 8;
     const std::vector<CampaignPart> parts = parts_of(options, 3);
     REQUIRE(parts.size() == 3);
-    CHECK(parts[0].makings == 3);
-    CHECK(parts[1].makings == 3);
-    CHECK(parts[2].makings == 2);
+    CHECK(parts[0].replicates == 3);
+    CHECK(parts[1].replicates == 3);
+    CHECK(parts[2].replicates == 2);
     CHECK(parts[0].seconds == doctest::Approx(30.0));
     CHECK(parts[0].seed != parts[1].seed);
-    CHECK(parts_of(options, 20).size() == 8);  // none without a making
+    CHECK(parts_of(options, 20).size() == 8);  // none without a replicate
 }
 
 TEST_CASE("readings of another device or scene are not taken over") {

@@ -91,7 +91,7 @@ TEST_CASE("specialisation: a known speed-up lies in the interval, and pays for i
     CHECK(report.specialised.facts.effects == EffectSet{});
     CHECK(report.specialised.kernel_seconds == doctest::Approx(3.0));
     CHECK(report.general.kernel_seconds == doctest::Approx(3.0));
-    CHECK(report.specialised.kernel_makings.size() == 2);
+    CHECK(report.specialised.kernel_replicates.size() == 2);
     REQUIRE(report.samples_to_pay.has_value());
     CHECK(*report.samples_to_pay == doctest::Approx(3.0 / 0.5e-3).epsilon(0.1));
 }

@@ -163,7 +163,7 @@ Family pipelines_family(const SharedDevice& device) {
     family.along = "kernels";
     const std::vector<Stage> few{Stage::pre_process, Stage::ray_gen, Stage::post_process};
     family.workloads.push_back({"three small kernels", {{"kernels", 3.0}}});
-    // Kernels that trace take a CPU seconds, and the one that shades takes a GPU too long for so many makings.
+    // Kernels that trace take a CPU seconds, and the one that shades takes a GPU too long for so many replicates.
     if (device->device().description().type != DeviceType::cpu)
         family.workloads.push_back({"the same and intersection", {{"kernels", 4.0}}});
     family.arms = [device, few](const Workload& workload) {

@@ -33,7 +33,7 @@ struct Contender {
     std::optional<EffectSet> effects;  // empty: those that the scene calls for
     std::unique_ptr<RenderJob> job;
     Estimate estimate;  // of the first samples
-    std::vector<double> kernel_makings, makings;
+    std::vector<double> kernel_replicates, replicates;
     std::vector<double> seconds;  // a round
     bool device_clock = true;
 
@@ -51,10 +51,10 @@ struct Contender {
         const Stopwatch watch;
         job = renderer.prepare(scene, settings);
         const double first = unless_stopped(render({0, 1}, stop)).seconds;
-        makings.push_back(watch.seconds());
+        replicates.push_back(watch.seconds());
         const double again = unless_stopped(render({0, 1}, stop)).seconds;
         const JobFacts facts = job->facts();
-        kernel_makings.push_back(facts.variant.empty() ? facts.kernel_seconds + std::max(0.0, first - again) : 0.0);
+        kernel_replicates.push_back(facts.variant.empty() ? facts.kernel_seconds + std::max(0.0, first - again) : 0.0);
     }
 
     std::optional<double> time(SampleRange range, const std::stop_token& stop) {
@@ -66,9 +66,9 @@ struct Contender {
     }
 
     [[nodiscard]] SpecialisationSide side(double samples) const {
-        const double sum = std::accumulate(makings.begin(), makings.end(), 0.0);
-        return {job->facts(), *std::ranges::max_element(kernel_makings), kernel_makings,
-            sum / static_cast<double>(makings.size()), 1e3 * median(seconds) / samples};
+        const double sum = std::accumulate(replicates.begin(), replicates.end(), 0.0);
+        return {job->facts(), *std::ranges::max_element(kernel_replicates), kernel_replicates,
+            sum / static_cast<double>(replicates.size()), 1e3 * median(seconds) / samples};
     }
 };
 
@@ -107,8 +107,8 @@ SpecialisationReport measure_specialisation(const Scene& scene, const RenderSett
     SpecialisationReport report;
     report.findings = find_effects(scene, settings);
     Contenders contenders;
-    for (std::size_t making = 0; making < options.makings; ++making)
-        contenders.make(scene, settings, make_renderer, making % 2 != 0, options.stop);
+    for (std::size_t replicate = 0; replicate < options.replicates; ++replicate)
+        contenders.make(scene, settings, make_renderer, replicate % 2 != 0, options.stop);
     auto& [renderer, specialised, general] = contenders;
 
     // A round is long enough for a device to be as busy as it is in a render, and short enough for many rounds: general
