@@ -18,7 +18,7 @@ struct SpecialisationOptions {
     double seconds = 10.0;  // of timing, after the kernels are made
     std::size_t least_rounds = 5, most_rounds = 200;
     std::size_t replicates = 2;  // >= 1, of the kernels, each by a new renderer
-    std::uint64_t seed = 1;   // of the order within a round
+    std::uint64_t seed = 1;      // of the order within a round
     std::stop_token stop;
     std::function<void(double fraction)> progress;
 };
@@ -27,8 +27,8 @@ struct SpecialisationSide {
     JobFacts facts;
     // Wall clock of making the kernels: what the renderer says, and what a first sample takes longer than a second, as
     // drivers may put compiling off until then. 0 where they were compiled with the program (JobFacts::variant). The
-    // longest of the replicates: drivers that remember kernels make them faster the next time. Those that keep them from
-    // one run to the next may do so at the first, which nothing tells: the time is then too short.
+    // longest of the replicates: drivers that remember kernels make them faster the next time. Those that keep them
+    // from one run to the next may do so at the first, which nothing tells: the time is then too short.
     double kernel_seconds = 0.0;
     std::vector<double> kernel_replicates;
     double make_seconds = 0.0;  // wall clock of all preparation and a first sample, mean of the replicates
