@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <csignal>
 #include <filesystem>
 #include <fstream>
 
@@ -324,6 +325,8 @@ double fraction_from(const std::string& text, const std::string& option) {
     if (rest == "%") value /= 100.0;
     if (used == 0 || !(rest.empty() || rest == "%") || !std::isfinite(value) || value <= 0.0)
         throw InputError(option + ": '" + text + "' is no fraction above 0; write 0.5% or 0.005");
+    if (rest.empty() && value >= 1.0)
+        throw InputError(fmt::format("{0}: '{1}' is {2:g} %; write {1}% or {2:g}%", option, text, 100.0 * value));
     return value;
 }
 
@@ -424,6 +427,8 @@ int run_program(int argc, char** argv, const Program& program) {
     add_trace_command(app, context);
     add_stability_command(app, context);
     add_devices_command(app, context);
+    // A file that meets its size limit then fails to be written, which is told; else the program would be ended.
+    std::signal(SIGXFSZ, SIG_IGN);
     try {
         RenamedArguments renamed = with_new_names(argc, argv);
         for (const std::string& note : renamed.notes) fmt::print(stderr, "tandem: {}\n", note);

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <filesystem>
 
 #include "common/commands/command.h"
 #include "common/commands/console.h"
@@ -85,7 +84,7 @@ void write_output(
     for (const auto& [key, value] : report.items())
         metadata["tandem:" + key] = value.is_string() ? value.get<std::string>() : value.dump();
     const Image image = image_of(film, metadata, independent);
-    if (std::filesystem::path(arguments.output).extension() == ".png")
+    if (is_png(arguments.output))
         write_png(arguments.output, image, arguments.exposure);
     else
         write_image(arguments.output, image);
@@ -220,7 +219,7 @@ void add_how_long(CLI::App& command, RenderArguments& arguments) {
         ->type_name("SECONDS");
     command
         .add_option("--target-error", arguments.target_error,
-            "Stop at this root mean square standard error of the pixels, relative to the image mean, as 5%. A short "
+            "Stop at this error, 5% for example: the pixels' root mean square standard error over the image mean. A short "
             "trial chooses the integrator, roulette and sampling that no option names")
         ->type_name("FRACTION");
 }

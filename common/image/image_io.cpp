@@ -176,17 +176,18 @@ Image read_image(const std::filesystem::path& path, std::uint64_t limit) {
 void write_image(const std::filesystem::path& path, const Image& image) {
     require_consistent(image);
     require_known_ending(path);
-    if (ending(path) == ".png")
+    if (is_png(path))
         throw input_error(
             path.string(), "", "a .png file cannot hold these floating-point channels", "end the name in .exr");
     ReplacementFile(path).commit(ending(path) == ".exr" ? exr_bytes(image, path) : pfm_bytes(image));
 }
 
+bool is_png(const std::filesystem::path& path) { return ending(path) == ".png"; }
+
 void write_png(const std::filesystem::path& path, const Image& image, double exposure) {
     require_consistent(image);
     require_known_ending(path);
-    if (ending(path) != ".png")
-        throw input_error(path.string(), "", "an 8-bit picture is a .png file", "end the name in .png");
+    if (!is_png(path)) throw input_error(path.string(), "", "an 8-bit picture is a .png file", "end the name in .png");
     ReplacementFile(path).commit(srgb8_png_bytes(to_srgb8(image, exposure), image.width, image.height, path));
 }
 

@@ -4,6 +4,7 @@ import json
 import os
 import pathlib
 import re
+import resource
 import shutil
 import signal
 import subprocess
@@ -201,6 +202,38 @@ class Commands(unittest.TestCase):
 
     def test_a_full_disk_is_one_line(self):
         self.refused(tandem("devices", "--json", "/dev/full"), "/dev/full")
+
+    def test_a_full_disk_leaves_the_old_files(self):
+        def full():
+            resource.setrlimit(resource.RLIMIT_FSIZE, (4, 4))
+        verify = ["verify", self.scene, "--reference", "cpu", "--candidate", "cpu", "--size", "16", "--samples", "64"]
+        for command in (["render", self.scene, "--samples", "1", "-o"], [*verify, "--json"], [*verify, "--junit"]):
+            for name in ("old.png", "old.exr", "old.pfm") if command[0] == "render" else ("old.out",):
+                old = self.folder / name
+                old.write_text("old!")
+                with self.subTest(command=command[-1], name=name):
+                    self.refused(tandem(*command, old, preexec_fn=full), name, "File too large")
+                    self.assertEqual(old.read_text(), "old!")
+                    self.assertEqual([p.name for p in self.folder.iterdir() if p.name.startswith(".")], [])
+                old.unlink()
+
+    def test_endings_in_capitals_choose_the_format(self):
+        out = self.folder / "X.PNG"
+        self.assertEqual(tandem("render", self.scene, "--samples", "1", "-o", out).returncode, 0)
+        self.assertEqual(out.read_bytes()[:4], b"\x89PNG")
+
+    def test_bare_numbers_of_1_and_more_are_no_fractions(self):
+        for option, command in (("--margin", "verify"), ("--target-error", "render")):
+            output = ["-o", self.folder / "out.exr"] if command == "render" else []
+            self.refused(tandem(command, self.scene, option, "5", *output), option, "write 5% or 500%")
+
+    def test_pipes_are_refused_where_files_are_read(self):
+        pipe = self.folder / "pipe"
+        os.mkfifo(pipe)
+        for command in (["render", pipe, "-o", self.folder / "out.exr"], ["bench", "--compare", pipe, pipe],
+                        ["cost", self.scene, "--resume", pipe], ["stability", "--catalogue", pipe]):
+            with self.subTest(command=command[0]):
+                self.refused(tandem(*command), "is not a regular file")
 
     def test_interrupted_verify_is_undecided_and_says_so_in_its_json(self):
         figures = self.folder / "out.json"

@@ -60,8 +60,10 @@ TEST_CASE("a device is named by its index or a part of its name in any case") {
     CHECK(select_device(three, "1") == 1);
     CHECK(select_device(three, "nvidia") == 2);
     CHECK(select_device(three, "LLVM") == 0);
-    CHECK(select_device(three, "200") == 2);
+    CHECK(select_device(three, "h200") == 2);
 }
+
+TEST_CASE("a number is an index, not a part of a name") { CHECK(contains(error_of(three, "200"), "2: NVIDIA H200")); }
 
 TEST_CASE("a name that matches nothing is refused with a list of what there is") {
     const std::string error = error_of(three, "radeon");

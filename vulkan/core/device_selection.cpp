@@ -41,7 +41,7 @@ bool is_named(const DeviceDescription& device, const std::string& wanted) {
     std::uint32_t index = 0;
     const char* end = wanted.data() + wanted.size();
     const auto [parsed, failure] = std::from_chars(wanted.data(), end, index);
-    if (failure == std::errc{} && parsed == end && index == device.index) return true;
+    if (failure == std::errc{} && parsed == end) return index == device.index;  // not "5" of a name
     return lower_case(device.name).find(lower_case(wanted)) != std::string::npos;
 }
 
