@@ -1,7 +1,6 @@
 // The backend "cpu": the Embree path tracer as a Renderer.
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <thread>
 
 #include "common/error.h"

@@ -8,6 +8,7 @@
 #include <optional>
 #include <string>
 
+#include "common/render/renderer.h"
 #include "common/scene/scene.h"
 
 namespace tandem::test {
@@ -16,6 +17,17 @@ using glm::dmat4;
 using glm::dvec3;
 
 inline const dvec3 black(0.0), white(1.0);
+
+// A square image.
+inline RenderSettings settings_of(
+    std::uint32_t size, std::uint32_t bounces, Integrator integrator = Integrator::path, std::uint64_t seed = 1) {
+    RenderSettings settings;
+    settings.width = settings.height = size;
+    settings.bounces = bounces;
+    settings.integrator = integrator;
+    settings.seed = seed;
+    return settings;
+}
 
 inline Material diffuse(const dvec3& colour, const dvec3& radiance = black) {
     Material material;

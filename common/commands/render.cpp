@@ -219,7 +219,8 @@ void add_how_long(CLI::App& command, RenderArguments& arguments) {
         ->type_name("SECONDS");
     command
         .add_option("--target-error", arguments.target_error,
-            "Stop at this error, 5% for example: the pixels' root mean square standard error over the image mean. A short "
+            "Stop at this error, 5% for example: the pixels' root mean square standard error over the image mean. A "
+            "short "
             "trial chooses the integrator, roulette and sampling that no option names")
         ->type_name("FRACTION");
 }

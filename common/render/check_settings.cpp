@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 
 #include "common/error.h"
 
@@ -52,8 +51,8 @@ void check_brightness(const Scene& scene) {
         constexpr double brightest = 1e15;
         if (radiance > brightest)
             throw UnsupportedError(fmt::format(
-                "{}: sums in single precision hold squares of radiances up to {:g}; use --accumulation double, or "
-                "scale the scene's radiances down",
+                "{}: sums in single precision hold squares of radiances up to {:g}; use --precision double or "
+                "--accumulation double, or scale the scene's radiances down",
                 whose, brightest));
     };
     const auto greatest = [](const glm::dvec3& v) { return std::max({v.x, v.y, v.z}); };

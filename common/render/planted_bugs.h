@@ -18,21 +18,21 @@ enum class PlantedBug : std::uint32_t {
     roulette_not_divided,           // survivors of roulette keep their throughput
     one_bounce_more,                // a path may scatter once more than it should
     one_bounce_fewer,               // ... and once less
-    relative_index_inverted,        // refraction by the inverse of the relative index
+    relative_index_inverted,        // refraction by the inverse of the material's index
     pdf_not_of_sampler,             // uniform hemisphere directions weighted as cosine ones
     mis_weights_unequal,            // light sampling takes half of its weight where there is more than one light
     jacobian_missing,               // the density of light sampling left in area measure (CPU: of flat lights)
     light_from_behind,              // one-sided emitters emit on both sides
     dimension_reused,               // the second number of a scattering direction is the first again
     film_shifted,                   // film positions moved by `amount` pixels to the left and up
-    albedo_scaled,                  // diffuse colours brighter by the fraction `amount`
+    albedo_scaled,                  // untextured diffuse colours brighter by the fraction `amount`
     self_hit_not_excluded,          // rays start on the surface with no offset and may find it again
     epsilon_too_large,              // rays start `amount` of the scene's size off the surface
     total_reflection_lost,          // beyond the critical angle the path ends
     normal_transform_wrong,         // normals through the matrix instead of its inverse transpose (CPU: of spheres)
     radiance_clamped,               // a sample's radiance is cut at 1
     lens_radius_scaled,             // the lens wider by the fraction `amount`; 1: diameter for radius
-    alpha_ignored,                  // translucent absorption as if alpha were 1
+    alpha_ignored,                  // translucent absorption and emission as if alpha were 1
     next_event_scaled,              // light found by sampling is brighter by the fraction `amount`
     background_scaled,              // the background is brighter by the fraction `amount`
     background_inverted,            // the mix of two colours upside down
@@ -53,11 +53,11 @@ enum class PlantedBug : std::uint32_t {
     schlick_for_exact,              // Schlick's reflectance in place of the exact one
     one_polarisation,               // reflectance of the perpendicular polarisation alone
     fuzz_scaled,                    // fuzz greater by the fraction `amount`
-    albedo_twice,                   // diffuse colours applied twice
+    albedo_twice,                   // untextured diffuse colours applied twice
     ggx_jacobian_missing,           // the density of a rough conductor's direction is that of its microfacet's normal
     ggx_masking_dropped,            // microfacets neither mask nor shadow
     conductor_fresnel_dropped,      // conductors reflect everything
-    roughness_scaled,               // roughness greater by the fraction `amount`
+    roughness_scaled,               // GGX's roughness greater by the fraction `amount`
     roughness_not_squared,          // GGX's alpha is the roughness itself
     rough_diffuse_term_dropped,     // rough diffuse surfaces without the light between their facets' two sides
     rough_diffuse_unweighted,       // paths that rough diffuse surfaces scatter are weighted as by smooth ones
@@ -88,7 +88,7 @@ enum class PlantedBug : std::uint32_t {
     lens_uneven,                    // points of the lens from the number in place of its root
     focus_scaled,                   // the focus farther by the fraction `amount`
     box_skipped,                    // of two boxes of a tree the farther one is left out, in one of 128 nodes
-    primitive_lost,                 // one of 64 primitives is never hit
+    primitive_lost,                 // one of 64 primitives is never hit, if a triangle or a sphere
     face_normal_flipped,            // the normal of the upper z face of cuboids turned round
     sphere_inside_lost,             // the far side of spheres is never hit
     triangle_edge_lost,             // triangles narrower by `amount` of their weights on one side

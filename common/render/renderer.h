@@ -146,8 +146,7 @@ public:
     virtual ~Renderer() = default;
     [[nodiscard]] virtual RendererInfo info() const = 0;
     // Throws UnsupportedError for what check_settings refuses and for what this renderer cannot do with this scene or
-    // these settings. The job owns all it
-    // needs of the scene; it must not outlive the renderer.
+    // these settings. The job owns all it needs of the scene; it must not outlive the renderer.
     [[nodiscard]] virtual std::unique_ptr<RenderJob> prepare(const Scene& scene, const RenderSettings& settings) = 0;
     // The same scene for rays that are given; of the settings, `intersection` counts. It must not outlive the
     // renderer. Throws UnsupportedError where this renderer takes no such rays.

@@ -1,7 +1,6 @@
 #include "common/statistics/multiple_tests.h"
 
 #include <algorithm>
-#include <cmath>
 #include <numeric>
 
 namespace tandem {

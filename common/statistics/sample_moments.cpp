@@ -1,6 +1,5 @@
 #include "common/statistics/sample_moments.h"
 
-#include <algorithm>
 #include <limits>
 
 namespace tandem {

@@ -96,7 +96,7 @@ inline constexpr unsigned lit = 32768;     // a surface of next events
 inline constexpr unsigned receives = lit | medium;
 inline constexpr unsigned transmits = translucent | boundary;
 inline constexpr unsigned scatters = lit | specular | smooth_conductor | boundary | medium;
-// Of a kind that has no other bit of its own.
+// The bit of a kind that has no other of its own.
 [[nodiscard]] constexpr unsigned of_kind(MaterialKind kind) { return 65536u << static_cast<unsigned>(kind); }
 }  // namespace material_bits
 

@@ -6,7 +6,7 @@
 
 #ifdef DOUBLE_GEOMETRY
 const float unit_roundoff = 1.1102230246251565e-16lf;
-// Of points that are handed on: in mixed precision as floats.
+// Rounding of points that are handed on: in mixed precision they are floats.
 layout(constant_id = id_hands_on_floats) const bool hands_on_floats = false;
 const float handed_roundoff = hands_on_floats ? 5.9604644775390625e-8 : 0.0;
 #else

@@ -197,7 +197,7 @@ Response rough_diffuse_response(Material material, vec3 n_f, vec3 d, vec3 direct
     return response;
 }
 
-// Of a surface that receives light.
+// The response of a surface that receives light.
 Response surface_response(Material material, vec3 n_f, vec3 d, vec3 direction) {
     if (has_rough_conductor && material.kind == material_conductor)
         return conductor_response(material, n_f, d, direction);

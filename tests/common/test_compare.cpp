@@ -217,7 +217,7 @@ NamedImage filtered(
 // A binomial tail below this speaks against the rate that is claimed.
 constexpr double unlikely = 0.001;
 
-// Of `runs` pairs of equal images, how many are called different: with pixels taken as independent, and as compared.
+// How many of `runs` pairs of equal images are called different: with pixels taken as independent, and as compared.
 struct FalseAlarms {
     unsigned before = 0, after = 0;
 };

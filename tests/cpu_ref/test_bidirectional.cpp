@@ -41,15 +41,6 @@ Mean mean_of_batches(Renderer& renderer, const Scene& scene, const RenderSetting
     return mean;
 }
 
-RenderSettings settings_of(std::uint32_t size, std::uint32_t bounces, Integrator integrator, std::uint64_t seed = 1) {
-    RenderSettings settings;
-    settings.width = settings.height = size;
-    settings.bounces = bounces;
-    settings.integrator = integrator;
-    settings.seed = seed;
-    return settings;
-}
-
 // With 20 batches a mean leaves six of its standard errors, Student's t, once in 1e5; seeds are fixed.
 constexpr double sigmas = 6.0;
 

@@ -123,10 +123,10 @@ bool plant_in_material(const PlantedFault& fault, Material& material) {
             material.k = glm::dvec3(1.0);
             return true;
         case Bug::roughness_scaled:
-            material.roughness *= scale;
+            if (material.kind != MaterialKind::rough_diffuse) material.roughness *= scale;
             return true;
         case Bug::roughness_not_squared:
-            material.roughness = std::sqrt(material.roughness);
+            if (material.kind != MaterialKind::rough_diffuse) material.roughness = std::sqrt(material.roughness);
             return true;
         case Bug::light_from_behind:
             material.sides = EmittingSides::both;
@@ -219,7 +219,8 @@ bool plant_in_settings(const PlantedFault& fault, RenderSettings& settings) {
     }
 }
 
-// Of each element, or of a fresh one where there is none: whether the fault is known must not depend on the scene.
+// Plants in each element, or in a fresh one where there is none: whether the fault is known must not depend on the
+// scene.
 template <class Element, class Plant>
 bool plant_in_each(const PlantedFault& fault, std::vector<Element>& elements, Plant plant) {
     for (Element& element : elements) plant(fault, element);

@@ -75,16 +75,6 @@ inline Measured pooled(const Estimate& estimate) {
     return measured;
 }
 
-inline RenderSettings settings_of(
-    std::uint32_t size, std::uint32_t bounces, Integrator integrator = Integrator::path, std::uint64_t seed = 1) {
-    RenderSettings settings;
-    settings.width = settings.height = size;
-    settings.bounces = bounces;
-    settings.integrator = integrator;
-    settings.seed = seed;
-    return settings;
-}
-
 inline Estimate render(Tracer& tracer, const Scene& scene, const RenderSettings& settings, std::uint64_t samples) {
     return tracer.renderer->prepare(scene, settings)->render({0, samples}).estimate;
 }

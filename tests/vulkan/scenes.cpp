@@ -17,15 +17,6 @@ Material conductor(double roughness) {
     return material;
 }
 
-RenderSettings settings_of(std::uint32_t size, std::uint32_t bounces, Integrator integrator, std::uint64_t seed) {
-    RenderSettings settings;
-    settings.width = settings.height = size;
-    settings.bounces = bounces;
-    settings.integrator = integrator;
-    settings.seed = seed;
-    return settings;
-}
-
 Scene full_scene() {
     SceneBuilder builder;
     builder.camera({0.0, 1.0, 4.0}, {0.0, 1.0, 0.0}, 50.0).background({0.1, 0.1, 0.1}, {0.3, 0.4, 0.6});

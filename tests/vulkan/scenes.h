@@ -13,12 +13,10 @@ using test::glass;
 using test::mirror;
 using test::rough_diffuse;
 using test::SceneBuilder;
+using test::settings_of;
 
 // Copper, nearly.
 [[nodiscard]] Material conductor(double roughness);
-
-[[nodiscard]] RenderSettings settings_of(
-    std::uint32_t size, std::uint32_t bounces, Integrator integrator = Integrator::path, std::uint64_t seed = 1);
 
 // The scene with every feature: all kinds of primitives and materials, transforms, a lens and a background.
 [[nodiscard]] Scene full_scene();

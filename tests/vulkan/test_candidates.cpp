@@ -15,7 +15,7 @@ namespace {
 
 using Triangles = std::vector<std::array<std::uint32_t, 3>>;
 
-// Of the cube [0, 1]^3, corner i being at its bits; faces are cut either way.
+// Triangles of the cube [0, 1]^3, corner i being at its bits; faces are cut either way.
 const Triangles cube{{0, 4, 6}, {0, 6, 2}, {1, 3, 5}, {3, 7, 5}, {0, 1, 5}, {0, 5, 4}, {2, 6, 7}, {2, 7, 3}, {0, 2, 3},
     {0, 3, 1}, {4, 5, 6}, {5, 7, 6}};
 

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <chrono>
 #include <limits>
 
 #include "common/error.h"
@@ -21,9 +20,6 @@ std::vector<ImageSize> sizes_for(const BenchRequest& request, const Device& devi
     if (device.description().type == DeviceType::cpu) return {{32, 18}, {64, 36}, {128, 72}};
     return {{128, 72}, {480, 270}, {1920, 1080}};
 }
-
-// Of the renders that the gate compares: a few tell one image from another.
-constexpr std::uint64_t gate_samples = 4;
 
 class RenderRun : public ArmRun {
 public:
@@ -71,10 +67,6 @@ std::optional<DeviceClock> clock_of(const Device& device) {
 }
 
 }  // namespace
-
-double steady_seconds() {
-    return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
-}
 
 BenchDevice::BenchDevice(const BenchRequest& request)
     : scene_(request.scene),

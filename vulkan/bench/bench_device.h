@@ -4,10 +4,14 @@
 #include <functional>
 
 #include "common/experiment/bench.h"
+#include "common/stopwatch.h"
 #include "vulkan/core/device_clock.h"
 #include "vulkan/renderer/job/job.h"
 
 namespace tandem {
+
+// Samples of the renders that the gate compares: a few tell one image from another.
+inline constexpr std::uint64_t gate_samples = 4;
 
 struct ImageSize {
     std::uint32_t width, height;
@@ -85,9 +89,6 @@ private:
 
 // Clocks of a frame as readings.
 [[nodiscard]] ClockReadings readings_of(const SubmissionTimes& times, double total);
-
-// Seconds by the steady clock.
-[[nodiscard]] double steady_seconds();
 
 // An arm's `run` as a function, for arms that are not about rendering; what it owns lives in its captures.
 [[nodiscard]] std::unique_ptr<ArmRun> run_of(std::function<ClockReadings()> run);

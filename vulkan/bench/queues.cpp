@@ -9,8 +9,6 @@ namespace {
 
 using Jobs = std::vector<std::unique_ptr<VulkanJob>>;
 
-constexpr std::uint64_t gate_samples = 4;
-
 // The image of which each job renders a part.
 ArmOutput image_of(Jobs& jobs) {
     std::shared_ptr<Estimate> whole;

@@ -61,4 +61,5 @@ inline constexpr const char* closed_form_candidate_level = "closed form, candida
 // "CPU and Vulkan agree within ±0.21 % overall, worst 16×16 tile ±2.4 % (95 %); detectable: 0.40 % overall".
 [[nodiscard]] std::string sentence_of(const Judgement& judgement, const Criteria& criteria,
     const std::string& reference_name, const std::string& candidate_name);
+
 }  // namespace tandem

@@ -5,24 +5,18 @@
 #include <algorithm>
 #include <array>
 #include <bit>
-#include <chrono>
 #include <limits>
 #include <utility>
 
 #include "common/error.h"
+#include "common/stopwatch.h"
 #include "vulkan/framework/spirv_optimizer.h"
 #include "vulkan/renderer/job/job_settings.h"
 #include "vulkan/renderer/kernels/kernel_shape.h"
 
 namespace tandem {
 
-namespace {
-
-using Clock = std::chrono::steady_clock;
-
-double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
-
-}  // namespace
+namespace {}  // namespace
 
 struct VulkanJob::Progress {
     const RenderControl& control;
@@ -119,12 +113,12 @@ void VulkanJob::download(const Tile& tile) {
 }
 
 double VulkanJob::run(Progress& progress) {
-    const auto start = Clock::now();
+    const Stopwatch watch;
     const std::optional<double> device_seconds = submit().device;
     progress.device_seconds += device_seconds.value_or(0.0);
     progress.has_device_clock = progress.has_device_clock && device_seconds.has_value();
     instance_.log().raise();
-    return seconds_since(start);
+    return watch.seconds();
 }
 
 // Renders samples of one block for one tile and leaves the sums downloaded; returns how many it did before a stop.
@@ -200,7 +194,7 @@ RenderResult VulkanJob::render_film(SampleRange range, const Film& film, const R
     if (range.begin % samples_per_block != 0 || range.end < range.begin)
         throw Error(fmt::format(
             "a sample range must begin at a multiple of {} and not end before it begins", samples_per_block));
-    const auto start = Clock::now();
+    const Stopwatch watch;
     const Tile& all = film.all;
     RenderResult result{Estimate(film.width, film.height), 0.0, std::nullopt};
     Progress progress{control};
@@ -235,7 +229,7 @@ RenderResult VulkanJob::render_film(SampleRange range, const Film& film, const R
             result.estimate.add_block({block.end, block.end + samples_per_block}, std::move(planes[k]));
     }
     if (progress.has_device_clock) result.device_seconds = progress.device_seconds;
-    result.seconds = seconds_since(start);
+    result.seconds = watch.seconds();
     return result;
 }
 

@@ -1,9 +1,10 @@
 #include "vulkan/renderer/job/job_settings.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <string>
 
 #include "common/error.h"
 #include "common/render/check_settings.h"

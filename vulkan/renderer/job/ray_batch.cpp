@@ -2,13 +2,13 @@
 
 #include <algorithm>
 #include <bit>
-#include <chrono>
 #include <cmath>
 #include <cstring>
 #include <glm/geometric.hpp>
 #include <limits>
 
 #include "common/error.h"
+#include "common/stopwatch.h"
 #include "vulkan/command/barrier.h"
 #include "vulkan/core/device_selection.h"
 #include "vulkan/renderer/scene/double_geometry.h"
@@ -232,9 +232,9 @@ RayHits VulkanIntersector::intersect(std::span<const GivenRay> rays) {
         const std::size_t count = std::min<std::size_t>(most_rays, rays.size() - first);
         scene_.in_double ? stage<gpu::DoubleVec4>(rays.subspan(first, count))
                          : stage<gpu::Vec4>(rays.subspan(first, count));
-        const auto start = std::chrono::steady_clock::now();
+        const Stopwatch watch;
         device_seconds += trace(static_cast<std::uint32_t>(count));
-        result.seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+        result.seconds += watch.seconds();
         const std::span hits = std::span(result.hits).subspan(first, count);
         scene_.in_double ? fetch<gpu::DoubleVec4>(hits) : fetch<gpu::Vec4>(hits);
     }

@@ -24,7 +24,7 @@ template <class Value>
         return {static_cast<std::uint32_t>(id), static_cast<std::uint32_t>(value)};
 }
 
-// Of triangle `i` of an unrolled loop: the last of the constants go on from `corners`.
+// The constant of triangle `i` of an unrolled loop: the last ids go on from `corners`.
 [[nodiscard]] inline SpecialisationConstant corners_constant(std::uint32_t i, std::uint32_t corners) {
     return {static_cast<std::uint32_t>(ConstantId::corners) + i, corners};
 }

@@ -20,7 +20,8 @@ namespace tandem {
 // Whether a pipeline finds hits by trees of its own: its kernels have neither loops over primitives nor trees.
 [[nodiscard]] constexpr bool brings_trees(KernelShape shape) { return shape == KernelShape::ray_tracing; }
 
-// The one that was measured to be the fastest on devices of this type (README.md).
+// The one that was measured to be the fastest on devices of this type (tests/records/patterns/GUIDELINES.md, family
+// `kernels`).
 [[nodiscard]] KernelShape fastest_shape(DeviceType device);
 
 }  // namespace tandem

@@ -2,11 +2,10 @@
 
 #include <algorithm>
 #include <array>
-#include <bit>
-#include <chrono>
 #include <utility>
 
 #include "common/error.h"
+#include "common/stopwatch.h"
 #include "vulkan/core/device_selection.h"
 #include "vulkan/framework/spirv_decorations.h"
 #include "vulkan/renderer/kernels/constant_ids.h"
@@ -318,7 +317,7 @@ std::shared_ptr<const Stages::Pipelines> Stages::pipelines(
     const PipelineLayout& form_layout = layout(form);
     std::shared_ptr<const Pipelines>& kept = pipelines_[{form, key_of(constants)}];
     if (kept) return kept;
-    const auto start = std::chrono::steady_clock::now();
+    const Stopwatch watch;
     Pipelines made;
     made.plain.resize(stage_count);
     for (std::size_t stage = 0; stage < stage_count; ++stage) made.stages.emplace_back(nullptr);
@@ -338,7 +337,7 @@ std::shared_ptr<const Stages::Pipelines> Stages::pipelines(
     }
     if (form.variant() != ShaderVariant::plain && !any_variant)
         throw UnsupportedError("this build has no kernels for the pattern or the precision");
-    made.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    made.seconds = watch.seconds();
     kept = std::make_shared<const Pipelines>(std::move(made));
     return kept;
 }

@@ -2,6 +2,8 @@
 // and the scene and the sums that they share.
 #pragma once
 
+#include <utility>
+
 #include "vulkan/command/ordering.h"
 #include "vulkan/renderer/kernels/bindings.h"
 
