@@ -127,9 +127,9 @@ TEST_CASE("every bug that was run on an H200 and biases the image was caught, or
     check_record("mutants_h200");
 }
 
-#define TANDEM_CAUGHT(planting, part, parts)                                              \
-    TEST_CASE(#planting ": what was caught is caught again, part " #part " of " #parts) { \
-        check_caught_again(Planting::planting, part - 1, parts);                          \
+#define TANDEM_CAUGHT(planting, part, parts)                                                                           \
+    TEST_CASE(#planting ": what was caught is caught again, part " #part " of " #parts* doctest::test_suite("full")) { \
+        check_caught_again(Planting::planting, part - 1, parts);                                                       \
     }
 
 TANDEM_CAUGHT(cpu, 1, 6)
@@ -147,7 +147,7 @@ TANDEM_CAUGHT(vulkan, 6, 6)
 TANDEM_CAUGHT(both, 1, 2)
 TANDEM_CAUGHT(both, 2, 2)
 
-TEST_CASE("two sound backends do not disagree about the scenes that catch most") {
+TEST_CASE("two sound backends do not disagree about the scenes that catch most" * doctest::test_suite("full")) {
     for (const char* scene : {"many-lamps", "whitted", "boundaries", "cornell-thesis", "glass", "textures", "motion"}) {
         const SceneVerdict verdict = verdict_of({}, Planting::vulkan, scene, efforts[0]);
         CAPTURE(scene);

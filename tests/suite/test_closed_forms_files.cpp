@@ -47,6 +47,6 @@ TEST_CASE("every shipped closed form is met by scattering alone") { check_files(
 
 TEST_CASE("every shipped closed form is met by light sampling") { check_files(Integrator::next_event); }
 
-TEST_CASE("every shipped closed form is met by light sampling without MIS") {
+TEST_CASE("every shipped closed form is met by light sampling without MIS" * doctest::test_suite("full")) {
     check_files(Integrator::next_event, false);
 }

@@ -60,7 +60,7 @@ TEST_CASE("without MIS a path has of a sampled lamp what its next events bring, 
         }
 }
 
-TEST_CASE("without MIS the shipped scenes keep their means") {
+TEST_CASE("without MIS the shipped scenes keep their means" * doctest::test_suite("full")) {
     // Between them: all kinds of lights, mirrors, glass, rough metal, media, interiors, motion, emitters not sampled.
     for (const char* name : {"cornell-classic", "lights", "glass", "conductors", "environment", "fog", "nested-glass",
              "motion", "boundaries", "lamps"}) {

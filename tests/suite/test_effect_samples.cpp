@@ -133,7 +133,7 @@ TEST_CASE("samples: on the CPU every effect and every pair has the bits of the g
     for_each_pair(0, 1, [&](const SampledScene& sample) { check_specialised_is_general(*renderer, sample); });
 }
 
-TEST_CASE("samples: on Vulkan every effect has the bits of the general kernels") {
+TEST_CASE("samples: on Vulkan every effect has the bits of the general kernels" * doctest::test_suite("full")) {
     for (const EffectSample& sample : effect_samples()) {
         CAPTURE(effect_name(sample.effect));
         check_specialised_is_general(vulkan_renderer(), alone(sample));
@@ -156,13 +156,19 @@ TEST_CASE("samples: on Vulkan rendering on takes no more memory") {
     }
 }
 
-TEST_CASE("samples: on Vulkan pairs have the bits of the general kernels, part 1 of 8") { check_pairs_on_vulkan(0); }
-TEST_CASE("samples: on Vulkan pairs have the bits of the general kernels, part 2 of 8") { check_pairs_on_vulkan(1); }
-TEST_CASE("samples: on Vulkan pairs have the bits of the general kernels, part 3 of 8") { check_pairs_on_vulkan(2); }
-TEST_CASE("samples: on Vulkan pairs have the bits of the general kernels, part 4 of 8") { check_pairs_on_vulkan(3); }
-TEST_CASE("samples: on Vulkan pairs have the bits of the general kernels, part 5 of 8") { check_pairs_on_vulkan(4); }
-TEST_CASE("samples: on Vulkan pairs have the bits of the general kernels, part 6 of 8") { check_pairs_on_vulkan(5); }
-TEST_CASE("samples: on Vulkan pairs have the bits of the general kernels, part 7 of 8") { check_pairs_on_vulkan(6); }
-TEST_CASE("samples: on Vulkan pairs have the bits of the general kernels, part 8 of 8") { check_pairs_on_vulkan(7); }
+#define TANDEM_PAIRS(part)                                                                           \
+    TEST_CASE("samples: on Vulkan pairs have the bits of the general kernels, part " #part " of 8" * \
+              doctest::test_suite("full")) {                                                         \
+        check_pairs_on_vulkan(part - 1);                                                             \
+    }
+
+TANDEM_PAIRS(1)
+TANDEM_PAIRS(2)
+TANDEM_PAIRS(3)
+TANDEM_PAIRS(4)
+TANDEM_PAIRS(5)
+TANDEM_PAIRS(6)
+TANDEM_PAIRS(7)
+TANDEM_PAIRS(8)
 
 }  // namespace tandem::test

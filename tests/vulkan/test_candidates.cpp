@@ -93,7 +93,7 @@ TEST_CASE("Rays meet what they meet whichever triangles are tested in full") {
 }
 
 // Devices that are no CPU render like this by themselves.
-TEST_CASE("Candidates leave every shipped scene of few triangles as it is") {
+TEST_CASE("Candidates leave every shipped scene of few triangles as it is" * doctest::test_suite("full")) {
     Machine machine(false);
     int scenes = 0;
     for (const auto& entry : std::filesystem::directory_iterator(std::filesystem::path(TANDEM_SOURCE_DIR) / "scenes")) {

@@ -26,7 +26,8 @@ bool specialised_is_general(const Scene& scene, const RenderSettings& settings) 
 
 }  // namespace
 
-TEST_CASE("general kernels render the shipped scenes to the same bits as specialised ones") {
+TEST_CASE(
+    "general kernels render the shipped scenes to the same bits as specialised ones" * doctest::test_suite("full")) {
     for (const auto& entry : std::filesystem::directory_iterator(std::filesystem::path(TANDEM_SOURCE_DIR) / "scenes")) {
         if (entry.path().extension() != ".json") continue;
         const Scene scene = load_scene(entry.path());
@@ -37,7 +38,8 @@ TEST_CASE("general kernels render the shipped scenes to the same bits as special
     }
 }
 
-TEST_CASE("general kernels render scenes of every effect to the same bits by every integrator") {
+TEST_CASE("general kernels render scenes of every effect to the same bits by every integrator" *
+          doctest::test_suite("full")) {
     EffectSet seen;
     for (const Integrator integrator : {Integrator::path, Integrator::next_event, Integrator::whitted})
         for (const Scene& scene : {full_scene(), outdoor_scene(integrator != Integrator::path), foggy_scene()}) {

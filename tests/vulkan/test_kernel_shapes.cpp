@@ -28,7 +28,8 @@ JobFacts facts(const std::string& kernel) {
 
 }  // namespace
 
-TEST_CASE("the megakernel, its own for a scene and the general one, renders shipped scenes to the bits of six stages") {
+TEST_CASE("the megakernel, its own for a scene and the general one, renders shipped scenes to the bits of six stages" *
+          doctest::test_suite("full")) {
     for (const auto& entry : std::filesystem::directory_iterator(std::filesystem::path(TANDEM_SOURCE_DIR) / "scenes")) {
         if (entry.path().extension() != ".json") continue;
         const Scene scene = load_scene(entry.path());
@@ -42,7 +43,8 @@ TEST_CASE("the megakernel, its own for a scene and the general one, renders ship
     }
 }
 
-TEST_CASE("the megakernel renders every effect by every integrator to the bits of the six stages") {
+TEST_CASE("the megakernel renders every effect by every integrator to the bits of the six stages" *
+          doctest::test_suite("full")) {
     for (const Integrator integrator : {Integrator::path, Integrator::next_event, Integrator::whitted})
         for (const Scene& scene : {full_scene(), outdoor_scene(integrator != Integrator::path), foggy_scene()}) {
             RenderSettings settings = settings_of(13, 5, integrator);
@@ -103,7 +105,8 @@ TEST_CASE("the megakernel keeps no path in buffers") {
     CHECK(kept(megakernel) == 0);
 }
 
-TEST_CASE("a job tells of the kernels that it dispatches: its shape's, and its way's of adding samples up") {
+TEST_CASE("a job tells of the kernels that it dispatches: its shape's, and its way's of adding samples up" *
+          doctest::test_suite("full")) {
     const auto instructions = [](const std::string& shape, Accumulation accumulation, const std::string& kernel) {
         RenderSettings settings = settings_of(8, 2, Integrator::next_event);
         settings.accumulation = accumulation;

@@ -119,7 +119,7 @@ TEST_CASE("no pattern changes the image, and the validation layer finds nothing 
 }
 
 // Devices that are no CPU render like this by themselves.
-TEST_CASE("claimed pixels and shared copies leave every shipped scene as it is") {
+TEST_CASE("claimed pixels and shared copies leave every shipped scene as it is" * doctest::test_suite("full")) {
     Machine machine(true);
     int shared = 0;
     for (const auto& entry : std::filesystem::directory_iterator(std::filesystem::path(TANDEM_SOURCE_DIR) / "scenes")) {

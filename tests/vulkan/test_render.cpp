@@ -217,7 +217,7 @@ TEST_CASE("a camera without a frame is refused") {
     CHECK_THROWS_AS(static_cast<void>(render(scene, settings_of(4, 1), 1)), UnsupportedError);
 }
 
-TEST_CASE("specialised and general kernels give the same bits in every precision") {
+TEST_CASE("specialised and general kernels give the same bits in every precision" * doctest::test_suite("full")) {
     const Scene scene = full_scene();
     RenderSettings settings = settings_of(8, 4, Integrator::next_event, 17);
     for (const Precision precision : {Precision::double_precision, Precision::mixed}) {

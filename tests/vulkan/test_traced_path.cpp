@@ -7,7 +7,8 @@
 using namespace tandem;
 using namespace tandem::testing;
 
-TEST_CASE("traced paths bring the very radiance that the device's renders have, in every shipped scene") {
+TEST_CASE("traced paths bring the very radiance that the device's renders have, in every shipped scene" *
+          doctest::test_suite("full")) {
     test::check_traces_of_shipped_scenes(default_renderer(), 4, 0x1p-24, false);
 }
 
