@@ -97,7 +97,6 @@ const EffectSet lit = plain.united({Effect::emission, Effect::light_sampling, Ef
 std::string flag(std::uint32_t bit) { return fmt::format("op 199 of {:#x}", bit); }
 std::string kind(std::uint32_t number) { return fmt::format("op 170 of {:#x}", number); }
 
-constexpr const char* cross_ = "function 68";           // Cross
 constexpr const char* scaled = "op 133 of 0x3f800000";  // OpFMul by the share of a surface's light: 1
 constexpr const char* compared = "op 179";              // OpSLessThan, of priorities alone
 constexpr const char* floor_ = "function 8";
@@ -113,7 +112,7 @@ std::vector<Signature> signatures() {
         {Effect::spheres, Stage::intersect, plain, "binding 0 8"},
         {Effect::cuboids, Stage::intersect, plain, "binding 0 9"},
         {Effect::entity_motion, Stage::intersect, plain, "binding 0 3"}, {Effect::lens, Stage::ray_gen, plain, floor_},
-        {Effect::camera_motion, Stage::ray_gen, plain, cross_},
+        {Effect::camera_motion, Stage::ray_gen, plain, "binding 1 0 14"},
         {Effect::diffuse, Stage::scatter, {Effect::triangles, Effect::specular}, literal(3.14159265f)},
         {Effect::specular, Stage::scatter, plain, literal(2.0f)},
         {Effect::fuzz, Stage::scatter, plain.with(Effect::specular), literal(0x1p-40f)},
