@@ -14,6 +14,9 @@ namespace {
 
 using nlohmann::json;
 
+// An error that is aimed at, which is a round number: "0.5 %".
+std::string level(double error) { return fmt::format("{:g} %", 100.0 * error); }
+
 std::string factor(double ratio) { return ratio >= 10.0 ? fmt::format("{:.0f}", ratio) : fmt::format("{:.2f}", ratio); }
 
 // Text of a ratio with its interval: "1.80 (1.75 to 1.86)".
@@ -181,12 +184,12 @@ std::vector<std::string> recommendations(const CostReport& report) {
         const Confirmation* confirmation = confirmation_of(report, error);
         const ArmFigures* best = recommended(report, error);
         if (best == nullptr) {
-            sentences.push_back(fmt::format("No setting here reaches {}.", percent(error)));
+            sentences.push_back(fmt::format("No setting here reaches {}.", level(error)));
             continue;
         }
         const TimeToError time = best->time_to(error);
         sentences.push_back(
-            fmt::format("To {}: `{} --samples {:.0f}`, {}{}{}. {}", percent(error), render_command(report, best->arm),
+            fmt::format("To {}: `{} --samples {:.0f}`, {}{}{}. {}", level(error), render_command(report, best->arm),
                 std::ceil(*time.samples), duration(time.seconds->value), time.extrapolated ? " (extrapolated)" : "",
                 time.floor_unknown ? "; a floor as high is not excluded, and none assumed" : "",
                 confirmation == nullptr ? "It was not measured anew." : sentence_on(*confirmation)));

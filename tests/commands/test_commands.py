@@ -723,7 +723,7 @@ class Commands(unittest.TestCase):
     def test_stability_refuses_what_is_not_there(self):
         catalogue = SCENES / "hard" / "catalogue.json"
         self.refused(tandem("stability", "--catalogue", catalogue, "--case", "nonsense"), "nonsense")
-        self.refused(tandem("stability", "--catalogue", self.folder / "no.json"), "no.json", "--catalogue")
+        self.refused(tandem("stability", "--catalogue", self.folder / "no.json"), "no.json", "no such file")
         self.refused(tandem("stability", "--catalogue", catalogue, "--backend", "cpu", "--precision", "contracted"), "contracted")
 
     def test_intersection_tests_and_guards_that_a_backend_lacks_are_refused_with_the_reason(self):
