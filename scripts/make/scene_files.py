@@ -89,3 +89,4 @@ def write(content, default):
         sys.stdout.buffer.write(data)
     else:
         pathlib.Path(target).write_bytes(data)
+        print(f"written: {target}")
