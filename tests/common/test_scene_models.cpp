@@ -121,6 +121,13 @@ TEST_CASE("binary glTF models are read") {
     const std::string glb = gltf_binary();
     put(folder / "m.glb", glb);
     CHECK(load(folder, model_scene("gltf", "m.glb", true)).primitives.size() == 1);
+    for (const auto& [place, part] : {std::pair{4, "version 3"}, {8, "says"}, {12, "beyond its end"}}) {
+        std::string lies = glb;
+        lies[static_cast<std::size_t>(place)] =
+            place == 4 ? 3 : static_cast<char>(lies[static_cast<std::size_t>(place)] + 64);
+        put(folder / "m.glb", lies);
+        CHECK(names(refusal(folder, model_scene("gltf", "m.glb", true)), part));
+    }
     for (std::size_t cut = 0; cut < glb.size(); cut += 7) {
         put(folder / "m.glb", glb.substr(0, cut));
         CHECK(names(refusal(folder, model_scene("gltf", "m.glb", true)), "/entities/0/primitives/0/gltf/file"));

@@ -40,6 +40,9 @@ std::uint32_t little_endian(std::string_view bytes, std::size_t offset) {
     return value;
 }
 
+// Of a binary glTF file: where the first chunk begins, and the bytes before a chunk's data.
+constexpr std::size_t first_chunk = 12, chunk_head = 8;
+
 // Elements of an accessor, all within their buffer.
 struct Elements {
     const unsigned char* data = nullptr;
@@ -93,14 +96,30 @@ private:
         return list[static_cast<std::size_t>(index)];
     }
 
+    // Magic, version, length; then chunks: length, type, data. The JSON is the first of them.
+    void check_container(const std::string& bytes) const {
+        if (bytes.size() < first_chunk + chunk_head)
+            refuse("is no sound binary glTF file: it is cut short", "export it again");
+        if (const std::uint32_t version = little_endian(bytes, 4); version != 2)
+            refuse(fmt::format("is binary glTF of version {}", version), "export it as glTF 2.0");
+        if (const std::uint32_t length = little_endian(bytes, 8); length != bytes.size())
+            refuse(fmt::format("has {} bytes, but says {} of itself", bytes.size(), length), "export it again");
+        for (std::size_t at = first_chunk; at < bytes.size();) {
+            const std::size_t left = bytes.size() - at;
+            if (left < chunk_head || little_endian(bytes, at) > left - chunk_head)
+                refuse(fmt::format("has a chunk at byte {} that goes on beyond its end", at), "export it again");
+            if (at == first_chunk && bytes.compare(at + 4, 4, "JSON") != 0)
+                refuse("has another chunk before its JSON", "export it again");
+            at += chunk_head + little_endian(bytes, at);
+        }
+    }
+
     // The JSON, bounded in depth and buffers, before tinygltf sees it.
     void check_json(const std::string& bytes, bool binary) const {
         std::string json = bytes;
         if (binary) {
-            constexpr std::size_t header = 20;  // magic, version, length; the first chunk's length and type
-            if (bytes.size() < header || little_endian(bytes, 12) > bytes.size() - header)
-                refuse("is no sound binary glTF file", "export it again");
-            json = bytes.substr(header, little_endian(bytes, 12));
+            check_container(bytes);
+            json = bytes.substr(first_chunk + chunk_head, little_endian(bytes, first_chunk));
         }
         const Json document =
             parse_strict(json, fmt::format("{}: {}: {}", place_.file, place_.pointer, printable(shown_)));

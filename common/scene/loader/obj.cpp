@@ -30,6 +30,8 @@ public:
         : place_(place), shown_(shown_name), coordinates_(coordinates) {}
 
     void read(std::string_view text) {
+        constexpr std::string_view byte_order_mark = "\xEF\xBB\xBF";  // some editors write it before UTF-8
+        if (text.starts_with(byte_order_mark)) text.remove_prefix(byte_order_mark.size());
         while (!text.empty()) {
             ++line_;
             const std::size_t end = std::min(text.find('\n'), text.size());
