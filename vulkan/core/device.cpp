@@ -6,6 +6,7 @@
 
 #include "common/error.h"
 #include "vulkan/core/device_selection.h"
+#include "vulkan/core/driver_remedy.h"
 
 namespace tandem {
 
@@ -24,8 +25,7 @@ struct Device::Choice {
         try {
             return vk::raii::PhysicalDevices(instance.handle());
         } catch (const vk::SystemError& failure) {
-            throw DeviceError(std::string("no Vulkan device: ") + failure.what() +
-                              "; install a driver (Mesa's lavapipe runs on any CPU)");
+            throw DeviceError(std::string("no Vulkan device: ") + failure.what() + "; " + driver_remedy());
         }
     }
 };

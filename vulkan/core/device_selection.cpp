@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "common/error.h"
+#include "vulkan/core/driver_remedy.h"
 
 namespace tandem {
 
@@ -27,7 +28,7 @@ std::size_t rank(DeviceType type) {
 }
 
 std::string listing(std::span<const DeviceDescription> devices) {
-    if (devices.empty()) return "there is no Vulkan device; install a driver (Mesa's lavapipe runs on any CPU)";
+    if (devices.empty()) return "there is no Vulkan device; " + driver_remedy();
     std::string text = "there is";
     for (const DeviceDescription& device : devices) {
         text += fmt::format(
@@ -79,6 +80,7 @@ std::size_t select_device(std::span<const DeviceDescription> devices, const std:
         throw DeviceError(
             fmt::format("Vulkan device '{}' cannot be used: {}", devices[*refused].name, devices[*refused].reason));
     if (!wanted.empty()) throw DeviceError(fmt::format("no Vulkan device matches '{}'; {}", wanted, listing(devices)));
+    if (devices.empty()) throw DeviceError(listing(devices));
     throw DeviceError("no Vulkan device can be used; " + listing(devices));
 }
 
