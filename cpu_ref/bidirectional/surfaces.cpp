@@ -29,12 +29,13 @@ dvec3 mirrored(const dvec3& v, const dvec3& about) { return 2.0 * glm::dot(v, ab
 
 // Section 7.6: F of one channel.
 double fresnel_conductor(double c, double eta, double k) {
-    const double c2 = c * c, s2 = std::max(0.0, 1.0 - c2), difference = eta * eta - k * k - s2;
-    const double b = std::sqrt(difference * difference + 4.0 * eta * eta * k * k);
-    const double a = std::sqrt(std::max(0.0, 0.5 * (b + difference)));
-    const double perpendicular = (b + c2 - 2.0 * a * c) / (b + c2 + 2.0 * a * c);
-    const double ratio = (c2 * b + s2 * s2 - 2.0 * a * c * s2) / (c2 * b + s2 * s2 + 2.0 * a * c * s2);
-    return 0.5 * perpendicular * (1.0 + ratio);
+    const double s2 = std::max(0.0, 1.0 - c * c), t = (eta - 1.0) * (eta + 1.0) + c * c - k * k;
+    const double great = std::sqrt(0.5 * (std::abs(t) + std::hypot(t, 2.0 * eta * k)));
+    if (great == 0.0) return 0.0;  // no surface
+    const double small = eta * k / great, a = t < 0.0 ? small : great, b = t < 0.0 ? great : small;
+    const double outer = std::hypot(eta - 1.0, k) * std::hypot(eta + 1.0, k) / ((a + c) * (a + c) + b * b);
+    const double ratio = std::hypot(a * c - s2, b * c) / std::hypot(a * c + s2, b * c);
+    return 0.5 * std::min(1.0, outer * outer) * (1.0 + ratio * ratio);
 }
 
 dvec3 fresnel_conductor(const Material& material, double c) {
@@ -94,7 +95,7 @@ Turned reflect_or_refract(const Reached& at, const dvec3& normal, double u3) {
     const double eta = at.front() ? 1.0 / material.refractive_index : material.refractive_index;
     const dvec3 reflected = glm::normalize(mirrored(at.back, normal));
     if (!material.translucent) return {reflected, false, eta};
-    const double c = glm::dot(at.back, normal), inner = 1.0 - eta * eta * (1.0 - c * c);
+    const double c = glm::dot(at.back, normal), inner = (1.0 - eta) * (1.0 + eta) + eta * eta * c * c;
     if (inner < 0.0) return {reflected, false, eta};
     const double ct = std::sqrt(inner);
     double reflectance;

@@ -1,6 +1,8 @@
 #include "cpu_ref/oracle/surfaces.h"
 
+#include <algorithm>
 #include <cmath>
+#include <complex>
 #include <numbers>
 
 #include "cpu_ref/oracle/rough_diffuse.h"
@@ -18,9 +20,9 @@ struct Interface {
 };
 
 Interface interface_of(Fresnel fresnel, double eta, const dvec3& direction, const dvec3& normal, double cosine) {
-    const double c = cosine, sine_squared = eta * eta * (1.0 - c * c);
-    if (sine_squared > 1.0) return {1.0, dvec3(0.0)};  // total internal reflection: u3 < 1 always
-    const double ct = std::sqrt(1.0 - sine_squared);
+    const double c = cosine, cosine_squared = (1.0 - eta) * (1.0 + eta) + eta * eta * c * c;
+    if (cosine_squared < 0.0) return {1.0, dvec3(0.0)};  // total internal reflection: u3 < 1 always
+    const double ct = std::sqrt(cosine_squared);
     const dvec3 refracted = eta * direction + (eta * c - ct) * normal;
     if (fresnel == Fresnel::schlick) {
         const double root = (1.0 - eta) / (1.0 + eta), r0 = root * root;
@@ -49,12 +51,13 @@ dvec3 absorption(const Surface& surface) {
 
 // Section 7.6: reflectance of a conductor for unpolarised light.
 double conductor_reflectance(double eta, double k, double c) {
-    const double sine_squared = 1.0 - c * c, t0 = eta * eta - k * k - sine_squared;
-    const double b = std::sqrt(t0 * t0 + 4.0 * eta * eta * k * k), t1 = b + c * c;
-    const double t2 = 2.0 * c * std::sqrt(std::max(0.0, 0.5 * (b + t0)));
-    const double rs = (t1 - t2) / (t1 + t2);
-    const double t3 = c * c * b + sine_squared * sine_squared, t4 = t2 * sine_squared;
-    return 0.5 * (rs + rs * (t3 - t4) / (t3 + t4));
+    const double sine_squared = std::max(0.0, 1.0 - c * c);
+    const std::complex<double> index(eta, k), beyond = (index - 1.0) * (index + 1.0);  // N^2 - 1
+    const std::complex<double> inner = std::sqrt(beyond + c * c), sum = c + inner;     // N times the inner cosine
+    if (std::norm(sum) == 0.0) return 0.0;                                             // N = 1, along the surface
+    const double rs = std::min(1.0, std::norm(beyond / sum / sum));
+    const double ratio = std::norm((c * inner - sine_squared) / (c * inner + sine_squared));
+    return 0.5 * rs * (1.0 + ratio);
 }
 
 dvec3 conductor_reflectance(const Material& material, double c) {

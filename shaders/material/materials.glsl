@@ -58,10 +58,11 @@ float relative_index(Material material, bool front, float outside) {
 // comes from, c = -d·n.
 vec3 translucent_direction(Material material, vec3 d, vec3 n, float c, float eta, float u3, out bool reflects) {
     const vec3 mirrored = d + 2.0 * c * n;
-    precise float sine2 = eta * eta * (1.0 - c * c);
+    const float inner = eta * c;
+    precise float c_t2 = (1.0 - eta) * (1.0 + eta) + inner * inner;
     reflects = true;
-    if (sine2 > 1.0) return PLANTED(total_reflection_lost) ? vec3(0.0) : mirrored;
-    const float c_t = sqrt(1.0 - sine2);
+    if (c_t2 < 0.0) return PLANTED(total_reflection_lost) ? vec3(0.0) : mirrored;
+    const float c_t = sqrt(c_t2);
     const float reflectance =
         has_schlick && has_flag(material, flag_schlick) ? fresnel_schlick(c, c_t, eta) : fresnel_exact(c, c_t, eta);
     reflects = u3 < reflectance;

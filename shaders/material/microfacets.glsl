@@ -3,18 +3,18 @@
 #ifndef MICROFACETS_GLSL
 #define MICROFACETS_GLSL
 
-// Reflectance for unpolarised light at cosine c of a channel of index eta + ik [Born 1999].
+// Reflectance for unpolarised light at cosine c of a channel of index eta + ik (7.6).
 float fresnel_conductor(float c, float eta, float k) {
-    const float c2 = c * c, s2 = 1.0 - c2;
-    const float t0 = (eta - k) * (eta + k) - s2;
-    const float product = 2.0 * eta * k, b = sqrt(t0 * t0 + product * product);
-    // (B + t0)/2 without the cancellation that a negative t0 brings.
-    const float half_sum = t0 >= 0.0 ? 0.5 * (b + t0) : 0.5 * product * product / (b - t0);
-    const float t1 = b + c2, t2 = 2.0 * c * sqrt(half_sum);
-    const float r_s = (t1 - t2) / (t1 + t2);
-    const float t3 = c2 * b + s2 * s2, t4 = t2 * s2;
-    const float r_p = r_s * (t3 - t4) / (t3 + t4);
-    return 0.5 * (r_s + r_p);
+    const float c2 = c * c, s2 = 1.0 - c2, less = eta - 1.0, more = eta + 1.0;
+    const float t = less * more + c2 - k * k, product = 2.0 * eta * k;
+    const float p = 0.5 * (abs(t) + sqrt(t * t + product * product));
+    if (p == 0.0) return 0.0;  // eta = 1, k = 0: no surface, seen at 90 degrees
+    const float q = 0.25 * product * product / p;
+    const float a2 = t >= 0.0 ? p : q, b2 = t >= 0.0 ? q : p;
+    const float a = sqrt(a2), denominator = (a + c) * (a + c) + b2;
+    const float r_s = min(1.0, (less * less + k * k) * (more * more + k * k) / denominator / denominator);
+    const float minus = a * c - s2, plus = a * c + s2;
+    return 0.5 * r_s * (1.0 + (minus * minus + b2 * c2) / (plus * plus + b2 * c2));
 }
 vec3 fresnel_conductor(float c, vec3 eta, vec3 k) {
     return vec3(fresnel_conductor(c, eta.r, k.r), fresnel_conductor(c, eta.g, k.g), fresnel_conductor(c, eta.b, k.b));

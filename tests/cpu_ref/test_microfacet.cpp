@@ -56,6 +56,38 @@ TEST_CASE("a conductor's reflectance has its known values") {
     CHECK(f(0.5, eta, k) == doctest::Approx(0.5 * (std::norm(amplitude_s) + std::norm(amplitude_p))).epsilon(1e-12));
 }
 
+// Against the same equations in long double. Half a unit's doubt of the terms of t moves the root by that of their sum.
+TEST_CASE_TEMPLATE("a conductor's reflectance is right over all indices and angles", Real, float, double) {
+    constexpr long double u = sizeof(Real) == 4 ? 0x1p-24L : 0x1p-53L;
+    std::vector<double> cosines{0.0, 1e-6, 1e-4, 1e-3, 1.0 - 0x1p-10, 1.0 - 0x1p-24, 1.0};
+    for (int i = 1; i < 64; ++i) cosines.push_back(i / 64.0);
+    long double worst = 0.0L;
+    for (const double index : {1e-3, 0.2, 0.5, 0.9999, 1.0 - 0x1p-24, 1.0, 1.0 + 0x1p-23, 1.0001, 1.01, 1.5, 10.0, 1e3})
+        for (const double extinction : {0.0, 1e-10, 1e-7, 1e-3, 0.1, 1.0, 5.0, 1e3})
+            for (const double cosine : cosines) {
+                const auto eta = static_cast<Real>(index), k = static_cast<Real>(extinction),
+                           c = static_cast<Real>(cosine);
+                const Real found = conductor_reflectance(c, eta, k);
+                const std::complex<long double> n(eta, k), beyond = (n - 1.0L) * (n + 1.0L);
+                const long double x = c, s2 = 1.0L - x * x;
+                const std::complex<long double> q = std::sqrt(beyond + x * x);
+                if (std::norm(x + q) == 0.0L) {
+                    CHECK(found == Real(0));
+                    continue;
+                }
+                const long double expected =
+                    0.5L * std::norm(beyond / (x + q) / (x + q)) * (1.0L + std::norm((x * q - s2) / (x * q + s2)));
+                const long double terms = std::abs(n - 1.0L) * std::abs(n + 1.0L) + x * x;
+                const long double bound =
+                    u * expected * (32.0L + 4.0L * terms / std::norm(q)) + 4.0L * std::numeric_limits<Real>::min();
+                worst = std::max(worst, std::abs(static_cast<long double>(found) - expected) / bound);
+                if (!(found >= Real(0)) || !(found <= Real(1))) MESSAGE(eta << " " << k << " " << c << ": " << found);
+                CHECK(found >= Real(0));
+                CHECK(found <= Real(1));
+            }
+    CHECK(worst <= 1.0L);
+}
+
 TEST_CASE_TEMPLATE("the distribution of normals has projected area 1", Real, float, double) {
     for (const double alpha : {0.1, 0.3, 1.0}) {
         const double area = over_hemisphere<Real>(

@@ -62,6 +62,14 @@ TEST_CASE_TEMPLATE(
         }
 }
 
+TEST_CASE_TEMPLATE("a body of index 1 reflects nothing, near grazing too", Real, float, double) {
+    for (const double c : {1.0, 0.1, 1e-3, 2e-4, 1e-4, 1e-7, 1e-9}) {
+        CAPTURE(c);
+        CHECK(reflectance<Real>(c, 1.0, false).value < 1e-13);
+        CHECK_FALSE(reflectance<Real>(c, 1.0, false).total);
+    }
+}
+
 TEST_CASE_TEMPLATE("exact reflectance vanishes for the parallel part at Brewster's angle", Real, float, double) {
     const double c = 1.0 / std::sqrt(1.0 + 1.5 * 1.5);  // tan = n
     const double eta = 1.0 / 1.5, ct = std::sqrt(1.0 - eta * eta * (1.0 - c * c));

@@ -73,6 +73,28 @@ TEST_CASE("a smooth conductor reflects by Fresnel's equations for its complex in
     }
 }
 
+// Indices that are floats, so that all precisions have the same. r_s is (1 - N^2)/(c + q)^2, which subtracts no near
+// numbers.
+TEST_CASE("a conductor of index near 1 reflects next to nothing, by Fresnel's equations") {
+    auto all = tracers();
+    const dvec3 eta(1.0, 1.0 + 0x1p-20, 1.0 - 0x1p-13);
+    for (const double k : {0.0, 0x1p-13})
+        for (const double angle : {0.0, 0.7, 1.2, 1.5}) {
+            CAPTURE(k);
+            CAPTURE(angle);
+            const double c = std::cos(angle), s2 = std::sin(angle) * std::sin(angle);
+            dvec3 expected;
+            for (int i = 0; i < 3; ++i) {
+                const std::complex<double> n(eta[i], k), beyond = (n - 1.0) * (n + 1.0), q = std::sqrt(beyond + c * c);
+                expected[i] =
+                    0.5 * std::norm(beyond / ((c + q) * (c + q))) * (1.0 + std::norm((c * q - s2) / (c * q + s2)));
+            }
+            check_every_pixel(all,
+                looking_down(angle).background(dvec3(1.0)).floor(conductor(eta, dvec3(k)), 0.0, 50.0).scene(),
+                settings_of(4, 1), 64, expected, 512.0);
+        }
+}
+
 TEST_CASE("a rough conductor keeps of an uneven sky what its normals, masked and shadowed, reflect") {
     auto all = tracers();
     const dvec3 down(2.0, 0.0, 1.0), up(0.5, 1.0, 2.0);

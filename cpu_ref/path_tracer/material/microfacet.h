@@ -7,17 +7,23 @@
 
 namespace tandem::cpu {
 
-// Reflectance of a conductor of index eta + ik at cosine c [Born 1999].
+// Reflectance of a conductor of index eta + ik at cosine c (section 7.6). The root of N^2 - s^2 has the larger part
+// from a sum, the other from the product of both.
 template <class V>
 TANDEM_INLINE V conductor_reflectance(V c, V eta, V k) {
     using Real = RealOf<V>;
-    const V zero(Real(0)), two(Real(2)), half(Real(0.5));
-    const V c2 = c * c, s2 = greatest(V(Real(1)) - c2, zero);
-    const V t0 = eta * eta - k * k - s2, b = sqrt(V(t0 * t0 + V(Real(4)) * eta * eta * k * k));
-    const V t1 = b + c2, t2 = two * c * sqrt(V(half * greatest(V(b + t0), zero)));
-    const V rs = (t1 - t2) / (t1 + t2);
-    const V t3 = c2 * b + s2 * s2, t4 = t2 * s2;
-    const V rp = rs * ((t3 - t4) / (t3 + t4));
+    const V zero(Real(0)), one(Real(1)), half(Real(0.5)), least_positive(std::numeric_limits<Real>::min());
+    const V c2 = c * c, s2 = greatest(V(one - c2), zero), k2 = k * k, below = eta - one, above = eta + one;
+    const V real = below * above + c2 - k2, half_imaginary = eta * k;
+    const V larger =
+        sqrt(V(half * (absolute(real) + sqrt(V(real * real + V(Real(4)) * half_imaginary * half_imaginary)))));
+    const V smaller = half_imaginary / greatest(larger, least_positive);
+    const auto positive = real >= zero;
+    const V a = select(positive, larger, smaller), b2 = select(positive, smaller * smaller, larger * larger);
+    const V sum = greatest(V((a + c) * (a + c) + b2), least_positive);
+    const V rs = least(V((below * below + k2) * (above * above + k2) / sum / sum), one);
+    const V ac = a * c, rest = b2 * c2;
+    const V rp = rs * (((ac - s2) * (ac - s2) + rest) / ((ac + s2) * (ac + s2) + rest));
     return half * (rs + rp);
 }
 

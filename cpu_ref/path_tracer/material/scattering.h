@@ -17,9 +17,10 @@ template <class Real>
 TANDEM_INLINE Dielectric<Real> dielectric(Lanes<Real> c, Lanes<Real> eta, Mask<Real> schlick) {
     using V = Lanes<Real>;
     const V one(Real(1)), zero(Real(0));
-    const V sine_squared = eta * eta * (one - c * c);
-    const Mask<Real> total = sine_squared > one;
-    const V ct = sqrt(greatest(one - sine_squared, zero));
+    // 1 - eta^2 (1 - c^2), to within a rounding of its terms where c is small.
+    const V square = (one - eta) * (one + eta) + (eta * c) * (eta * c);
+    const Mask<Real> total = square < zero;
+    const V ct = sqrt(greatest(square, zero));
     const V rs = (eta * c - ct) / (eta * c + ct), rp = (c - eta * ct) / (c + eta * ct);
     const V exact = planted(PlantedBug::one_polarisation) ? rs * rs : V(Real(0.5)) * (rs * rs + rp * rp);
     const V root = (one - eta) / (one + eta), r0 = root * root;
