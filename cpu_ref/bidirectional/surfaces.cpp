@@ -31,8 +31,8 @@ dvec3 mirrored(const dvec3& v, const dvec3& about) { return 2.0 * glm::dot(v, ab
 double fresnel_conductor(double c, double eta, double k) {
     const double s2 = std::max(0.0, 1.0 - c * c), t = (eta - 1.0) * (eta + 1.0) + c * c - k * k;
     const double great = std::sqrt(0.5 * (std::abs(t) + std::hypot(t, 2.0 * eta * k)));
-    if (great == 0.0) return 0.0;  // no surface
-    const double small = eta * k / great, a = t < 0.0 ? small : great, b = t < 0.0 ? great : small;
+    if (great + c == 0.0) return 0.0;  // no surface, seen along it
+    const double small = great > 0.0 ? eta * k / great : 0.0, a = t < 0.0 ? small : great, b = t < 0.0 ? great : small;
     const double outer = std::hypot(eta - 1.0, k) * std::hypot(eta + 1.0, k) / ((a + c) * (a + c) + b * b);
     const double ratio = std::hypot(a * c - s2, b * c) / std::hypot(a * c + s2, b * c);
     return 0.5 * std::min(1.0, outer * outer) * (1.0 + ratio * ratio);

@@ -8,10 +8,10 @@ float fresnel_conductor(float c, float eta, float k) {
     const float c2 = c * c, s2 = 1.0 - c2, less = eta - 1.0, more = eta + 1.0;
     const float t = less * more + c2 - k * k, product = 2.0 * eta * k;
     const float p = 0.5 * (abs(t) + sqrt(t * t + product * product));
-    if (p == 0.0) return 0.0;  // eta = 1, k = 0: no surface, seen at 90 degrees
-    const float q = 0.25 * product * product / p;
+    const float q = p > 0.0 ? 0.25 * product * product / p : 0.0;  // both 0 at the critical angle
     const float a2 = t >= 0.0 ? p : q, b2 = t >= 0.0 ? q : p;
     const float a = sqrt(a2), denominator = (a + c) * (a + c) + b2;
+    if (denominator == 0.0) return 0.0;  // eta = 1, k = 0: no surface, seen at 90 degrees
     const float r_s = min(1.0, (less * less + k * k) * (more * more + k * k) / denominator / denominator);
     const float minus = a * c - s2, plus = a * c + s2;
     return 0.5 * r_s * (1.0 + (minus * minus + b2 * c2) / (plus * plus + b2 * c2));

@@ -70,6 +70,8 @@ TEST_CASE("OBJ vertices are split where their texture coordinates differ") {
                       coordinates = "vt 0 0\nvt 1 0 0\nvt 0.5 0.25\n";
     put(folder / "m.obj", vertices + coordinates + "f 1/1 2/2 3/3\nf 1/1/7 3/-2/7 4/1/7\nf 1 2 4\n");
     CHECK(load(folder, model_scene("obj", "m.obj", false)).vertices.size() == 4);
+    put(folder / "marked.obj", "\xEF\xBB\xBF" + vertices + "f 1 2 3\n");
+    CHECK(load(folder, model_scene("obj", "marked.obj", false)).vertices.size() == 4);
     const Scene scene = load(folder, model_scene("obj", "m.obj", true));
     REQUIRE(scene.primitives.size() == 3);
     REQUIRE(scene.texture_coordinates.size() == scene.vertices.size());

@@ -95,6 +95,29 @@ TEST_CASE("a conductor of index near 1 reflects next to nothing, by Fresnel's eq
         }
 }
 
+// t of section 7.6 is then within 15 u of 0 at these three indices, and exactly 0 at some of these angles. A t above 0
+// transmits at most 4 sqrt(t) (1/c + c/(2 s^2)), at most 1.1 % here in single precision.
+TEST_CASE("a conductor without extinction reflects all at its critical angle") {
+    auto all = tracers();
+    for (int step = 0; step < 12; ++step) {
+        const double angle = 0.6 + 0.05 * step;
+        const auto index = static_cast<float>(std::sin(angle));
+        const dvec3 eta(std::nextafter(index, 0.0F), index, std::nextafter(index, 1.0F));
+        const Scene floor =
+            looking_down(angle).background(dvec3(1.0)).floor(conductor(eta, dvec3(0.0)), 0.0, 50.0).scene();
+        for (Tracer& tracer : all) {
+            CAPTURE(tracer.name);
+            CAPTURE(angle);
+            const std::optional<Estimate> estimate = try_render(tracer, floor, settings_of(4, 1), 4);
+            if (!estimate) continue;
+            for (const double mean : mean_of(*estimate)) {
+                CHECK(mean > 0.98);
+                CHECK(mean < 1.0 + 1e-6);
+            }
+        }
+    }
+}
+
 TEST_CASE("a rough conductor keeps of an uneven sky what its normals, masked and shadowed, reflect") {
     auto all = tracers();
     const dvec3 down(2.0, 0.0, 1.0), up(0.5, 1.0, 2.0);
