@@ -832,6 +832,11 @@ class Commands(unittest.TestCase):
         self.assertIn("Type first:", lines[:6])
         self.assertIn("  tandem render scenes/cornell-classic.json -o box.png ", result.stdout)
 
+    def test_without_a_driver_there_is_a_remedy(self):
+        result = tandem("render", self.scene, "-o", self.folder / "out.exr", "--backend", "vulkan",
+                        env=os.environ | {"VK_DRIVER_FILES": "/no.json", "VK_ICD_FILENAMES": "/no.json"})
+        self.refused(result, "mesa-vulkan-drivers", "VK_DRIVER_FILES (/no.json)", status=4)
+
     def test_old_names_of_options_work_with_a_note(self):
         out = self.folder / "out.pfm"
         for option, now in [("--triangle-kernel=baldwin-weber", "--triangle-test"), ("--convex-kernel=naive", "--convex-test")]:

@@ -6,6 +6,7 @@
 #include <string_view>
 
 #include "common/error.h"
+#include "vulkan/core/driver_remedy.h"
 
 namespace tandem {
 
@@ -86,7 +87,9 @@ vk::raii::Instance make_instance(const vk::raii::Context& context, bool validati
     try {
         return validation ? make_validated_instance(context, log) : make_plain_instance(context);
     } catch (const vk::SystemError& failure) {
-        throw DeviceError(std::string("Vulkan cannot be started: ") + failure.what());
+        const bool no_driver = failure.code() == vk::make_error_code(vk::Result::eErrorIncompatibleDriver);
+        throw DeviceError(std::string("Vulkan cannot be started: ") + failure.what() +
+                          (no_driver ? "; " + driver_remedy() : std::string()));
     }
 }
 
