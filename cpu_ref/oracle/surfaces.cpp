@@ -1,36 +1,17 @@
 #include "cpu_ref/oracle/surfaces.h"
 
-#include <algorithm>
 #include <cmath>
-#include <complex>
 #include <numbers>
 
+#include "cpu_ref/oracle/conductor.h"
+#include "cpu_ref/oracle/dielectric.h"
+#include "cpu_ref/oracle/microfacets.h"
 #include "cpu_ref/oracle/rough_diffuse.h"
 
 namespace tandem::oracle {
 namespace {
 
 using glm::dvec3;
-
-// Section 7.4: the reflectance, and the refracted direction unless all is reflected. `cosine` is that of the direction
-// and the normal that it is refracted at, the surface's own or a facet's.
-struct Interface {
-    double reflectance;
-    dvec3 refracted;
-};
-
-Interface interface_of(Fresnel fresnel, double eta, const dvec3& direction, const dvec3& normal, double cosine) {
-    const double c = cosine, cosine_squared = (1.0 - eta) * (1.0 + eta) + eta * eta * c * c;
-    if (cosine_squared < 0.0) return {1.0, dvec3(0.0)};  // total internal reflection: u3 < 1 always
-    const double ct = std::sqrt(cosine_squared);
-    const dvec3 refracted = eta * direction + (eta * c - ct) * normal;
-    if (fresnel == Fresnel::schlick) {
-        const double root = (1.0 - eta) / (1.0 + eta), r0 = root * root;
-        return {r0 + (1.0 - r0) * std::pow(1.0 - (eta <= 1.0 ? c : ct), 5.0), refracted};
-    }
-    const double senkrecht = (eta * c - ct) / (eta * c + ct), parallel = (c - eta * ct) / (c + eta * ct);
-    return {0.5 * (senkrecht * senkrecht + parallel * parallel), refracted};
-}
 
 // The mirrored or refracted direction at a normal (7.3, 7.4), by u3.
 dvec3 reflected_or_refracted(const Surface& surface, const dvec3& normal, double cosine, double choice) {
@@ -48,47 +29,6 @@ dvec3 absorption(const Surface& surface) {
     const Material& material = surface.material;
     return material.translucent ? 1.0 - material.alpha * (1.0 - surface.colour) : surface.colour;
 }
-
-// Section 7.6: reflectance of a conductor for unpolarised light.
-double conductor_reflectance(double eta, double k, double c) {
-    const double sine_squared = std::max(0.0, 1.0 - c * c);
-    const std::complex<double> index(eta, k), beyond = (index - 1.0) * (index + 1.0);  // N^2 - 1
-    const std::complex<double> inner = std::sqrt(beyond + c * c), sum = c + inner;     // N times the inner cosine
-    if (std::norm(sum) == 0.0) return 0.0;                                             // N = 1, along the surface
-    const double rs = std::min(1.0, std::norm(beyond / sum / sum));
-    const double ratio = std::norm((c * inner - sine_squared) / (c * inner + sine_squared));
-    return 0.5 * rs * (1.0 + ratio);
-}
-
-dvec3 conductor_reflectance(const Material& material, double c) {
-    dvec3 result;
-    for (int i = 0; i < 3; ++i) result[i] = conductor_reflectance(material.eta[i], material.k[i], c);
-    return result;
-}
-
-// The microfacet distribution of section 7.6, in the frame of n_f.
-struct Microfacets {
-    double alpha;
-
-    [[nodiscard]] double density(const dvec3& h) const {
-        const double a2 = alpha * alpha, root = 1.0 + h.z * h.z * (a2 - 1.0);
-        return a2 / (std::numbers::pi * root * root);
-    }
-    [[nodiscard]] double lambda(const dvec3& w) const {
-        return 0.5 * (std::sqrt(1.0 + alpha * alpha * (w.x * w.x + w.y * w.y) / (w.z * w.z)) - 1.0);
-    }
-    [[nodiscard]] double masking(const dvec3& i) const { return 1.0 / (1.0 + lambda(i)); }
-    [[nodiscard]] double masking_shadowing(const dvec3& i, const dvec3& o) const {
-        return 1.0 / (1.0 + lambda(i) + lambda(o));
-    }
-    // [Dupuy 2023]
-    [[nodiscard]] dvec3 visible_normal(const dvec3& i, const Numbers& u) const {
-        const dvec3 v = glm::normalize(dvec3(alpha * i.x, alpha * i.y, i.z));
-        const double z = (1.0 - u.second) * (1.0 + v.z) - v.z, sigma = std::sqrt(std::max(0.0, 1.0 - z * z));
-        const dvec3 s = dvec3(sigma * std::cos(two_pi * u.first), sigma * std::sin(two_pi * u.first), z) + v;
-        return glm::normalize(dvec3(alpha * s.x, alpha * s.y, s.z));
-    }
-};
 
 Microfacets microfacets_of(const Material& material) { return {material.roughness * material.roughness}; }
 

@@ -2,7 +2,6 @@
 // path_tracer.h alone; only the general variant has them.
 #pragma once
 
-#include "cpu_ref/path_tracer/material/rough_diffuse.h"
 #include "cpu_ref/path_tracer/path_tracer.h"
 
 namespace tandem::cpu {

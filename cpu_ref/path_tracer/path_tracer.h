@@ -1,6 +1,7 @@
 // The estimators of MODEL.md section 9 over a batch of samples: a pool of paths, each a lane of some packet, advanced
 // one vertex at a time; finished ones are replaced by new camera rays, so that packets stay full. Compiled for sets of
-// effects (variants.h): what is not in the set has no code and no state. path_effects.h holds the rarer effects.
+// effects (variants.h): what is not in the set has no code and no state. path_lights.h holds the light that paths meet,
+// path_effects.h the rarer effects.
 #pragma once
 
 #include <algorithm>
@@ -311,22 +312,6 @@ void PathTracer<Real, effects, Recorder, Shade>::retire(std::uint32_t first, M e
     }
 }
 
-// Section 8: B, and W_k where it is a light (section 9.2).
-template <class Real, std::uint64_t effects, class Recorder, class Shade>
-Vec3<Lanes<Shade>> PathTracer<Real, effects, Recorder, Shade>::background(
-    const Vec3<V>& direction, [[maybe_unused]] std::uint32_t first, [[maybe_unused]] M lanes) const {
-    if constexpr (!has(Effect::background_image) && !has(Effect::sampled_background))
-        return mixed_background(shading_, shaded(direction));
-    const Vec3<S> light = background_radiance(shading_, shaded(direction), shaded(lanes));
-    if (!samples_lights_ || !on(Effect::sampled_background)) return light;
-    const V zero(Real(0)), one(Real(1)), scattered = load<Real>(&paths_.density[first]);
-    const M found = lanes & (scattered > zero);
-    if (none(found)) return light;
-    const V sampled = background_density(tables_, direction, found);
-    const M weighted = found & (sampled > zero);
-    return light * shaded(select(weighted, weighs_ ? power_heuristic(scattered, sampled) : zero, one));
-}
-
 // What the vertex is made of.
 template <class Real, std::uint64_t effects, class Recorder, class Shade>
 TANDEM_INLINE void PathTracer<Real, effects, Recorder, Shade>::meet_vertex(
@@ -410,104 +395,6 @@ bool PathTracer<Real, effects, Recorder, Shade>::advance(std::uint32_t first) {
     if constexpr (Recorder::records) record(at, first, ray, hit, missed, active);
     if (any(ended)) retire(first, ended);
     return true;
-}
-
-// Adds A L_e W_k.
-template <class Real, std::uint64_t effects, class Recorder, class Shade>
-void PathTracer<Real, effects, Recorder, Shade>::add_emission(
-    Vertex& at, std::uint32_t first, const Hit<Real>& hit, const Ray<V>& ray) const {
-    M emits = hit.found & has_bit(at.bits, U{material_bits::emits}) &
-              (at.front | has_bit(at.bits, U{material_bits::both_sides}));
-    if constexpr (crossing) emits = emits & !at.place.same_face;
-    if (none(emits)) return;
-    Vec3<S> light = shading_.materials.radiance[shaded(at.surface.material)];
-    if constexpr (has(Effect::light_sampling)) {
-        const V zero(Real(0)), one(Real(1)), scattered = load<Real>(&paths_.density[first]);
-        const I primitive = load_ints<Real>(&paths_.primitive[first]);
-        const M inside = has_bit(load_ints<Real>(&paths_.inside[first]), U{1});
-        const V sampled = [&] {
-            if constexpr (general) {
-                const Vec3<V> from = tables_.moves ? ray.origin - at.more.shift : ray.origin;
-                return any_light_density(
-                    tables_, {from, at.direction, primitive, inside}, hit, at.surface, at.direction);
-            } else {
-                return light_density(tables_, ray.origin, primitive, inside, hit, at.surface, at.direction);
-            }
-        }();
-        const M weighted = samples_lights_ ? emits & (scattered > zero) & (sampled > zero) : M{};
-        if (any(weighted)) {
-            const bool swapped = planted(PlantedBug::heuristic_swapped);
-            const V weight = swapped ? power_heuristic(sampled, scattered) : power_heuristic(scattered, sampled);
-            light = light * shaded(select(weighted, weighs_ ? weight : zero, one));
-        }
-    }
-    at.radiance = select(shaded(emits), at.radiance + at.throughput * light, at.radiance);
-}
-
-// Next event estimation of section 9.2.
-template <class Real, std::uint64_t effects, class Recorder, class Shade>
-void PathTracer<Real, effects, Recorder, Shade>::add_direct_light(
-    Vertex& at, M lanes, [[maybe_unused]] std::uint32_t first) {
-    if (none(lanes)) return;
-    const V zero(Real(0));
-    const RandomLanes<Real> v = random_numbers<Real>(tables_.settings, at.id,
-        at.number * I(U{dimension::blocks_per_vertex}) + I(U{dimension::first_vertex + dimension::light}));
-    const Receiver<Real> receiver{
-        leaving_origin(tables_, at.surface, at.facing), at.facing, at.surface.primitive, !at.front};
-    V time(Real(0));
-    if constexpr (moving) time = load<Real>(&paths_.motion.time[first]);
-    const auto sample = [&] {
-        if constexpr (general)
-            return sample_any_light(tables_, receiver, at.surface.point, v, time);
-        else
-            return sample_light(tables_, receiver, v);
-    }();
-    const V cosine = dot(at.facing, sample.direction);
-    M above = cosine > zero, within = sample.distance < V(tables_.limit);
-    if constexpr (general) {
-        above = above | at.more.in_medium;
-        within = within | sample.far;  // what a ray without a hit finds, wherever the interval of hits ends
-    }
-    const M reachable = lanes & sample.usable & above & (sample.distance >= V(tables_.t_min)) & within;
-    if (none(reachable)) return;
-    V reach = sample.reach;
-    if (planted(PlantedBug::shadow_limit_short)) reach = reach * V(static_cast<Real>(1.0 - planted_amount()));
-    if (planted(PlantedBug::shadow_limit_long)) reach = reach * V(static_cast<Real>(1.0 + planted_amount()));
-    const V limit = least(V(tables_.limit), reach);
-    const Ray<V> shadow = make_ray(receiver.point, sample.direction, V(tables_.t_min), limit);
-    const Departure<V> departure{at.surface.primitive, receiver.inside};
-    const M lit = reachable & !accelerator_.occluded(shadow, departure, sample.primitive, reachable, time);
-    if (none(lit)) return;
-    const S s_cosine = shaded(cosine), density = shaded(sample.density);
-    const ShadeMask s_lit = shaded(lit);
-    S scattered = s_cosine * S(static_cast<Shade>(inverse_pi));  // f's C/pi times cos, and the density of scattering
-    S transfer = scattered;
-    Vec3<S> colour = at.colour;
-    if constexpr (general) {
-        const Response response = respond(at, shaded(sample.direction), s_cosine, s_lit);
-        scattered = response.density;
-        transfer = response.transfer;
-        const V lead = select(sample.delta, zero, at.surface.error_bound * cosine);
-        colour =
-            response.colour * transmittance(first, at.surface.point, sample.direction, sample.distance + lead, lit);
-    }
-    S weight = weighs_ ? power_heuristic(density, scattered) : S(Shade(1));
-    if (planted(PlantedBug::balance_on_one_side)) weight = density / (density + scattered);
-    if (planted(PlantedBug::mis_weights_unequal) && tables_.lights.count > 1) weight = weight * S(Shade(0.5));
-    if (planted(PlantedBug::cosine_dropped)) transfer = S(static_cast<Shade>(inverse_pi));
-    if (planted(PlantedBug::inverse_pi_dropped)) transfer = s_cosine;
-    transfer = transfer * S(static_cast<Shade>(planted_scale(PlantedBug::next_event_scaled)));
-    if constexpr (general) {
-        const S whole(Shade(1));
-        weight = weighs_ ? select(shaded(sample.delta), whole, weight) : whole;
-        const Vec3<S> light = shaded(sample.radiance) * S(transfer / density * weight);
-        const Vec3<S> brought = at.throughput * colour * light;
-        if constexpr (Recorder::records) record_light(sample.direction, brought, lit);
-        at.radiance = select(s_lit, at.radiance + brought, at.radiance);
-    } else {
-        const Vec3<S> light = shading_.materials.radiance[shaded(sample.material)] * S(transfer / density * weight);
-        at.radiance = select(s_lit, at.radiance + at.throughput * colour * light, at.radiance);
-    }
 }
 
 // Ends paths without throughput, and those that roulette chooses (section 9.3).
@@ -613,3 +500,4 @@ void PathTracer<Real, effects, Recorder, Shade>::scatter(Vertex& at, M lanes, st
 
 #include "cpu_ref/path_tracer/path_crossing.h"
 #include "cpu_ref/path_tracer/path_effects.h"
+#include "cpu_ref/path_tracer/path_lights.h"

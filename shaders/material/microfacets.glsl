@@ -1,24 +1,10 @@
-// Conductors and the microfacet distribution of Trowbridge and Reitz, "GGX" (MODEL.md section 7.6). Directions are local,
+// The microfacet distribution of Trowbridge and Reitz, "GGX" (MODEL.md section 7.6). Directions are local,
 // z along the normal on the side of the incoming ray; i and o point away from the surface; alpha is the squared roughness.
 #ifndef MICROFACETS_GLSL
 #define MICROFACETS_GLSL
 
-// Reflectance for unpolarised light at cosine c of a channel of index eta + ik (7.6).
-float fresnel_conductor(float c, float eta, float k) {
-    const float c2 = c * c, s2 = 1.0 - c2, less = eta - 1.0, more = eta + 1.0;
-    const float t = less * more + c2 - k * k, product = 2.0 * eta * k;
-    const float p = 0.5 * (abs(t) + sqrt(t * t + product * product));
-    const float q = p > 0.0 ? 0.25 * product * product / p : 0.0;  // both 0 at the critical angle
-    const float a2 = t >= 0.0 ? p : q, b2 = t >= 0.0 ? q : p;
-    const float a = sqrt(a2), denominator = (a + c) * (a + c) + b2;
-    if (denominator == 0.0) return 0.0;  // eta = 1, k = 0: no surface, seen at 90 degrees
-    const float r_s = min(1.0, (less * less + k * k) * (more * more + k * k) / denominator / denominator);
-    const float minus = a * c - s2, plus = a * c + s2;
-    return 0.5 * r_s * (1.0 + (minus * minus + b2 * c2) / (plus * plus + b2 * c2));
-}
-vec3 fresnel_conductor(float c, vec3 eta, vec3 k) {
-    return vec3(fresnel_conductor(c, eta.r, k.r), fresnel_conductor(c, eta.g, k.g), fresnel_conductor(c, eta.b, k.b));
-}
+// The squared roughness.
+float ggx_alpha(Material material) { return material.roughness * material.roughness; }
 
 // 1 + h_z^2 (alpha^2 - 1) is the squared length of h with z scaled by alpha: nothing cancels.
 float microfacet_distribution(vec3 h, float alpha) {

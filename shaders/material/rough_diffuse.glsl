@@ -2,6 +2,7 @@
 #ifndef ROUGH_DIFFUSE_GLSL
 #define ROUGH_DIFFUSE_GLSL
 #include "kernels/planted.glsl"
+#include "material/diffuse.glsl"
 
 const uint material_rough_diffuse = 5;  // of MaterialKind in common/scene/scene.h
 
@@ -17,6 +18,20 @@ float rough_diffuse_ratio(float sigma, vec3 d, vec3 n_f, vec3 o) {
     const float cos_i = -dot(d, n_f), cos_o = dot(o, n_f);
     const float along = dot(-d - cos_i * n_f, o - cos_o * n_f);
     return a + b * max(0.0, along) / max(max(cos_i, cos_o), 1e-6);
+}
+
+// As 7.2, but for the weight.
+Scattering scatter_rough_diffuse(Material material, vec3 d, vec3 n_f, vec4 u) {
+    Scattering scattering = scatter_diffuse(n_f, u);
+    if (!PLANTED(rough_diffuse_unweighted))
+        scattering.weight = vec3(rough_diffuse_ratio(material.roughness, d, n_f, scattering.direction));
+    return scattering;
+}
+
+Response rough_diffuse_response(Material material, vec3 n_f, vec3 d, vec3 direction) {
+    Response response = diffuse_response(material.colour, n_f, direction);
+    if (response.f_cosine > 0.0) response.f_cosine *= rough_diffuse_ratio(material.roughness, d, n_f, direction);
+    return response;
 }
 
 #endif

@@ -1,4 +1,4 @@
-// Conductors and the microfacet distribution of Trowbridge and Reitz, "GGX" (MODEL.md sections 7.6 and 7.7), a lane a
+// The microfacet distribution of Trowbridge and Reitz, "GGX" (MODEL.md sections 7.6 and 7.7), a lane a
 // path. Directions are in the frame of the normal of the lit side, z along it.
 #pragma once
 
@@ -6,26 +6,6 @@
 #include "cpu_ref/planted.h"
 
 namespace tandem::cpu {
-
-// Reflectance of a conductor of index eta + ik at cosine c (section 7.6). The root of N^2 - s^2 has the larger part
-// from a sum, the other from the product of both.
-template <class V>
-TANDEM_INLINE V conductor_reflectance(V c, V eta, V k) {
-    using Real = RealOf<V>;
-    const V zero(Real(0)), one(Real(1)), half(Real(0.5)), least_positive(std::numeric_limits<Real>::min());
-    const V c2 = c * c, s2 = greatest(V(one - c2), zero), k2 = k * k, below = eta - one, above = eta + one;
-    const V real = below * above + c2 - k2, half_imaginary = eta * k;
-    const V larger =
-        sqrt(V(half * (absolute(real) + sqrt(V(real * real + V(Real(4)) * half_imaginary * half_imaginary)))));
-    const V smaller = half_imaginary / greatest(larger, least_positive);
-    const auto positive = real >= zero;
-    const V a = select(positive, larger, smaller), b2 = select(positive, smaller * smaller, larger * larger);
-    const V sum = greatest(V((a + c) * (a + c) + b2), least_positive);
-    const V rs = least(V((below * below + k2) * (above * above + k2) / sum / sum), one);
-    const V ac = a * c, rest = b2 * c2;
-    const V rp = rs * (((ac - s2) * (ac - s2) + rest) / ((ac + s2) * (ac + s2) + rest));
-    return half * (rs + rp);
-}
 
 // The cosine below which directions count as grazing ones, so that tangents stay finite. It changes neither weights
 // nor densities beyond rounding: both have finite limits at cosine 0.
@@ -83,5 +63,15 @@ TANDEM_INLINE Reflection<V> ggx_reflection(Vec3<V> i, Vec3<V> o, V alpha) {
         return {base / (seen + smith_lambda(o, alpha)), V(Real(4)) * z * base / seen, dot(i, h)};
     return {base / (seen + smith_lambda(o, alpha)), base / seen, dot(i, h)};
 }
+
+// Directions and weights of sections 7.6 and 7.7, where the microfacets of `facing` are sampled.
+template <class Real>
+struct Microfaceted {
+    Vec3<Lanes<Real>> direction;
+    Lanes<Real> weight;   // G2/G1
+    Lanes<Real> density;  // of a conductor's direction
+    Lanes<Real> cosine;   // i.h
+    Mask<Real> alive;
+};
 
 }  // namespace tandem::cpu
