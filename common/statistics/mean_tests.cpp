@@ -1,8 +1,10 @@
 #include "common/statistics/mean_tests.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
+#include <span>
 
 namespace tandem {
 
@@ -16,6 +18,22 @@ double satterthwaite(double variance, double variance_squared_over_dof) {
 
 double welch_dof(const MeanEstimate& a, const MeanEstimate& b) {
     return satterthwaite(a.variance + b.variance, a.variance * a.variance / a.dof + b.variance * b.variance / b.dof);
+}
+
+// Chance that the samples' means are off by `excess` together.
+double bernstein_tails(double excess, std::span<const BoundedSample> samples) {
+    if (excess <= 0.0) return 1.0;
+    double linear = 0.0, root = 0.0, tails = 0.0;
+    for (const BoundedSample& sample : samples) {
+        if (sample.count < 2.0) return 1.0;
+        linear += 7.0 * sample.range / (3.0 * (sample.count - 1.0));
+        root += std::sqrt(2.0 * sample.variance / sample.count);
+        tails += 2.0;
+    }
+    if (linear == 0.0 && root == 0.0) return 0.0;
+    // excess = root sqrt(l) + linear l, solved for sqrt(l) without cancellation; each tail has a = 2 exp(-l).
+    const double root_of_l = 2.0 * excess / (root + std::sqrt(root * root + 4.0 * linear * excess));
+    return std::min(1.0, 2.0 * tails * std::exp(-root_of_l * root_of_l));
 }
 
 }  // namespace
@@ -79,13 +97,12 @@ double symmetric_sum_tail(double s) {
     return std::min(1.0, 2.0 * constant * normal_upper_tail(s));
 }
 
-double empirical_bernstein_p_value(double excess, double variance, double count, double range) {
-    if (excess <= 0.0 || count < 2.0) return 1.0;
-    const double linear = 7.0 * range / (3.0 * (count - 1.0)), root = std::sqrt(2.0 * variance / count);
-    if (linear == 0.0 && root == 0.0) return 0.0;
-    // excess = root sqrt(l) + linear l, solved for sqrt(l) without cancellation; each side has a = p / 2.
-    const double root_of_l = 2.0 * excess / (root + std::sqrt(root * root + 4.0 * linear * excess));
-    return std::min(1.0, 4.0 * std::exp(-root_of_l * root_of_l));
+double empirical_bernstein_p_value(double excess, const BoundedSample& sample) {
+    return bernstein_tails(excess, std::span(&sample, 1));
+}
+
+double empirical_bernstein_p_value(double excess, const BoundedSample& a, const BoundedSample& b) {
+    return bernstein_tails(excess, std::array{a, b});
 }
 
 }  // namespace tandem

@@ -61,9 +61,16 @@ struct MeanDifference {
 // distributions, 3.178 times the normal tail. [Efron 1969; Bentkus, Dzindzalieta 2015, constant 1/(4 P(Z >= sqrt 2))]
 [[nodiscard]] double symmetric_sum_tail(double s);
 
-// Two-sided p of a mean of `count` independent samples in [0, range] that lies `excess` from its true value, `variance`
-// being what the samples show: whatever their distribution. [Maurer, Pontil 2009, theorem 11: with probability 1 - a a
-// side, excess <= sqrt(2 V l / n) + 7 range l / (3 (n - 1)), l = ln(2 / a)]
-[[nodiscard]] double empirical_bernstein_p_value(double excess, double variance, double count, double range);
+// `count` independent samples in [0, range], `variance` being what they show.
+struct BoundedSample {
+    double variance = 0.0, count = 0.0, range = 0.0;
+};
+
+// Two-sided p of the sample's mean lying `excess` from its true value, whatever the distribution. [Maurer, Pontil 2009,
+// theorem 11: with probability 1 - a a side, excess <= sqrt(2 V l / n) + 7 range l / (3 (n - 1)), l = ln(2 / a)]
+[[nodiscard]] double empirical_bernstein_p_value(double excess, const BoundedSample& sample);
+
+// The same of the difference of two samples' means: the bounds on both add up, and so do the chances to exceed them.
+[[nodiscard]] double empirical_bernstein_p_value(double excess, const BoundedSample& a, const BoundedSample& b);
 
 }  // namespace tandem

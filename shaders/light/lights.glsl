@@ -102,11 +102,15 @@ uint choose_light(float v) {
 }
 
 struct LightSample {
-    vec3 offset;     // from the receiver to the point on the light
-    vec3 normal;     // of the light there, to its front
-    bool sees_back;  // a back side seen counts (the receiver may see it)
-    float rounding;  // by which the point may be off along the normal, where coplanar neighbours could block it
+    vec3 offset;       // from the receiver to the point on the light
+    bool from_beyond;  // a sphere or ellipsoid seen from outside: its front, whatever the normal
+    vec3 normal;       // else: of the light there, to its front
+    bool sees_back;    // a back side seen counts (the receiver may see it)
+    float rounding;    // by which the point may be off along the normal, where coplanar neighbours could block it
 };
+
+// On the near side, whose normal would be the difference of far points: of a small or far light nothing but rounding.
+LightSample near_side_sample(vec3 offset) { return LightSample(offset, true, vec3(0.0), false, 0.0); }
 
 LightSample sample_triangle_light(Light light, Receiver receiver, vec2 v) {
     const Triangle triangle = triangle_of(light.slot);
@@ -114,26 +118,24 @@ LightSample sample_triangle_light(Light light, Receiver receiver, vec2 v) {
     const vec3 p1 = s * (1.0 - v.y) * triangle.corner1.xyz, p2 = s * v.y * triangle.corner2.xyz;
     const vec3 point = (1.0 - s) * triangle.corner0.xyz + p1 + p2;
     const TriangleFacts facts = triangle_facts(light.slot);
-    return LightSample(point - receiver.point, facts.normal, true,
+    return LightSample(point - receiver.point, false, facts.normal, true,
         dot(abs(facts.normal), plane_error(triangle, p1, p2, facts.reach)));
 }
 
 LightSample sample_sphere_light(Light light, Receiver receiver, vec2 v) {
     if (is_inside_sphere(light, receiver)) {
         const vec3 n = sample_sphere(v.x, v.y);
-        return LightSample(light.centre + light.radius * n - receiver.point, n, true, 0.0);
+        return LightSample(light.centre + light.radius * n - receiver.point, false, n, true, 0.0);
     }
-    const vec3 to_centre = light.centre - receiver.point;
-    const vec3 offset = to_near_side(light.radius, to_centre, v);
-    return LightSample(offset, (offset - to_centre) / light.radius, false, 0.0);
+    return near_side_sample(to_near_side(light.radius, light.centre - receiver.point, v));
 }
 
 LightSample sample_ellipsoid_light(Light light, Receiver receiver, vec2 v) {
     const Convex shape = convex_at(light.slot);
     const UnitReceiver from = unit_receiver(shape, light, receiver);
-    const vec3 e = from.inside ? sample_sphere(v.x, v.y) - from.point : to_near_side(1.0, -from.point, v);
-    const vec3 offset = map_to_world(shape, e);
-    return LightSample(offset, convex_normal(shape, from.point + e), from.inside, 0.0);
+    if (!from.inside) return near_side_sample(map_to_world(shape, to_near_side(1.0, -from.point, v)));
+    const vec3 e = sample_sphere(v.x, v.y) - from.point;
+    return LightSample(map_to_world(shape, e), false, convex_normal(shape, from.point + e), true, 0.0);
 }
 
 LightSample sample_cuboid_light(Light light, Receiver receiver, vec2 v) {
@@ -147,7 +149,7 @@ LightSample sample_cuboid_light(Light light, Receiver receiver, vec2 v) {
     const vec3 in_face = face < 2 ? vec3(0.0, place) : face < 4 ? vec3(place.x, 0.0, place.y) : vec3(place, 0.0);
     const Convex shape = convex_at(light.slot);
     const vec3 point = convex_point(shape, (axis + in_face) * convex_extent(shape));
-    return LightSample(point - receiver.point, convex_normal(shape, axis), is_inside_cuboid(light, receiver), 0.0);
+    return LightSample(point - receiver.point, false, convex_normal(shape, axis), is_inside_cuboid(light, receiver), 0.0);
 }
 
 LightSample sample_primitive_light(Light light, Receiver receiver, vec2 v) {
@@ -155,7 +157,7 @@ LightSample sample_primitive_light(Light light, Receiver receiver, vec2 v) {
     if (has_sphere_lights && light.kind == kind_sphere) return sample_sphere_light(light, receiver, v);
     if (has_ellipsoid_lights && light.kind == kind_ellipsoid) return sample_ellipsoid_light(light, receiver, v);
     if (has_cuboid_lights) return sample_cuboid_light(light, receiver, v);
-    return LightSample(vec3(0.0), vec3(0.0), false, 0.0);
+    return LightSample(vec3(0.0), false, vec3(0.0), false, 0.0);
 }
 
 // (P p)^2 / ((P p)^2 + q^2) for beta = 2 [Veach 1995], as a ratio so that no square overflows to inf/inf.
@@ -182,7 +184,7 @@ Incident from_primitive(Light light, Receiver receiver, vec2 v) {
     if (!(distance2 > 0.0) || distance < settings.ray_min || distance > settings.ray_max) return no_incident;
     if (light.kind == kind_triangle && light.slot == receiver.slot) return no_incident;
     const vec3 direction = chosen.offset / distance;
-    const float light_cosine = -dot(chosen.normal, direction);
+    const float light_cosine = chosen.from_beyond ? 1.0 : -dot(chosen.normal, direction);
     const Material material = material_at(placed_at(light.slot).material);
     const bool front = light_cosine > 0.0;
     if (light_cosine == 0.0 || !emits_to(material, front) || (!front && !chosen.sees_back)) return no_incident;

@@ -315,9 +315,12 @@ TEST_CASE("where nothing bounds a sample there is no closed form to hold a rende
 TEST_CASE("samples within the empirical Bernstein bound are no surprise, those far beyond are") {
     // n = 10^4 coins of 0 and 1: at p = 4 exp(-l), l = 9: 0.5 sqrt(2 * 9 / 10^4) + 7 * 9 / (3 * 9999).
     const double excess = 0.5 * std::sqrt(18.0 / 1e4) + 63.0 / (3.0 * 9999.0);
-    CHECK(empirical_bernstein_p_value(excess, 0.25, 1e4, 1.0) == doctest::Approx(4.0 * std::exp(-9.0)));
-    CHECK(empirical_bernstein_p_value(0.0, 0.25, 1e4, 1.0) == 1.0);
-    CHECK(empirical_bernstein_p_value(0.1, 0.0, 1e4, 0.0) == 0.0);
+    CHECK(empirical_bernstein_p_value(excess, {0.25, 1e4, 1.0}) == doctest::Approx(4.0 * std::exp(-9.0)));
+    CHECK(empirical_bernstein_p_value(0.0, {0.25, 1e4, 1.0}) == 1.0);
+    CHECK(empirical_bernstein_p_value(0.1, {0.0, 1e4, 0.0}) == 0.0);
+    // Two such coins may be twice as far apart, with twice as many tails.
+    const BoundedSample coin{0.25, 1e4, 1.0};
+    CHECK(empirical_bernstein_p_value(2.0 * excess, coin, coin) == doctest::Approx(8.0 * std::exp(-9.0)));
 }
 
 TEST_CASE("the oracle names the side that it outvotes, either one") {
@@ -390,24 +393,42 @@ private:
     bool path_;
 };
 
-SceneVerdict verify_next_event(Picky& oracle) {
-    SyntheticRenderer a(light(1.0), "cpu"), b(light(1.05), "vulkan");
+SceneVerdict verify_next_event(Picky& oracle, const Sampler& candidate, const Scene& scene) {
+    SyntheticRenderer a(light(1.0), "cpu"), b(candidate, "vulkan");
     VerifyOptions options;
-    options.settings = verification_settings(without_closed_form());
+    options.settings = verification_settings(scene);
     options.settings->integrator = Integrator::next_event;
     options.max_samples = 512;
     options.oracle = &oracle;
-    return verify_scene(without_closed_form(), a, b, options);
+    return verify_scene(scene, a, b, options);
 }
 
 }  // namespace
 
 TEST_CASE("an oracle without next-event estimation scatters, and says so where it can do nothing") {
     Picky scattering(light(1.0), true), refusing(light(1.0), false);
-    const SceneVerdict verdict = verify_next_event(scattering);
+    const Scene scene = without_closed_form();
+    const SceneVerdict verdict = verify_next_event(scattering, light(1.05), scene);
     CHECK(verdict.outvoted == Outvoted::candidate);
     CHECK(to_json(verdict)["referee"]["integrator"] == "path");
-    CHECK(contains(verify_next_event(refusing).sentence, "the oracle was not asked: scattering alone"));
+    CHECK(contains(verify_next_event(refusing, light(1.05), scene).sentence, "was not asked: scattering alone"));
+}
+
+TEST_CASE("an oracle that may have met no path to a small bright light outvotes nobody") {
+    // What both sides sample, the oracle meets once in 10^9 paths.
+    const auto rare = [](std::uint32_t, std::uint32_t, SampleRandom& random) {
+        const double value = random.uniform() < 1e-9 ? 1e9 : 0.0;
+        return Radiance{value, 0.8 * value, 0.6 * value};
+    };
+    Scene scene = without_closed_form();
+    scene.materials.push_back(test::emitter(dvec3(1e9)));
+    for (const Sampler& candidate : {light(0.5), constant(0.5)}) {
+        Picky oracle(rare, true);
+        const SceneVerdict verdict = verify_next_event(oracle, candidate, scene);
+        REQUIRE(verdict.verdict == Verdict::disagree);
+        CHECK(verdict.outvoted == Outvoted::nobody);
+        CHECK(contains(verdict.sentence, "bright paths may be so rare that it has met none"));
+    }
 }
 
 TEST_CASE("a slow oracle gets a smaller film and stays near its budget") {

@@ -101,7 +101,7 @@ LevelResult compare_closed_form(const std::string& name, const ClosedForm& form,
             region.p = std::max(difference.p_value(allowance),
                 measured.still ? 0.0
                                : empirical_bernstein_p_value(
-                                     excess, measured.samples.variance(), measured.samples.count, form.greatest[c]));
+                                     excess, {measured.samples.variance(), measured.samples.count, form.greatest[c]}));
         }
         p_values.push_back(region.p);
         level.regions.push_back(region);

@@ -1,7 +1,11 @@
 // What the verdict is held to: margins, tolerances and error rates, all declared in advance and printed in the report.
 #pragma once
 
+#include <array>
 #include <cstdint>
+#include <optional>
+
+#include "common/render/estimate.h"
 
 namespace tandem {
 
@@ -52,6 +56,11 @@ struct Negligible {
     double variance_ratio = 1.25;
 };
 
+// The most that a sample may be on each side (greatest_sample.h), per channel.
+struct GreatestSamples {
+    std::array<double, channel_count> reference{}, candidate{};
+};
+
 struct Criteria {
     Margins margins;
     Negligible negligible;
@@ -63,6 +72,10 @@ struct Criteria {
     // different variance is a fault. Otherwise it is only reported, and pixels allow for rare samples that one side has
     // not drawn.
     bool same_estimator = true;
+    // Given where one side may not have drawn the rare samples that its mean rests on, as one that samples no lights.
+    // Then only what the empirical Bernstein bound allows contradicts: neither Student's t nor pairs nor pixels that
+    // look fixed know of such samples.
+    std::optional<GreatestSamples> greatest;
     // Pixels without variance on both sides must be equal to this relative tolerance (fixed_pixels.h).
     double fixed_tolerance = 0.0;
 };

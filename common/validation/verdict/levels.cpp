@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "common/statistics/multiple_tests.h"
+#include "common/statistics/sample_moments.h"
 
 namespace tandem {
 
@@ -30,8 +31,13 @@ PixelDifference pixel_difference(const PixelStatistics& a, const PixelStatistics
     return result;
 }
 
+SampleMoments samples_of(const PixelStatistics& pixel) {
+    return {pixel.count, pixel.mean, pixel.variance * (pixel.count - 1.0)};
+}
+
 struct RegionSums {
     MeanOfMeans reference, candidate;
+    SampleMoments reference_samples, candidate_samples;
     double null_variance = 0.0;
     double pixels = 0.0;
 
@@ -39,6 +45,8 @@ struct RegionSums {
         const PixelDifference d = pixel_difference(a, b);
         reference.add(a.mean, d.reference_variance * reference_factor, a.count - 1.0);
         candidate.add(b.mean, d.candidate_variance * candidate_factor, b.count - 1.0);
+        reference_samples.merge(samples_of(a));
+        candidate_samples.merge(samples_of(b));
         null_variance += d.null_variance * std::max(reference_factor, candidate_factor);
         pixels += 1.0;
     }
@@ -54,8 +62,16 @@ TestedDifference test(const MeanDifference& difference, double null_variance, do
         std::max(difference.p_value(negligible), symmetric_sum_tail(symmetric.statistic(negligible)))};
 }
 
-RegionComparison compare_region(
-    const RegionSums& sums, std::uint32_t channel, double floor, double negligible, double alpha_each_side) {
+// 1 where nothing bounds the samples.
+double bernstein_p_value(const SampleMoments& reference, const SampleMoments& candidate, std::size_t channel,
+    double negligible, const GreatestSamples& greatest) {
+    return empirical_bernstein_p_value(std::abs(candidate.mean - reference.mean) - negligible,
+        {reference.variance(), reference.count, greatest.reference[channel]},
+        {candidate.variance(), candidate.count, greatest.candidate[channel]});
+}
+
+RegionComparison compare_region(const RegionSums& sums, std::uint32_t channel, double floor, double negligible,
+    double alpha_each_side, const std::optional<GreatestSamples>& greatest) {
     const MeanEstimate reference = sums.reference.result(), candidate = sums.candidate.result();
     const MeanDifference difference = welch(reference, candidate);
     RegionComparison result;
@@ -69,6 +85,9 @@ RegionComparison compare_region(
         test(difference, sums.null_variance / (sums.pixels * sums.pixels), negligible * scale);
     result.statistic = tested.statistic;
     result.p = tested.p;
+    if (greatest)
+        result.p = std::max(result.p,
+            bernstein_p_value(sums.reference_samples, sums.candidate_samples, channel, negligible * scale, *greatest));
     result.relative = difference.difference / scale;
     result.relative_error = difference.standard_error / scale;
     Interval interval = difference.interval(alpha_each_side);
@@ -110,7 +129,8 @@ Scales scales_of(const SampledImage& reference, const SampledImage& candidate, c
 }
 
 LevelResult compare_regions(const std::string& name, const SampledImage& reference, const SampledImage& candidate,
-    std::uint32_t edge, const Scales& scales, double negligible, double tile_floor, double alpha_each_side) {
+    std::uint32_t edge, const Scales& scales, double negligible, double tile_floor, double alpha_each_side,
+    const std::optional<GreatestSamples>& greatest) {
     const TileGrid grid(reference.width, reference.height, edge);
     std::vector<RegionSums> sums(grid.size() * channel_count);
     for (std::size_t pixel = 0; pixel < grid.tile_of_pixel().size(); ++pixel)
@@ -122,7 +142,8 @@ LevelResult compare_regions(const std::string& name, const SampledImage& referen
 
     LevelResult level;
     level.name = name;
-    level.test = "Welch and distribution-free bound, Bonferroni";
+    level.test =
+        greatest ? "Welch and empirical Bernstein bound, Bonferroni" : "Welch and distribution-free bound, Bonferroni";
     level.tests = sums.size();
     level.columns = grid.columns();
     level.rows = grid.rows();
@@ -131,7 +152,7 @@ LevelResult compare_regions(const std::string& name, const SampledImage& referen
         const std::size_t channel = i % channel_count;
         const double floor = scales.image[channel] * (edge == 0 ? 1.0 : tile_floor);
         level.regions.push_back(
-            compare_region(sums[i], static_cast<std::uint32_t>(channel), floor, negligible, alpha_each_side));
+            compare_region(sums[i], static_cast<std::uint32_t>(channel), floor, negligible, alpha_each_side, greatest));
         level.regions.back().region = grid.rectangle(i / channel_count);
         p_values.push_back(level.regions.back().p);
     }
@@ -181,7 +202,11 @@ PixelLevel compare_pixels(const SampledImage& reference, const SampledImage& can
         const MeanDifference difference =
             welch({a.mean, d.reference_variance, a.count - 1.0}, {b.mean, d.candidate_variance, b.count - 1.0});
         const double scale = std::max(a.mean, criteria.margins.tile_floor * scales.image[i % channel_count]);
-        result.p[i] = test(difference, d.null_variance, criteria.negligible.pixel * scale).p;
+        const double negligible = criteria.negligible.pixel * scale;
+        result.p[i] = test(difference, d.null_variance, negligible).p;
+        if (criteria.greatest)
+            result.p[i] = std::max(result.p[i],
+                bernstein_p_value(samples_of(a), samples_of(b), i % channel_count, negligible, *criteria.greatest));
         tested.push_back(result.p[i]);
         if (result.p[i] < result.p[worst]) worst = i;
     }
@@ -196,7 +221,8 @@ PixelLevel compare_pixels(const SampledImage& reference, const SampledImage& can
     RegionSums sums;
     sums.add(of_reference[worst], of_candidate[worst], 1.0, 1.0);
     level.worst = compare_region(sums, static_cast<std::uint32_t>(worst % channel_count),
-        criteria.margins.tile_floor * scales.image[worst % channel_count], criteria.negligible.pixel, 0.025);
+        criteria.margins.tile_floor * scales.image[worst % channel_count], criteria.negligible.pixel, 0.025,
+        criteria.greatest);
     const auto pixel = static_cast<std::uint32_t>(worst / channel_count);
     const std::uint32_t x = pixel % reference.width, y = pixel / reference.width;
     level.worst.region = {x, y, x + 1, y + 1};

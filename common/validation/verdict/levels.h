@@ -60,9 +60,10 @@ struct Scales {
 //   of sample i of one and of the other with either sign. It costs a factor of about three in p and makes fireflies
 //   harmless. Exact for equal counts a side, up to averaging over the pairing; for unequal counts the pooled variance
 //   takes its place.
+// And where `greatest` is given, the empirical Bernstein bound on both means.
 [[nodiscard]] LevelResult compare_regions(const std::string& name, const SampledImage& reference,
     const SampledImage& candidate, std::uint32_t edge, const Scales& scales, double negligible, double tile_floor,
-    double alpha_each_side);
+    double alpha_each_side, const std::optional<GreatestSamples>& greatest = {});
 
 // The same tests on every pixel that is not fixed; level p after Simes, so that the level is significant just where
 // Benjamini-Hochberg makes a discovery.

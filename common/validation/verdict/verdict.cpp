@@ -52,11 +52,11 @@ std::vector<LevelResult> mean_levels(const SampledImage& reference, const Sample
     const Negligible& negligible = criteria.negligible;
     const double floor = criteria.margins.tile_floor;
     std::vector<LevelResult> levels;
-    levels.push_back(
-        compare_regions("image", reference, candidate, 0, scales, negligible.image, floor, alpha_each_side));
+    levels.push_back(compare_regions(
+        "image", reference, candidate, 0, scales, negligible.image, floor, alpha_each_side, criteria.greatest));
     for (const std::uint32_t edge : {2 * standard_tile_edge, standard_tile_edge, standard_tile_edge / 2})
         levels.push_back(compare_regions(fmt::format("tiles {0}x{0}", edge), reference, candidate, edge, scales,
-            negligible.tile, floor, alpha_each_side));
+            negligible.tile, floor, alpha_each_side, criteria.greatest));
     return levels;
 }
 
@@ -163,7 +163,10 @@ Judgement judge(const SampledImage& reference, const SampledImage& candidate, co
     const Criteria& criteria, const LookShare& share, const ClosedForm* closed_form) {
     Judgement judgement;
     const Scales scales = scales_of(reference, candidate, criteria.margins);
-    judgement.fixed = compare_fixed_pixels(reference, candidate, criteria.fixed_tolerance);
+    if (criteria.greatest)
+        judgement.fixed.fixed.assign(reference.pixels.size(), false);
+    else
+        judgement.fixed = compare_fixed_pixels(reference, candidate, criteria.fixed_tolerance);
     judgement.levels = mean_levels(reference, candidate, scales, criteria, share.doubt);
     PixelLevel pixels = compare_pixels(reference, candidate, judgement.fixed, scales, criteria);
     judgement.levels.push_back(std::move(pixels.level));
@@ -177,10 +180,9 @@ Judgement judge(const SampledImage& reference, const SampledImage& candidate, co
         (criteria.same_estimator ? judgement.levels : reported).push_back(std::move(level));
     }
     if (paired != nullptr && paired->done) {
-        judgement.levels.push_back(paired->image);
-        judgement.levels.push_back(paired->tiles);
-        judgement.levels.push_back(paired->pixels);
-        if (paired->paths) judgement.levels.push_back(*paired->paths);
+        std::vector<LevelResult>& levels = criteria.greatest ? reported : judgement.levels;
+        for (const LevelResult& level : {paired->image, paired->tiles, paired->pixels}) levels.push_back(level);
+        if (paired->paths) levels.push_back(*paired->paths);
     }
     if (closed_form != nullptr)
         for (const auto& [name, side] :

@@ -8,6 +8,7 @@
 #include "common/statistics/multiple_tests.h"
 #include "common/stopwatch.h"
 #include "common/text.h"
+#include "common/validation/verdict/greatest_sample.h"
 
 namespace tandem {
 
@@ -101,6 +102,9 @@ void Arbitration::choose_integrator() {
     if (!same_estimator(report_.info, RendererInfo{}, oracle_integrator_)) criteria_.same_estimator = false;
     report_.settings.integrator = oracle_integrator_;
     if (oracle_integrator_ != Integrator::next_event) report_.settings.mis = true;
+    if (!criteria_.same_estimator)
+        criteria_.greatest = {
+            greatest_sample(request_.scene, report_.settings), greatest_sample(request_.scene, request_.settings)};
 }
 
 bool Arbitration::choose_size() {
@@ -183,6 +187,11 @@ void Arbitration::say_that_it_cannot_tell() {
         report_.text = "the " + report_.name + " was stopped before it could tell";
     } else if (!report_.reference || !report_.candidate) {
         report_.text = fmt::format("the {} cannot tell which is right: {} are too few for it", report_.name, seconds);
+    } else if (criteria_.greatest) {
+        report_.text = fmt::format(
+            "the {} cannot tell within {} which is right: it samples lights otherwise, and bright paths may be so rare "
+            "that it has met none",
+            report_.name, seconds);
     } else {
         const auto known = [](const Judgement& judgement) {
             return percent(widest(judgement.level("paired image")).bound());

@@ -53,7 +53,8 @@ struct OracleQuestion {
 // and each side is judged against the oracle. The size is the verdict's, halved until 512 samples fit the budget, as
 // the oracle's speed on a tiny film foretells; looks double up to what fits, and the first that contradicts a side
 // ends it. Each side has half of the declared false alarms, spread over the looks. An oracle that lacks next-event
-// estimation takes the integrator `path`, whose mean is the same; variances are then not compared.
+// estimation takes the integrator `path`, whose mean is the same; variances are then not compared, and a side is
+// contradicted only beyond what rare samples may bring (Criteria::greatest).
 [[nodiscard]] OracleOpinion ask_oracle(const OracleQuestion& request);
 
 }  // namespace tandem

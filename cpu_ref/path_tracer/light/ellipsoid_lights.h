@@ -48,12 +48,16 @@ template <class Real>
     const V delta = sqrt(view.square), k = cone_height(V(one / view.square));
     const V cosine = one - k * v1, sine_squared = k * v1 * (V(Real(2)) - k * v1), sine = sqrt(sine_squared);
     const auto [c, s] = cosine_sine_turns(v2);
-    Vec3<V> direction = frame_about(x * V(-one / delta)).to_world({sine * c, sine * s, cosine});
+    const auto frame = frame_about(x * V(-one / delta));
+    Vec3<V> direction = frame.to_world({sine * c, sine * s, cosine});
     // At the rim rounding may leave less than nothing below the root.
     const V half_chord = sqrt(greatest(V(one - view.square * sine_squared), zero));
     V way = (delta - one) * (delta + one) / (delta * cosine + half_chord);
     V density = view.cone_density;
-    Vec3<V> y = along(x, way, direction);
+    // The nearest point to the centre, delta sin theta off it and square to the direction, less half a chord. The sum
+    // x + way direction would be nothing but rounding where the receiver is far.
+    const V aside = delta * sine * cosine - half_chord * sine;
+    Vec3<V> y = frame.to_world({aside * c, aside * s, -delta * sine_squared - half_chord * cosine});
     Mask<Real> usable = lanes & !(from.primitive == sample.primitive);
     const Mask<Real> inside = view.inside & lanes;
     if (any(inside)) {
