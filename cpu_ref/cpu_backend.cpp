@@ -70,7 +70,7 @@ public:
     [[nodiscard]] std::unique_ptr<RenderJob> prepare(const Scene& given, const RenderSettings& settings) override {
         const std::optional<Scene> changed = changed_by(settings, given);
         return prepare_near_origin(
-            changed ? *changed : given, [&](const Scene& scene) { return make_job(scene, settings); });
+            changed ? *changed : given, settings, [&](const Scene& scene) { return make_job(scene, settings); });
     }
 
     [[nodiscard]] std::unique_ptr<RayIntersector> intersector(

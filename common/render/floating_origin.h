@@ -1,4 +1,5 @@
-// Scenes that stand far from the origin of their coordinates, rendered where they would lose the least by rounding.
+// Scenes that stand far from the origin of their coordinates, or go far while the shutter is open, rendered where they
+// would lose the least by rounding.
 #pragma once
 
 #include <functional>
@@ -21,9 +22,17 @@ namespace tandem {
 // that entities share which stand apart.
 [[nodiscard]] std::optional<Scene> seen_from(const Scene& scene, const glm::dvec3& origin);
 
-// A job for the scene where it stands, by way of `prepare` for the scene as seen from its floating origin, if it has
-// one. The points of traced paths are those of the world.
-[[nodiscard]] std::unique_ptr<RenderJob> prepare_near_origin(
-    const Scene& scene, const std::function<std::unique_ptr<RenderJob>(const Scene&)>& prepare);
+// The camera's displacement, where it is large and a body shares it or most of it: moved far by as much, they would see
+// each other through the rounding of places that only the displacement made large. Empty also where something stands
+// still that cannot move: points, spots and grids.
+[[nodiscard]] std::optional<glm::dvec3> floating_motion(const Scene& scene);
+
+// The scene as seen by who is displaced by `motion`: camera and entities move by that less.
+[[nodiscard]] Scene moving_along(const Scene& scene, const glm::dvec3& motion);
+
+// A job for the scene where it stands, by way of `prepare` for the scene as seen along its floating motion and from its
+// floating origin, if it has them. The points of traced paths are those of the world.
+[[nodiscard]] std::unique_ptr<RenderJob> prepare_near_origin(const Scene& scene, const RenderSettings& settings,
+    const std::function<std::unique_ptr<RenderJob>(const Scene&)>& prepare);
 
 }  // namespace tandem

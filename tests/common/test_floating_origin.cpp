@@ -5,6 +5,7 @@
 
 #include "common/render/floating_origin.h"
 #include "common/render/path_trace.h"
+#include "common/render/random.h"
 #include "tests/scene_builder.h"
 
 using namespace tandem;
@@ -120,7 +121,7 @@ TEST_CASE("an entity of large coordinates gets small ones, all of its place, wha
 }
 
 TEST_CASE("traced paths of a moved scene tell the points of the world") {
-    const auto job = prepare_near_origin(room_at({1e6, 0.0, 0.0}), [](const Scene& scene) {
+    const auto job = prepare_near_origin(room_at({1e6, 0.0, 0.0}), RenderSettings(), [](const Scene& scene) {
         CHECK(scene.camera.position.x == 0.0);
         return std::make_unique<OnePath>();
     });
@@ -128,5 +129,59 @@ TEST_CASE("traced paths of a moved scene tell the points of the world") {
     CHECK(vertices[0].origin == dvec3(1000001.0, 2.0, 3.0));
     CHECK(vertices[0].position == dvec3(1000004.0, 5.0, 6.0));
     CHECK(vertices[1].origin == dvec3(1000004.0, 5.0, 6.0));
+    CHECK(vertices[1].position == dvec3(0.0));
+}
+
+namespace {
+
+Scene room_in_motion(const dvec3& motion) {
+    Scene scene = room_at(dvec3(0.0));
+    scene.camera.position_motion = scene.camera.target_motion = motion;
+    for (Entity& entity : scene.entities) entity.motion = motion;
+    return scene;
+}
+
+}  // namespace
+
+TEST_CASE("a large displacement that bodies share with the camera is taken out of all motions") {
+    const dvec3 motion(1e8, -5e7, 0.0);
+    Scene scene = room_in_motion(motion);
+    scene.entities.back().motion = dvec3(0.0);
+    scene.camera.target_motion += dvec3(0.0, 1.0, 0.0);
+    REQUIRE(floating_motion(scene) == motion);
+    const Scene along = moving_along(scene, motion);
+    CHECK(along.camera.position_motion == dvec3(0.0));
+    CHECK(along.camera.target_motion == dvec3(0.0, 1.0, 0.0));
+    CHECK(along.entities.front().motion == dvec3(0.0));
+    CHECK(along.entities.back().motion == -motion);
+}
+
+TEST_CASE("a displacement is left in where it is small, no body shares it, or something stands still") {
+    CHECK_FALSE(floating_motion(room_at(dvec3(0.0))));
+    CHECK_FALSE(floating_motion(room_in_motion({3.9, 0.0, 0.0})));
+    CHECK(floating_motion(room_in_motion({4.1, 0.0, 0.0})));
+    Scene alone = room_in_motion({0.0, 1e8, 0.0});
+    for (Entity& entity : alone.entities) entity.motion = {0.0, 0.7e8, 0.0};
+    CHECK_FALSE(floating_motion(alone));
+    alone.entities.front().motion = {0.0, 0.8e8, 0.0};
+    CHECK(floating_motion(alone));
+    Scene lit = room_in_motion({0.0, 1e8, 0.0});
+    lit.lights.push_back({"sun", PunctualKind::sun, {}, {0.0, -1.0, 0.0}, dvec3(1.0)});
+    CHECK(floating_motion(lit));
+    lit.lights.push_back({"point", PunctualKind::point, {}, {}, dvec3(1.0)});
+    CHECK_FALSE(floating_motion(lit));
+}
+
+TEST_CASE("traced paths of a moved scene tell the points of the world at their own time") {
+    const dvec3 motion(1024.0, 0.0, 0.0);
+    RenderSettings settings;
+    settings.seed = 7;
+    const auto job = prepare_near_origin(room_in_motion(motion), settings, [](const Scene& scene) {
+        CHECK(scene.camera.position_motion == dvec3(0.0));
+        return std::make_unique<OnePath>();
+    });
+    const double time = to_unit<double>(random_block(Generator::philox, 7, 3, 64, 1)[0]);
+    const std::vector<TracedVertex> vertices = job->trace(3, 0, {64, 65}).front().vertices;
+    CHECK(vertices[0].position == dvec3(4.0, 5.0, 6.0) + time * motion);
     CHECK(vertices[1].position == dvec3(0.0));
 }

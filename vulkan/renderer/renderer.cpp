@@ -68,7 +68,7 @@ public:
         const bool in_double = geometry_ != GeometryPrecision::single_precision;  // by the megakernel alone
         patterns.tracer.kernel =
             shape_.value_or(in_double ? KernelShape::megakernel : fastest_shape(device_->description().type));
-        return prepare_near_origin(changed ? *changed : given, [&](const Scene& scene) {
+        return prepare_near_origin(changed ? *changed : given, settings, [&](const Scene& scene) {
             return std::make_unique<VulkanJob>(
                 instance_, *device_, *stages_, scene, settings, acceleration_, planted_bug_, patterns, geometry_);
         });
