@@ -28,7 +28,7 @@ void main() {
     preload_primitives();
     const uint i = gl_GlobalInvocationID.x;
 #ifdef RAYS_IN_PLACE
-    if (i >= settings.pixel_count) return;
+    if (i >= settings.invocations) return;
 #else
     if (i >= queues[settings.segment].count) return;
 #endif
@@ -42,7 +42,8 @@ void main() {
 #endif
     const vec3 origin = uintBitsToFloat(start.xyz);
     if (has_entity_motion)
-        ray_time = path_time(pixel_at(settings.segment == 0 ? i : throughputs_in[i].w), settings.sample_index);
+        ray_time = path_time(pixel_at(settings.segment == 0 ? settings.first_invocation + i : throughputs_in[i].w),
+            settings.sample_index);
     uint flags = 0;
     if (has_light_sampling && (word & ray_shadow) != 0u) {
         const uvec4 shadow = shadows[i];

@@ -1,4 +1,5 @@
-// Stage 3: one camera ray a pixel (MODEL.md section 4), all of them the queue of segment 0; the later queues are emptied.
+// Stage 3: one camera ray for each pixel of the share in hand (MODEL.md section 4), all of them the queue of segment 0; the
+// later queues are emptied.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "kernels/settings.glsl"
@@ -19,15 +20,15 @@ layout(std430, set = 2, binding = 13) writeonly restrict buffer Queues { RayQueu
 
 void main() {
     const uint i = gl_GlobalInvocationID.x;
-    if (i >= settings.pixel_count) return;
-    const uint pixel = pixel_at(i);
+    if (i >= settings.invocations) return;
+    const uint pixel = pixel_at(settings.first_invocation + i);
     const float time = has_camera_motion ? path_time(pixel, settings.sample_index) : 0.0;
     const Ray ray = camera_ray(pixel_position(pixel), camera_numbers(pixel, settings.sample_index), time);
     origins_out[i] = uvec4(floatBitsToUint(ray.origin), no_slot);
     directions_out[i] = vec4(ray.direction, 0.0);
     if (i == 0) {
         const uint size = gl_WorkGroupSize.x;
-        queues[0] = RayQueue((settings.pixel_count + size - 1) / size, 1, 1, settings.pixel_count);
+        queues[0] = RayQueue((settings.invocations + size - 1) / size, 1, 1, settings.invocations);
     }
-    for (uint k = i + 1; k <= settings.bounces + 1; k += settings.pixel_count) queues[k] = RayQueue(0, 1, 1, 0);
+    for (uint k = i + 1; k <= settings.bounces + 1; k += settings.invocations) queues[k] = RayQueue(0, 1, 1, 0);
 }

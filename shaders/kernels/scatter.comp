@@ -92,7 +92,7 @@ void main() {
     const uint i = gl_GlobalInvocationID.x;
     const uint k = settings.segment;
 #ifdef RAYS_IN_PLACE
-    if (i >= settings.pixel_count) return;
+    if (i >= settings.invocations) return;
 #else
     if (i >= queues[k].count) return;
 #endif
@@ -107,7 +107,8 @@ void main() {
     vec3 radiance = vec3(0.0);
     if (carries_radiance && k > 0) radiance = radiances_in[i].rgb;
     if (has_light_sampling && (hit.x & hit_lit) != 0u) radiance += contributions_in[i].rgb;
-    const uvec4 carried = k == 0 ? uvec4(floatBitsToUint(vec3(1.0)), i) : throughputs_in[i];
+    const uvec4 carried =
+        k == 0 ? uvec4(floatBitsToUint(vec3(1.0)), settings.first_invocation + i) : throughputs_in[i];
     const uint place = carried.w, pixel = pixel_at(place);
     if (has_light_sampling && slot == hit_ended) {
         samples[place] = vec4(radiance, 0.0);

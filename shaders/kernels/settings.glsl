@@ -70,8 +70,8 @@ layout(push_constant, std430) uniform Settings {
     float ray_min;
     float ray_max;
     uint direct_only;  // 9.5
-    uint sample_count;      // the megakernel's alone: samples from sample_index on,
-    uint first_invocation;  // its dispatch's share of the tile's invocations
+    uint sample_count;      // the megakernel's alone: samples from sample_index on
+    uint first_invocation;  // the share of the tile's invocations that is in hand
     uint invocations;
     uint keeps_sums;  // a block's first sample is added to those of the block before
     uint listed;      // the tile's pixels are those of a list, of so many (pixel_list.glsl); 0: no list

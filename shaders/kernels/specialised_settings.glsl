@@ -31,12 +31,14 @@ struct SpecialisedSettings {
     uint direct_only;
     float ray_min;
     float ray_max;
+    uint first_invocation;
+    uint invocations;
     uint listed;
 };
 
 SpecialisedSettings settings = SpecialisedSettings(pushed.seed, pushed.sample_index, pushed.first_pixel, pushed.pixel_count,
     pushed.segment, fixed_width, fixed_height, fixed_bounces, fixed_roulette_start, fixed_light_count, fixed_triangle_count,
     fixed_sphere_count, fixed_cuboid_count, fixed_direct_only, pushed.ray_min, pushed.ray_max,
-    pushed.listed);
+    pushed.first_invocation, pushed.invocations, pushed.listed);
 
 #endif

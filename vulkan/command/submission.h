@@ -42,7 +42,7 @@ public:
     // What makes two recordings the same commands, so that pre-recorded ones can be found again.
     struct Key {
         std::uint32_t kind = 0;
-        std::uint64_t first = 0, second = 0, third = 0;
+        std::uint64_t first = 0, second = 0, third = 0, fourth = 0;
         auto operator<=>(const Key&) const = default;
     };
     // Must not depend on anything that changes before run() returns: it is called from any thread, or not at all.

@@ -16,15 +16,14 @@
 
 namespace tandem {
 
-namespace {}  // namespace
-
 struct VulkanJob::Progress {
     const RenderControl& control;
     double samples_before = 0.0;  // of whole blocks, and of earlier tiles of this one as fractions
     double tile_share = 1.0;
     double device_seconds = 0.0;
     bool has_device_clock = true;
-    bool keeps_sums = false;  // the block goes on with the sums of the one before
+    bool keeps_sums = false;    // the block goes on with the sums of the one before
+    std::uint64_t invalid = 0;  // samples that the estimate does not count yet
 
     void report(double samples_of_tile) const {
         if (control.progress) control.progress(samples_before + tile_share * samples_of_tile);
@@ -122,18 +121,27 @@ double VulkanJob::run(Progress& progress) {
 }
 
 // Renders samples of one block for one tile and leaves the sums downloaded; returns how many it did before a stop.
-std::uint64_t VulkanJob::render_tile_block(const Tile& tile, SampleRange block, Progress& progress) {
-    recorder_->begin(tile, block, progress.keeps_sums);
+std::uint64_t VulkanJob::render_tile_block(const Tile& tile, SampleRange block, Progress& progress, bool keeps_sums) {
+    recorder_->begin(tile, block, keeps_sums);
     while (recorder_->done() < block.count()) {
-        const bool between_samples = recorder_->done() > 0 && recorder_->done_of_next() == 0.0;
-        if (between_samples && progress.control.stop.stop_requested()) break;
+        if (progress.control.stop.stop_requested()) break;  // what was begun of a sample is dropped
         recorder_->add_portion();
         recorder_->took(run(progress));
         progress.report(static_cast<double>(recorder_->done()) + recorder_->done_of_next());
     }
     const std::uint64_t done = recorder_->done();
     download(tile);
+    const std::uint32_t invalid = resources_.downloaded_counters().invalid;
+    progress.invalid += invalid - std::exchange(invalid_before_, invalid);
     return done;
+}
+
+// In the half that is read next.
+void VulkanJob::restore_sums(const Tile& tile, const gpu::Vec4* sums) {
+    resources_.set_sums({sums, sums_per_pixel * tile.pixel_count});
+    const std::uint32_t parity = kernels_.sum_parity(), pixels = tile.pixel_count;
+    submission_.add(recording_key(RecordingKind::restoring, parity, pixels),
+        [=, this](const vk::raii::CommandBuffer& commands) { resources_.record_sums(commands, parity, pixels); });
 }
 
 std::vector<PathTrace> VulkanJob::trace(std::uint32_t x, std::uint32_t y, SampleRange samples) {
@@ -190,40 +198,67 @@ std::uint64_t VulkanJob::blocks_at_once(SampleRange left, const Film& film) cons
     return std::max<std::uint64_t>(1, std::min(room, (end - left.begin) / samples_per_block));
 }
 
+// Renders samples for all tiles of a film of `planes`; returns how many every pixel has. Several tiles: all of them or
+// none. `sums`: where several tiles go on from, and what they leave.
+std::uint64_t VulkanJob::render_tiles(SampleRange samples, const Film& film, Progress& progress,
+    std::vector<Estimate::Plane>& planes, std::vector<gpu::Vec4>* sums) {
+    const Tile& all = film.all;
+    const std::uint32_t end = all.first_pixel + static_cast<std::uint32_t>(planes.size()) * all.pixel_count;
+    std::uint64_t done = samples.count();
+    for (std::uint32_t first = all.first_pixel; first < end; first += tile_pixels_) {
+        Tile tile{first, std::min(tile_pixels_, end - first), 0, first > all.first_pixel};
+        progress.tile_share = static_cast<double>(tile.pixel_count) / all.pixel_count;
+        if (!film.listed.empty()) add_pixel_list(tile, film.listed);
+        const std::size_t place = sums_per_pixel * std::size_t{first - all.first_pixel};
+        const bool goes_on = sums != nullptr && samples.begin % samples_per_block != 0;
+        if (goes_on) restore_sums(tile, sums->data() + place);
+        done = render_tile_block(tile, samples, progress, goes_on || progress.keeps_sums);
+        progress.samples_before += progress.tile_share * static_cast<double>(done);
+        if (sums != nullptr && done < samples.count()) return 0;
+        if (done > 0) collect(tile, progress.keeps_sums, planes);
+        if (sums != nullptr)
+            std::copy_n(resources_.downloaded_sums(), sums_per_pixel * tile.pixel_count, sums->data() + place);
+    }
+    return done;
+}
+
+// Samples of a block that every pixel has, in `planes`. Tiles that share buffers take turns in passes, each as long as
+// all before it: a stop costs half of the block's work at most.
+std::uint64_t VulkanJob::render_block(
+    SampleRange block, const Film& film, Progress& progress, std::vector<Estimate::Plane>& planes) {
+    const std::uint64_t pixels = planes.size() * film.all.pixel_count;
+    if (pixels <= tile_pixels_) return render_tiles(block, film, progress, planes, nullptr);
+    std::vector<gpu::Vec4> sums(sums_per_pixel * pixels);
+    std::uint64_t done = 0;
+    while (done < block.count()) {
+        const std::uint64_t count = std::min(std::max<std::uint64_t>(1, done), block.count() - done);
+        const SampleRange pass{block.begin + done, block.begin + done + count};
+        std::vector<Estimate::Plane> next = planes;
+        if (render_tiles(pass, film, progress, next, &sums) == 0) break;
+        planes = std::move(next);
+        done += count;
+    }
+    return done;
+}
+
 RenderResult VulkanJob::render_film(SampleRange range, const Film& film, const RenderControl& control) {
     if (range.begin % samples_per_block != 0 || range.end < range.begin)
         throw Error(fmt::format(
             "a sample range must begin at a multiple of {} and not end before it begins", samples_per_block));
     const Stopwatch watch;
-    const Tile& all = film.all;
     RenderResult result{Estimate(film.width, film.height), 0.0, std::nullopt};
     Progress progress{control};
-    std::uint64_t invalid = 0;
     for (SampleRange block{range.begin, 0}; block.begin < range.end && !control.stop.stop_requested();
          block.begin = block.end) {
         const std::uint64_t blocks = blocks_at_once({block.begin, range.end}, film);
         block.end = std::min(block.begin + samples_per_block, range.end);
-        const std::uint32_t end = all.first_pixel + static_cast<std::uint32_t>(blocks) * all.pixel_count;
         progress.keeps_sums = running_sums_.take(block.begin) && accumulation_ == Accumulation::plain;
         std::vector<Estimate::Plane> planes(blocks, Estimate::Plane(result.estimate.pixel_count() * channel_count));
-        std::uint64_t done = block.count();
-        for (std::uint32_t first = all.first_pixel; first < end && done > 0; first += tile_pixels_) {
-            Tile tile{first, std::min(tile_pixels_, end - first), 0, first > all.first_pixel};
-            progress.tile_share = static_cast<double>(tile.pixel_count) / all.pixel_count;
-            if (!film.listed.empty()) add_pixel_list(tile, film.listed);
-            const std::uint64_t done_here = render_tile_block(tile, block, progress);
-            progress.samples_before += progress.tile_share * static_cast<double>(done_here);
-            const std::uint32_t invalid_now = resources_.downloaded_counters().invalid;
-            invalid += invalid_now - std::exchange(invalid_before_, invalid_now);
-            collect(tile, progress.keeps_sums, planes);
-            // With several tiles, only whole blocks exist for every pixel: a stop drops the current one.
-            const bool only_tile = tile.pixel_count >= all.pixel_count;
-            done = only_tile || done_here == block.count() ? done_here : 0;
-        }
+        const std::uint64_t done = render_block(block, film, progress, planes);
         if (done == 0) break;
         running_sums_.reached(block.begin + done);
         result.estimate.add_block({block.begin, block.begin + done}, std::move(planes.front()));
-        result.estimate.add_invalid(std::exchange(invalid, 0));
+        result.estimate.add_invalid(std::exchange(progress.invalid, 0));
         if (done < block.count()) break;  // of blocks side by side the first alone goes on from what there was
         for (std::size_t k = 1; k < blocks; ++k, block.end += samples_per_block)
             result.estimate.add_block({block.end, block.end + samples_per_block}, std::move(planes[k]));

@@ -39,7 +39,13 @@ private:
     struct Progress;
 
     [[nodiscard]] RenderResult render_film(SampleRange range, const Film& film, const RenderControl& control);
-    [[nodiscard]] std::uint64_t render_tile_block(const Tile& tile, SampleRange block, Progress& progress);
+    [[nodiscard]] std::uint64_t render_block(
+        SampleRange block, const Film& film, Progress& progress, std::vector<Estimate::Plane>& planes);
+    [[nodiscard]] std::uint64_t render_tiles(SampleRange samples, const Film& film, Progress& progress,
+        std::vector<Estimate::Plane>& planes, std::vector<gpu::Vec4>* sums);
+    [[nodiscard]] std::uint64_t render_tile_block(
+        const Tile& tile, SampleRange block, Progress& progress, bool keeps_sums);
+    void restore_sums(const Tile& tile, const gpu::Vec4* sums);
     // Submits what was added and waits.
     [[nodiscard]] SubmissionTimes submit();
     // The same; returns the seconds that it took.

@@ -14,7 +14,6 @@ namespace {
 using Usage = vk::BufferUsageFlagBits;
 constexpr std::uint64_t element = sizeof(gpu::Vec4);  // of every ray and image buffer
 constexpr std::uint64_t interiors_bytes = 16;         // eight indices of 16 bits
-constexpr std::uint64_t sums_per_pixel = 3;
 constexpr std::size_t ping_ponged =
     5;  // ray buffers with two halves: origin, direction, throughput, radiance, contribution
 
@@ -127,8 +126,8 @@ std::vector<BufferSpec> ray_specs(const std::optional<PathState>& path, std::uin
     };
     for (std::size_t i = 0; i < 2 * ping_ponged; ++i) add(i % ping_ponged);
     for (std::size_t i = ping_ponged; i < ping_ponged + 3; ++i) add(i);
-    specs.push_back(
-        {path ? (std::uint64_t{bounces} + 2) * ray_queue_bytes : 0, Usage::eStorageBuffer | Usage::eIndirectBuffer});
+    specs.push_back({path ? (std::uint64_t{bounces} + 2) * ray_queue_bytes : 0,
+        Usage::eStorageBuffer | Usage::eIndirectBuffer | Usage::eTransferSrc});
     for (int half = 0; half < 2; ++half) add(list.size() - 1);
     return specs;
 }
@@ -137,7 +136,8 @@ constexpr std::uint64_t list_bytes = sizeof(std::uint32_t);  // a pixel, where l
 
 // The halves of the sums; the counters and, behind them, a list of pixels.
 std::vector<BufferSpec> image_specs(std::uint64_t pixels, std::uint64_t listed) {
-    const BufferSpec sums{pixels * sums_per_pixel * element, Usage::eStorageBuffer | Usage::eTransferSrc};
+    const BufferSpec sums{
+        pixels * sums_per_pixel * element, Usage::eStorageBuffer | Usage::eTransferSrc | Usage::eTransferDst};
     return {
         sums, sums, {element + listed * list_bytes, Usage::eStorageBuffer | Usage::eTransferSrc | Usage::eTransferDst}};
 }
@@ -153,7 +153,8 @@ std::vector<BufferSpec> upload_specs(const SceneData& scene, std::uint64_t liste
 }
 
 std::vector<BufferSpec> readback_specs(std::uint64_t pixels) {
-    return {{pixels * sums_per_pixel * element, Usage::eTransferDst}, {element, Usage::eTransferDst}};
+    return {{pixels * sums_per_pixel * element, Usage::eTransferSrc | Usage::eTransferDst},
+        {element, Usage::eTransferDst}, {ray_queue_bytes, Usage::eTransferDst}};
 }
 
 std::array<BufferSpec, 1> camera_specs(const SceneData& scene) {
@@ -305,6 +306,18 @@ void FrameResources::record_download(
     barrier(commands, transfer_write, host_read);
 }
 
+void FrameResources::set_sums(std::span<const gpu::Vec4> sums) {
+    std::memcpy(readback_.mapped(0), sums.data(), sums.size_bytes());
+}
+
+void FrameResources::record_sums(
+    const vk::raii::CommandBuffer& commands, std::uint32_t sum_parity, std::uint32_t tile_pixels) const {
+    barrier(commands, compute_access, transfer_write);
+    commands.copyBuffer(readback_[0], image_[sum_parity],
+        vk::BufferCopy(readback_.offset(0), image_.offset(sum_parity), tile_pixels * sums_per_pixel * element));
+    barrier(commands, transfer_write, compute_access);
+}
+
 const gpu::Vec4* FrameResources::downloaded_sums() const {
     return reinterpret_cast<const gpu::Vec4*>(readback_.mapped(0));
 }
@@ -313,6 +326,19 @@ FrameResources::Counters FrameResources::downloaded_counters() const {
     Counters counters;
     std::memcpy(&counters, readback_.mapped(1), sizeof counters);
     return counters;
+}
+
+void FrameResources::record_queue_download(const vk::raii::CommandBuffer& commands, std::uint32_t segment) const {
+    barrier(commands, compute_write, transfer_read);
+    commands.copyBuffer(
+        queues(), readback_[2], vk::BufferCopy(queue_offset(segment), readback_.offset(2), ray_queue_bytes));
+    barrier(commands, transfer_write, host_read);
+}
+
+std::uint32_t FrameResources::downloaded_queue_count() const {
+    std::array<std::uint32_t, ray_queue_bytes / sizeof(std::uint32_t)> queue{};
+    std::memcpy(queue.data(), readback_.mapped(2), sizeof queue);
+    return queue[3];  // after the dispatch's arguments
 }
 
 std::vector<JobFacts::Part> buffer_parts(const SceneData& scene, const std::optional<PathState>& path,

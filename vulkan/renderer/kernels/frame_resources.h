@@ -12,6 +12,7 @@
 namespace tandem {
 
 inline constexpr vk::DeviceSize ray_queue_bytes = 16;
+inline constexpr std::size_t sums_per_pixel = 3;  // one for each channel
 
 // Ray state and sums are ping-ponged. Rays: parity p reads half p and writes half 1 - p. Image: likewise for sums.
 class FrameResources {
@@ -43,6 +44,11 @@ public:
     // Copies the sums that parity `sum_parity` reads, and the counters, to the host.
     void record_download(
         const vk::raii::CommandBuffer& commands, std::uint32_t sum_parity, std::uint32_t tile_pixels) const;
+    // The reverse: sums that were downloaded before, for record_sums to copy to the device. They take the place of what
+    // was downloaded last.
+    void set_sums(std::span<const gpu::Vec4> sums);
+    void record_sums(
+        const vk::raii::CommandBuffer& commands, std::uint32_t sum_parity, std::uint32_t tile_pixels) const;
     // What was downloaded: [channel * tile_pixels + i], see shaders/kernels/moments.glsl.
     [[nodiscard]] const gpu::Vec4* downloaded_sums() const;
     struct Counters {
@@ -50,6 +56,9 @@ public:
         std::uint32_t unfinished = 0;  // pixels whose loops the driver left
     };
     [[nodiscard]] Counters downloaded_counters() const;
+    // Copies the queue of a segment to the host; how many rays it holds.
+    void record_queue_download(const vk::raii::CommandBuffer& commands, std::uint32_t segment) const;
+    [[nodiscard]] std::uint32_t downloaded_queue_count() const;
 
 private:
     static constexpr std::size_t ray_queues = 13;  // among the buffers of the Rays set

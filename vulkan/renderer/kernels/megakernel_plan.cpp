@@ -21,18 +21,24 @@ constexpr std::uint64_t most_batch = std::uint64_t{1} << 40;
 // Smaller GPUs of a kind hold fewer at once, not each for longer.
 constexpr double longest_residence = 1.1e-3;
 
-std::uint64_t first_batch_on(const DeviceDescription& device) {
+std::uint64_t usual_first_batch(const DeviceDescription& device) {
     if (device.type == DeviceType::cpu) return first_batch_on_cpu;
     if (device.abilities.resident_invocations == 0) return first_batch;
     return static_cast<std::uint64_t>(
         device.abilities.resident_invocations * (shortest_submission / longest_residence));
 }
 
+// Longer paths may take as much longer.
+std::uint64_t first_batch_on(const DeviceDescription& device, std::uint32_t segments) {
+    const std::uint64_t usual = usual_first_batch(device);
+    return std::max<std::uint64_t>(workgroup_size, usual * usual_segments / std::max(usual_segments, segments));
+}
+
 }  // namespace
 
-MegakernelPlan::MegakernelPlan(const DeviceDescription& device)
+MegakernelPlan::MegakernelPlan(const DeviceDescription& device, std::uint32_t segments)
     : most_samples_(device.type == DeviceType::cpu ? most_samples_on_cpu : samples_per_block),
-      batch_(first_batch_on(device)) {}
+      batch_(first_batch_on(device, segments)) {}
 
 void MegakernelPlan::begin(std::uint32_t pixels, std::uint64_t samples) {
     pixels_ = pixels;

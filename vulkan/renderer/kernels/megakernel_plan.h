@@ -12,6 +12,9 @@ namespace tandem {
 // that kill what takes seconds.
 inline constexpr double shortest_submission = 0.1, longest_submission = 0.3;  // seconds
 
+// Of a path, where first submissions were measured.
+inline constexpr std::uint32_t usual_segments = 13;
+
 // One dispatch.
 struct MegakernelShare {
     std::uint64_t first_sample = 0, samples = 0;
@@ -21,8 +24,8 @@ struct MegakernelShare {
 
 class MegakernelPlan {
 public:
-    // A plan for a device whose speed is not known yet.
-    explicit MegakernelPlan(const DeviceDescription& device);
+    // A plan for a device whose speed is not known yet. `segments`: that a path can have.
+    explicit MegakernelPlan(const DeviceDescription& device, std::uint32_t segments = usual_segments);
 
     // Samples [0, samples) of `pixels` pixels are next.
     void begin(std::uint32_t pixels, std::uint64_t samples);

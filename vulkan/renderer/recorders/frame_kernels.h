@@ -42,6 +42,11 @@ public:
     void dispatch(const vk::raii::CommandBuffer& commands, const Dispatch& dispatch, std::uint32_t invocations) const;
     // Over the rays of the segment's queue, of which only the device knows how many there are.
     void dispatch_queue(const vk::raii::CommandBuffer& commands, const Dispatch& dispatch) const;
+    // Has the device tell how many rays a segment's queue holds; and what it told, once that has run.
+    void ask_for_rays(const vk::raii::CommandBuffer& commands, std::uint32_t segment) const {
+        resources_.record_queue_download(commands, segment);
+    }
+    [[nodiscard]] std::uint32_t answered_rays() const { return resources_.downloaded_queue_count(); }
     // The pipeline of the stage and what it needs; and the latter alone.
     void bind(const vk::raii::CommandBuffer& commands, const Dispatch& dispatch,
         vk::PipelineBindPoint point = vk::PipelineBindPoint::eCompute) const;

@@ -19,12 +19,14 @@ enum class RecordingKind : std::uint32_t {
     whole_paths,
     first_whole_paths,
     listing,
+    asking,
+    restoring,
     downloading
 };
 
-[[nodiscard]] inline Submission::Key recording_key(
-    RecordingKind kind, std::uint64_t first, std::uint64_t second = 0, std::uint64_t third = 0) {
-    return {static_cast<std::uint32_t>(kind), first, second, third};
+[[nodiscard]] inline Submission::Key recording_key(RecordingKind kind, std::uint64_t first, std::uint64_t second = 0,
+    std::uint64_t third = 0, std::uint64_t fourth = 0) {
+    return {static_cast<std::uint32_t>(kind), first, second, third, fourth};
 }
 
 class FrameRecorder {

@@ -13,6 +13,7 @@ private:
     void order_segment(const vk::raii::CommandBuffer& commands) const override;
     void record_segment(
         const vk::raii::CommandBuffer& commands, const Dispatch& dispatch, std::uint32_t places) const override;
+    [[nodiscard]] bool counts_rays() const override { return false; }
 };
 
 }  // namespace tandem

@@ -1,57 +1,42 @@
 #include "vulkan/renderer/recorders/stage_recorder.h"
 
-#include <algorithm>
-#include <limits>
-
-#include "vulkan/renderer/kernels/megakernel_plan.h"
-
 namespace tandem {
 
 StageRecorder::StageRecorder(const RecorderInput& input)
     : kernels_(input.kernels),
       submission_(input.submission),
-      segments_(input.segments),
       fixed_batch_(input.patterns.vulkan.segments_per_submission > 0),
-      batch_(std::max(1u, input.patterns.vulkan.segments_per_submission)) {}
+      plan_(input.device.description(), input.segments, input.patterns.vulkan.segments_per_submission) {}
 
 void StageRecorder::begin(const Tile& tile, SampleRange block, bool keeps_sums) {
     tile_ = tile;
     block_ = block;
-    done_ = 0;
-    segment_ = 0;
+    plan_.begin(tile.pixel_count, block.count());
     if (!keeps_sums) add_clearing();
 }
 
-void StageRecorder::add_portion() { last_ = add_segments(batch_); }
+void StageRecorder::add_portion() {
+    add_shares(plan_.next());
+    if (counts_rays() && plan_.doubtful_segment() > 0) add_question();
+}
 
 void StageRecorder::took(double seconds) {
-    if (fixed_batch_) return;
-    const std::uint64_t most = samples_per_block * std::uint64_t{segments_};
-    if (seconds < shortest_submission) batch_ = std::clamp<std::uint64_t>(2 * last_, batch_, most);
-    if (seconds > longest_submission)
-        batch_ = std::max<std::uint64_t>(
-            1, static_cast<std::uint64_t>(static_cast<double>(last_) * shortest_submission / seconds));
+    plan_.took(seconds);
+    if (!counts_rays() || plan_.doubtful_segment() == 0 || kernels_.answered_rays() > 0) return;
+    const std::uint64_t sample = block_.begin + plan_.done();
+    if (plan_.leave_out_rest_of_run()) add_accumulating(sample);  // with what is submitted next
 }
 
 void StageRecorder::add_frame(const Tile& tile, std::uint64_t samples) {
     begin(tile, {0, samples}, false);
-    (void)add_segments(std::numeric_limits<std::uint64_t>::max());
+    add_shares(plan_.rest());
 }
 
-// Returns how many of them it added.
-std::uint64_t StageRecorder::add_segments(std::uint64_t most) {
-    std::uint64_t added = 0;
-    while (added < most && done_ < block_.count()) {
-        const auto end = static_cast<std::uint32_t>(std::min<std::uint64_t>(segments_, segment_ + (most - added)));
-        add_sampling(block_.begin + done_, segment_, end);
-        added += end - segment_;
-        segment_ = end;
-        if (segment_ < segments_) break;
-        add_accumulating(block_.begin + done_);
-        segment_ = 0;
-        ++done_;
+void StageRecorder::add_shares(const std::vector<StageShare>& shares) {
+    for (const StageShare& share : shares) {
+        add_sampling(share);
+        if (share.completes) add_accumulating(block_.begin + share.sample);
     }
-    return added;
 }
 
 // The clearing stage, of the half of the sums that is not read, at each block. No barrier: nothing reads what was
@@ -69,35 +54,47 @@ void StageRecorder::add_clearing() {
         });
 }
 
-void StageRecorder::add_sampling(std::uint64_t sample, std::uint32_t first_segment, std::uint32_t end_segment) {
-    const gpu::Settings settings = kernels_.settings(tile_, sample);
+void StageRecorder::add_sampling(const StageShare& share) {
+    const std::uint64_t sample = block_.begin + share.sample;
+    gpu::Settings settings = kernels_.settings(tile_, sample);
+    settings.first_invocation = share.first_place;
+    settings.invocations = share.places;
     const std::uint32_t parity = kernels_.sum_parity();
     submission_.add(recording_key(RecordingKind::sampling, parity + 2 * std::uint64_t{tile_.first_pixel}, sample,
-                        first_segment + (std::uint64_t{end_segment} << 32)),
-        [=, this](const vk::raii::CommandBuffer& commands) {
-            record_sampling(commands, settings, parity, first_segment, end_segment);
-        });
+                        share.first_segment + (std::uint64_t{share.end_segment} << 32),
+                        share.first_place + (std::uint64_t{share.places} << 32)),
+        [=, this](const vk::raii::CommandBuffer& commands) { record_sampling(commands, settings, parity, share); });
 }
 
 // Segment k reads half k mod 2 of the ray state and writes the other; ray_gen writes half 0, as if it were segment -1.
 void StageRecorder::record_sampling(const vk::raii::CommandBuffer& commands, const gpu::Settings& settings,
-    std::uint32_t sum_parity, std::uint32_t first_segment, std::uint32_t end_segment) const {
-    const std::uint32_t places = settings.pixel_count;
+    std::uint32_t sum_parity, const StageShare& share) const {
     const bool intersects = kernels_.has(Stage::intersect);
-    if (first_segment == 0) kernels_.dispatch(commands, {Stage::ray_gen, settings, 1, sum_parity}, places);
+    if (share.first_segment == 0) {
+        // The run before may still be read.
+        if (share.first_place > 0) kernels_.ordering().after_dispatches(commands, compute_access);
+        kernels_.dispatch(commands, {Stage::ray_gen, settings, 1, sum_parity}, share.places);
+    }
     Dispatch dispatch{Stage::intersect, settings, 0, sum_parity};
-    for (std::uint32_t segment = first_segment; segment < end_segment; ++segment) {
+    for (std::uint32_t segment = share.first_segment; segment < share.end_segment; ++segment) {
         dispatch.settings.segment = segment;
         dispatch.ray_parity = segment % 2;
         order_segment(commands);
         if (intersects) {
             dispatch.stage = Stage::intersect;
-            record_segment(commands, dispatch, places);
+            record_segment(commands, dispatch, share.places);
             kernels_.ordering().after_dispatches(commands, compute_access);
         }
         dispatch.stage = Stage::scatter;
-        record_segment(commands, dispatch, places);
+        record_segment(commands, dispatch, share.places);
     }
+}
+
+// How many rays are left for the run's next segment.
+void StageRecorder::add_question() {
+    const std::uint32_t segment = plan_.doubtful_segment();
+    submission_.add(recording_key(RecordingKind::asking, segment),
+        [=, this](const vk::raii::CommandBuffer& commands) { kernels_.ask_for_rays(commands, segment); });
 }
 
 void StageRecorder::add_accumulating(std::uint64_t sample) {

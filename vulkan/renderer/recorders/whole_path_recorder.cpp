@@ -5,7 +5,10 @@
 namespace tandem {
 
 WholePathRecorder::WholePathRecorder(const RecorderInput& input, Stage stage)
-    : kernels_(input.kernels), submission_(input.submission), stage_(stage), plan_(input.device.description()) {}
+    : kernels_(input.kernels),
+      submission_(input.submission),
+      stage_(stage),
+      plan_(input.device.description(), input.segments) {}
 
 void WholePathRecorder::begin(const Tile& tile, SampleRange block, bool keeps_sums) {
     tile_ = tile;
