@@ -73,22 +73,25 @@ public:
     }
 
 private:
-    // False, with nothing added, if it was stopped before the block was done.
+    // Adds the block, or, after a stop, its samples so far. False: it was stopped.
     bool render_block(
         SampleRange block, std::uint64_t samples_before, const RenderControl& control, Estimate& estimate) {
         Estimate::Plane plane(estimate.pixel_count() * channel_count);
-        std::uint64_t invalid = 0;
+        std::uint64_t invalid = 0, done = 0;
         std::vector<Image> images(std::min<std::uint64_t>(threads_, block.count()));
-        for (std::uint64_t first = block.begin; first < block.end; first += images.size()) {
-            const auto count = static_cast<std::uint32_t>(std::min<std::uint64_t>(images.size(), block.end - first));
+        while (done < block.count()) {
+            const auto count = static_cast<std::uint32_t>(std::min<std::uint64_t>(images.size(), block.count() - done));
+            const std::uint64_t first = block.begin + done;
             parallel_for(arena_, count, [&](std::uint32_t i) { make_image(first + i, control.stop, images[i]); });
-            if (control.stop.stop_requested()) return false;
+            if (control.stop.stop_requested()) break;
             for (std::uint32_t i = 0; i < count; ++i) invalid += add_image(images[i], sampler_.settings().clamp, plane);
-            if (control.progress) control.progress(static_cast<double>(samples_before + first + count - block.begin));
+            done += count;
+            if (control.progress) control.progress(static_cast<double>(samples_before + done));
         }
-        estimate.add_block(block, std::move(plane));
+        if (done == 0) return false;
+        estimate.add_block({block.begin, block.begin + done}, std::move(plane));
         estimate.add_invalid(invalid);
-        return true;
+        return done == block.count();
     }
 
     void make_image(std::uint64_t sample, const std::stop_token& stop, Image& image) const {
@@ -96,8 +99,8 @@ private:
         image.assign(std::size_t{settings.width} * settings.height, glm::dvec3(0.0));
         const auto splat = [&](std::uint32_t pixel, const glm::dvec3& radiance) { image[pixel] += radiance; };
         for (std::uint32_t pixel = 0; pixel < image.size(); ++pixel) {
-            if (pixel % settings.width == 0 && stop.stop_requested()) return;
-            image[pixel] += sampler_.radiance(pixel, sample, splat);
+            if (stop.stop_requested()) return;
+            image[pixel] += sampler_.radiance(pixel, sample, splat, stop);
         }
     }
 

@@ -41,6 +41,7 @@ struct BidirectionalSampler::Sample {
     std::uint64_t seed;
     std::uint32_t pixel;
     std::uint64_t number;
+    std::stop_token stop;  // looked at between vertices and between ways: there are up to (bounces + 2)^2 of these
     double time = 0.0;
     dvec3 position{0.0}, ahead{0.0}, right{0.0}, up{0.0};  // the camera's, at the path's time
     Place lens;
@@ -135,6 +136,7 @@ void BidirectionalSampler::trace_from_camera(Sample& sample) const {
         sample.last_direction = direction;
         sample.last_throughput = throughput;
         sample.last_density = density;
+        if (sample.stop.stop_requested()) return;
         sample.escaped = !extend(path, direction, density, sample.time);
         if (sample.escaped) return;
         Vertex& at = path.back();
@@ -175,7 +177,7 @@ void BidirectionalSampler::trace_from_light(Sample& sample) const {
     double density = ray.density;
     const double cosine = point.light->is_surface() ? std::abs(glm::dot(direction, point.place.normal)) : 1.0;
     dvec3 throughput = emitters_.emitted(point, direction) * (cosine / (path[0].forward * density));
-    for (std::uint32_t k = 0; k < settings_.bounces; ++k) {
+    for (std::uint32_t k = 0; k < settings_.bounces && !sample.stop.stop_requested(); ++k) {
         if (throughput == dvec3(0.0) || !extend(path, direction, density, sample.time)) return;
         Vertex& at = path.back();
         at.throughput = throughput;
@@ -399,23 +401,32 @@ void BidirectionalSampler::project(const Sample& sample, std::size_t s, const Sp
     splat(row * settings_.width + column, y.throughput * value * (geometry * film) * weight(sample, weighing));
 }
 
-dvec3 BidirectionalSampler::radiance(std::uint32_t pixel, std::uint64_t number, const Splat& splat) const {
+dvec3 BidirectionalSampler::radiance(
+    std::uint32_t pixel, std::uint64_t number, const Splat& splat, const std::stop_token& stop) const {
     thread_local Sample sample;  // keeps its vertices' memory
     sample.generator = settings_.generator;
     sample.seed = settings_.seed;
     sample.pixel = pixel;
     sample.number = number;
+    sample.stop = stop;
     trace_from_camera(sample);
     trace_from_light(sample);
     dvec3 sum(0.0);
     if (sample.escaped) sum += sky_beyond(sample);
     const std::size_t most = std::size_t{settings_.bounces} + 2;  // s + t
     for (std::size_t t = 2; t <= sample.camera.size(); ++t) {
+        if (stop.stop_requested()) return sum;
         sum += emission_at(sample, t);
         if (t < most) sum += next_event(sample, t);
-        for (std::size_t s = 2; s <= sample.light.size() && s + t <= most; ++s) sum += connection(sample, s, t);
+        for (std::size_t s = 2; s <= sample.light.size() && s + t <= most; ++s) {
+            if (stop.stop_requested()) return sum;
+            sum += connection(sample, s, t);
+        }
     }
-    for (std::size_t s = 2; s <= sample.light.size(); ++s) project(sample, s, splat);
+    for (std::size_t s = 2; s <= sample.light.size(); ++s) {
+        if (stop.stop_requested()) return sum;
+        project(sample, s, splat);
+    }
     return sum;
 }
 

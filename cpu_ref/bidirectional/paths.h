@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <functional>
 #include <glm/glm.hpp>
+#include <stop_token>
 #include <vector>
 
 #include "cpu_ref/bidirectional/lights.h"
@@ -29,7 +30,9 @@ public:
     // Radiance that a pixel receives from a subpath of another's sample.
     using Splat = std::function<void(std::uint32_t pixel, const glm::dvec3& radiance)>;
     // Sample `sample` of the pixel: what its own subpath from the camera finds. A function of (seed, pixel, sample).
-    [[nodiscard]] glm::dvec3 radiance(std::uint32_t pixel, std::uint64_t sample, const Splat& splat) const;
+    // Void once a stop is requested.
+    [[nodiscard]] glm::dvec3 radiance(
+        std::uint32_t pixel, std::uint64_t sample, const Splat& splat, const std::stop_token& stop) const;
 
 private:
     struct Vertex;

@@ -4,6 +4,7 @@
 #include <atomic>
 #include <cmath>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <thread>
 
@@ -23,14 +24,17 @@ bool is_valid(const glm::dvec3& radiance) {  // MODEL.md section 12
     return std::isfinite(radiance.x + radiance.y + radiance.z) && std::min({radiance.x, radiance.y, radiance.z}) >= 0.0;
 }
 
-// Adds the samples of `range`, ascending, of every pixel of row y; returns how many were invalid.
-std::uint64_t render_row(const PathSampler& sampler, std::uint32_t y, SampleRange range, Estimate::Plane& plane) {
+// Adds the samples of `range`, ascending, of every pixel of row y; returns how many were invalid. A stop leaves the row
+// unfinished.
+std::uint64_t render_row(const PathSampler& sampler, std::uint32_t y, SampleRange range, const std::stop_token& stop,
+    Estimate::Plane& plane) {
     const std::uint32_t width = sampler.settings().width;
     std::uint64_t invalid = 0;
     for (std::uint32_t x = 0; x < width; ++x) {
         Moments* moments = &plane[(std::size_t{y} * width + x) * channel_count];
         for (std::uint64_t sample = range.begin; sample < range.end; ++sample) {
-            const glm::dvec3 radiance = sampler.radiance(x, y, sample);
+            const glm::dvec3 radiance = sampler.radiance(x, y, sample, stop);
+            if (stop.stop_requested()) return invalid;
             if (!is_valid(radiance)) {
                 ++invalid;
                 continue;
@@ -74,23 +78,45 @@ public:
     }
 
 private:
-    // False, with nothing added, if it was stopped before the block was done.
+    // Adds the block, or, after a stop, as many of its samples as every pixel has. They come in passes, each as long as
+    // all before it: a stop costs half of the block's work at most. False: it was stopped.
     bool render_block(
         SampleRange block, std::uint64_t samples_before, const RenderControl& control, Estimate& estimate) const {
+        Estimate::Plane plane(estimate.pixel_count() * channel_count), before;
+        std::uint64_t done = 0, invalid = 0;
+        bool whole = true;
+        while (whole && done < block.count()) {
+            const std::uint64_t count = std::min(std::max<std::uint64_t>(1, done), block.count() - done);
+            const SampleRange pass{block.begin + done, block.begin + done + count};
+            if (done > 0) before = plane;
+            const auto faults = render_pass(pass, static_cast<double>(samples_before + done), control, plane);
+            whole = faults.has_value();
+            if (!whole) break;
+            invalid += *faults;
+            done += count;
+        }
+        if (done == 0) return false;
+        estimate.add_block({block.begin, block.begin + done}, std::move(whole ? plane : before));
+        estimate.add_invalid(invalid);
+        return whole;
+    }
+
+    // Returns how many samples were invalid; nothing, with the plane spoilt, if it was stopped.
+    std::optional<std::uint64_t> render_pass(
+        SampleRange pass, double samples_before, const RenderControl& control, Estimate::Plane& plane) const {
         const std::uint32_t height = sampler_.settings().height;
-        Estimate::Plane plane(estimate.pixel_count() * channel_count);
         std::atomic<std::uint32_t> next_row = 0;
         std::atomic<std::uint64_t> invalid = 0;
         std::mutex progress_mutex;
         std::uint32_t rows_done = 0;  // under progress_mutex
         const auto work = [&] {
-            for (std::uint32_t y = next_row++; y < height && !control.stop.stop_requested(); y = next_row++) {
-                invalid += render_row(sampler_, y, block, plane);
+            for (std::uint32_t y = next_row++; y < height; y = next_row++) {
+                invalid += render_row(sampler_, y, pass, control.stop, plane);
+                if (control.stop.stop_requested()) return;
                 const std::scoped_lock lock(progress_mutex);
                 ++rows_done;
                 if (control.progress)
-                    control.progress(
-                        static_cast<double>(samples_before) + static_cast<double>(block.count()) * rows_done / height);
+                    control.progress(samples_before + static_cast<double>(pass.count()) * rows_done / height);
             }
         };
         {
@@ -98,10 +124,8 @@ private:
             for (unsigned i = 1; i < threads_; ++i) helpers.emplace_back(work);
             work();
         }
-        if (rows_done < height) return false;
-        estimate.add_block(block, std::move(plane));
-        estimate.add_invalid(invalid);
-        return true;
+        if (rows_done < height) return std::nullopt;
+        return invalid;
     }
 
     PathSampler sampler_;

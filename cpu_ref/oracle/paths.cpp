@@ -263,10 +263,10 @@ PathTrace PathSampler::trace(std::uint32_t x, std::uint32_t y, std::uint64_t sam
     return trace;
 }
 
-dvec3 PathSampler::radiance(std::uint32_t x, std::uint32_t y, std::uint64_t sample) const {
+dvec3 PathSampler::radiance(std::uint32_t x, std::uint32_t y, std::uint64_t sample, const std::stop_token& stop) const {
     Path path{y * settings_.width + x, sample, camera_ray(x, y, sample), Interiors(scene_)};
     TracedVertex seen;
-    for (std::uint32_t k = 0; advance(path, k, seen) == PathEnd::goes_on;) ++k;
+    for (std::uint32_t k = 0; !stop.stop_requested() && advance(path, k, seen) == PathEnd::goes_on;) ++k;
     return path.light;
 }
 

@@ -5,6 +5,7 @@
 
 #include <cstdint>
 #include <glm/glm.hpp>
+#include <stop_token>
 
 #include "common/render/path_trace.h"
 #include "common/render/renderer.h"
@@ -20,8 +21,10 @@ public:
     // Throws InputError for a camera that MODEL.md section 4 refuses.
     PathSampler(const Scene& scene, const RenderSettings& settings);
 
-    // Radiance of sample `sample` of pixel (x, y): a function of (seed, pixel, sample) alone.
-    [[nodiscard]] glm::dvec3 radiance(std::uint32_t x, std::uint32_t y, std::uint64_t sample) const;
+    // Radiance of sample `sample` of pixel (x, y): a function of (seed, pixel, sample) alone. Void once a stop is
+    // requested, which ends the path at its next vertex.
+    [[nodiscard]] glm::dvec3 radiance(
+        std::uint32_t x, std::uint32_t y, std::uint64_t sample, const std::stop_token& stop) const;
 
     // The same path, vertex by vertex.
     [[nodiscard]] PathTrace trace(std::uint32_t x, std::uint32_t y, std::uint64_t sample) const;

@@ -2,8 +2,10 @@
 // once.
 #include <doctest/doctest.h>
 
+#include <chrono>
 #include <cmath>
 #include <numbers>
+#include <thread>
 
 #include "common/error.h"
 #include "common/scene/loader/scene_loader.h"
@@ -297,4 +299,32 @@ TEST_CASE("the bidirectional integrator refuses what it does not simulate, and s
         CHECK_THROWS_WITH_AS((void)other->prepare(room(emitter(white)).scene(), settings),
             doctest::Contains("double precision alone"), UnsupportedError);
     }
+}
+
+TEST_CASE("a stop ends a bidirectional sample among its ways, and keeps the images that are whole") {
+    const Scene box = SceneBuilder()
+                          .camera({0.1, 0.2, 0.3}, {1.0, 0.4, -0.3}, 70.0)
+                          .triangle_box(diffuse(white), dvec3(-1.0), dvec3(1.0))
+                          .sphere(emitter(white), {0.5, 0.5, 0.5}, 0.01)
+                          .scene();
+    BackendOptions alone;
+    alone.threads = 1;
+    const auto cpu = cpu_backend().create(alone);
+    std::stop_source source, later;
+    {
+        // A hundred million joins of a path with a path.
+        const auto job = cpu->prepare(box, settings_of(4, 10'000, Integrator::bidirectional));
+        const std::jthread stopper([&] {
+            std::this_thread::sleep_for(std::chrono::milliseconds(100));
+            source.request_stop();
+        });
+        CHECK(job->render({0, 64}, {.stop = source.get_token(), .progress = {}}).estimate.count() == 0);
+    }
+    const auto job = cpu->prepare(box, settings_of(4, 5, Integrator::bidirectional));
+    const RenderControl control{.stop = later.get_token(), .progress = [&](double done) {
+                                    if (done >= 70.0) later.request_stop();
+                                }};
+    const Estimate stopped = job->render({0, 128}, control).estimate;
+    CHECK(stopped.count() == 70);
+    CHECK(tandem::mean_of(stopped) == tandem::mean_of(job->render({0, 70}).estimate));
 }

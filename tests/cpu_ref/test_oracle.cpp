@@ -2,6 +2,9 @@
 // is held against closed forms in tests/suite.
 #include <doctest/doctest.h>
 
+#include <chrono>
+#include <thread>
+
 #include "common/error.h"
 #include "cpu_ref/backend.h"
 #include "tests/scene_builder.h"
@@ -56,7 +59,7 @@ TEST_CASE("the oracle gives the same bits however the samples are cut") {
     CHECK(same_bits(parts, render({0, 200}, 2)));
 }
 
-TEST_CASE("the oracle returns the whole blocks it had when it was stopped") {
+TEST_CASE("a stopped oracle returns the samples that every pixel has, half of those begun at least") {
     std::stop_source source;
     RenderControl control;
     control.stop = source.get_token();
@@ -70,8 +73,24 @@ TEST_CASE("the oracle returns the whole blocks it had when it was stopped") {
     options.threads = 1;
     const auto renderer = oracle_backend().create(options);
     const Estimate estimate = renderer->prepare(some_scene(), small())->render({0, 640}, control).estimate;
-    CHECK(estimate.count() == 64);
-    CHECK(same_bits(estimate, render({0, 64}, 1)));
+    CHECK(estimate.count() == 96);  // a block, and passes of 1, 1, 2, 4, 8 and 16
+    CHECK(same_bits(estimate, render({0, 96}, 1)));
+}
+
+TEST_CASE("a stop ends the oracle within a path") {
+    const Scene box = SceneBuilder()
+                          .camera({0.1, 0.2, 0.3}, {1.0, 0.4, -0.3}, 70.0)
+                          .triangle_box(diffuse(white), dvec3(-1.0), dvec3(1.0))
+                          .scene();
+    RenderSettings settings = small();
+    settings.bounces = 200'000'000u;  // minutes
+    std::stop_source source;
+    const auto job = oracle_backend().create({})->prepare(box, settings);
+    const std::jthread stopper([&] {
+        std::this_thread::sleep_for(std::chrono::milliseconds(50));
+        source.request_stop();
+    });
+    CHECK(job->render({0, 64}, {.stop = source.get_token(), .progress = {}}).estimate.count() == 0);
 }
 
 TEST_CASE("the oracle refuses what it does not do, and says so") {
