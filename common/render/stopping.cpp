@@ -1,38 +1,46 @@
 #include "common/render/stopping.h"
 
 #include <algorithm>
-#include <chrono>
+#include <atomic>
 #include <cmath>
-#include <condition_variable>
-#include <mutex>
-#include <thread>
+#include <functional>
 #include <vector>
 
+#include "common/deadline.h"
 #include "common/render/adaptive_sampling.h"
 #include "common/statistics/distributions.h"
+#include "common/stopwatch.h"
 
 namespace tandem {
 
 namespace {
 
-using Clock = std::chrono::steady_clock;
-
-// Requests a stop of `source` at a time, unless it is destroyed before.
-class Deadline {
+// The end of a render by a stop request or by time: when that is over, as soon as every pixel has a sample.
+class TimeLimit {
 public:
-    Deadline(std::stop_source source, std::optional<Clock::time_point> when) {
-        if (!when) return;
-        thread_ = std::jthread([source, when = *when](std::stop_token ending) mutable {
-            std::mutex mutex;
-            std::unique_lock lock(mutex);
-            std::condition_variable_any wake;
-            wake.wait_until(lock, ending, when, [] { return false; });
-            if (!ending.stop_requested()) source.request_stop();
-        });
+    TimeLimit(const StoppingRule& rule, const std::stop_token& stop)
+        : time_({}, rule.seconds),
+          last_(stop, rule.seconds ? rule.first_sample_seconds : std::nullopt),
+          on_last_(last_.token(), [this] { ending_.request_stop(); }),
+          on_time_(time_.token(), [this] { end_if_over(); }) {}
+
+    [[nodiscard]] std::stop_token token() const { return ending_.get_token(); }
+    [[nodiscard]] bool passed() const { return ending_.stop_requested(); }
+    // So many samples a pixel are done, the last one in part.
+    void has(double samples) {
+        if (samples >= 1.0) has_sample_ = true;
+        end_if_over();
     }
 
 private:
-    std::jthread thread_;
+    void end_if_over() {
+        if (has_sample_ && time_.passed()) ending_.request_stop();
+    }
+
+    std::atomic<bool> has_sample_ = false;
+    std::stop_source ending_;
+    Deadline time_, last_;
+    std::stop_callback<std::function<void()>> on_last_, on_time_;
 };
 
 // So many black samples a pixel say that the image is black: it then has no relative error that could be met.
@@ -105,32 +113,24 @@ std::optional<double> relative_error_of(const FilmMoments& film) {
 
 StoppedRender render_until(RenderJob& job, const StoppingRule& rule, std::stop_token stop,
     const std::function<void(const RenderProgress&)>& progress, Sampling sampling) {
-    std::stop_source ending;
-    const std::stop_callback forward(stop, [&] { ending.request_stop(); });
-    const Clock::time_point start = Clock::now();
-    std::optional<Clock::time_point> when;
-    if (rule.seconds)
-        when = start + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(*rule.seconds));
-    const Deadline deadline(ending, when);
-
+    const Stopwatch watch;
+    TimeLimit limit(rule, stop);
     StoppedRender result;
     GrowingFilm film(job, sampling);
     std::uint64_t done = 0;
     for (;;) {
         const std::uint64_t end = next_end(rule, done, result.relative_error, sampling);
-        RenderControl control{.stop = ending.get_token(), .progress = {}};
-        if (progress)
-            control.progress = [&](double samples) {
+        const RenderControl control{
+            .stop = limit.token(), .progress = [&](double samples) {
                 const double all = static_cast<double>(done) + samples;
-                const double seconds = std::chrono::duration<double>(Clock::now() - start).count();
-                progress({all, fraction_done(rule, all, seconds, result.relative_error), result.relative_error});
-            };
-        GrowingFilm::Growth growth = film.grow_to(end, control);
-        if (film.samples() == 0.0 && !stop.stop_requested()) {
-            // The time was too short for anything: an image takes one sample a pixel at least.
-            control.stop = stop;
-            growth = film.grow_to(1, control);
-        }
+                limit.has(all);
+                if (film.samples() == 0.0) result.begun = std::min(all, 1.0);
+                if (progress)
+                    progress(
+                        {all, fraction_done(rule, all, watch.seconds(), result.relative_error), result.relative_error});
+            }};
+        const GrowingFilm::Growth growth = film.grow_to(end, control);
+        limit.has(film.samples());
         result.seconds += growth.seconds;
         if (growth.device_seconds) result.device_seconds = result.device_seconds.value_or(0.0) + *growth.device_seconds;
         done = end;
@@ -140,7 +140,7 @@ StoppedRender render_until(RenderJob& job, const StoppingRule& rule, std::stop_t
             result.complete = growth.complete && done == rule.samples;
             break;
         }
-        if (ending.stop_requested() || done == rule.samples) break;
+        if (limit.passed() || done == rule.samples) break;
         if (!rule.relative_error) continue;
         if (result.relative_error && *result.relative_error <= *rule.relative_error) break;
         if (!result.relative_error && done >= black_samples && !rule.samples && !rule.seconds) {

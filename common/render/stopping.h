@@ -10,8 +10,10 @@ namespace tandem {
 
 struct StoppingRule {
     std::optional<std::uint64_t> samples;  // a pixel
-    std::optional<double> seconds;         // wall clock; the last samples, or the only one, may end later
+    std::optional<double> seconds;         // wall clock; what is begun of a sample by then is dropped
     std::optional<double> relative_error;  // see relative_error_of
+    // So long, in place of `seconds`, may the first sample take; empty: as long as it does.
+    std::optional<double> first_sample_seconds = {};
 };
 
 struct RenderProgress {
@@ -32,6 +34,7 @@ struct StoppedRender {
     std::optional<double> relative_error;                  // none below two samples
     std::optional<ErrorInterval> relative_error_interval;  // none of a pixel without two parts
     bool complete = true;  // false: stop request, or an error asked for of a black image
+    double begun = 0.0;    // where no pixel has a sample that counts: the part of the first that was done
 };
 
 // Root mean square, over pixels and channels, of the standard error of the mean, divided by the mean over pixels and

@@ -2,8 +2,11 @@
 #include <doctest/doctest.h>
 
 #include <cmath>
+#include <thread>
 
+#include "common/deadline.h"
 #include "common/render/stopping.h"
+#include "common/stopwatch.h"
 #include "tests/common/synthetic_renderer.h"
 
 using namespace tandem;
@@ -70,6 +73,57 @@ TEST_CASE("a stop request ends a render that nothing else would end soon") {
 TEST_CASE("a render by time has one sample at least") {
     const StoppedRender result = stopped({.samples = {}, .seconds = 1e-9, .relative_error = {}}, noisy);
     CHECK(result.film.count() > 0);
+}
+
+TEST_CASE("a first sample that does not end in its time is given up, and the part that was done is told") {
+    // A job that only a stop ends.
+    class Endless : public RenderJob {
+    public:
+        RenderResult render(SampleRange, const RenderControl& control) override {
+            control.progress(0.25);
+            while (!control.stop.stop_requested()) std::this_thread::yield();
+            return {Estimate(4, 4), 0.0, std::nullopt};
+        }
+    } job;
+    const StoppedRender result =
+        render_until(job, {.samples = {}, .seconds = 0.01, .relative_error = {}, .first_sample_seconds = 0.03}, {}, {});
+    CHECK(result.film.count() == 0);
+    CHECK(result.begun == 0.25);
+}
+
+TEST_CASE("the time ends a render as soon as every pixel has a sample, and not before") {
+    // It goes on after its time until it has a sample, and would go on for ever.
+    class Slow : public RenderJob {
+    public:
+        RenderResult render(SampleRange range, const RenderControl& control) override {
+            const Stopwatch watch;
+            double done = 0.0;
+            while (!control.stop.stop_requested()) {
+                done = watch.seconds() / 0.05;
+                control.progress(done);
+            }
+            Estimate estimate(4, 4);
+            const auto samples = static_cast<std::uint64_t>(done);
+            if (samples > 0)
+                estimate.add_block(
+                    {range.begin, range.begin + samples}, Estimate::Plane(estimate.pixel_count() * channel_count));
+            return {std::move(estimate), watch.seconds(), std::nullopt};
+        }
+    } job;
+    const StoppedRender result = render_until(job, {.samples = {}, .seconds = 0.01, .relative_error = {}}, {}, {});
+    CHECK(result.film.count() >= 1);
+    CHECK(result.seconds >= 0.05);
+}
+
+TEST_CASE("a deadline comes with the stop that it follows, or at its time, or never") {
+    std::stop_source source;
+    const Deadline never(source.get_token(), std::nullopt), late(source.get_token(), 1e12), soon({}, 0.01);
+    CHECK_FALSE(never.passed());
+    CHECK_FALSE(late.passed());
+    while (!soon.passed()) std::this_thread::yield();
+    source.request_stop();
+    CHECK(never.passed());
+    CHECK(late.passed());
 }
 
 TEST_CASE("a render by time ends") {
