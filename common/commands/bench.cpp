@@ -45,6 +45,7 @@ std::pair<std::uint32_t, std::uint32_t> size_from(const std::string& text) {
 }
 
 BenchTarget make_target(const BenchArguments& arguments, const CommandContext& context) {
+    const NothingToKeep starting(context.interrupts);
     BenchRequest request{arguments.device, load_scene(arguments.scene), {}};
     for (const std::string& size : arguments.sizes) request.sizes.push_back(size_from(size));
     std::ranges::sort(request.sizes, {}, [](const auto& size) { return std::uint64_t{size.first} * size.second; });

@@ -397,7 +397,7 @@ std::string without_folder(const std::string& argument) {
 }  // namespace
 
 int run_program(int argc, char** argv, const Program& program) {
-    const InterruptWatch interrupts;
+    InterruptWatch interrupts;
     CLI::App app{
         "Tandem renders a scene with two independent path tracers, one on the CPU and one on a Vulkan device. A "
         "statistical test decides whether their images agree.",
@@ -416,8 +416,12 @@ int run_program(int argc, char** argv, const Program& program) {
         "device.");
     std::string command_line = "tandem";
     for (int i = 1; i < argc; ++i) command_line += " " + without_folder(argv[i]);
-    CommandContext context{
-        .program = program, .command_line = command_line, .stop = interrupts.token(), .json_file = {}, .action = {}};
+    CommandContext context{.program = program,
+        .command_line = command_line,
+        .stop = interrupts.token(),
+        .json_file = {},
+        .action = {},
+        .interrupts = interrupts};
     add_render_command(app, context);
     add_verify_command(app, context);
     add_compare_command(app, context);

@@ -14,6 +14,8 @@
 
 namespace tandem {
 
+class InterruptWatch;  // common/commands/console.h
+
 // What the program returns (README.md).
 enum class ExitStatus : int { fine = 0, disagree = 1, unusable_input = 2, undecided = 3, no_device = 4 };
 
@@ -33,6 +35,7 @@ struct CommandContext {
     std::string json_file;               // --json
     bool verbose = false;                // -v
     std::function<ExitStatus()> action;  // set by the chosen subcommand
+    InterruptWatch& interrupts;          // whose wish `stop` is
 };
 
 void add_render_command(CLI::App& app, CommandContext& context);

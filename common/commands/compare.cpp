@@ -8,6 +8,7 @@
 #include <memory>
 
 #include "common/commands/command.h"
+#include "common/commands/console.h"
 #include "common/commands/verdict_options.h"
 #include "common/error.h"
 #include "common/text.h"
@@ -61,7 +62,9 @@ ExitStatus compare(CompareArguments arguments, const CommandContext& context) {
     options.variance_of = arguments.variance_of == "mean" ? VarianceOf::mean : VarianceOf::sample;
     const std::vector<std::filesystem::path> reference(arguments.reference.begin(), arguments.reference.end());
     const std::vector<std::filesystem::path> candidate(arguments.candidate.begin(), arguments.candidate.end());
+    NothingToKeep comparing(context.interrupts);
     const std::vector<SceneVerdict> verdicts{compare_files(reference, candidate, options)};
+    comparing.end();
     print_verdict(verdicts.front(), context.verbose);
     return conclude("compare", verdicts, arguments.criteria, context);
 }

@@ -38,7 +38,7 @@ InterruptWatch::InterruptWatch() {
     sigaddset(&signals, SIGINT);
     sigaddset(&signals, SIGTERM);
     pthread_sigmask(SIG_BLOCK, &signals, nullptr);
-    thread_ = std::jthread([signals, source = source_](std::stop_token ending) mutable {
+    thread_ = std::jthread([this, signals, source = source_](std::stop_token ending) mutable {
         constexpr timespec poll{0, 100'000'000};  // how late the watch may notice that it is to end
         constexpr std::chrono::seconds same_wish{1};
         std::chrono::steady_clock::time_point first;
@@ -46,8 +46,8 @@ InterruptWatch::InterruptWatch() {
             const int caught = sigtimedwait(&signals, nullptr, &poll);
             if (caught < 0) continue;
             const auto now = std::chrono::steady_clock::now();
-            if (source.stop_requested()) {
-                if (now - first < same_wish) continue;
+            if (source.stop_requested() || nothing_to_keep_ > 0) {
+                if (source.stop_requested() && now - first < same_wish) continue;
                 std::signal(caught, SIG_DFL);
                 pthread_sigmask(SIG_UNBLOCK, &signals, nullptr);
                 std::raise(caught);

@@ -1,6 +1,7 @@
 // Terminal manners: a progress line with an estimate of the time left, and Ctrl-C as a stop request.
 #pragma once
 
+#include <atomic>
 #include <chrono>
 #include <stop_token>
 #include <string>
@@ -35,8 +36,28 @@ public:
     [[nodiscard]] std::stop_token token() const { return source_.get_token(); }
 
 private:
+    friend class NothingToKeep;
     std::stop_source source_;
+    std::atomic<int> nothing_to_keep_ = 0;
     std::jthread thread_;
+};
+
+// While it lives, the first SIGINT or SIGTERM ends the program at once: scenes are loaded, or something else is at work
+// that has no results yet and heeds no wish to stop.
+class NothingToKeep {
+public:
+    explicit NothingToKeep(InterruptWatch& watch) : watch_(&watch) { ++watch_->nothing_to_keep_; }
+    ~NothingToKeep() { end(); }
+    NothingToKeep(const NothingToKeep&) = delete;
+    NothingToKeep& operator=(const NothingToKeep&) = delete;
+    // From now on there is.
+    void end() {
+        if (watch_ != nullptr) --watch_->nothing_to_keep_;
+        watch_ = nullptr;
+    }
+
+private:
+    InterruptWatch* watch_;
 };
 
 }  // namespace tandem

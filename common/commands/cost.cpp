@@ -102,6 +102,7 @@ void print_list(const Scene& scene, const CostRequest& request) {
 }
 
 ExitStatus cost(const CostArguments& arguments, const CommandContext& context) {
+    NothingToKeep until_reference(context.interrupts);
     const Scene scene = load_scene(arguments.scene);
     check_outputs({context.json_file, arguments.resume}, {arguments.scene});
     if (!arguments.resume.empty()) check_writable_text(arguments.resume);
@@ -117,7 +118,10 @@ ExitStatus cost(const CostArguments& arguments, const CommandContext& context) {
         ProgressLine line;
         CostControl control;
         control.stop = context.stop;
-        control.progress = [&](double fraction, const std::string& text) { line.update(fraction, text); };
+        control.progress = [&](double fraction, const std::string& text) {
+            until_reference.end();
+            line.update(fraction, text);
+        };
         if (!arguments.resume.empty())
             control.save = [&](const CostSamples& samples) { write_text_file(arguments.resume, to_bytes(samples)); };
         report = run_cost(scene, std::move(request), control);

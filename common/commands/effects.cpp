@@ -148,6 +148,7 @@ ExitStatus effects(const EffectsArguments& arguments, const CommandContext& cont
     if (arguments.options.effects != "needed")
         throw InputError("--effects: this command compares the needed effects with all of them; leave the option out");
     refuse_adaptive_sampling(arguments.options);
+    NothingToKeep until_first_round(context.interrupts);
     const Scene scene = load_scene(arguments.scene);
     const RenderSettings settings = settings_from(arguments.options, scene);
     check_memory(settings);
@@ -167,7 +168,10 @@ ExitStatus effects(const EffectsArguments& arguments, const CommandContext& cont
     SpecialisationReport report;
     {
         ProgressLine line;
-        options.progress = [&](double fraction) { line.update(fraction, "timing"); };
+        options.progress = [&](double fraction) {
+            until_first_round.end();
+            line.update(fraction, "timing");
+        };
         report = measure_specialisation(scene, settings, make_renderer, options);
     }
     write_json(context, to_json(scene.name, info, report));

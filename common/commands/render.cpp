@@ -9,10 +9,12 @@
 #include "common/commands/console.h"
 #include "common/commands/help.h"
 #include "common/cost/choose_settings.h"
+#include "common/deadline.h"
 #include "common/error.h"
 #include "common/image/image_io.h"
 #include "common/render/stopping.h"
 #include "common/scene/loader/scene_loader.h"
+#include "common/stopwatch.h"
 
 namespace tandem {
 
@@ -132,11 +134,33 @@ std::string samples_text(const FilmMoments& film) {
     return fmt::format("{:.0f} ({} to {})", film.count(), least, most);
 }
 
+// What is left of the time after the start: loading, trees and kernels count.
+void take_start_off(StoppingRule& rule, double seconds) {
+    if (!rule.seconds) return;
+    constexpr double least = 1e-3;
+    rule.first_sample_seconds = std::max(least, with_overrun(*rule.seconds) - seconds);
+    rule.seconds = std::max(least, *rule.seconds - seconds);
+}
+
+// Why there is no image.
+Error without_sample(const StoppedRender& result, const RenderArguments& arguments, const CommandContext& context) {
+    if (context.stop.stop_requested() || !arguments.seconds)
+        return Error("stopped before every pixel had a sample; nothing is written");
+    const std::string done =
+        result.begun > 0.0 ? fmt::format(": {:.2g} % of the first was done", 100.0 * result.begun) : std::string();
+    return Error(fmt::format(
+        "--time: {:g} s do not suffice for a sample of every pixel{}; nothing is written; give more --time, a smaller "
+        "--size or fewer --bounces",
+        *arguments.seconds, done));
+}
+
 ExitStatus render(const RenderArguments& arguments, const CommandContext& context) {
+    const Stopwatch watch;
+    NothingToKeep starting(context.interrupts);
     const Scene scene = load_scene(arguments.scene);
     RenderSettings settings = settings_from(arguments.options, scene);
     check_memory(settings);
-    const StoppingRule rule = stopping_rule(arguments);
+    StoppingRule rule = stopping_rule(arguments);
     // The scatter of a pixel's Sobol samples says nothing of the error of their mean (MODEL.md section 3.2).
     const bool independent = settings.generator != Generator::sobol;
     if (rule.relative_error && !independent)
@@ -157,6 +181,8 @@ ExitStatus render(const RenderArguments& arguments, const CommandContext& contex
         fmt::print(stderr, "{} on {} ({}), {}x{}\n", scene.name, renderer->info().device, renderer->info().driver,
             settings.width, settings.height);
 
+    starting.end();
+    take_start_off(rule, watch.seconds());
     StoppedRender result;
     {
         ProgressLine line;
@@ -167,7 +193,7 @@ ExitStatus render(const RenderArguments& arguments, const CommandContext& contex
         result = render_until(*job, rule, context.stop, tell, settings.sampling);
     }
     if (!independent) result.relative_error.reset();
-    if (result.film.count() == 0.0) throw Error("stopped before every pixel had a sample; nothing is written");
+    if (result.film.count() == 0.0) throw without_sample(result, arguments, context);
 
     const nlohmann::json report = describe(arguments, settings, renderer->info(), scene, result);
     write_output(arguments, report, result.film, independent);
@@ -214,7 +240,11 @@ void add_how_long(CLI::App& command, RenderArguments& arguments) {
         .add_option(
             "--samples", arguments.samples, "Samples a pixel (default: 64, or no limit with --time or --target-error)")
         ->check(whole_between(1, std::uint64_t{1} << 40));
-    command.add_option("--time", arguments.seconds, "Seconds, at most")
+    command
+        .add_option("--time", arguments.seconds,
+            "Seconds, at most, with loading and preparing the scene. The first sample of every pixel may take a "
+            "twentieth "
+            "and half a second longer")
         ->check(above_zero(most_seconds))
         ->type_name("SECONDS");
     command

@@ -138,7 +138,10 @@ ExitStatus stability_command(const StabilityArguments& arguments, const CommandC
     if (!arguments.cases.empty())
         std::erase_if(
             cases, [&](const auto& c) { return std::ranges::find(arguments.cases, c.id) == arguments.cases.end(); });
-    const std::vector<stability::Bench> benches = make_benches(arguments, context);
+    const std::vector<stability::Bench> benches = [&] {
+        const NothingToKeep starting(context.interrupts);
+        return make_benches(arguments, context);
+    }();
     stability::StabilityOptions options = arguments.options;
     options.stop = context.stop;
     StabilityReport report;

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "common/commands/command.h"
+#include "common/commands/console.h"
 #include "common/commands/help.h"
 #include "common/error.h"
 #include "common/scene/loader/scene_loader.h"
@@ -242,6 +243,7 @@ void check_options(const TraceArguments& arguments) {
 ExitStatus trace(const TraceArguments& arguments, const CommandContext& context) {
     check_options(arguments);
     refuse_adaptive_sampling(arguments.options);
+    const NothingToKeep at_work(context.interrupts);
     const Scene scene = load_scene(arguments.scene);
     Result result{scene, settings_from(arguments.options, scene), placed_primitives(scene), {}, {}};
     check_outputs({context.json_file}, {arguments.scene});

@@ -9,6 +9,7 @@
 #include "common/commands/console.h"
 #include "common/commands/help.h"
 #include "common/commands/verdict_options.h"
+#include "common/deadline.h"
 #include "common/error.h"
 #include "common/scene/loader/scene_loader.h"
 #include "common/self_test/self_test.h"
@@ -124,6 +125,7 @@ std::string trace_command(const VerifyArguments& arguments, const std::string& s
 }
 
 ExitStatus verify(const VerifyArguments& arguments, const CommandContext& context) {
+    NothingToKeep starting(context.interrupts);
     // Every scene is read before the first is rendered: bad input costs no time.
     std::vector<Scene> scenes;
     for (const std::string& file : arguments.scenes) scenes.push_back(load_scene(file));
@@ -147,6 +149,7 @@ ExitStatus verify(const VerifyArguments& arguments, const CommandContext& contex
         candidate->info().backend, candidate->info().device);
     const std::vector<DeviceSelfTest> self_tests = self_tests_of({reference.get(), candidate.get()});
     std::fflush(stdout);
+    starting.end();
 
     VerifyOptions options;
     options.criteria = criteria;
@@ -156,9 +159,10 @@ ExitStatus verify(const VerifyArguments& arguments, const CommandContext& contex
     options.paired = !arguments.no_paired;
     options.oracle = oracle.get();
     options.scenes = scenes.size();
-    options.stop = context.stop;
     std::vector<SceneVerdict> verdicts;
     const auto run = [&](std::size_t i) {
+        const Deadline deadline(context.stop, with_overrun(arguments.seconds));
+        options.stop = deadline.token();
         options.settings = settings[i];
         {
             ProgressLine line;

@@ -175,7 +175,10 @@ CostReport run_cost(const Scene& scene, CostRequest request, const CostControl& 
     const auto make = [&](const std::vector<CostArm>& arms) {
         const double before = now();
         bool made = true;
-        for (const CostArm& arm : arms) made = experiment.add(arm) && made;
+        for (const CostArm& arm : arms) {
+            if (control.stop.stop_requested() && !experiment.arms().empty()) return false;
+            made = experiment.add(arm) && made;
+        }
         making += now() - before;
         return made;
     };

@@ -149,10 +149,10 @@ bool bake(Scene& scene) {
     return any;
 }
 
-Estimate render(Renderer& renderer, const Scene& scene, std::uint64_t samples) {
+Estimate render(Renderer& renderer, const Scene& scene, std::uint64_t samples, const std::stop_token& stop) {
     constexpr std::uint32_t longer_side = 24;
     return renderer.prepare(scene, with_longer_side(default_settings(scene), longer_side))
-        ->render({0, samples})
+        ->render({0, samples}, {.stop = stop, .progress = {}})
         .estimate;
 }
 
@@ -222,8 +222,10 @@ void judge_change(const HardCase& hard_case, Renderer& renderer, Precision preci
         ++done;
         const std::optional<Scene> other = changed(scene, change);
         if (!other) continue;
+        const Estimate a = render(renderer, scene, hard_case.samples, stop);
+        const Estimate b = render(renderer, *other, hard_case.samples, stop);
+        if (stop.stop_requested()) break;
         ++apt;
-        const Estimate a = render(renderer, scene, hard_case.samples), b = render(renderer, *other, hard_case.samples);
         result.rays += 2 * a.pixel_count() * a.count();
         if (b.invalid() > 0) result.false_hits += b.invalid();
         if (change == Change::scaled)

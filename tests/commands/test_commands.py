@@ -59,6 +59,15 @@ class Commands(unittest.TestCase):
         for mention in mentions:
             self.assertIn(mention, lines[0])
 
+    def closed_box(self):
+        """A room that no path gets out of, and that nothing is absorbed in."""
+        return self.write({
+            "camera": {"position": [0.1, 0.2, 0.3], "target": [1, 0.4, -0.3], "vertical_field_degrees": 70},
+            "materials": {"white": {"kind": "diffuse", "colour": [1, 1, 1]}, "lamp": {"kind": "emissive", "radiance": [1, 1, 1]}},
+            "entities": [{"material": "white", "primitives": [{"cuboid": {"minimum": [-1, -1, -1], "maximum": [1, 1, 1]}}]},
+                         {"material": "lamp", "primitives": [{"sphere": {"centre": [0.5, 0.5, 0.5], "radius": 0.001}}]}]},
+            "box.json")
+
     def left_behind(self):
         return sorted(p.name for p in self.folder.iterdir() if p.suffix != ".json" or p.name == "out.json")
 
@@ -410,6 +419,39 @@ class Commands(unittest.TestCase):
                 self.assertEqual(running.wait(timeout=10), -signal.SIGINT)
             finally:
                 running.kill()
+
+    def test_time_is_kept_where_paths_never_end(self):
+        box = self.closed_box()
+        # Millions of paths of thousands of segments, or a few of a million: each took minutes.
+        for backend in ("cpu", "vulkan", "oracle"):
+            for size, bounces in (("512x512", "4096"), ("8x8", "1000000")):
+                with self.subTest(backend=backend, size=size):
+                    start = time.monotonic()
+                    result = tandem("render", box, "-o", self.folder / "out.exr", "--backend", backend, "--size", size,
+                                    "--bounces", bounces, "--time", "1")
+                    self.refused(result, "--time: 1 s do not suffice for a sample of every pixel")
+                    # 1.55 s, and what a loaded machine adds.
+                    self.assertLess(time.monotonic() - start, 8.0)
+                    self.assertFalse((self.folder / "out.exr").exists())
+
+    def test_an_interrupt_ends_every_command_soon_where_paths_never_end(self):
+        box = self.closed_box()
+        long = ["--size", "256", "--bounces", "100000"]
+        for command in (["render", box, "-o", self.folder / "out.exr", *long, "--backend", "vulkan"],
+                        ["render", box, "-o", self.folder / "out.exr", *long, "--integrator", "bidirectional"],
+                        ["verify", box, *long], ["cost", box, *long, "--no-cache"], ["effects", box, *long],
+                        ["trace", box, "--pixel", "3,3", "--backends", "oracle", "--bounces", "1000000"],
+                        ["bench", "--scene", box, "--size", "256x256"], ["stability"]):
+            with self.subTest(command=" ".join(map(str, command))):
+                with subprocess.Popen([TANDEM, *command], stdout=subprocess.PIPE, stderr=subprocess.PIPE) as running:
+                    time.sleep(1.5)
+                    start = time.monotonic()
+                    running.send_signal(signal.SIGINT)
+                    try:
+                        running.communicate(timeout=20)
+                        self.assertLess(time.monotonic() - start, 8.0)  # 2 s, and what a loaded machine adds
+                    finally:
+                        running.kill()
 
     def test_interrupt_keeps_what_was_rendered(self):
         out, figures = self.folder / "out.exr", self.folder / "out.json"

@@ -59,7 +59,7 @@ Look look_of(const Judgement& judgement, std::uint64_t samples, const LookShare&
 void conclude(SceneVerdict& verdict) {
     if (verdict.looks.empty()) {
         verdict.sentence = verdict.reference_name + " and " + verdict.candidate_name +
-                           " are undecided: stopped before there was enough to judge";
+                           " are undecided: stopped, or out of time, before there was enough to judge";
         return;
     }
     // What was seen before a look was due is no agreement.
