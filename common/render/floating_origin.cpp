@@ -7,6 +7,7 @@
 #include <limits>
 #include <utility>
 
+#include "common/render/contacts.h"
 #include "common/render/path_trace.h"
 #include "common/render/random.h"
 
@@ -224,8 +225,10 @@ Scene moving_along(const Scene& scene, const dvec3& motion) {
     return moved;
 }
 
-std::unique_ptr<RenderJob> prepare_near_origin(const Scene& scene, const RenderSettings& settings,
+std::unique_ptr<RenderJob> prepare_near_origin(const Scene& given, const RenderSettings& settings,
     const std::function<std::unique_ptr<RenderJob>(const Scene&)>& prepare) {
+    const std::optional<Scene> apart = with_contacts_apart(given);
+    const Scene& scene = apart ? *apart : given;
     const std::optional<dvec3> motion = floating_motion(scene);
     const std::optional<Scene> along = motion ? std::optional(moving_along(scene, *motion)) : std::nullopt;
     const Scene& seen = along ? *along : scene;

@@ -10,6 +10,7 @@
 
 #include "common/error.h"
 #include "common/render/check_settings.h"
+#include "common/render/contacts.h"
 #include "common/render/effects.h"
 #include "common/stopwatch.h"
 #include "cpu_ref/backend.h"
@@ -196,7 +197,8 @@ public:
             throw UnsupportedError("the oracle gives every pixel as many samples; leave out --sampling");
         static_cast<void>(effects_to_simulate(scene, settings, EffectSet::all(), "oracle"));  // it has no variants
         const std::optional<Scene> changed = changed_by(settings, scene);
-        return std::make_unique<OracleJob>(changed ? *changed : scene, settings, threads_);
+        const std::optional<Scene> apart = with_contacts_apart(changed ? *changed : scene);
+        return std::make_unique<OracleJob>(apart ? *apart : changed ? *changed : scene, settings, threads_);
     }
 
     std::unique_ptr<RayIntersector> intersector(const Scene& scene, const RenderSettings& settings) override {

@@ -1,0 +1,15 @@
+// Bodies in contact are held a hair apart (MODEL.md section 5.2), so that rounding cannot decide whether a dielectric
+// and what it stands on are optically coupled.
+#pragma once
+
+#include <optional>
+
+#include "common/scene/scene.h"
+
+namespace tandem {
+
+// The scene with the faces of dielectrics that touch another body drawn back by a hair. Empty: nothing touches, and the
+// scene is to stay as it is, bit for bit.
+[[nodiscard]] std::optional<Scene> with_contacts_apart(const Scene& scene);
+
+}  // namespace tandem
