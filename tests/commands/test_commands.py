@@ -710,6 +710,32 @@ class Commands(unittest.TestCase):
                     "nanoseconds_per_ray"):
             self.assertIn(key, arms["12", "watertight"])
 
+    def test_stability_prints_a_line_a_case_and_arms_where_asked(self):
+        def printed(*more):
+            result = tandem("stability", "--catalogue", SCENES / "hard" / "catalogue.json", "--backend", "cpu",
+                            "--precision", "single", "--case", "1,12", "--time", "1", *more)
+            self.assertEqual(result.returncode, 0, result.stdout + result.stderr)
+            return [line.split()[0] for line in result.stdout.splitlines() if line]
+
+        self.assertEqual(printed(), ["case", "1", "12", "Arms:"])
+        arms = printed("-v")
+        self.assertEqual(arms[:3], ["case", "1", "12"])
+        self.assertGreater(arms.count("12"), 2)
+
+    def test_stability_without_a_ray_proves_nothing(self):
+        catalogue = json.loads((SCENES / "hard" / "catalogue.json").read_text())
+        case = next(case for case in catalogue["cases"] if case["id"] == "1")
+        for rays in (0, -3, 1.5, "many"):
+            case["rays"] = rays
+            file = self.folder / "catalogue.json"
+            file.write_text(json.dumps({"cases": [case]}))
+            self.refused(tandem("stability", "--catalogue", file, "--backend", "cpu"), "/cases/0/rays", "one or more")
+        case["rays"] = 3  # other arms shoot a sixteenth, but one at least
+        file.write_text(json.dumps({"cases": [case]}))
+        out = self.folder / "hard.json"
+        tandem("stability", "--catalogue", file, "--backend", "cpu", "--json", out)
+        self.assertTrue(all(arm["rays"] >= 1 for arm in json.loads(out.read_text())["cases"]))
+
     def test_stability_on_a_device_tells_how_exactly_that_computes(self):
         out = self.folder / "hard.json"
         result = tandem("stability", "--catalogue", SCENES / "hard" / "catalogue.json", "--backend", "vulkan",
