@@ -487,6 +487,27 @@ class Commands(unittest.TestCase):
         self.assertEqual(same.returncode, 0, same.stdout + same.stderr)
         other = tandem("compare", self.folder / "a.exr", self.folder / "c.exr")
         self.assertEqual(other.returncode, 1, other.stdout + other.stderr)
+        lines = other.stdout.splitlines()
+        reason = re.search(r"disagree: (.*?, p = \S+ against \S+?)(;|$)", lines[0])[1]
+        self.assertEqual(other.stdout.count(reason), 1, other.stdout)  # in the sentence alone
+        self.refused(tandem("compare", self.folder / "a.exr", self.folder / "a.exr"), "the same file")
+
+    def test_variances_are_said_of_a_side_and_the_old_option_holds_for_both(self):
+        for name in ("a", "b"):
+            tandem("render", self.scene, "-o", self.folder / f"{name}.exr", "--samples", 256, "--seed", ord(name))
+        images = [self.folder / "a.exr", self.folder / "b.exr"]
+        for options in (["--variance-of-a", "sample"], ["--variance-of-a", "mean", "--variance-of-b", "sample"]):
+            result = tandem("compare", *images, *options)
+            self.assertIn(result.returncode, [0, 1, 3], result.stderr)
+            self.assertEqual(result.stderr, "")
+        self.assertIn("holds for both sides", tandem("compare", *images, "--variance-of", "sample").stderr)
+        self.refused(tandem("compare", *images, "--variance-of-b", "median"), "--variance-of-b")
+
+    def test_a_scene_without_light_is_undecided(self):
+        dark = self.changed("/background", [0, 0, 0])
+        result = tandem("verify", dark, "--size", "8", "--samples", 256, "--time", 20, "--candidate", "oracle", "--oracle", "none")
+        self.assertEqual(result.returncode, 3, result.stdout + result.stderr)
+        self.assertIn("both are black, so nothing was compared", result.stdout)
 
     def test_compare_refuses_images_that_do_not_match(self):
         for name, size in [("a", 16), ("b", 24)]:

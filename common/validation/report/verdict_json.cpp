@@ -191,6 +191,8 @@ json to_json(const SceneVerdict& v) {
     json result = promised(v);
     result["sentence"] = v.sentence;
     result["reasons"] = v.judgement.reasons;
+    result["notes"] = v.notes;
+    result["black"] = v.judgement.black;
     result["margin_tile_relative"] = v.criteria.margins.tile;
     result["reference"] = info_json(v.reference_name, v.reference_info, v.reference_seed);
     result["candidate"] = info_json(v.candidate_name, v.candidate_info, v.candidate_seed);

@@ -30,6 +30,7 @@ struct SceneVerdict {
     std::string scene;
     Verdict verdict = Verdict::undecided;
     std::string sentence;
+    std::vector<std::string> notes;  // what a reader must know of the images that were compared
     Judgement judgement;  // of the last look
     PairedResult paired;
     std::vector<Look> looks;
