@@ -337,6 +337,7 @@ TEST_CASE("pixels that are not numbers are a disagreement, are counted and locat
     CHECK(verdict.candidate.invalid == 3);
     CHECK(verdict.judgement.reasons.front() ==
           "3 values in 2 pixels of the candidate are NaN, infinite or negative: (0, 0), (7, 5)");
+    CHECK(verdict.explanations.empty());  // they are all that differs
 }
 
 TEST_CASE("mismatches are refused by name") {
