@@ -9,6 +9,7 @@
 
 #include "common/commands/command.h"
 #include "common/commands/console.h"
+#include "common/commands/help.h"
 #include "common/commands/verdict_options.h"
 #include "common/error.h"
 #include "common/text.h"
@@ -21,7 +22,7 @@ struct CompareArguments {
     std::vector<std::string> images, reference, candidate;
     CriteriaArguments criteria;
     std::string negligible, tile_negligible;
-    std::string variance_of = "sample";
+    std::string variance_of, variance_of_a, variance_of_b;
     bool same_estimator = false;
 };
 
@@ -45,6 +46,19 @@ void split_sides(CompareArguments& arguments) {
         throw InputError("compare: needs images on both sides: A... vs B...");
 }
 
+// --variance-of is from before there was one a side.
+void set_variances(const CompareArguments& arguments, CompareOptions& options) {
+    const auto meant = [&](const std::string& own) {
+        return (own.empty() ? arguments.variance_of : own) == "mean" ? VarianceOf::mean : VarianceOf::sample;
+    };
+    options.variance_of_reference = meant(arguments.variance_of_a);
+    options.variance_of_candidate = meant(arguments.variance_of_b);
+    if (!arguments.variance_of.empty() && (arguments.variance_of_a.empty() || arguments.variance_of_b.empty()))
+        fmt::print(stderr,
+            "tandem: --variance-of {} holds for both sides; --variance-of-a and --variance-of-b say it of one\n",
+            arguments.variance_of);
+}
+
 ExitStatus compare(CompareArguments arguments, const CommandContext& context) {
     split_sides(arguments);
     std::vector<std::string> inputs = arguments.reference;
@@ -59,7 +73,7 @@ ExitStatus compare(CompareArguments arguments, const CommandContext& context) {
     if (!arguments.negligible.empty()) negligible.image = fraction_from(arguments.negligible, "--negligible");
     if (!arguments.tile_negligible.empty())
         negligible.tile = fraction_from(arguments.tile_negligible, "--tile-negligible");
-    options.variance_of = arguments.variance_of == "mean" ? VarianceOf::mean : VarianceOf::sample;
+    set_variances(arguments, options);
     const std::vector<std::filesystem::path> reference(arguments.reference.begin(), arguments.reference.end());
     const std::vector<std::filesystem::path> candidate(arguments.candidate.begin(), arguments.candidate.end());
     NothingToKeep comparing(context.interrupts);
@@ -80,11 +94,13 @@ void add_compare_command(CLI::App& app, CommandContext& context) {
         ->type_name("IMAGE");
     command->add_option("--reference", arguments->reference, "Images of side A")->type_name("IMAGE");
     command->add_option("--candidate", arguments->candidate, "Images of side B")->type_name("IMAGE");
-    command
-        ->add_option("--variance-of", arguments->variance_of,
-            "Variance channels hold the variance of one sample, or of the mean of the pixel")
-        ->check(CLI::IsMember({"sample", "mean"}))
-        ->capture_default_str();
+    const auto variance = [&](const char* name, std::string& value, const char* whose) {
+        return command->add_option(name, value, whose)->check(CLI::IsMember({"sample", "mean"}));
+    };
+    variance("--variance-of-a", arguments->variance_of_a,
+        "Side A's variance channels hold the variance of one sample, or of the pixel's mean (default: sample)");
+    variance("--variance-of-b", arguments->variance_of_b, "The same of side B (default: sample)");
+    variance("--variance-of", arguments->variance_of, "Both sides at once, where they are alike")->group(rare_options);
     command->add_flag("--same-estimator", arguments->same_estimator,
         "Both sides use one estimator, so a different variance is a fault too");
     const Criteria defaults = CompareOptions::comparison_criteria();
@@ -104,7 +120,8 @@ void add_compare_command(CLI::App& app, CommandContext& context) {
         "  tandem render scenes/cornell-classic.json -o a.exr --size 64 --samples 4096\n"
         "  tandem render scenes/cornell-classic.json -o b.exr --size 64 --samples 4096 --seed 1\n"
         "  tandem compare a.exr b.exr\n"
-        "A side is one image with variance channels and a sample count, or several images of independent seeds.");
+        "A side is one image with variance channels and a sample count, or several images of independent seeds.\n"
+        "Channels, metadata and colour spaces: common/validation/compare/README.md. PNG files are decoded from sRGB.");
     command->callback(
         [&context, arguments] { context.action = [&context, arguments] { return compare(*arguments, context); }; });
 }

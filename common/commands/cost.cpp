@@ -62,7 +62,7 @@ std::vector<std::pair<std::string, std::string>> baseline_options(const CostArgu
     add("--device", arguments.device);
     add("--kernel", arguments.kernel);
     add("--precision", arguments.precision);
-    add("--size", arguments.options.size);
+    add("--size", arguments.options.size.empty() ? default_size : arguments.options.size);
     std::ranges::move(given_options(arguments.options), std::back_inserter(given));
     return given;
 }

@@ -4,6 +4,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <iterator>
+#include <span>
 
 #include "common/commands/command.h"
 #include "common/commands/console.h"
@@ -75,29 +77,62 @@ nlohmann::json to_json(const StabilityReport& report, const std::vector<stabilit
         {"complete", report.complete}, {"verdict", report.passed() ? "pass" : "fail"}};
 }
 
-void print_report(const StabilityReport& report, bool verbose) {
+void print_arm(const CaseResult& r) {
+    fmt::print("{:8} {:7} {:10} {:15} {:>9} {:>9.4g} {:>9.4g} {:>9.4g} {:>9.3g} {:>7.3g} {:>7.4g}  {}{}\n", r.id,
+        r.backend, r.precision, r.kernel, r.rays, per_billion(r.misses, r.rays), per_billion(r.false_hits, r.rays),
+        per_billion(r.self_hits, r.rays), r.worst_ulp, r.bound, r.nanoseconds_per_ray,
+        stability::outcome_names[static_cast<std::size_t>(r.outcome)], r.remark.empty() ? "" : " (" + r.remark + ")");
+}
+
+void print_arms(std::span<const CaseResult> results) {
+    if (results.empty()) return;
     fmt::print(
         "Misses, false hits and self-hits per 10^9 rays; worst error and bound in units of the last place of the "
         "largest coordinate\n");
     fmt::print("{:8} {:7} {:10} {:15} {:>9} {:>9} {:>9} {:>9} {:>9} {:>7} {:>7}  {}\n", "case", "backend", "precision",
         "arm", "rays", "misses", "false", "self", "worst", "bound", "ns/ray", "outcome");
-    std::string last;
-    for (const CaseResult& r : report.results) {
-        if (r.id != last) fmt::print("{}: {}\n", r.id, r.name);
-        last = r.id;
-        fmt::print("{:8} {:7} {:10} {:15} {:>9} {:>9.4g} {:>9.4g} {:>9.4g} {:>9.3g} {:>7.3g} {:>7.4g}  {}{}\n", r.id,
-            r.backend, r.precision, r.kernel, r.rays, per_billion(r.misses, r.rays), per_billion(r.false_hits, r.rays),
-            per_billion(r.self_hits, r.rays), r.worst_ulp, r.bound, r.nanoseconds_per_ray,
-            stability::outcome_names[static_cast<std::size_t>(r.outcome)],
-            r.remark.empty() ? "" : " (" + r.remark + ")");
+    for (const CaseResult& result : results) print_arm(result);
+    fmt::print("\n");
+}
+
+using Counts = std::array<std::size_t, 3>;  // of outcomes
+
+std::string told(const Counts& counts) {
+    return fmt::format("{} passed, {} failed as expected, {} failed", counts[0], counts[1], counts[2]);
+}
+
+// A case is a run of results.
+void print_cases(const std::vector<CaseResult>& results) {
+    fmt::print("{:8} {:>12}  {:18} {}\n", "case", "rays", "outcome", "arms");
+    for (auto first = results.begin(); first != results.end();) {
+        const auto end = std::find_if(first, results.end(), [&](const CaseResult& r) { return r.id != first->id; });
+        Counts counts{};
+        std::uint64_t rays = 0;
+        for (auto r = first; r != end; ++r) {
+            ++counts[static_cast<std::size_t>(r->outcome)];
+            rays += r->rays;
+        }
+        fmt::print("{:8} {:>12}  {:18} {}; {}\n", first->id, rays,
+            stability::outcome_names[static_cast<std::size_t>(counts[2] > 0 ? Outcome::fail : Outcome::pass)],
+            told(counts), first->name);
+        first = end;
     }
+}
+
+// A line a case; arms where one failed, or all where asked for.
+void print_report(const StabilityReport& report, bool verbose) {
+    std::vector<CaseResult> arms;
+    std::ranges::copy_if(report.results, std::back_inserter(arms),
+        [&](const CaseResult& r) { return verbose || r.outcome == Outcome::fail; });
+    print_cases(report.results);
+    fmt::print("\n");
+    print_arms(arms);
     if (verbose)
         for (const stability::Skipped& s : report.skipped)
             fmt::print("left out: {} {} {}: {}\n", s.backend, s.precision, s.kernel, s.reason);
-    std::array<std::size_t, 3> counts{};
+    Counts counts{};
     for (const CaseResult& r : report.results) ++counts[static_cast<std::size_t>(r.outcome)];
-    fmt::print("{} passed, {} failed as expected, {} failed{}\n", counts[0], counts[1], counts[2],
-        report.complete ? "" : "; stopped early");
+    fmt::print("Arms: {}{}\n", told(counts), report.complete ? "" : "; stopped early");
 }
 
 // Every backend in every precision that it has, as far as the options let it.
@@ -197,6 +232,7 @@ void add_stability_command(CLI::App& app, CommandContext& context) {
         "  tandem stability\n"
         "  tandem stability --case 2,8-1e6 --backend cpu --json hard.json\n"
         "  tandem stability --arm moller-trumbore --time 20\n"
+        "Printed is a line a case, and each arm that fails; -v prints all arms. "
         "Exit status: 0; 1 where a case fails, or passes although a failure is expected; 3 stopped early.");
     command->callback([&context, arguments] {
         context.action = [&context, arguments] { return stability_command(*arguments, context); };

@@ -53,8 +53,11 @@ Criteria criteria_from(const CriteriaArguments& arguments, Criteria criteria) {
 
 void print_verdict(const SceneVerdict& verdict, bool verbose) {
     fmt::print("{}: {}\n", verdict.scene, verdict.sentence);
+    const auto said = [&](const std::string& reason) { return verdict.sentence.find(reason) != std::string::npos; };
     if (verdict.verdict != Verdict::agree || verbose)
-        for (const std::string& reason : verdict.judgement.reasons) fmt::print("    {}\n", reason);
+        for (const std::string& reason : verdict.judgement.reasons)
+            if (!said(reason)) fmt::print("    {}\n", reason);
+    for (const std::string& note : verdict.notes) fmt::print("    note: {}\n", note);
     if (verdict.worst && (verdict.verdict == Verdict::disagree || verbose)) {
         const WorstPixel& worst = *verdict.worst;
         fmt::print("    worst pixel: ({}, {}){}{}\n        {}\n", worst.x, worst.y, worst.reason.empty() ? "" : "; ",

@@ -345,8 +345,13 @@ TimeToError ArmFigures::time_to(double relative_error) const {
     };
     const double samples_needed = samples_for(has_floor ? squared_bias.value : 0.0);
     if (!std::isfinite(samples_needed)) return result;
-    result.samples = samples_needed;
     result.extrapolated = samples_needed > most;
+    constexpr double no_image = 1.0;  // an error as large as the mean: a few bright samples decide the variance too
+    if (result.extrapolated && points.back().rmse.value >= no_image) {
+        result.unknown = true;
+        return result;
+    }
+    result.samples = samples_needed;
     result.floor_unknown = !has_floor && squared_bias.high >= aim;
     const double seconds = seconds_at(points, samples_needed);
     double log_half = log_half_of(points.back().seconds);

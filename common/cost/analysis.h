@@ -20,13 +20,14 @@ struct CostPoint {
     double relmse = 0.0;
 };
 
-// When an arm is at an error. Nothing: never, as its floor is above it.
+// When an arm is at an error. Nothing: never, as its floor is above it, or not known.
 struct TimeToError {
     double relative_error = 0.0;
     std::optional<Estimated> seconds;
     std::optional<double> samples;
     bool extrapolated = false;   // beyond the samples that were measured
     bool floor_unknown = false;  // a floor as high as this error is not excluded; none is assumed
+    bool unknown = false;        // all errors that were measured are 100 % or more: no base for a forecast
 };
 
 struct ArmFigures {

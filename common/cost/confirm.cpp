@@ -89,6 +89,7 @@ std::optional<Confirmation> confirm_at(
     result.relative_error = error;
     result.first = result.recommended = first->arm.name();
     result.seconds = *best->time.seconds;
+    result.forecast = best->time.extrapolated;
     result.rounds = best->trials->replicates.size();
     const std::vector<const ArmFigures*> rivals = rivals_of(figures, *first, error);
     for (const ArmFigures* rival : rivals) {
@@ -99,6 +100,7 @@ std::optional<Confirmation> confirm_at(
         if (last.time_ratio.high < 1.0 && again->time.seconds->value < result.seconds.value) {
             result.recommended = last.name;
             result.seconds = *again->time.seconds;
+            result.forecast = again->time.extrapolated;
         }
     }
     if (result.rivals.empty()) return std::nullopt;

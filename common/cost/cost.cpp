@@ -34,7 +34,7 @@ std::string duration(double seconds) {
 }
 
 std::string time_cell(const TimeToError& time) {
-    if (!time.seconds) return "never";
+    if (!time.seconds) return time.unknown ? "unknown" : "never";
     return fmt::format(
         "{}{}{}", time.extrapolated ? "~" : "", duration(time.seconds->value), time.floor_unknown ? "?" : "");
 }
@@ -76,12 +76,14 @@ const Confirmation* confirmation_of(const CostReport& report, double error) {
 
 std::string sentence_on(const Confirmation& confirmation) {
     const Rival& nearest = confirmation.rivals.front();
-    const std::string anew = fmt::format("Measured anew in {} rounds it takes {} ({} to {}); ", confirmation.rounds,
-        duration(confirmation.seconds.value), duration(confirmation.seconds.low), duration(confirmation.seconds.high));
+    const std::string anew = fmt::format("{} {} rounds it {} {} ({} to {}); ",
+        confirmation.forecast ? "By a forecast from" : "Measured anew in", confirmation.rounds,
+        confirmation.forecast ? "would take" : "takes", duration(confirmation.seconds.value),
+        duration(confirmation.seconds.low), duration(confirmation.seconds.high));
     switch (confirmation.outcome) {
         case Confirmed::shown:
-            return anew + fmt::format("it is the fastest: {} takes {} times as long.", nearest.name,
-                              factor(nearest.time_ratio));
+            return anew + fmt::format("it is the fastest of what was measured: {} takes {} times as long.",
+                              nearest.name, factor(nearest.time_ratio));
         case Confirmed::refuted:
             return anew + fmt::format("it was faster than {}, which had been found soonest before: {} of its time.",
                               confirmation.first, factor(nearest.time_ratio));
@@ -110,7 +112,8 @@ json to_json(const Confirmation& confirmation) {
     return {{"relative_error", confirmation.relative_error}, {"first", confirmation.first},
         {"recommended", confirmation.recommended}, {"outcome", outcome_name(confirmation.outcome)},
         {"seconds", confirmation.seconds.value}, {"seconds_low", confirmation.seconds.low},
-        {"seconds_high", confirmation.seconds.high}, {"rounds", confirmation.rounds}, {"rivals", rivals}};
+        {"seconds_high", confirmation.seconds.high}, {"forecast", confirmation.forecast},
+        {"rounds", confirmation.rounds}, {"rivals", rivals}};
 }
 
 json to_json(const ArmFigures& arm) {
@@ -122,8 +125,8 @@ json to_json(const ArmFigures& arm) {
     json times = json::array();
     for (const TimeToError& time : arm.times) {
         json one{{"relative_error", time.relative_error}, {"extrapolated", time.extrapolated},
-            {"floor_unknown", time.floor_unknown}, {"seconds", nullptr}, {"seconds_low", nullptr},
-            {"seconds_high", nullptr}, {"samples", nullptr}};
+            {"floor_unknown", time.floor_unknown}, {"unknown", time.unknown}, {"seconds", nullptr},
+            {"seconds_low", nullptr}, {"seconds_high", nullptr}, {"samples", nullptr}};
         if (time.seconds) {
             one["seconds"] = time.seconds->value;
             one["seconds_low"] = time.seconds->low;
@@ -160,7 +163,10 @@ const ArmFigures* recommended(const CostReport& report, double relative_error) {
     if (const Confirmation* confirmation = confirmation_of(report, relative_error))
         for (const ArmFigures& arm : report.figures)
             if (arm.arm.name() == confirmation->recommended) return &arm;
-    return soonest(report.figures, relative_error);
+    const ArmFigures* best = soonest(report.figures, relative_error);
+    const ArmFigures& baseline = report.figures.front();
+    const bool by_luck = best != nullptr && best != &baseline && best->variance > 0.0;
+    return by_luck && baseline.time_to(relative_error).seconds ? &baseline : best;
 }
 
 namespace {
@@ -174,6 +180,13 @@ std::string render_command(const CostReport& report, const CostArm& arm) {
     return command + (arm.options.empty() ? "" : " ") + arm.options;
 }
 
+// What was soonest among many, by luck or not, and had no second measurement.
+std::string not_confirmed(const CostReport& report, const ArmFigures& best, double error) {
+    const ArmFigures* first = soonest(report.figures, error);
+    if (first == &best) return "It was not measured anew.";
+    return fmt::format("{} was found sooner, but was not measured anew: give more --time.", first->arm.name());
+}
+
 }  // namespace
 
 std::vector<std::string> recommendations(const CostReport& report) {
@@ -184,7 +197,13 @@ std::vector<std::string> recommendations(const CostReport& report) {
         const Confirmation* confirmation = confirmation_of(report, error);
         const ArmFigures* best = recommended(report, error);
         if (best == nullptr) {
-            sentences.push_back(fmt::format("No setting here reaches {}.", level(error)));
+            const bool unknown =
+                std::ranges::any_of(report.figures, [&](const ArmFigures& arm) { return arm.time_to(error).unknown; });
+            sentences.push_back(
+                unknown
+                    ? fmt::format("To {}: not known, as errors of 100 % and more foretell nothing; give more --time.",
+                          level(error))
+                    : fmt::format("No setting here reaches {}.", level(error)));
             continue;
         }
         const TimeToError time = best->time_to(error);
@@ -192,7 +211,7 @@ std::vector<std::string> recommendations(const CostReport& report) {
             fmt::format("To {}: `{} --samples {:.0f}`, {}{}{}. {}", level(error), render_command(report, best->arm),
                 std::ceil(*time.samples), duration(time.seconds->value), time.extrapolated ? " (extrapolated)" : "",
                 time.floor_unknown ? "; a floor as high is not excluded, and none assumed" : "",
-                confirmation == nullptr ? "It was not measured anew." : sentence_on(*confirmation)));
+                confirmation == nullptr ? not_confirmed(report, *best, error) : sentence_on(*confirmation)));
     }
     for (const ArmFigures& arm : report.figures) {
         if (&arm == &baseline) {
@@ -229,7 +248,8 @@ json to_json(const CostReport& report) {
 std::string to_text(const CostReport& report) {
     std::string text = fmt::format(
         "{} on {} ({}), {}x{}; reference {} samples by {}, known to {}\nTimes in brackets: ~ extrapolated beyond what "
-        "was measured, ? a floor as high is not excluded. * is on the Pareto front.\n\n",
+        "was measured, ? a floor as high is not excluded, unknown: errors of 100 % and more foretell nothing. * is on "
+        "the Pareto front.\n\n",
         report.scene, report.device, report.backend, report.width, report.height, report.reference.samples,
         report.reference_backend, percent(report.reference.relative_uncertainty()));
     text += fmt::format("  {:32} {:>9} {:>22} {:>22} {:>9} {:>9} {:>9} {:>9}\n", "arm", "time", "floor", "slope", "5 %",

@@ -25,7 +25,8 @@ struct CostReport {
 // what measuring anew had to say to it.
 [[nodiscard]] std::vector<std::string> recommendations(const CostReport& report);
 
-// What they recommend for an error: the soonest, unless measuring anew has refuted it. Nothing: none reaches it.
+// What they recommend for an error: the soonest, unless measuring anew has refuted it; what was not measured anew gives
+// way to the baseline, where that reaches the error. Nothing: none does, as far as is known.
 [[nodiscard]] const ArmFigures* recommended(const CostReport& report, double relative_error);
 
 [[nodiscard]] nlohmann::json to_json(const CostReport& report);

@@ -21,6 +21,7 @@ struct Image {
     std::int32_t full_x = 0, full_y = 0;            // display window
     std::uint32_t full_width = 0, full_height = 0;  // 0: the data window's
     std::string colour_space;                       // as the file declares it; empty: it does not
+    std::uint32_t greatest_integer = 0;             // that the file's values can be: 255, 65535; 0: they are floats
 };
 
 // Floats of the largest image read: 4 GiB, 8192² pixels of 16 channels. A header may promise anything.

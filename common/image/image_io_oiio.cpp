@@ -97,6 +97,8 @@ Image read_with_library(const std::filesystem::path& path, std::uint64_t limit) 
     image.full_width = static_cast<std::uint32_t>(spec.full_width);
     image.full_height = static_cast<std::uint32_t>(spec.full_height);
     image.colour_space = colour_space_of(spec);
+    if (spec.format == OIIO::TypeDesc::UINT8) image.greatest_integer = 255;
+    if (spec.format == OIIO::TypeDesc::UINT16) image.greatest_integer = 65535;
     for (const OIIO::ParamValue& attribute : spec.extra_attribs)
         image.metadata[attribute.name().string()] = attribute.get_string();
     const std::uint64_t count = std::uint64_t{image.width} * image.height * image.channels.size();

@@ -40,13 +40,13 @@ public:
         result.subject = static_cast<Subject>(found - subject_names.begin());
         if (result.subject == Subject::images) {
             result.scene_file = (std::filesystem::path(file_).parent_path() / text(entry, at, "scene")).string();
-            result.samples = static_cast<std::uint64_t>(number(entry, at, "samples"));
+            result.samples = whole(entry, at, "samples");
             if (entry.contains("bounces")) result.bounces = static_cast<std::uint32_t>(number(entry, at, "bounces"));
         } else if (result.subject == Subject::changes) {
             read_change(entry, at, result);
         } else {
             result.generator = text(entry, at, "generator");
-            result.rays = static_cast<std::uint64_t>(number(entry, at, "rays"));
+            result.rays = whole(entry, at, "rays");
             result.seed = static_cast<std::uint64_t>(number(entry, at, "seed"));
         }
         result.counts_as_aimed = entry.value("aimed_at_seams", false);
@@ -69,7 +69,7 @@ private:
         if (std::ranges::find(change_names, result.change) == change_names.end())
             throw input_error(file_, at + "/change", "'" + result.change + "' is no change",
                 "use scaled, turned, mirrored, permuted, split or baked");
-        result.samples = static_cast<std::uint64_t>(number(entry, at, "samples"));
+        result.samples = whole(entry, at, "samples");
         for (const json& scene : entry.value("scenes", json::array()))
             result.scene_files.push_back(
                 (std::filesystem::path(file_).parent_path() / scene.get<std::string>()).string());
@@ -84,6 +84,14 @@ private:
             throw input_error(
                 file_, at + "/" + name, "is missing or no number >= 0", "give the case its " + std::string(name));
         return entry.at(name).get<double>();
+    }
+
+    // So many of something that without it there is nothing to judge.
+    [[nodiscard]] std::uint64_t whole(const json& entry, const std::string& at, const char* name) const {
+        if (!entry.contains(name) || !entry.at(name).is_number_unsigned() || entry.at(name).get<std::uint64_t>() == 0)
+            throw input_error(file_, at + "/" + name, "is missing or no whole number >= 1",
+                "give the case one or more " + std::string(name));
+        return entry.at(name).get<std::uint64_t>();
     }
 
     std::string file_;

@@ -217,7 +217,7 @@ void judge_change(const HardCase& hard_case, Renderer& renderer, Precision preci
     std::size_t done = 0, apt = 0;
     result.bound = 0.0;
     for (const std::string& file : hard_case.scene_files) {
-        if (stop.stop_requested() || (done > 0 && watch.seconds() > seconds)) break;
+        if (stop.stop_requested() || (apt > 0 && watch.seconds() > seconds)) break;
         const Scene scene = load_scene(file);
         ++done;
         const std::optional<Scene> other = changed(scene, change);

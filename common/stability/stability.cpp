@@ -55,6 +55,11 @@ bool matches(const ArmPattern& pattern, const CaseResult& result) {
 }
 
 void decide(const HardCase& hard_case, CaseResult& result) {
+    if (result.rays == 0) {  // proves nothing, whatever was expected
+        result.outcome = Outcome::fail;
+        result.remark = "nothing was measured";
+        return;
+    }
     const bool failed =
         result.misses > 0 || result.false_hits > 0 || result.self_hits > 0 || !(result.worst_ulp <= result.bound);
     const auto pattern = std::ranges::find_if(
@@ -125,7 +130,8 @@ private:
             } else {
                 const bool in_full = arm.is_default && arm.bench->backend == "cpu" &&
                                      arm.bench->precision == Precision::single_precision;
-                const std::uint64_t rays = in_full ? hard_case.rays : hard_case.rays / default_share;
+                const std::uint64_t rays =
+                    in_full ? hard_case.rays : std::max<std::uint64_t>(1, hard_case.rays / default_share);
                 RenderSettings settings;
                 settings.intersection = arm.intersection;
                 const RayTally tally = shoot(work, *arm.bench->renderer, settings, arm.bench->precision, hard_case.seed,
@@ -145,6 +151,10 @@ private:
             };
             if (std::ranges::none_of(report_.skipped, same))
                 report_.skipped.push_back({result.backend, result.precision, result.kernel, error.what()});
+            return;
+        }
+        if (result.rays == 0 && options_.stop.stop_requested()) {
+            report_.complete = false;
             return;
         }
         decide(hard_case, result);

@@ -33,7 +33,7 @@ def duration(seconds):
 
 def time_cell(time):
     if time["seconds"] is None:
-        return "never"
+        return "unknown" if time.get("unknown") else "never"  # older results know no "unknown"
     return ("~" if time["extrapolated"] else "") + duration(time["seconds"]) + ("?" if time["floor_unknown"] else "")
 
 

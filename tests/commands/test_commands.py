@@ -529,6 +529,27 @@ class Commands(unittest.TestCase):
         self.assertEqual(same.returncode, 0, same.stdout + same.stderr)
         other = tandem("compare", self.folder / "a.exr", self.folder / "c.exr")
         self.assertEqual(other.returncode, 1, other.stdout + other.stderr)
+        lines = other.stdout.splitlines()
+        reason = re.search(r"disagree: (.*?, p = \S+ against \S+?)(;|$)", lines[0])[1]
+        self.assertEqual(other.stdout.count(reason), 1, other.stdout)  # in the sentence alone
+        self.refused(tandem("compare", self.folder / "a.exr", self.folder / "a.exr"), "the same file")
+
+    def test_variances_are_said_of_a_side_and_the_old_option_holds_for_both(self):
+        for name in ("a", "b"):
+            tandem("render", self.scene, "-o", self.folder / f"{name}.exr", "--samples", 256, "--seed", ord(name))
+        images = [self.folder / "a.exr", self.folder / "b.exr"]
+        for options in (["--variance-of-a", "sample"], ["--variance-of-a", "mean", "--variance-of-b", "sample"]):
+            result = tandem("compare", *images, *options)
+            self.assertIn(result.returncode, [0, 1, 3], result.stderr)
+            self.assertEqual(result.stderr, "")
+        self.assertIn("holds for both sides", tandem("compare", *images, "--variance-of", "sample").stderr)
+        self.refused(tandem("compare", *images, "--variance-of-b", "median"), "--variance-of-b")
+
+    def test_a_scene_without_light_is_undecided(self):
+        dark = self.changed("/background", [0, 0, 0])
+        result = tandem("verify", dark, "--size", "8", "--samples", 256, "--time", 20, "--candidate", "oracle", "--oracle", "none")
+        self.assertEqual(result.returncode, 3, result.stdout + result.stderr)
+        self.assertIn("both are black, so nothing was compared", result.stdout)
 
     def test_compare_refuses_images_that_do_not_match(self):
         for name, size in [("a", 16), ("b", 24)]:
@@ -751,6 +772,32 @@ class Commands(unittest.TestCase):
         for key in ("name", "backend", "precision", "rays", "false_hits", "self_hits", "worst_ulp", "bound",
                     "nanoseconds_per_ray"):
             self.assertIn(key, arms["12", "watertight"])
+
+    def test_stability_prints_a_line_a_case_and_arms_where_asked(self):
+        def printed(*more):
+            result = tandem("stability", "--catalogue", SCENES / "hard" / "catalogue.json", "--backend", "cpu",
+                            "--precision", "single", "--case", "1,12", "--time", "1", *more)
+            self.assertEqual(result.returncode, 0, result.stdout + result.stderr)
+            return [line.split()[0] for line in result.stdout.splitlines() if line]
+
+        self.assertEqual(printed(), ["case", "1", "12", "Arms:"])
+        arms = printed("-v")
+        self.assertEqual(arms[:3], ["case", "1", "12"])
+        self.assertGreater(arms.count("12"), 2)
+
+    def test_stability_without_a_ray_proves_nothing(self):
+        catalogue = json.loads((SCENES / "hard" / "catalogue.json").read_text())
+        case = next(case for case in catalogue["cases"] if case["id"] == "1")
+        for rays in (0, -3, 1.5, "many"):
+            case["rays"] = rays
+            file = self.folder / "catalogue.json"
+            file.write_text(json.dumps({"cases": [case]}))
+            self.refused(tandem("stability", "--catalogue", file, "--backend", "cpu"), "/cases/0/rays", "one or more")
+        case["rays"] = 3  # other arms shoot a sixteenth, but one at least
+        file.write_text(json.dumps({"cases": [case]}))
+        out = self.folder / "hard.json"
+        tandem("stability", "--catalogue", file, "--backend", "cpu", "--json", out)
+        self.assertTrue(all(arm["rays"] >= 1 for arm in json.loads(out.read_text())["cases"]))
 
     def test_stability_on_a_device_tells_how_exactly_that_computes(self):
         out = self.folder / "hard.json"

@@ -257,6 +257,58 @@ TEST_CASE("cost: what is recommended to be typed has the options of the baseline
     CHECK(told().find(given + "--guard ulp --samples ") != std::string::npos);
 }
 
+TEST_CASE("cost: errors of 100 % and more foretell nothing, and a forecast is called one") {
+    CostPoint point;
+    point.samples = 4;
+    point.seconds = {1.0, 1.0, 1.0};
+    point.rmse = {1.4, 1.2, 1.6};
+    CostReport report;
+    ArmFigures& arm = report.figures.emplace_back();
+    arm.points.push_back(point);
+    arm.variance = 1.96;
+    CHECK(arm.time_to(0.01).unknown);
+    CHECK_FALSE(arm.time_to(2.0).unknown);  // it was there
+    CHECK(recommendations(report).at(1).starts_with("To 1 %: not known, as errors of 100 % and more"));
+    arm.points.front().rmse.value = 0.9;
+    CHECK_FALSE(arm.time_to(0.01).unknown);
+    CHECK(recommendations(report).at(1).find("(extrapolated). It was not measured anew.") != std::string::npos);
+    Confirmation confirmation;
+    confirmation.relative_error = 0.01;
+    confirmation.first = confirmation.recommended = arm.arm.name();
+    confirmation.outcome = Confirmed::shown;
+    confirmation.seconds = {1140.0, 1000.0, 1300.0};
+    confirmation.rounds = 4;
+    confirmation.rivals = {{"another", {2.0, 1.5, 2.5}}};
+    confirmation.forecast = true;
+    report.confirmations = {confirmation};
+    CHECK(recommendations(report).at(1).find("By a forecast from 4 rounds it would take 19 min") != std::string::npos);
+    CHECK(recommendations(report).at(1).find("fastest of what was measured") != std::string::npos);
+    report.confirmations.front().forecast = false;
+    CHECK(recommendations(report).at(1).find("Measured anew in 4 rounds it takes 19 min") != std::string::npos);
+}
+
+TEST_CASE("cost: what was found soonest and not measured anew gives way to the baseline") {
+    CostPoint point;
+    point.samples = 4;
+    point.seconds = {1.0, 1.0, 1.0};
+    point.rmse = {0.5, 0.5, 0.5};
+    CostReport report;
+    for (const char* knob : {"baseline", "sampling"}) {
+        ArmFigures& arm = report.figures.emplace_back();
+        arm.arm.knob = knob;
+        arm.arm.keeps_estimate = true;
+        arm.points.push_back(point);
+        arm.variance = 0.25;
+    }
+    report.figures.back().points.front().seconds = {0.5, 0.5, 0.5};
+    report.figures.back().cost_differs = true;
+    REQUIRE(soonest(report.figures, 0.01) == &report.figures.back());
+    CHECK(recommended(report, 0.01) == &report.figures.front());
+    CHECK(recommendations(report).at(1).find("was found sooner, but was not measured anew") != std::string::npos);
+    report.figures.back().variance = 0.0;  // what has no noise had no luck
+    CHECK(recommended(report, 0.01) == &report.figures.back());
+}
+
 TEST_CASE("cost: where a floor may be as high as the error, nothing is known of how much longer rivals take") {
     const std::vector<CostArm> arms{
         {"baseline", "", "", {}, true}, {"generator", "hash", "--generator hash", {}, true}};

@@ -124,6 +124,53 @@ TEST_CASE("percentages keep two figures") {
     CHECK(percent(std::numeric_limits<double>::infinity()) == "∞ %");
 }
 
+TEST_CASE("beyond 100 % a difference is told as a factor") {
+    CHECK(signed_percent(0.0123) == "+1.2 %");
+    CHECK(signed_percent(-0.25) == "-25 %");
+    CHECK(signed_percent(-1.0) == "-100 %");
+    CHECK(signed_percent(76.83) == "78 times");
+    CHECK(signed_percent(1.5) == "2.5 times");
+    CHECK(signed_percent(1e9) == "over 10000 times");
+    CHECK(signed_percent(-3.0) == "below -100 %");
+    CHECK(percent(1.0) == "100 %");
+    CHECK(percent(76.83) == "77 times");
+    SampledImage a = normal_image(32, 32, 1.0, 1e-4, 100, 1), b = normal_image(32, 32, 78.0, 1e-4, 100, 2);
+    const Judgement judgement = judge(a, b, nullptr, Criteria{}, {});
+    CHECK(judgement.reasons.front().starts_with("image: "));
+    CHECK(judgement.reasons.front().find("is 78 times as large (78 times to 78 times)") != std::string::npos);
+}
+
+TEST_CASE("two black images agree on nothing, unless black is the closed form") {
+    const SampledImage black = normal_image(32, 32, 0.0, 0.0, 100, 1);
+    const auto judged = [&](const SampledImage& a, const SampledImage& b, const ClosedForm* form) {
+        return judge(a, b, nullptr, Criteria{}, {}, form);
+    };
+    const Judgement nothing = judged(black, black, nullptr);
+    CHECK(nothing.verdict == Verdict::undecided);
+    REQUIRE(nothing.reasons.size() == 1);
+    CHECK(nothing.reasons.front().starts_with("no light reached any pixel"));
+    CHECK(
+        sentence_of(nothing, Criteria{}, "A", "B") == "A and B are undecided: both are black, so nothing was compared");
+    ClosedForm dark;
+    CHECK(judged(black, black, &dark).verdict == Verdict::agree);
+    CHECK(sentence_of(judged(black, black, &dark), Criteria{}, "A", "B").ends_with("as the closed form says"));
+    ClosedForm lit;
+    lit.radiance = {0.5, 0.5, 0.5};
+    lit.greatest = {1.0, 1.0, 1.0};
+    CHECK(judged(black, black, &lit).verdict == Verdict::disagree);
+    CHECK(judged(black, normal_image(32, 32, 1.0, 1e-4, 100, 2), nullptr).verdict == Verdict::disagree);
+}
+
+TEST_CASE("two images of one value without noise agree, and it is said that no more was compared") {
+    const SampledImage grey = normal_image(32, 32, 0.5, 0.0, 100, 1);
+    const Judgement judgement = judge(grey, grey, nullptr, Criteria{}, {});
+    CHECK(judgement.verdict == Verdict::agree);
+    CHECK(sentence_of(judgement, Criteria{}, "A", "B").find("that one value alone was compared") != std::string::npos);
+    const SampledImage noisy = normal_image(32, 32, 0.5, 1e-4, 1000, 2),
+                       other = normal_image(32, 32, 0.5, 1e-4, 1000, 3);
+    CHECK_FALSE(judge(noisy, other, nullptr, Criteria{}, {}).constant);
+}
+
 TEST_CASE("the schedule doubles up to what the budget affords, in whole batches") {
     ScheduleRequest request;
     request.seconds_per_sample_reference = 0.01;

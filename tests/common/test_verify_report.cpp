@@ -26,12 +26,12 @@ Radiance noisy(std::uint32_t x, std::uint32_t y, SampleRandom& random) {
 
 }  // namespace
 
-TEST_CASE("maps end at their named colours and pass through white and the middle of inferno") {
+TEST_CASE("maps end at their named colours and pass through white") {
     CHECK(diverging_colour(0.0) == Colour{1.0, 1.0, 1.0});
     CHECK(diverging_colour(7.0)[0] == doctest::Approx(0xb2 / 255.0));
     CHECK(diverging_colour(-7.0)[2] == doctest::Approx(0xac / 255.0));
-    CHECK(sequential_colour(0.5)[1] == doctest::Approx(0x37 / 255.0));
-    CHECK(sequential_colour(1.0)[2] == doctest::Approx(0xa4 / 255.0));
+    CHECK(sequential_colour(0.0) == Colour{1.0, 1.0, 1.0});  // where nothing differs a map is not black
+    CHECK(sequential_colour(1.0)[0] == doctest::Approx(0x67 / 255.0));
 }
 
 TEST_CASE("a report folder holds the verdict and every picture that it names") {

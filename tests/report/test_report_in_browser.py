@@ -23,6 +23,7 @@ addEventListener("load", () => {
     pictures: [...document.images].map(i => [i.alt, i.naturalWidth, i.naturalHeight, i.getBoundingClientRect().width]),
     plots: [...document.querySelectorAll("svg")].map(s => s.getBoundingClientRect().width),
     wide: document.documentElement.scrollWidth - innerWidth,
+    clipped: [...document.querySelectorAll(".scroll, figure, p, li")].filter(e => e.scrollWidth > e.clientWidth + 1).map(e => e.innerText),
     rows: document.querySelectorAll("#verdicts tbody tr").length,
     hidden: [...document.querySelectorAll(".flip img + img")].map(i => getComputedStyle(i).opacity),
     focused: (() => { const f = document.querySelector(".flip"); f.focus();
@@ -58,14 +59,19 @@ class Report(unittest.TestCase):
         page = (cls.folder / "report.html").read_text()
         cls.page = page
         (cls.folder / "probed.html").write_text(page.replace("</body>", PROBE + "</body>"))
+        cls.seen = cls.see(1280)
+        cls.report = json.loads((cls.folder / "report.json").read_text())
+
+    @classmethod
+    def see(cls, width):
+        """What the page measures of itself in a window of that width."""
         dom = run(BROWSER, "--headless", "--no-sandbox", "--disable-gpu", f"--user-data-dir={cls.folder / 'profile'}",
-                  "--window-size=1280,1600", "--virtual-time-budget=5000", "--dump-dom",
+                  f"--window-size={width},1600", "--virtual-time-budget=5000", "--dump-dom",
                   (cls.folder / "probed.html").as_uri()).stdout
         title = dom.split("<title>", 1)[1].split("</title>", 1)[0]
         for entity, character in (("&lt;", "<"), ("&gt;", ">"), ("&nbsp;", "\u00a0"), ("&amp;", "&")):
             title = title.replace(entity, character)
-        cls.seen = json.loads(title)
-        cls.report = json.loads((cls.folder / "report.json").read_text())
+        return json.loads(title)
 
     @classmethod
     def tearDownClass(cls):
@@ -101,7 +107,20 @@ class Report(unittest.TestCase):
 
     def test_it_stands_by_itself_and_fits_the_window(self):
         self.assertEqual(self.seen["fetched"], [])
-        self.assertLessEqual(self.seen["wide"], 0)
+        for width in (1200, 400):
+            seen = self.see(width)
+            self.assertLessEqual(seen["wide"], 0, width)
+            self.assertEqual(seen["clipped"], [], width)
+
+    def test_captions_follow_the_verdict(self):
+        for scene, captions in zip(self.report["scenes"], (self.seen["captions"][:5], self.seen["captions"][5:])):
+            text = " ".join(captions).replace("\n", " ")
+            said = {"agree": "What is left is noise.", "disagree": "where the sides disagree", "undecided": "what may hide in it"}
+            for verdict, mention in said.items():
+                if scene["images"]["difference_range_relative"]:
+                    self.assertEqual(mention in text, verdict == scene["verdict"], text)
+            within = scene["worst_tile_relative"] < scene["margin_tile_relative"]
+            self.assertEqual("Every tile is shown to lie within it" in text, within, text)
 
     def test_it_says_what_issue_and_reader_ask_for(self):
         text = self.seen["text"]

@@ -6,6 +6,7 @@
 
 #include "common/error.h"
 #include "common/stopwatch.h"
+#include "common/validation/compare/colour_space.h"
 #include "common/validation/compare/pixel_correlation.h"
 
 namespace tandem {
@@ -27,7 +28,8 @@ void check_same(const NamedImage& a, const NamedImage& b) {
             i.full_height ? i.full_height : i.height, i.full_x, i.full_y);
     };
     if (display(x) != display(y)) refuse("display window", display(x), display(y));
-    if (!x.colour_space.empty() && !y.colour_space.empty() && x.colour_space != y.colour_space)
+    const std::string of_x = colour_space_of(x).primaries, of_y = colour_space_of(y).primaries;
+    if (!of_x.empty() && !of_y.empty() && of_x != of_y)
         refuse("colour space", "'" + x.colour_space + "'", "'" + y.colour_space + "'");
 }
 
@@ -43,13 +45,17 @@ bool noiseless(const Image& image) {
     return has_variance;
 }
 
-void check_different_bits(const std::vector<const NamedImage*>& images) {
+void check_different_bits(const std::vector<const NamedImage*>& images, std::vector<std::string>& notes) {
     for (std::size_t i = 0; i < images.size(); ++i)
-        for (std::size_t j = i + 1; j < images.size(); ++j)
-            if (images[i]->image.pixels == images[j]->image.pixels && !noiseless(images[i]->image))
-                throw input_error(images[j]->name, "",
-                    "holds the same pixels as " + images[i]->name + ", so the two are no independent evidence",
+        for (std::size_t j = i + 1; j < images.size(); ++j) {
+            if (images[i]->image.pixels != images[j]->image.pixels) continue;
+            const std::string same = "holds the same pixels as " + images[i]->name;
+            if (!noiseless(images[i]->image))
+                throw input_error(images[j]->name, "", same + ", so the two are no independent evidence",
                     "render it with another seed");
+            notes.push_back(images[j]->name + ": " + same +
+                            "; they have no noise, so that may be right, but a copy would look the same");
+        }
 }
 
 // Tandem's generator is a function of the seed: with one seed on both sides, errors are not independent.
@@ -66,7 +72,8 @@ void check_seeds(const std::vector<NamedImage>& reference, const std::vector<Nam
                     "render one of them with another seed");
 }
 
-void check_sides(const std::vector<NamedImage>& reference, const std::vector<NamedImage>& candidate) {
+void check_sides(const std::vector<NamedImage>& reference, const std::vector<NamedImage>& candidate,
+    std::vector<std::string>& notes) {
     if (reference.empty() || candidate.empty())
         throw InputError("compare: a side has no images; give at least one a side");
     std::vector<const NamedImage*> all;
@@ -75,7 +82,7 @@ void check_sides(const std::vector<NamedImage>& reference, const std::vector<Nam
             check_same(reference.front(), named);
             all.push_back(&named);
         }
-    check_different_bits(all);
+    check_different_bits(all, notes);
     check_seeds(reference, candidate);
 }
 
@@ -116,15 +123,15 @@ Criteria CompareOptions::comparison_criteria() {
 SceneVerdict compare_images(
     const std::vector<NamedImage>& reference, const std::vector<NamedImage>& candidate, const CompareOptions& options) {
     const Stopwatch watch;
-    check_sides(reference, candidate);
     SceneVerdict verdict;
+    check_sides(reference, candidate, verdict.notes);
     verdict.scene = reference.front().name;
     verdict.criteria = options.criteria;
     verdict.reference_name = options.reference_name;
     verdict.candidate_name = options.candidate_name;
     verdict.reference_info.backend = verdict.candidate_info.backend = "image";
-    verdict.reference = sampled_image_of(reference, options.variance_of);
-    verdict.candidate = sampled_image_of(candidate, options.variance_of);
+    verdict.reference = sampled_image_of(reference, options.variance_of_reference, &verdict.notes);
+    verdict.candidate = sampled_image_of(candidate, options.variance_of_candidate, &verdict.notes);
     estimate_correlation(verdict.reference, reference.size() == 1, verdict.candidate, candidate.size() == 1);
     verdict.settings.width = verdict.reference.width;
     verdict.settings.height = verdict.reference.height;
@@ -137,8 +144,25 @@ SceneVerdict compare_images(
     return verdict;
 }
 
+namespace {
+
+void check_different_files(const std::vector<std::filesystem::path>& files) {
+    for (std::size_t i = 0; i < files.size(); ++i)
+        for (std::size_t j = 0; j < i; ++j) {
+            std::error_code error;  // what is not there is told on reading
+            if (std::filesystem::equivalent(files[i], files[j], error))
+                throw input_error(files[i].string(), "", "is the same file as " + files[j].string(),
+                    "give each image once: a copy is no independent evidence");
+        }
+}
+
+}  // namespace
+
 SceneVerdict compare_files(const std::vector<std::filesystem::path>& reference,
     const std::vector<std::filesystem::path>& candidate, const CompareOptions& options) {
+    std::vector<std::filesystem::path> all = reference;
+    all.insert(all.end(), candidate.begin(), candidate.end());
+    check_different_files(all);
     const auto read = [](const std::vector<std::filesystem::path>& files) {
         std::vector<NamedImage> images;
         for (const std::filesystem::path& file : files) images.push_back({file.string(), read_image(file)});

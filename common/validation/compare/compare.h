@@ -16,7 +16,7 @@ enum class VarianceOf { sample, mean };
 
 struct CompareOptions {
     Criteria criteria = comparison_criteria();
-    VarianceOf variance_of = VarianceOf::sample;
+    VarianceOf variance_of_reference = VarianceOf::sample, variance_of_candidate = VarianceOf::sample;
     std::string reference_name = "A", candidate_name = "B";
 
     // Two renderers that share no text. Images of half precision are rounded by 2^-11 a side: equal pixels are equal
@@ -34,14 +34,11 @@ struct NamedImage {
     Image image;
 };
 
-// Channels read: R, G, B, or those of a layer ("ViewLayer.Combined.R": the one called Combined, beauty or rgba, else
-// the only one); variance.R, .G, .B (or Variance.*, as pbrt-v4's gbuffer film writes them) and `count`. Alpha and other
-// channels are left out. A side
-// of one image needs its variance and its number of samples: the channel `count`, or the metadata "samples" or
-// "samplesPerPixel"; variances of the mean go without one (`assumed_count` then). A side of k >= 2 images takes its
-// variance from their scatter, and from it also how far neighbouring pixels go together (pixel filters, samplers); that
-// of a side of one image is taken from the difference of both sides (pixel_correlation.h), for images of 32x32 pixels
-// and more.
+// README.md says which channels, metadata and colour spaces are read. A side of k >= 2 images takes its variance from
+// their scatter, and from it also how far neighbouring pixels go together (pixel filters, samplers); that of a side of
+// one image is taken from the difference of both sides (pixel_correlation.h), for images of 32x32 pixels and more.
+// Encoded images (sRGB) are compared as linear light; their integers' steps count as noise, a twelfth of the step's
+// square.
 //
 // Throws InputError, naming what differs or is missing: sizes, windows, channels, colour spaces, a single image without
 // variance, images that are the same bits, on one side or on both (no variance, and no evidence), the same seed on both
@@ -57,7 +54,8 @@ inline constexpr double assumed_count = 64.0;
 [[nodiscard]] SceneVerdict compare_files(const std::vector<std::filesystem::path>& reference,
     const std::vector<std::filesystem::path>& candidate, const CompareOptions& options = {});
 
-// One side as the statistics see it. Throws InputError.
-[[nodiscard]] SampledImage sampled_image_of(const std::vector<NamedImage>& side, VarianceOf variance_of);
+// One side as the statistics see it; what was done to its files is added to `notes`. Throws InputError.
+[[nodiscard]] SampledImage sampled_image_of(
+    const std::vector<NamedImage>& side, VarianceOf variance_of, std::vector<std::string>* notes = nullptr);
 
 }  // namespace tandem

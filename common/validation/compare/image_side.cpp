@@ -8,6 +8,7 @@
 
 #include "common/error.h"
 #include "common/statistics/sample_moments.h"
+#include "common/validation/compare/colour_space.h"
 #include "common/validation/compare/compare.h"
 
 namespace tandem {
@@ -76,23 +77,49 @@ std::optional<ChannelTriple> variance_channels(const NamedImage& named) {
     return std::nullopt;
 }
 
+// "samples" is anybody's, "samplesPerPixel" pbrt-v4's, "tandem:samples" our own, "cycles.LAYER.samples" Blender's.
+bool tells_samples(const std::string& key) {
+    return key == "samples" || key == "samplesPerPixel" || key == "tandem:samples" ||
+           (key.starts_with("cycles.") && key.ends_with(".samples"));
+}
+
 std::optional<double> count_in_metadata(const Image& image) {
-    for (const char* key : {"samples", "samplesPerPixel"}) {
-        const auto found = image.metadata.find(key);
-        if (found == image.metadata.end()) continue;
+    for (const auto& [key, text] : image.metadata) {
+        if (!tells_samples(key)) continue;
         double value = 0.0;
-        const std::string& text = found->second;
         const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
         if (error == std::errc{} && value >= 1.0) return value;
     }
     return std::nullopt;
 }
 
-// A mean that is no radiance is counted and taken as 0.
-double valid(double mean, std::uint64_t& invalid) {
-    if (std::isfinite(mean) && mean >= 0.0) return mean;
-    ++invalid;
+// A value that is no radiance is counted and taken as 0.
+double valid(double value, std::size_t i, SampledImage& side) {
+    if (std::isfinite(value) && value >= 0.0) return value;
+    ++side.invalid;
+    side.invalid_pixels.push_back(static_cast<std::uint32_t>(i / channel_count));
     return 0.0;
+}
+
+// Means in linear light, [pixel * 3 + channel], and the variance that rounding to integers gave them.
+struct Light {
+    std::vector<double> mean, rounding;
+};
+
+Light light_of(const NamedImage& named, SampledImage& side) {
+    const Image& image = named.image;
+    const ChannelTriple colour = colour_channels(named);
+    const Transfer transfer = colour_space_of(image).transfer;
+    const double step = image.greatest_integer > 0 ? 1.0 / image.greatest_integer : 0.0;
+    Light light;
+    for (std::size_t i = 0; i < std::size_t{image.width} * image.height * channel_count; ++i) {
+        const double value =
+            valid(image.pixels[i / channel_count * image.channels.size() + colour[i % channel_count]], i, side);
+        const double width = step * transfer.slope(value);
+        light.mean.push_back(transfer.decoded(value));
+        light.rounding.push_back(width * width / 12.0);
+    }
+    return light;
 }
 
 SampledImage empty_side(const Image& image) {
@@ -103,26 +130,52 @@ SampledImage empty_side(const Image& image) {
     return side;
 }
 
-SampledImage from_variance(const NamedImage& named, VarianceOf variance_of) {
+using Notes = std::vector<std::string>;
+
+void note(Notes* notes, const std::string& text) {
+    if (notes != nullptr && std::ranges::find(*notes, text) == notes->end()) notes->push_back(text);
+}
+
+void note_transfer(const NamedImage& named, Notes* notes) {
     const Image& image = named.image;
-    const ChannelTriple colour = colour_channels(named);
+    const Transfer transfer = colour_space_of(image).transfer;
+    if (transfer.curve == Transfer::Curve::linear) return;
+    const std::string values =
+        image.greatest_integer > 0 ? fmt::format(" of {} bits", image.greatest_integer > 255 ? 16 : 8) : std::string();
+    note(
+        notes, fmt::format("{}: values{} are decoded to linear light from {}{}", named.name, values,
+                   transfer.curve == Transfer::Curve::srgb ? "sRGB" : fmt::format("a gamma of {:g}", transfer.exponent),
+                   image.colour_space.empty() ? ", as the file does not say otherwise" : ""));
+}
+
+SampledImage from_variance(const NamedImage& named, VarianceOf variance_of, Notes* notes) {
+    const Image& image = named.image;
     const std::optional<ChannelTriple> variance = variance_channels(named);
     if (!variance)
         throw input_error(named.name, "", "is alone on its side and has no channels variance.R, .G, .B",
             "add them, or give two or more images of independent seeds");
+    if (colour_space_of(image).transfer.curve != Transfer::Curve::linear)
+        throw input_error(named.name, "",
+            "has variance channels beside values encoded as '" + image.colour_space + "', whose noise they do not tell",
+            "write linear values, or give two or more images of independent seeds");
     const std::optional<std::size_t> count_channel = find_channel(image, "count");
     std::optional<double> count = count_in_metadata(image);
-    if (!count_channel && !count && variance_of == VarianceOf::mean) count = assumed_count;
+    if (!count_channel && !count && variance_of == VarianceOf::mean) {
+        count = assumed_count;
+        note(notes, fmt::format("{}: does not say how many samples it holds; {:g} are taken for granted", named.name,
+                        assumed_count));
+    }
     if (!count_channel && !count)
         throw input_error(named.name, "", "does not say how many samples its variance of one sample stands for",
             "add a channel or metadata, or say that it is the variance of the mean");
 
     SampledImage side = empty_side(image);
+    const Light light = light_of(named, side);
     for (std::size_t i = 0; i < side.pixels.size(); ++i) {
         const float* pixel = &image.pixels[i / channel_count * image.channels.size()];
         PixelStatistics& statistics = side.pixels[i];
-        statistics.mean = valid(pixel[colour[i % channel_count]], side.invalid);
-        statistics.variance = valid(pixel[(*variance)[i % channel_count]], side.invalid);
+        statistics.mean = light.mean[i];
+        statistics.variance = valid(pixel[(*variance)[i % channel_count]], i, side);
         statistics.count = count_channel ? double{pixel[*count_channel]} : *count;
         if (!(statistics.count >= 2.0))
             throw input_error(named.name, "",
@@ -130,6 +183,7 @@ SampledImage from_variance(const NamedImage& named, VarianceOf variance_of) {
                     i / channel_count / image.width),
                 "render more samples");
         if (variance_of == VarianceOf::mean) statistics.variance *= statistics.count;
+        statistics.variance += statistics.count * light.rounding[i];
         side.samples = std::max(side.samples, static_cast<std::uint64_t>(statistics.count));
     }
     return side;
@@ -165,24 +219,27 @@ double tile_correlation(const std::vector<SampledImage>& images, const std::vect
     return ratio > 1.0 + 3.0 * std::sqrt(2.0 / dof) ? ratio : 1.0;
 }
 
-SampledImage from_seeds(const std::vector<NamedImage>& side) {
+SampledImage from_seeds(const std::vector<NamedImage>& side, Notes* notes) {
     SampledImage result = empty_side(side.front().image);
     std::vector<SampledImage> images;
     double samples = 0.0;
+    std::vector<double> rounding(result.pixels.size(), 0.0);
     for (const NamedImage& named : side) {
-        const ChannelTriple colour = colour_channels(named);
+        note_transfer(named, notes);
         SampledImage image = empty_side(named.image);
-        for (std::size_t i = 0; i < image.pixels.size(); ++i)
-            image.pixels[i].mean =
-                valid(named.image.pixels[i / channel_count * named.image.channels.size() + colour[i % channel_count]],
-                    result.invalid);
+        const Light light = light_of(named, result);
+        for (std::size_t i = 0; i < image.pixels.size(); ++i) {
+            image.pixels[i].mean = light.mean[i];
+            rounding[i] = std::max(rounding[i], light.rounding[i]);
+        }
         samples += count_in_metadata(named.image).value_or(1.0);
         images.push_back(std::move(image));
     }
     for (std::size_t i = 0; i < result.pixels.size(); ++i) {
         SampleMoments moments;
         for (const SampledImage& image : images) moments.add(image.pixels[i].mean);
-        result.pixels[i] = {moments.mean, moments.variance(), moments.count};
+        // Values that round alike in all images do so in their mean too.
+        result.pixels[i] = {moments.mean, moments.variance() + moments.count * rounding[i], moments.count};
     }
     result.samples = static_cast<std::uint64_t>(samples);
     result.correlation = tile_correlation(images, result.pixels);
@@ -191,9 +248,13 @@ SampledImage from_seeds(const std::vector<NamedImage>& side) {
 
 }  // namespace
 
-SampledImage sampled_image_of(const std::vector<NamedImage>& side, VarianceOf variance_of) {
+SampledImage sampled_image_of(const std::vector<NamedImage>& side, VarianceOf variance_of, Notes* notes) {
     if (side.empty()) throw InputError("compare: a side has no images; give at least one a side");
-    return side.size() == 1 ? from_variance(side.front(), variance_of) : from_seeds(side);
+    SampledImage result = side.size() == 1 ? from_variance(side.front(), variance_of, notes) : from_seeds(side, notes);
+    std::vector<std::uint32_t>& pixels = result.invalid_pixels;
+    std::ranges::sort(pixels);
+    pixels.erase(std::unique(pixels.begin(), pixels.end()), pixels.end());
+    return result;
 }
 
 }  // namespace tandem

@@ -33,7 +33,7 @@ Colour diverging_colour(double t) {
 }
 
 Colour sequential_colour(double t) {
-    static constexpr std::array points{hex(0x000004), hex(0x57106e), hex(0xbc3754), hex(0xf98e09), hex(0xfcffa4)};
+    static constexpr std::array points{hex(0xffffff), hex(0xfcbba1), hex(0xfb6a4a), hex(0xcb181d), hex(0x67000d)};
     return between(points, t);
 }
 

@@ -16,14 +16,38 @@ namespace {
 
 using nlohmann::json;
 
-// Mean of the picture once exposed, as photographers set middle grey.
+// Mean of what is lit in the picture once exposed and clipped, as photographers set middle grey.
 constexpr double middle_grey = 0.18;
+// What is darker than this part of the mean counts as unlit: a lit body before a black background stays a body.
+constexpr double lit = 0.01;
 // -log10 p at which the map of p-values reaches its brightest.
 constexpr double brightest_p_decades = 8.0;
 
 double grey_mean(const SampledImage& image) {
     const auto means = channel_means(image);
     return (means[0] + means[1] + means[2]) / 3.0;
+}
+
+// The factor for which the lit pixels' mean is middle grey. Clipped light counts as white, so that one bright lamp does
+// not leave the rest black.
+double exposure_of(const SampledImage& image) {
+    const double mean = grey_mean(image);
+    if (!(mean > 0.0)) return 1.0;
+    std::vector<double> greys;
+    for (std::size_t i = 0; i < image.pixels.size(); i += channel_count) {
+        const double grey =
+            (image.pixels[i].mean + image.pixels[i + 1].mean + image.pixels[i + 2].mean) / channel_count;
+        if (grey > lit * mean) greys.push_back(grey);
+    }
+    const auto shown = [&](double exposure) {
+        double sum = 0.0;
+        for (const double grey : greys) sum += std::min(1.0, exposure * grey);
+        return sum / static_cast<double>(greys.size());
+    };
+    double low = middle_grey / *std::ranges::max_element(greys), high = middle_grey / (lit * mean);
+    for (int step = 0; step < 40; ++step)
+        (shown(std::sqrt(low * high)) < middle_grey ? low : high) = std::sqrt(low * high);
+    return low;
 }
 
 Image picture(const SampledImage& sampled) {
@@ -90,7 +114,7 @@ std::string file_stem(std::size_t index, const std::string& scene) {
 json write_pictures(const std::filesystem::path& folder, const std::string& stem, const SceneVerdict& verdict) {
     const std::uint32_t width = verdict.reference.width, height = verdict.reference.height;
     const double mean = grey_mean(verdict.reference);
-    const double exposure = mean > 0.0 ? middle_grey / mean : 1.0;
+    const double exposure = exposure_of(mean > 0.0 ? verdict.reference : verdict.candidate);
     const auto file = [&](const std::string& what) { return stem + "-" + what + ".png"; };
     write_png(folder / file("reference"), picture(verdict.reference), exposure);
     write_png(folder / file("candidate"), picture(verdict.candidate), exposure);
@@ -115,7 +139,7 @@ void write_report(const std::filesystem::path& folder, std::span<const SceneVerd
     json report = to_json(verdicts, not_run);
     report["device_self_tests"] = to_json(self_tests);
     for (std::size_t i = 0; i < verdicts.size(); ++i)
-        report["scenes"][i]["images"] = verdicts[i].looks.empty()
+        report["scenes"][i]["images"] = verdicts[i].looks.empty() || verdicts[i].judgement.black
                                             ? json(nullptr)
                                             : write_pictures(folder, file_stem(i, verdicts[i].scene), verdicts[i]);
     write_text_file(folder / "report.json", report.dump(2) + "\n");

@@ -81,13 +81,15 @@ json paired_json(const PairedResult& paired) {
         {"identical_fraction", paired.identical_fraction}, {"diverged_fraction", paired.diverged_fraction}};
 }
 
-json registration_json(const std::optional<Registration>& registration) {
-    if (!registration) return nullptr;
-    const Registration& r = *registration;
-    return {{"exposure", r.exposure}, {"exposure_error", r.exposure_error}, {"shift_x_pixels", r.shift_x},
-        {"shift_x_error_pixels", r.shift_x_error}, {"shift_y_pixels", r.shift_y},
-        {"shift_y_error_pixels", r.shift_y_error}, {"explained", r.explained}, {"exposure_found", r.exposure_found},
-        {"shift_found", r.shift_found}, {"text", r.text}};
+json explanations_json(const std::vector<Explanation>& explanations) {
+    json rows = json::array();
+    for (const Explanation& one : explanations) {
+        rows.push_back({{"text", one.text}, {"explained_relative", nullptr}, {"explained_at_least_relative", nullptr}});
+        if (!one.share) continue;
+        rows.back()["explained_relative"] = number(one.share->value);
+        rows.back()["explained_at_least_relative"] = number(one.share->at_least);
+    }
+    return rows;
 }
 
 json outvoted_json(Outvoted outvoted) { return outvoted == Outvoted::nobody ? json(nullptr) : json(name_of(outvoted)); }
@@ -191,6 +193,8 @@ json to_json(const SceneVerdict& v) {
     json result = promised(v);
     result["sentence"] = v.sentence;
     result["reasons"] = v.judgement.reasons;
+    result["notes"] = v.notes;
+    result["black"] = v.judgement.black;
     result["margin_tile_relative"] = v.criteria.margins.tile;
     result["reference"] = info_json(v.reference_name, v.reference_info, v.reference_seed);
     result["candidate"] = info_json(v.candidate_name, v.candidate_info, v.candidate_seed);
@@ -200,7 +204,7 @@ json to_json(const SceneVerdict& v) {
     for (const LevelResult& level : v.judgement.levels) result["levels"].push_back(level_json(level));
     result["looks"] = looks_json(v.looks);
     result["paired"] = paired_json(v.paired);
-    result["registration"] = registration_json(v.registration);
+    result["explanations"] = explanations_json(v.explanations);
     result["outvoted"] = outvoted_json(v.outvoted);
     result["closed_form"] = closed_form_json(v);
     result["referee"] = oracle_json(v.oracle);

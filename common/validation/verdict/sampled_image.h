@@ -29,10 +29,11 @@ struct Batch {
 
 struct SampledImage {
     std::uint32_t width = 0, height = 0;
-    std::vector<PixelStatistics> pixels;  // [(y * width + x) * 3 + channel]
-    std::vector<Batch> batches;           // may be empty: then variances are not tested
-    std::uint64_t samples = 0;            // a pixel (the most, where pixels differ)
-    std::uint64_t invalid = 0;            // samples that were not finite or were negative
+    std::vector<PixelStatistics> pixels;        // [(y * width + x) * 3 + channel]
+    std::vector<Batch> batches;                 // may be empty: then variances are not tested
+    std::uint64_t samples = 0;                  // a pixel (the most, where pixels differ)
+    std::uint64_t invalid = 0;                  // samples that were not finite or were negative
+    std::vector<std::uint32_t> invalid_pixels;  // of an image: the pixels of such values, rising
     // The variance of a region's mean over the sum of its pixels' variances: 1 for independent pixels, more where a
     // pixel filter or a sampler ties neighbours together.
     double correlation = 1.0;

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "common/error.h"
 #include "common/statistics/multiple_tests.h"
@@ -24,27 +25,32 @@ bool compares_means(const LevelResult& level) {
     return !level.name.starts_with("variance") && level.name != paired_paths_level && level.name != paired_pixels_level;
 }
 
+// "differs by +1.2 % (+0.9 % to +1.5 %)", or "is 78 times as large (76 times to 80 times)".
+std::string how_much(const RegionComparison& region, const std::string& where) {
+    const std::string interval =
+        fmt::format(" ({} to {})", signed_percent(region.relative_low), signed_percent(region.relative_high));
+    if (region.relative > 1.0)
+        return fmt::format(
+            "is{}{} as large{}", where.empty() ? " " : where + ": ", signed_percent(region.relative), interval);
+    return fmt::format("differs{} by {}{}", where, signed_percent(region.relative), interval);
+}
+
 std::string reason_of(const LevelResult& level) {
     const RegionComparison& worst = level.worst;
+    const char* channel = channel_names.at(worst.channel);
+    const std::string p = level.p > 0.0 ? fmt::format("p = {:.1e}", level.p) : std::string("p below 1e-300");
+    const std::string chance = fmt::format(", {} against {:.1e}", p, level.threshold);
     if (level.name == paired_paths_level)
-        return fmt::format(
-            "{}: {:.0f} % of the pixels of {} part although both sides draw the same random numbers, p = {:.1e} "
-            "against {:.1e}",
-            level.name, 100.0 * worst.relative, place(worst), level.p, level.threshold);
-    if (level.name.starts_with("closed form"))
-        return fmt::format("{}: the mean in {} is off by {:+.2g} % ({:.2g} to {:.2g} %), p = {:.1e} against {:.1e}",
-            level.name, channel_names.at(worst.channel), 100.0 * worst.relative, 100.0 * worst.relative_low,
-            100.0 * worst.relative_high, level.p, level.threshold);
+        return fmt::format("{}: {} of the pixels of {} part although both sides draw the same random numbers{}",
+            level.name, percent(worst.relative), place(worst), chance);
     if (level.name == paired_pixels_level)
-        return fmt::format("{}: {} differs by {:.2g} % (root mean square) within {}, p = {:.1e} against {:.1e}",
-            level.name, channel_names.at(worst.channel), 100.0 * worst.relative, place(worst), level.p,
-            level.threshold);
-    const bool whole = level.regions.size() == channel_count;
-    const bool variance = level.name.starts_with("variance");
-    return fmt::format("{}: {} {}{} by {:+.2g} % ({:.2g} to {:.2g} %), p = {:.1e} against {:.1e}", level.name,
-        channel_names.at(worst.channel), variance ? "variance differs" : "differs",
-        whole ? "" : " most surely at " + place(worst), 100.0 * worst.relative, 100.0 * worst.relative_low,
-        100.0 * worst.relative_high, level.p, level.threshold);
+        return fmt::format("{}: {} differs by {} (root mean square) within {}{}", level.name, channel,
+            percent(worst.relative), place(worst), chance);
+    if (level.name.starts_with("closed form"))
+        return fmt::format("{}: the mean in {} {}{}", level.name, channel, how_much(worst, ""), chance);
+    const std::string where = level.regions.size() == channel_count ? "" : " most surely at " + place(worst);
+    const char* what = level.name.starts_with("variance") ? " variance " : " ";
+    return fmt::format("{}: {}{}{}{}", level.name, channel, what, how_much(worst, where), chance);
 }
 
 std::vector<LevelResult> mean_levels(const SampledImage& reference, const SampledImage& candidate, const Scales& scales,
@@ -94,21 +100,51 @@ void set_detectable(std::vector<LevelResult>& levels, const Criteria& criteria) 
     }
 }
 
+// Samples of a renderer, which tells their number alone; values of an image, with the first of their pixels.
+std::string told_of_invalid(const std::string& name, const SampledImage& side) {
+    constexpr std::size_t most_named = 4;
+    const std::vector<std::uint32_t>& pixels = side.invalid_pixels;
+    if (pixels.empty()) return fmt::format("{} samples of the {} are NaN, infinite or negative", side.invalid, name);
+    std::string places;
+    for (std::size_t i = 0; i < std::min(pixels.size(), most_named); ++i)
+        places += fmt::format("{}({}, {})", i == 0 ? "" : ", ", pixels[i] % side.width, pixels[i] / side.width);
+    return fmt::format("{} values in {} pixels of the {} are NaN, infinite or negative: {}{}", side.invalid,
+        pixels.size(), name, places, pixels.size() > most_named ? ", ..." : "");
+}
+
 void add_faults(Judgement& judgement, const SampledImage& reference, const SampledImage& candidate) {
     std::vector<std::string>& reasons = judgement.reasons;
-    for (const auto& [name, invalid] : {std::pair{"reference", reference.invalid}, {"candidate", candidate.invalid}})
-        if (invalid > 0)
-            reasons.push_back(fmt::format("{} samples of the {} are NaN, infinite or negative", invalid, name));
+    for (const auto& [name, side] : {std::pair{"reference", &reference}, {"candidate", &candidate}})
+        if (side->invalid > 0) reasons.push_back(told_of_invalid(name, *side));
     const FixedPixels& fixed = judgement.fixed;
     if (fixed.mismatches > 0) {
         const std::size_t pixel = fixed.first_mismatch / channel_count;
         reasons.push_back(fmt::format(
-            "{} of {} pixel channels without variance differ beyond rounding, by up to {:.2g} %, first at ({}, {})",
-            fixed.mismatches, fixed.count, 100.0 * fixed.greatest_relative, pixel % reference.width,
+            "{} of {} pixel channels without variance differ beyond rounding, by up to {}, first at ({}, {})",
+            fixed.mismatches, fixed.count, percent(fixed.greatest_relative), pixel % reference.width,
             pixel / reference.width));
     }
     for (const LevelResult& level : judgement.levels)
         if (level.significant) reasons.push_back(reason_of(level));
+}
+
+bool is_black(const SampledImage& image) {
+    return image.invalid == 0 &&  // no radiance is negative, so that a mean of 0 is of zeros
+           std::ranges::all_of(image.pixels, [](const PixelStatistics& pixel) { return pixel.mean == 0.0; });
+}
+
+// To the rounding that fixed pixels are allowed.
+bool is_constant(const SampledImage& image, double tolerance) {
+    for (std::size_t i = 0; i < image.pixels.size(); ++i) {
+        const PixelStatistics &pixel = image.pixels[i], &first = image.pixels[i % channel_count];
+        const double allowed = tolerance * std::abs(first.mean);
+        if (std::abs(pixel.mean - first.mean) > allowed || std::sqrt(pixel.variance) > allowed) return false;
+    }
+    return true;
+}
+
+bool is_zero(const ClosedForm* form) {
+    return form != nullptr && std::ranges::all_of(form->radiance, [](double radiance) { return radiance == 0.0; });
 }
 
 void explain_indecision(Judgement& judgement, const Margins& margins) {
@@ -197,9 +233,15 @@ Judgement judge(const SampledImage& reference, const SampledImage& candidate, co
 
     judgement.image_within_margin = equivalent(judgement.level("image"), criteria.margins.image);
     judgement.tiles_within_margin = equivalent(judgement.level("tiles 16x16"), criteria.margins.tile);
+    judgement.black = is_black(reference) && is_black(candidate);
+    judgement.constant = !judgement.black && is_constant(reference, criteria.fixed_tolerance) &&
+                         is_constant(candidate, criteria.fixed_tolerance);
     add_faults(judgement, reference, candidate);
     if (!judgement.reasons.empty())
         judgement.verdict = Verdict::disagree;
+    else if (judgement.black && !is_zero(closed_form))
+        judgement.reasons.emplace_back(
+            "no light reached any pixel: look for a missing light, or a camera inside a body");
     else if (judgement.image_within_margin && judgement.tiles_within_margin && judgement.closed_form_within_margin)
         judgement.verdict = Verdict::agree;
     else
@@ -210,7 +252,7 @@ Judgement judge(const SampledImage& reference, const SampledImage& candidate, co
 std::string off_by(const LevelResult& level) {
     const RegionComparison& worst = level.worst;
     const bool whole = level.regions.size() == channel_count;
-    return fmt::format("{:+.2g} % ({}, {}{})", 100.0 * worst.relative,
+    return fmt::format("{} ({}, {}{})", signed_percent(worst.relative),
         level.name.starts_with("closed form") ? "image" : level.name, channel_names.at(worst.channel),
         whole ? "" : ", " + place(worst));
 }
@@ -223,7 +265,7 @@ std::string off_by(const Judgement& judgement) {
     const FixedPixels& fixed = judgement.fixed;
     if (fixed.mismatches > 0)
         return fmt::format(
-            "up to {:.2g} % in {} pixel channels without variance", 100.0 * fixed.greatest_relative, fixed.mismatches);
+            "up to {} in {} pixel channels without variance", percent(fixed.greatest_relative), fixed.mismatches);
     return judgement.reasons.empty() ? "nothing" : judgement.reasons.front();
 }
 
@@ -235,14 +277,18 @@ std::string sentence_of(const Judgement& judgement, const Criteria& criteria, co
             percent(widest(judgement.level("tiles 16x16")).bound()), 100.0 * (1.0 - criteria.doubt));
     const std::string detectable =
         "; detectable: " + percent(judgement.level("image").minimum_detectable_relative) + " overall";
+    const char* constant =
+        judgement.constant ? "; every pixel is the same without noise, so that one value alone was compared" : "";
     switch (judgement.verdict) {
         case Verdict::agree:
-            return both + " agree within " + bounds + detectable;
+            if (judgement.black) return both + " agree: both are black, as the closed form says";
+            return both + " agree within " + bounds + detectable + constant;
         case Verdict::disagree:
             return both + " disagree: " + judgement.reasons.front();
         case Verdict::undecided:
             break;
     }
+    if (judgement.black) return both + " are undecided: both are black, so nothing was compared";
     return both + " are undecided: no difference found, but it is only known to lie within " + bounds + detectable;
 }
 

@@ -5,7 +5,8 @@
 // disagree   invalid samples, fixed pixels that differ, or a level that is significant: Holm over the levels, each
 //            corrected for its own tests (levels.h). Where the scene has a closed form, each side against it is a level
 //            too, and agreement also needs both sides shown to lie within the image's margin of it;
-// undecided  neither. "No significant difference" alone is never called agreement.
+// undecided  neither. "No significant difference" alone is never called agreement. Nor are two black images, unless
+//            black is the scene's closed form: what no light reached has compared nothing.
 #pragma once
 
 #include <optional>
@@ -33,6 +34,8 @@ struct Judgement {
     Verdict verdict = Verdict::undecided;
     std::vector<LevelResult> levels;  // "image", "tiles 32x32", "tiles 16x16", "tiles 8x8", "pixels", ...
     FixedPixels fixed;
+    bool black = false;     // both sides, every sample
+    bool constant = false;  // both sides: one value above 0, without noise
     std::vector<double> pixel_p;
     std::uint64_t discoveries = 0;  // pixels and channels, at the discovery rate
     bool image_within_margin = false, tiles_within_margin = false, closed_form_within_margin = true;

@@ -70,8 +70,8 @@ void conclude(SceneVerdict& verdict) {
         verdict.permutation_p = permutation_p_value(tile_means(verdict.reference), tile_means(verdict.candidate),
             {.permutations = 999, .enough = 50, .seed = 1});
     if (verdict.verdict != Verdict::disagree) return;
-    verdict.registration = register_images(verdict.reference, verdict.candidate);
-    if (!verdict.registration->text.empty()) verdict.sentence += "; it looks like " + verdict.registration->text;
+    verdict.explanations = explain(verdict.reference, verdict.candidate, verdict.criteria);
+    if (!verdict.explanations.empty()) verdict.sentence += "; " + told(verdict.explanations);
     add_votes(verdict);
 }
 

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "common/render/renderer.h"
-#include "common/validation/verdict/registration.h"
+#include "common/validation/explanation/explanation.h"
 #include "common/validation/verdict/verdict.h"
 #include "common/validation/verify/convergence.h"
 #include "common/validation/verify/oracle_opinion.h"
@@ -30,13 +30,14 @@ struct SceneVerdict {
     std::string scene;
     Verdict verdict = Verdict::undecided;
     std::string sentence;
-    Judgement judgement;  // of the last look
+    std::vector<std::string> notes;  // what a reader must know of the images that were compared
+    Judgement judgement;             // of the last look
     PairedResult paired;
     std::vector<Look> looks;
     // Exact check beside the levels, where there are four batches a side: permutation of batches, greatest |t| over
     // tiles and channels. It gates nothing (its least p, 1/1000, is too coarse).
     std::optional<double> permutation_p;
-    std::optional<Registration> registration;      // looked for where the sides disagree
+    std::vector<Explanation> explanations;         // looked for where the sides disagree
     ClosedFormUse closed_form;                     // of the scene, at these settings
     std::optional<OracleOpinion> oracle;           // asked where the sides disagree
     std::optional<ConvergenceReport> convergence;  // where it was asked for; it gates nothing
@@ -56,8 +57,8 @@ struct SceneVerdict {
 // Row of the history for a judgement on `samples` a pixel and side, made `seconds` after the start.
 [[nodiscard]] Look look_of(const Judgement& judgement, std::uint64_t samples, const LookShare& share, double seconds);
 
-// Sets the verdict, its sentence, the permutation check and, where the sides disagree, the registration, all from the
-// judgement and the two sides at hand.
+// Sets the verdict, its sentence, the permutation check and, where the sides disagree, the explanations, all from
+// the judgement and the two sides at hand.
 void conclude(SceneVerdict& verdict);
 
 }  // namespace tandem
