@@ -3,6 +3,7 @@
 
 #include "common/stopwatch.h"
 #include "tests/vulkan/machine.h"
+#include "vulkan/renderer/kernels/megakernel_plan.h"
 
 using namespace tandem;
 using namespace tandem::testing;

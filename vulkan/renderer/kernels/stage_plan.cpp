@@ -15,7 +15,8 @@ namespace {
 // long as any that was measured.
 constexpr std::uint64_t first_places_on_cpu = std::uint64_t{1} << 12, first_places = std::uint64_t{1} << 20;
 constexpr double wanted_seconds = 0.5 * (shortest_submission + longest_submission);
-constexpr std::uint64_t most_growth = 4;  // from a submission to the next
+constexpr std::uint64_t most_growth = 4;        // from a submission to the next
+constexpr std::uint64_t first_segments = 1024;  // in a submission: milliseconds of empty dispatches
 // Of paths with more segments it is asked whether all have ended: their empty dispatches would take longer.
 constexpr std::uint32_t many_segments = 256;
 
@@ -25,7 +26,8 @@ StagePlan::StagePlan(const DeviceDescription& device, std::uint32_t segments, st
     : segments_(segments),
       fixed_(fixed),
       first_budget_(device.type == DeviceType::cpu ? first_places_on_cpu : first_places),
-      most_places_(static_cast<std::uint32_t>(first_budget_)) {}
+      most_places_(static_cast<std::uint32_t>(first_budget_)),
+      most_segments_(first_segments) {}
 
 void StagePlan::begin(std::uint32_t places, std::uint64_t samples) {
     places_ = places;
@@ -90,7 +92,7 @@ std::vector<StageShare> StagePlan::next() {
         places = static_cast<std::uint32_t>(std::clamp<std::uint64_t>(most, std::min(workgroup_size, left), left));
         if (left - places < places / 2) places = left;  // a small remainder goes with it
     }
-    std::uint64_t segments = std::max<std::uint64_t>(1, budget / places);
+    std::uint64_t segments = std::clamp<std::uint64_t>(budget / places, 1, most_segments_);
     if (segment_ < ended_by_) segments = std::min<std::uint64_t>(segments, ended_by_ - segment_);
     return last_ = {share(places, segments)};
 }
@@ -98,12 +100,16 @@ std::vector<StageShare> StagePlan::next() {
 void StagePlan::adapt(const StageShare& last, double seconds) {
     const bool begins_run = last.first_segment == 0;
     std::uint64_t& budget = begins_run ? first_budget_ : later_budget_;
+    const std::uint64_t segments = last.end_segment - last.first_segment;
     if (seconds > longest_submission) {
+        most_segments_ = std::max(
+            first_segments, static_cast<std::uint64_t>(static_cast<double>(segments) * wanted_seconds / seconds));
         budget = static_cast<std::uint64_t>(static_cast<double>(last.size()) * wanted_seconds / seconds);
     } else if (seconds < shortest_submission) {
         // One that was cut short tells nothing against a larger one.
         const double growth = std::min<double>(most_growth, wanted_seconds / std::max(seconds, 1e-6));
         budget = std::max(budget, static_cast<std::uint64_t>(static_cast<double>(last.size()) * growth));
+        most_segments_ = std::max(most_segments_, most_growth * segments);
         const std::uint64_t places = most_growth * std::uint64_t{last.places};
         if (begins_run)
             most_places_ = static_cast<std::uint32_t>(

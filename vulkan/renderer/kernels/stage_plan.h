@@ -59,6 +59,7 @@ private:
     // Segments of single places in a submission: of one that begins a run, with all its rays, and of a later one.
     std::uint64_t first_budget_, later_budget_ = 0;
     std::uint32_t most_places_;             // of the next run
+    std::uint64_t most_segments_;           // of a submission: dispatches take time however few rays they have
     std::uint32_t ended_by_ = 0;            // the segment by which all paths of a run were found to have ended; 0: none
     double sample_seconds_ = 0.0;           // of the sample in hand
     bool left_out_ = false;                 // some of its segments
