@@ -17,7 +17,6 @@
 #include "common/experiment/results.h"
 #include "common/experiment/thesis.h"
 #include "common/image/image_io.h"
-#include "common/scene/loader/scene_loader.h"
 #include "common/text.h"
 
 namespace tandem {
@@ -46,7 +45,7 @@ std::pair<std::uint32_t, std::uint32_t> size_from(const std::string& text) {
 
 BenchTarget make_target(const BenchArguments& arguments, const CommandContext& context) {
     const NothingToKeep starting(context.interrupts);
-    BenchRequest request{arguments.device, load_scene(arguments.scene), {}};
+    BenchRequest request{arguments.device, scene_from(arguments.scene), {}};
     for (const std::string& size : arguments.sizes) request.sizes.push_back(size_from(size));
     std::ranges::sort(request.sizes, {}, [](const auto& size) { return std::uint64_t{size.first} * size.second; });
     return context.program.bench(request);

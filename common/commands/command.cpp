@@ -15,6 +15,7 @@
 #include "common/commands/old_names.h"
 #include "common/error.h"
 #include "common/image/image_io.h"
+#include "common/scene/loader/scene_loader.h"
 
 namespace tandem {
 
@@ -132,6 +133,12 @@ void add_common_options(CLI::App& command, CommandContext& context, const std::s
 
 namespace {
 void add_intersection_options(CLI::App& command, RenderOptions& options);
+}
+
+Scene scene_from(const std::string& file) {
+    Scene scene = load_scene(file);
+    for (const std::string& remark : scene.remarks) fmt::print(stderr, "tandem: {}\n", remark);
+    return scene;
 }
 
 void add_render_options(CLI::App& command, RenderOptions& options) {

@@ -60,6 +60,9 @@ inline constexpr const char* kernel_help =
 inline constexpr const char* device_help = "Vulkan device: its index, or part of its name (see tandem devices)";
 inline constexpr const char* precision_help = "single, double, contracted or mixed (default: the backend's)";
 
+// The scene of `file`; on stderr, what of its models is not taken over. Throws InputError.
+[[nodiscard]] Scene scene_from(const std::string& file);
+
 // Options that say what and how to render, shared by render and verify.
 struct RenderOptions {
     std::string size;        // "WxH" or "N" (longer side); empty: the scene's film

@@ -13,7 +13,6 @@
 #include "common/error.h"
 #include "common/files/read_file.h"
 #include "common/image/image_io.h"
-#include "common/scene/loader/scene_loader.h"
 
 namespace tandem {
 
@@ -103,7 +102,7 @@ void print_list(const Scene& scene, const CostRequest& request) {
 
 ExitStatus cost(const CostArguments& arguments, const CommandContext& context) {
     NothingToKeep until_reference(context.interrupts);
-    const Scene scene = load_scene(arguments.scene);
+    const Scene scene = scene_from(arguments.scene);
     check_outputs({context.json_file, arguments.resume}, {arguments.scene});
     if (!arguments.resume.empty()) check_writable_text(arguments.resume);
     CostRequest request = request_of(arguments, context, scene);

@@ -8,7 +8,6 @@
 #include "common/commands/console.h"
 #include "common/commands/help.h"
 #include "common/error.h"
-#include "common/scene/loader/scene_loader.h"
 #include "common/validation/verify/specialisation.h"
 
 namespace tandem {
@@ -149,7 +148,7 @@ ExitStatus effects(const EffectsArguments& arguments, const CommandContext& cont
         throw InputError("--effects: this command compares the needed effects with all of them; leave the option out");
     refuse_adaptive_sampling(arguments.options);
     NothingToKeep until_first_round(context.interrupts);
-    const Scene scene = load_scene(arguments.scene);
+    const Scene scene = scene_from(arguments.scene);
     const RenderSettings settings = settings_from(arguments.options, scene);
     check_memory(settings);
     check_outputs({context.json_file}, {arguments.scene});

@@ -13,7 +13,6 @@
 #include "common/error.h"
 #include "common/image/image_io.h"
 #include "common/render/stopping.h"
-#include "common/scene/loader/scene_loader.h"
 #include "common/stopwatch.h"
 
 namespace tandem {
@@ -157,7 +156,7 @@ Error without_sample(const StoppedRender& result, const RenderArguments& argumen
 ExitStatus render(const RenderArguments& arguments, const CommandContext& context) {
     const Stopwatch watch;
     NothingToKeep starting(context.interrupts);
-    const Scene scene = load_scene(arguments.scene);
+    const Scene scene = scene_from(arguments.scene);
     RenderSettings settings = settings_from(arguments.options, scene);
     check_memory(settings);
     StoppingRule rule = stopping_rule(arguments);

@@ -8,7 +8,6 @@
 #include "common/commands/console.h"
 #include "common/commands/help.h"
 #include "common/error.h"
-#include "common/scene/loader/scene_loader.h"
 #include "common/validation/verify/trace_comparison.h"
 
 namespace tandem {
@@ -244,7 +243,7 @@ ExitStatus trace(const TraceArguments& arguments, const CommandContext& context)
     check_options(arguments);
     refuse_adaptive_sampling(arguments.options);
     const NothingToKeep at_work(context.interrupts);
-    const Scene scene = load_scene(arguments.scene);
+    const Scene scene = scene_from(arguments.scene);
     Result result{scene, settings_from(arguments.options, scene), placed_primitives(scene), {}, {}};
     check_outputs({context.json_file}, {arguments.scene});
     if (arguments.pixel[0] >= result.settings.width || arguments.pixel[1] >= result.settings.height)

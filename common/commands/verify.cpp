@@ -11,7 +11,6 @@
 #include "common/commands/verdict_options.h"
 #include "common/deadline.h"
 #include "common/error.h"
-#include "common/scene/loader/scene_loader.h"
 #include "common/self_test/self_test.h"
 #include "common/text.h"
 
@@ -128,7 +127,7 @@ ExitStatus verify(const VerifyArguments& arguments, const CommandContext& contex
     NothingToKeep starting(context.interrupts);
     // Every scene is read before the first is rendered: bad input costs no time.
     std::vector<Scene> scenes;
-    for (const std::string& file : arguments.scenes) scenes.push_back(load_scene(file));
+    for (const std::string& file : arguments.scenes) scenes.push_back(scene_from(file));
     std::vector<RenderSettings> settings;
     for (const Scene& scene : scenes) settings.push_back(verification_settings_from(arguments.render, scene));
     const Criteria criteria = criteria_from(arguments.criteria, {});

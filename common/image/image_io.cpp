@@ -161,9 +161,12 @@ void require_known_ending(const std::filesystem::path& path) {
 
 }  // namespace
 
-Image read_image(const std::filesystem::path& path, std::uint64_t limit) {
-    require_regular_file(path);
-    Image image = ending(path) == ".pfm" ? read_pfm(path, limit) : read_with_library(path, limit);
+namespace {
+
+Image read_any(const image_files::LibrarySource& source, std::uint64_t limit) {
+    const bool plain = source.bytes.empty() && ending(source.path) == ".pfm";
+    if (source.bytes.empty()) require_regular_file(source.path);
+    Image image = plain ? read_pfm(source.path, limit) : read_with_library(source, limit);
     if (image.full_width == 0 || image.full_height == 0) {
         image.full_x = image.data_x;
         image.full_y = image.data_y;
@@ -171,6 +174,14 @@ Image read_image(const std::filesystem::path& path, std::uint64_t limit) {
         image.full_height = image.height;
     }
     return image;
+}
+
+}  // namespace
+
+Image read_image(const std::filesystem::path& path, std::uint64_t limit) { return read_any({path}, limit); }
+
+Image read_texture_image(const std::filesystem::path& path, std::string_view bytes, std::uint64_t limit) {
+    return read_any({path, bytes, true}, limit);
 }
 
 void write_image(const std::filesystem::path& path, const Image& image) {

@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <map>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "common/render/estimate.h"
@@ -29,6 +30,10 @@ inline constexpr std::uint64_t greatest_float_count = std::uint64_t{1} << 30;
 
 // Throws InputError (file, reason, mend), also for an image of more floats than `limit`.
 [[nodiscard]] Image read_image(const std::filesystem::path& path, std::uint64_t limit = greatest_float_count);
+
+// The same of a texture: its colours are not multiplied by its alpha. `bytes`, where there are any, are the file's,
+// which stand within another one; `path` is then its name for errors, with an ending.
+[[nodiscard]] Image read_texture_image(const std::filesystem::path& path, std::string_view bytes, std::uint64_t limit);
 
 // Float32 EXR (or PFM: first three channels) with every channel and all metadata. Throws InputError when it cannot be
 // written; an existing file is replaced only by a complete one.

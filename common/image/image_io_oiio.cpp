@@ -75,12 +75,16 @@ std::string encoded(const char* format, OIIO::ImageSpec spec, OIIO::TypeDesc typ
 
 bool has_library() { return true; }
 
-Image read_with_library(const std::filesystem::path& path, std::uint64_t limit) {
+Image read_with_library(const LibrarySource& source, std::uint64_t limit) {
     const auto refuse = [&](const std::string& reason, const std::string& mend) -> InputError {
-        return input_error(path.string(), "", reason, mend);
+        return input_error(source.path.string(), "", reason, mend);
     };
     const QuietStderr quiet;
-    const std::unique_ptr<OIIO::ImageInput> input = OIIO::ImageInput::open(path.string());
+    OIIO::ImageSpec how;
+    if (source.straight_alpha) how.attribute("oiio:UnassociatedAlpha", 1);
+    OIIO::Filesystem::IOMemReader memory(source.bytes.data(), source.bytes.size());
+    if (void* proxy = &memory; !source.bytes.empty()) how.attribute("oiio:ioproxy", OIIO::TypeDesc::PTR, &proxy);
+    const std::unique_ptr<OIIO::ImageInput> input = OIIO::ImageInput::open(source.path.string(), &how);
     if (!input)
         throw refuse("is no readable image (" + one_line(OIIO::geterror()) + ")", "name an EXR, PNG or PFM file");
     const OIIO::ImageSpec& spec = input->spec();

@@ -65,7 +65,13 @@ void require_regular_file(const std::filesystem::path& path);
 
 // By the image library: without one they throw InputError, which says so. Whole files are made in memory, since the
 // library does not tell of a disk that fills up as it closes a file; `shown` is the name for errors.
-[[nodiscard]] Image read_with_library(const std::filesystem::path& path, std::uint64_t limit);
+// Read: `bytes`, if any, in place of the file's; `straight_alpha`: colours are not multiplied by it.
+struct LibrarySource {
+    std::filesystem::path path;
+    std::string_view bytes = {};
+    bool straight_alpha = false;
+};
+[[nodiscard]] Image read_with_library(const LibrarySource& source, std::uint64_t limit);
 [[nodiscard]] std::string exr_bytes(const Image& image, const std::filesystem::path& shown);
 [[nodiscard]] std::string srgb8_png_bytes(const std::vector<std::uint8_t>& pixels, std::uint32_t width,
     std::uint32_t height, const std::filesystem::path& shown);

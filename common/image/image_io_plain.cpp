@@ -15,7 +15,7 @@ InputError no_library(const std::filesystem::path& path) {
 
 bool has_library() { return false; }
 
-Image read_with_library(const std::filesystem::path& path, std::uint64_t) { throw no_library(path); }
+Image read_with_library(const LibrarySource& source, std::uint64_t) { throw no_library(source.path); }
 
 std::string exr_bytes(const Image&, const std::filesystem::path& shown) { throw no_library(shown); }
 

@@ -186,9 +186,11 @@ struct Scene {
     std::vector<PunctualLight> lights;
     std::vector<glm::dvec3> vertices;
     std::vector<glm::dvec2> texture_coordinates;  // of the vertices, as many, or none at all (MODEL.md section 5.1)
+    std::vector<glm::dvec3> normals;              // as many, or none; 0 at vertices without one (MODEL.md section 5.4)
     std::vector<Primitive> primitives;
     std::vector<Entity> entities;
     std::optional<Expectation> expect;
+    std::vector<std::string> remarks;  // what of its models is not taken over, a line a file
 };
 
 // A primitive as placed in the world. Its position in `placed_primitives(scene)` is its *primitive id*: entities in

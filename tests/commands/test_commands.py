@@ -76,6 +76,15 @@ class Commands(unittest.TestCase):
         self.refused(tandem("render", scene, "-o", output, "--json", self.folder / "out.json"), *mentions)
         self.assertEqual(self.left_behind(), [])
 
+    def test_what_is_lost_of_a_models_materials_is_said_once(self):
+        (self.folder / "m.mtl").write_text("newmtl m\nKd 0.5 0.5 0.5\nKs 1 1 1\nmap_Bump b.png\n")
+        (self.folder / "m.obj").write_text("mtllib m.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl m\nf 1 2 3\n")
+        models = [{"obj": {"file": "m.obj"}}] * 2
+        scene = self.changed("/entities", [{"primitives": models}])
+        result = tandem("render", scene, "-o", self.folder / "out.pfm", "--samples", 4)
+        self.assertEqual(result.returncode, 0, result.stderr)
+        self.assertEqual(result.stderr.count("m.obj is rendered without Ks beside Kd, map_Bump"), 1, result.stderr)
+
     def test_bad_scenes_get_one_line_with_file_and_pointer(self):
         name = "changed.json"
         for pointer, value, mentions in [

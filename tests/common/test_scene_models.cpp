@@ -68,7 +68,7 @@ TEST_CASE("OBJ vertices are split where their texture coordinates differ") {
     const TemporaryFolder folder;
     const std::string vertices = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n",
                       coordinates = "vt 0 0\nvt 1 0 0\nvt 0.5 0.25\n";
-    put(folder / "m.obj", vertices + coordinates + "f 1/1 2/2 3/3\nf 1/1/7 3/-2/7 4/1/7\nf 1 2 4\n");
+    put(folder / "m.obj", vertices + coordinates + "vn 0 0 0\nf 1/1 2/2 3/3\nf 1/1/1 3/-2/1 4/1/1\nf 1 2 4\n");
     CHECK(load(folder, model_scene("obj", "m.obj", false)).vertices.size() == 4);
     put(folder / "marked.obj", "\xEF\xBB\xBF" + vertices + "f 1 2 3\n");
     CHECK(load(folder, model_scene("obj", "marked.obj", false)).vertices.size() == 4);
@@ -187,6 +187,17 @@ TEST_CASE("mutilated models, volumes and images are loaded or refused, never any
         std::ifstream stream(folder / name, std::ios::binary);
         return std::string((std::istreambuf_iterator<char>(stream)), std::istreambuf_iterator<char>());
     };
+    put(folder / "of-mtl.obj", "mtllib m.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl a\nf 1 2 3\nusemtl b\nf 1 2 3\n");
+    Json own_materials = base(), with_materials = gltf_triangle("m.bin");
+    own_materials["entities"] = {{{"primitives", {{{"obj", {{"file", "of-mtl.obj"}}}}}}}};
+    with_materials["materials"] = {{{"emissiveFactor", {1, 0.5, 0}}, {"alphaMode", "BLEND"},
+        {"pbrMetallicRoughness", {{"metallicFactor", 0}, {"baseColorTexture", {{"index", 0}}}}},
+        {"extensions", {{"KHR_materials_transmission", {{"transmissionFactor", 0.5}}}}}}};
+    with_materials["textures"] = {{{"source", 0}}};
+    with_materials["images"] = {{{"uri", "t.pfm"}}};
+    with_materials["meshes"][0]["primitives"][0]["material"] = 0;
+    Json own_gltf = own_materials;
+    own_gltf["entities"][0]["primitives"] = {{{"gltf", {{"file", "own.gltf"}}}}};
     const struct {
         std::string name, bytes;
         Json scene;
@@ -195,7 +206,10 @@ TEST_CASE("mutilated models, volumes and images are loaded or refused, never any
         {"smoke.vol", volume(1, {2, 1, 3}, 1, {0, 1, 2, 3, 4, 5}), volume_scene()},
         {"t.pfm", read("t.pfm"), image_scene("t.pfm", "linear")},
         {"m.obj", "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\nvt 1 0.5\nf 1/1 2/2 3/1 4/2\n",
-            model_scene("obj", "m.obj", true)}};
+            model_scene("obj", "m.obj", true)},
+        {"own.gltf", with_materials.dump(), own_gltf},
+        {"m.mtl", "newmtl a\nKd 1 0.5 0\nKe 1\nd 0.5\nnewmtl b\nillum 7\nNi 1.5\nTf 1 1 1\nmap_Kd -s 1 1 1 t.pfm\n",
+            own_materials}};
     Draw draw;
     for (const auto& file : files) {
         CAPTURE(file.name);

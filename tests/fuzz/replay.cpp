@@ -56,7 +56,7 @@ int main(int argc, char** argv) {
                                    : std::ranges::find(tandem::fuzz::targets, std::string_view(arguments[0]),
                                          [](const tandem::fuzz::Target& t) { return t.name; });
     if (target == tandem::fuzz::targets.end()) {
-        std::fprintf(stderr, "replay TARGET FOLDER, of the targets scene, obj, gltf, volume, image\n");
+        std::fprintf(stderr, "replay TARGET FOLDER, of the targets scene, obj, mtl, gltf, volume, image\n");
         return 2;
     }
     std::vector<std::filesystem::path> files;

@@ -97,6 +97,8 @@ std::string fault_of(const Scene& scene) {
     if (!all(scene.vertices, finite)) return "vertices";
     if (!scene.texture_coordinates.empty() && scene.texture_coordinates.size() != scene.vertices.size())
         return "texture coordinates";
+    if (!scene.normals.empty() && (scene.normals.size() != scene.vertices.size() || !all(scene.normals, finite)))
+        return "normals";
     if (!all(scene.primitives, [&](const Primitive& p) { return sound(p, scene); })) return "primitives";
     if (!all(scene.entities, [&](const Entity& e) { return sound(e, scene); })) return "entities";
     if (scene.expect && !radiance(scene.expect->radiance)) return "expect";

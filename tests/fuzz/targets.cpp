@@ -38,6 +38,13 @@ std::string scene_of(const std::string& primitive, const std::string& texture, c
            primitive + "]}]}";
 }
 
+// A scene of one model, which brings its materials.
+std::string scene_of_model(const std::string& model) {
+    return R"({"camera": {"position": [0, 0, 5], "target": [0, 0, 0], "vertical_field_degrees": 40},
+        "entities": [{"primitives": [)" +
+           model + "]}]}";
+}
+
 // The folder that all inputs of this process are written to, with sound files beside.
 class Folder {
 public:
@@ -55,6 +62,13 @@ public:
         const std::string quad = R"({"quad": {"corner": [0, 0, 0], "edges": [[1, 0, 0], [0, 1, 0]]}})";
         put(folder_ / "obj.json", scene_of(R"({"obj": {"file": "input.obj"}})", checker, ""));
         put(folder_ / "gltf.json", scene_of(R"({"gltf": {"file": "input.gltf"}})", checker, ""));
+        copy("mtl/two.mtl", "two.mtl");
+        copy("obj/of-mtl.obj", "of-mtl.obj");
+        copy("obj/own.obj", "own.obj");
+        copy("gltf/materials.gltf", "materials.gltf");
+        put(folder_ / "own-obj.json", scene_of_model(R"({"obj": {"file": "input.obj"}})"));
+        put(folder_ / "own-mtl.json", scene_of_model(R"({"obj": {"file": "of-mtl.obj"}})"));
+        put(folder_ / "own-gltf.json", scene_of_model(R"({"gltf": {"file": "input.gltf"}})"));
         put(folder_ / "volume.json",
             scene_of(
                 quad, checker, R"("media": {"v": {"scattering": 1, "grid": {"file": "input.vol"}}}, "medium": "v",)"));
@@ -113,11 +127,18 @@ void scene(Bytes bytes) {
 void obj(Bytes bytes) {
     put(folder() / "input.obj", bytes);
     load("obj.json");
+    load("own-obj.json");
+}
+
+void mtl(Bytes bytes) {
+    put(folder() / "input.mtl", bytes);
+    load("own-mtl.json");
 }
 
 void gltf(Bytes bytes) {
     put(folder() / "input.gltf", bytes);
     load("gltf.json");
+    load("own-gltf.json");
 }
 
 void volume(Bytes bytes) {

@@ -17,12 +17,13 @@ struct Target {
 };
 
 void scene(Bytes bytes);   // a scene file, beside models, images and volumes that are sound
-void obj(Bytes bytes);     // models of a scene that is sound
-void gltf(Bytes bytes);    // JSON, or binary where it begins so
+void obj(Bytes bytes);     // models of a scene that is sound, with its materials and with their own
+void mtl(Bytes bytes);     // materials of such a model
+void gltf(Bytes bytes);    // JSON, or binary where it begins so; as obj
 void volume(Bytes bytes);  // a density grid
 void image(Bytes bytes);   // a portable float map, or what the image library reads, as texture, sky and picture
 
-inline constexpr std::array<Target, 5> targets{
-    {{"scene", scene}, {"obj", obj}, {"gltf", gltf}, {"volume", volume}, {"image", image}}};
+inline constexpr std::array<Target, 6> targets{
+    {{"scene", scene}, {"obj", obj}, {"mtl", mtl}, {"gltf", gltf}, {"volume", volume}, {"image", image}}};
 
 }  // namespace tandem::fuzz

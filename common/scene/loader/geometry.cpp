@@ -1,6 +1,7 @@
 #include "common/scene/loader/geometry.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -23,6 +24,8 @@ constexpr std::size_t greatest_name_bytes = 200;  // an instance repeats it
 // Cells of a pattern are counted in 32 bits.
 constexpr double greatest_cell = 0x1p30;
 
+constexpr std::string_view primitive_keys[] = {"sphere", "cuboid", "triangle", "quad", "obj", "gltf"};
+
 std::size_t point_count(PrimitiveKind kind) {
     return kind == PrimitiveKind::triangle ? 3 : kind == PrimitiveKind::cuboid ? 2 : 1;
 }
@@ -40,7 +43,7 @@ void GeometryReader::read(const Value& root) {
         const Value entities = root.member("entities");
         for (std::size_t i = 0; i < entities.array_size(); ++i) {
             const Value value = entities.element(i);
-            place(value, read_item(value, false), glm::dmat4(1.0), glm::dvec3(0.0));
+            for (const Item& item : read_item(value, false)) place(value, item, glm::dmat4(1.0), glm::dvec3(0.0));
         }
     }
     // What stands nowhere is checked, and leaves no trace.
@@ -49,9 +52,11 @@ void GeometryReader::read(const Value& root) {
     scene_.vertices.resize(vertices);
     scene_.primitives.resize(primitives);
     if (coordinates_) scene_.texture_coordinates.resize(vertices);
+    if (!scene_.normals.empty()) scene_.normals.resize(vertices, glm::dvec3(0.0));
 }
 
-// Whether an entity or group names a material whose texture uses coordinates; the names are checked later.
+// Whether an entity or group names a material whose texture uses coordinates, or leaves its materials to a model; the
+// names are checked later.
 bool GeometryReader::needs_coordinates(const Value& root) const {
     std::set<std::string, std::less<>> names;
     for (const Material& material : scene_.materials)
@@ -60,11 +65,11 @@ bool GeometryReader::needs_coordinates(const Value& root) const {
             names.insert(material.name);
     const auto any_in = [&](const Json& items) {
         return items.is_array() && std::ranges::any_of(items, [&](const Json& item) {
-            return item.is_object() && item.contains("material") && item["material"].is_string() &&
-                   names.contains(item["material"].get_ref<const std::string&>());
+            if (!item.is_object() || item.contains("group")) return false;
+            if (!item.contains("material")) return true;
+            return item["material"].is_string() && names.contains(item["material"].get_ref<const std::string&>());
         });
     };
-    if (names.empty()) return false;
     if (root.has("entities") && any_in(root.member("entities").json())) return true;
     if (!root.has("groups")) return false;
     const Value groups = root.member("groups");
@@ -83,19 +88,21 @@ void GeometryReader::complete(std::uint32_t index, const Value& reference) {
     if (value.array_size() == 0) value.refuse("a group without entities", "add some, or remove it");
     for (std::size_t i = 0; i < value.array_size(); ++i) {
         const Value element = value.element(i);
-        const Item item = read_item(element, true);
-        Group& group = groups_[index];
-        const bool nested = item.group != no_index;
-        group.primitives += nested ? groups_[item.group].primitives : item.entity.primitive_count;
-        group.entities += nested ? groups_[item.group].entities : 1;
-        check_room(element, group.primitives, group.entities);
-        group.items.push_back(item);
+        for (const Item& item : read_item(element, true)) {
+            Group& group = groups_[index];
+            const bool nested = item.group != no_index;
+            group.primitives += nested ? groups_[item.group].primitives : item.entity.primitive_count;
+            group.entities += nested ? groups_[item.group].entities : 1;
+            check_room(element, group.primitives, group.entities);
+            group.items.push_back(item);
+        }
     }
     --depth_;
     groups_[index].complete = true;
 }
 
-GeometryReader::Item GeometryReader::read_item(const Value& value, bool grouped) {
+// A group or an entity of the file; without a material, an entity for each material of its models.
+std::vector<GeometryReader::Item> GeometryReader::read_item(const Value& value, bool grouped) {
     Item item;
     const bool group = value.has("group");
     if (group)
@@ -112,10 +119,12 @@ GeometryReader::Item GeometryReader::read_item(const Value& value, bool grouped)
     if (group) {
         item.group = group_names_.find(value.member("group"));
         complete(item.group, value.member("group"));
-    } else {
+    } else if (value.has("material")) {
         read_entity(value, grouped, item.entity);
+    } else {
+        return read_models(value, grouped, item);
     }
-    return item;
+    return {item};
 }
 
 void GeometryReader::read_entity(const Value& value, bool grouped, Entity& entity) {
@@ -127,14 +136,48 @@ void GeometryReader::read_entity(const Value& value, bool grouped, Entity& entit
         const std::size_t first = scene_.primitives.size();
         const Value primitive = primitives.element(i);
         read_primitive(primitive);
-        const std::size_t end = scene_.primitives.size();
-        if (end > greatest_primitive_count)
-            primitive.refuse(
-                fmt::format("the scene has more than {} primitives", greatest_primitive_count), "simplify its models");
-        if (!grouped) check_reach(primitive, entity, first, end);
-        check_texture(primitive, entity, first, end);
+        check_primitives(primitive, grouped, entity, first);
     }
     entity.primitive_count = static_cast<std::uint32_t>(scene_.primitives.size()) - entity.first_primitive;
+}
+
+void GeometryReader::check_primitives(const Value& value, bool grouped, const Entity& entity, std::size_t first) const {
+    const std::size_t end = scene_.primitives.size();
+    if (end > greatest_primitive_count)
+        value.refuse(
+            fmt::format("the scene has more than {} primitives", greatest_primitive_count), "simplify its models");
+    if (!grouped) check_reach(value, entity, first, end);
+    check_texture(value, entity, first, end);
+}
+
+std::vector<GeometryReader::Item> GeometryReader::read_models(const Value& value, bool grouped, const Item& item) {
+    const Value primitives = value.required("primitives");
+    if (primitives.array_size() == 0) primitives.refuse("an entity without primitives", "add some, or remove it");
+    for (std::size_t i = 0; i < primitives.array_size(); ++i) {
+        const Value primitive = primitives.element(i);
+        primitive.only(primitive_keys);
+        if (primitive.json().size() != 1 || !(primitive.has("gltf") || primitive.has("obj")))
+            value.refuse("is without \"material\", and not all of its primitives are models", "name its material");
+    }
+    std::vector<Item> items;
+    for (std::size_t i = 0; i < primitives.array_size(); ++i) {
+        const Value primitive = primitives.element(i);
+        const bool gltf = primitive.has("gltf");
+        const ModelTriangles& model = read_model(primitive.member(gltf ? "gltf" : "obj"), gltf, true);
+        std::map<std::uint32_t, std::vector<std::size_t>> of_material;
+        for (std::size_t t = 0; t < model.triangles.size(); ++t) of_material[model.materials[t]].push_back(t);
+        for (const auto& [material, triangles] : of_material) {
+            Item& part = items.emplace_back(item);
+            const std::size_t first = scene_.primitives.size();
+            part.entity.material = material;
+            part.entity.first_primitive = static_cast<std::uint32_t>(first);
+            part.entity.primitive_count = static_cast<std::uint32_t>(triangles.size());
+            for (const std::size_t t : triangles)
+                scene_.primitives.push_back({PrimitiveKind::triangle, model.triangles[t], 0.0});
+            check_primitives(primitive, grouped, part.entity, first);
+        }
+    }
+    return items;
 }
 
 // Appends an entity, or those of a group, under an outer transform. A group's transform leads to the space in which its
@@ -212,7 +255,7 @@ void GeometryReader::check_texture(const Value& value, const Entity& entity, std
 }
 
 void GeometryReader::read_primitive(const Value& value) {
-    value.only({"sphere", "cuboid", "triangle", "quad", "obj", "gltf"});
+    value.only(primitive_keys);
     if (value.json().size() != 1)
         value.refuse(fmt::format("holds {} of sphere, cuboid, triangle, quad, obj, gltf", value.json().size()),
             "write one an object");
@@ -220,8 +263,9 @@ void GeometryReader::read_primitive(const Value& value) {
     if (value.has("cuboid")) return read_cuboid(value.member("cuboid"));
     if (value.has("triangle")) return read_triangle(value.member("triangle"));
     if (value.has("quad")) return read_quad(value.member("quad"));
-    if (value.has("obj")) return read_model(value.member("obj"), false);
-    read_model(value.member("gltf"), true);
+    const bool gltf = value.has("gltf");
+    for (const auto& [a, b, c] : read_model(value.member(gltf ? "gltf" : "obj"), gltf, false).triangles)
+        add_triangle(a, b, c);
 }
 
 std::uint32_t GeometryReader::add_vertex(const glm::dvec3& point, const glm::dvec2& coordinates) {
@@ -276,25 +320,54 @@ void GeometryReader::read_quad(const Value& value) {
     add_triangle(a, c, d);
 }
 
-// A model named twice is read once, and its vertices are shared.
-void GeometryReader::read_model(const Value& value, bool gltf) {
-    value.only({"file"});
+// A model named twice is read once, and its vertices are shared; once more where its own materials are taken.
+const GeometryReader::ModelTriangles& GeometryReader::read_model(const Value& value, bool gltf, bool own_materials) {
+    value.only({"file", "normals"});
     const Value file = value.required("file");
     const std::string name = file.relative_file();
-    const std::string key = (gltf ? "gltf " : "obj ") + name;
-    auto found = models_.find(key);
-    if (found == models_.end()) {
-        TriangleModel model = gltf ? read_gltf(folder_ / name, file.place(), name, coordinates_)
-                                   : read_obj(folder_ / name, file.place(), name, coordinates_);
-        const auto first = static_cast<std::uint32_t>(scene_.vertices.size());
-        scene_.vertices.insert(scene_.vertices.end(), model.vertices.begin(), model.vertices.end());
-        scene_.texture_coordinates.insert(
-            scene_.texture_coordinates.end(), model.texture_coordinates.begin(), model.texture_coordinates.end());
-        for (auto& triangle : model.triangles)
-            for (std::uint32_t& index : triangle) index += first;
-        found = models_.emplace(key, ModelTriangles{std::move(model.triangles)}).first;
+    const bool smooth = !value.has("normals") || value.member("normals").choice({"smooth", "flat"}) == 0;
+    const std::string key = fmt::format("{} {} {} {}", gltf, smooth, own_materials, name);
+    if (const auto found = models_.find(key); found != models_.end()) return found->second;
+    const ModelParts parts{.coordinates = coordinates_, .normals = smooth, .materials = own_materials};
+    TriangleModel model = gltf ? read_gltf(folder_ / name, file.place(), name, parts)
+                               : read_obj(folder_ / name, file.place(), name, parts);
+    const auto first = static_cast<std::uint32_t>(scene_.vertices.size());
+    scene_.vertices.insert(scene_.vertices.end(), model.vertices.begin(), model.vertices.end());
+    scene_.texture_coordinates.insert(
+        scene_.texture_coordinates.end(), model.texture_coordinates.begin(), model.texture_coordinates.end());
+    if (!model.normals.empty()) {
+        scene_.normals.resize(first, glm::dvec3(0.0));
+        scene_.normals.insert(scene_.normals.end(), model.normals.begin(), model.normals.end());
     }
-    for (const auto& [a, b, c] : found->second.triangles) add_triangle(a, b, c);
+    for (auto& triangle : model.triangles)
+        for (std::uint32_t& index : triangle) index += first;
+    std::vector<std::uint32_t> places;
+    for (const ModelMaterial& material : model.materials) places.push_back(add_material(name, material));
+    for (std::uint32_t& material : model.material_of) material = places[material];
+    if (!model.passed_over.empty())
+        scene_.remarks.push_back(fmt::format("{}: {}: {} is rendered without {}", file.place().file,
+            file.place().pointer, printable(name), fmt::join(model.passed_over, ", ")));
+    return models_.emplace(key, ModelTriangles{std::move(model.triangles), std::move(model.material_of)}).first->second;
+}
+
+// Returns its place among the scene's materials.
+std::uint32_t GeometryReader::add_material(const std::string& model, const ModelMaterial& source) {
+    Material material = source.material;
+    material.name = model + ": " + source.material.name;
+    if (source.colour_image) {
+        const auto next = static_cast<std::uint32_t>(scene_.textures.size());
+        const auto [texture, added] = model_textures_.emplace(source.colour_image.get(), next);
+        if (added) {
+            Texture& image = scene_.textures.emplace_back();
+            image.name = material.name;
+            image.kind = TextureKind::image;
+            image.space = TextureSpace::coordinates;
+            image.image = source.colour_image;
+        }
+        material.colour_texture = texture->second;
+    }
+    scene_.materials.push_back(std::move(material));
+    return static_cast<std::uint32_t>(scene_.materials.size() - 1);
 }
 
 }  // namespace tandem::scene_json

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "common/scene/loader/json.h"
+#include "common/scene/loader/models.h"
 #include "common/scene/scene.h"
 
 namespace tandem::scene_json {
@@ -37,12 +38,15 @@ private:
     };
     struct ModelTriangles {
         std::vector<std::array<std::uint32_t, 3>> triangles;  // by index into Scene::vertices
+        std::vector<std::uint32_t> materials;                 // of the triangles, where the model's own are taken
     };
 
     [[nodiscard]] bool needs_coordinates(const Value& root) const;
     void complete(std::uint32_t group, const Value& reference);
-    [[nodiscard]] Item read_item(const Value& value, bool grouped);
+    [[nodiscard]] std::vector<Item> read_item(const Value& value, bool grouped);
     void read_entity(const Value& value, bool grouped, Entity& entity);
+    [[nodiscard]] std::vector<Item> read_models(const Value& value, bool grouped, const Item& item);
+    void check_primitives(const Value& value, bool grouped, const Entity& entity, std::size_t first) const;
     void place(const Value& value, const Item& item, const glm::dmat4& outer, const glm::dvec3& outer_motion);
     void check_room(const Value& value, std::uint64_t primitives, std::uint64_t entities) const;
     void check_reach(const Value& value, const Entity& entity, std::size_t first, std::size_t end) const;
@@ -54,7 +58,8 @@ private:
     void read_cuboid(const Value& value);
     void read_triangle(const Value& value);
     void read_quad(const Value& value);
-    void read_model(const Value& value, bool gltf);
+    const ModelTriangles& read_model(const Value& value, bool gltf, bool own_materials);
+    std::uint32_t add_material(const std::string& model, const ModelMaterial& source);
     std::uint32_t add_vertex(const glm::dvec3& point, const glm::dvec2& coordinates = glm::dvec2(0.0));
     void add_triangle(std::uint32_t a, std::uint32_t b, std::uint32_t c);
 
@@ -67,6 +72,7 @@ private:
     std::uint32_t depth_ = 0;  // of the groups that are being read
     std::uint64_t placed_primitives_ = 0;
     std::map<std::string, ModelTriangles> models_;
+    std::map<const Pixels*, std::uint32_t> model_textures_;  // by the image
 };
 
 }  // namespace tandem::scene_json

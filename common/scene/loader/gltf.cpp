@@ -9,9 +9,12 @@
 #include <glm/gtc/matrix_access.hpp>
 #include <glm/gtc/matrix_transform.hpp>
 #include <glm/gtc/quaternion.hpp>
+#include <map>
+#include <optional>
 #include <string_view>
 
 #include "common/error.h"
+#include "common/scene/loader/gltf_materials.h"
 #include "common/scene/loader/models.h"
 #include "common/scene/loader/parts.h"
 
@@ -32,7 +35,8 @@ constexpr int greatest_depth = 64;
 
 // Keys whose values, or those of an array's elements, are counts, offsets and indices.
 constexpr std::string_view whole_numbers[] = {"count", "byteOffset", "byteLength", "byteStride", "buffer", "bufferView",
-    "mesh", "indices", "mode", "componentType", "scene", "skin", "nodes", "children", "POSITION", "TEXCOORD_0"};
+    "mesh", "material", "indices", "mode", "componentType", "scene", "skin", "nodes", "children", "POSITION", "NORMAL",
+    "TEXCOORD_0"};
 
 std::uint32_t little_endian(std::string_view bytes, std::size_t offset) {
     std::uint32_t value = 0;
@@ -69,8 +73,8 @@ struct Elements {
 
 class GltfReader {
 public:
-    GltfReader(const std::filesystem::path& path, const Place& place, const std::string& shown_name, bool coordinates)
-        : path_(path), place_(place), shown_(shown_name), coordinates_(coordinates) {}
+    GltfReader(const std::filesystem::path& path, const Place& place, const std::string& shown_name, ModelParts parts)
+        : path_(path), place_(place), shown_(shown_name), parts_(parts) {}
 
     TriangleModel read() {
         parse();
@@ -80,7 +84,8 @@ public:
         for (const int node : at(source_.scenes, source_.defaultScene < 0 ? 0 : source_.defaultScene).nodes)
             read_node(node, glm::dmat4(1.0), 0);
         if (model_.triangles.empty()) refuse("holds no triangle", "name a model with triangles");
-        if (coordinates_) set_coordinates(model_, corners_);
+        set_corners(model_, std::move(corners_), parts_);
+        note_passed_over();
         return std::move(model_);
     }
 
@@ -115,17 +120,19 @@ private:
     }
 
     // The JSON, bounded in depth and buffers, before tinygltf sees it.
-    void check_json(const std::string& bytes, bool binary) const {
+    void check_json(const std::string& bytes, bool binary) {
         std::string json = bytes;
         if (binary) {
             check_container(bytes);
             json = bytes.substr(first_chunk + chunk_head, little_endian(bytes, first_chunk));
         }
-        const Json document =
-            parse_strict(json, fmt::format("{}: {}: {}", place_.file, place_.pointer, printable(shown_)));
-        if (document.is_object() && document.contains("buffers") && document["buffers"].size() > greatest_buffers)
+        const std::string name = fmt::format("{}: {}: {}", place_.file, place_.pointer, printable(shown_));
+        document_ = parse_strict(json, name);
+        if (document_.is_object() && document_.contains("buffers") && document_["buffers"].size() > greatest_buffers)
             refuse(fmt::format("has more than {} buffers", greatest_buffers), "export it with one");
-        check_whole_numbers(document, "");
+        check_whole_numbers(document_, "");
+        if (parts_.materials)
+            materials_.emplace(Value(document_, name), ModelImages(path_.parent_path(), place_), image_bytes_);
     }
 
     // tinygltf takes a count, an offset or an index that is no whole number for one that is not there.
@@ -141,8 +148,12 @@ private:
         }
     }
 
-    static bool pass_over_image(
-        tinygltf::Image*, int, std::string*, std::string*, int, int, const unsigned char*, int, void*) {
+    // An image within the model, which tinygltf need not decode.
+    static bool keep_image(tinygltf::Image*, int index, std::string*, std::string*, int, int,
+        const unsigned char* bytes, int size, void* self) {
+        auto& reader = *static_cast<GltfReader*>(self);
+        if (reader.parts_.materials && size > 0)
+            reader.image_bytes_[static_cast<std::size_t>(index)].assign(bytes, bytes + size);
         return true;
     }
 
@@ -164,7 +175,7 @@ private:
         const bool binary = bytes.starts_with("glTF");
         check_json(bytes, binary);
         tinygltf::TinyGLTF parser;
-        parser.SetImageLoader(&pass_over_image, nullptr);
+        parser.SetImageLoader(&keep_image, this);
         parser.SetFsCallbacks({&is_beside, [](const std::string& name, void*) { return name; }, &read_buffer,
             [](std::string*, const std::string&, const std::vector<unsigned char>&, void*) { return false; }, this});
         std::string error, warning;
@@ -249,6 +260,20 @@ private:
         return {data.data() + view.byteOffset + accessor.byteOffset, accessor.count, stride, accessor.componentType};
     }
 
+    // What the file has and Tandem does not, or not here, beside what its materials lose.
+    void note_passed_over() {
+        const auto lost = [&](bool there, const char* what) {
+            if (there) model_.passed_over.insert(what);
+        };
+        lost(!source_.cameras.empty(), "cameras");
+        lost(!source_.animations.empty(), "animations");
+        lost(!source_.lights.empty(), "lights");
+        lost(source_.scenes.size() > 1, "other scenes than its default");
+        if (!materials_) return;
+        model_.materials = materials_->take();
+        model_.passed_over.merge(materials_->passed_over());
+    }
+
     void read_primitive(const tinygltf::Primitive& primitive, const glm::dmat4& matrix) {
         if (primitive.mode != TINYGLTF_MODE_TRIANGLES)
             refuse(fmt::format("has a primitive of mode {}", primitive.mode), "export it as triangles, mode 4");
@@ -267,12 +292,13 @@ private:
                 !std::isfinite(glm::length(vertex)))
                 refuse("has a vertex that is not finite, or too far out", "export it again");
         }
-        read_triangles(primitive, points.count, first, glm::determinant(glm::dmat3(matrix)) < 0.0);
+        read_triangles(primitive, points.count, first, matrix);
     }
 
     // A mirrored node's triangles have their fronts the other way round [glTF 2.0, section 3.7.4].
-    void read_triangles(const tinygltf::Primitive& primitive, std::size_t points, std::uint32_t first, bool mirrored) {
-        const bool indexed = primitive.indices >= 0;
+    void read_triangles(
+        const tinygltf::Primitive& primitive, std::size_t points, std::uint32_t first, const glm::dmat4& matrix) {
+        const bool mirrored = glm::determinant(glm::dmat3(matrix)) < 0.0, indexed = primitive.indices >= 0;
         const Elements indices =
             indexed ? elements(primitive.indices, TINYGLTF_TYPE_SCALAR,
                           {TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE, TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT,
@@ -282,29 +308,57 @@ private:
         if (count % 3 != 0) refuse("has a triangle of fewer than three corners", "export it again");
         if (model_.triangles.size() + count / 3 > greatest_triangles) refuse_size();
         const Elements coordinates = read_coordinates(primitive, points);
+        const std::vector<glm::dvec3> normals = read_normals(primitive, points, glm::dmat3(matrix));
+        if (materials_) {
+            model_.material_of.insert(model_.material_of.end(), count / 3, materials_->index_of(primitive.material));
+            if (primitive.attributes.contains("COLOR_0")) model_.passed_over.insert("COLOR_0");
+        }
         for (std::size_t i = 0; i < count; i += 3) {
             std::array<std::uint32_t, 3> triangle{};
-            CornerCoordinates corners = default_coordinates;
+            Corners corners;
             for (std::size_t k = 0; k < 3; ++k) {
                 const std::size_t place = i + (mirrored && k > 0 ? 3 - k : k);
                 const std::size_t index = indexed ? indices.index(place) : place;
                 if (index >= points) refuse(fmt::format("vertex {} is not among {}", index, points), "export it again");
                 triangle[k] = first + static_cast<std::uint32_t>(index);
-                if (coordinates.data != nullptr) corners[k] = coordinates_at(coordinates, index);
+                if (parts_.coordinates)
+                    corners[k].coordinates =
+                        coordinates.data != nullptr ? coordinates_at(coordinates, index) : default_coordinates[k];
+                if (!normals.empty()) corners[k].normal = normals[index];
             }
             model_.triangles.push_back(triangle);
-            if (coordinates_) corners_.push_back(corners);
+            if (!parts_.coordinates && normals.empty()) continue;
+            corners_.resize(model_.triangles.size() - 1);  // those before have nothing
+            corners_.push_back(corners);
         }
     }
 
     [[nodiscard]] Elements read_coordinates(const tinygltf::Primitive& primitive, std::size_t points) const {
         const auto found = primitive.attributes.find("TEXCOORD_0");
-        if (!coordinates_ || found == primitive.attributes.end()) return {};
+        if (!parts_.coordinates || found == primitive.attributes.end()) return {};
         const Elements coordinates = elements(found->second, TINYGLTF_TYPE_VEC2,
             {TINYGLTF_COMPONENT_TYPE_FLOAT, TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE,
                 TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT});
         if (coordinates.count != points) refuse("has not one texture coordinate a vertex", "export it again");
         return coordinates;
+    }
+
+    // Those of the vertices in the scene's space; none where the primitive has none, or its node is flat.
+    [[nodiscard]] std::vector<glm::dvec3> read_normals(
+        const tinygltf::Primitive& primitive, std::size_t points, const glm::dmat3& matrix) const {
+        const auto found = primitive.attributes.find("NORMAL");
+        if (!parts_.normals || found == primitive.attributes.end() || glm::determinant(matrix) == 0.0) return {};
+        const Elements given = elements(found->second, TINYGLTF_TYPE_VEC3, {TINYGLTF_COMPONENT_TYPE_FLOAT});
+        if (given.count != points) refuse("has not one normal a vertex", "export it again");
+        const glm::dmat3 normal_matrix = glm::transpose(glm::inverse(matrix));
+        std::vector<glm::dvec3> normals;
+        for (std::size_t i = 0; i < points; ++i) {
+            normals.push_back(normal_matrix *
+                              glm::dvec3(given.value<float>(i, 0), given.value<float>(i, 1), given.value<float>(i, 2)));
+            if (!(glm::length(normals.back()) <= greatest_length))
+                refuse("has a normal that is not finite, or too long", "export it again");
+        }
+        return normals;
     }
 
     // glTF counts v downwards from the top of an image.
@@ -320,18 +374,21 @@ private:
     const std::filesystem::path& path_;
     const Place& place_;
     const std::string& shown_;
-    bool coordinates_;
+    ModelParts parts_;
+    Json document_;
     tinygltf::Model source_;
+    std::map<std::size_t, std::string> image_bytes_;  // of the images that stand within the model
+    std::optional<GltfMaterials> materials_;          // where they are asked for
     std::vector<bool> visited_;
     TriangleModel model_;
-    std::vector<CornerCoordinates> corners_;
+    std::vector<Corners> corners_;
 };
 
 }  // namespace
 
 TriangleModel read_gltf(
-    const std::filesystem::path& path, const Place& place, const std::string& shown_name, bool coordinates) {
-    return GltfReader(path, place, shown_name, coordinates).read();
+    const std::filesystem::path& path, const Place& place, const std::string& shown_name, ModelParts parts) {
+    return GltfReader(path, place, shown_name, parts).read();
 }
 
 }  // namespace tandem::scene_json

@@ -61,8 +61,10 @@ void read_image_background(const Value& value, const std::filesystem::path& fold
     const bool srgb = value.required("colour_space").choice({"srgb", "linear"}) == 0;
     background.image_scale = optional_number(value, "scale", least_length, 1e9, 1.0);
     background.rotation_degrees = optional_number(value, "rotation_degrees", -1e6, 1e6, 0.0);
-    background.image =
-        read_pixels(value.member("image"), folder, srgb, greatest_length / std::max(1.0, background.image_scale));
+    PixelSource source = pixel_source(value.member("image"), folder);
+    source.srgb = srgb;
+    source.greatest = greatest_length / std::max(1.0, background.image_scale);
+    background.image = read_pixels(source);
     background.sampled = true;  // images are for suns and windows, which scattering seldom finds
 }
 

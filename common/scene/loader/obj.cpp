@@ -4,12 +4,13 @@
 #include <charconv>
 #include <cmath>
 #include <glm/geometric.hpp>
+#include <optional>
 #include <sstream>
 #include <string_view>
 
 #include "common/error.h"
 #include "common/scene/loader/models.h"
-#include "common/scene/loader/parts.h"
+#include "common/scene/loader/mtl.h"
 
 #define TINYOBJLOADER_IMPLEMENTATION
 #define TINYOBJLOADER_USE_DOUBLE
@@ -26,18 +27,14 @@ constexpr std::size_t greatest_corners = 64;
 // and it is given the faces alone, on vertices that are known to be sound.
 class Checker {
 public:
-    Checker(const Place& place, const std::string& shown_name, bool coordinates)
-        : place_(place), shown_(shown_name), coordinates_(coordinates) {}
+    Checker(const std::filesystem::path& path, const Place& place, const std::string& shown_name, ModelParts parts)
+        : path_(path), place_(place), shown_(shown_name), parts_(parts) {}
 
     void read(std::string_view text) {
-        constexpr std::string_view byte_order_mark = "\xEF\xBB\xBF";  // some editors write it before UTF-8
-        if (text.starts_with(byte_order_mark)) text.remove_prefix(byte_order_mark.size());
-        while (!text.empty()) {
+        for_each_line(text, [&](std::string_view line) {
             ++line_;
-            const std::size_t end = std::min(text.find('\n'), text.size());
-            read_line(text.substr(0, end));
-            text.remove_prefix(std::min(end + 1, text.size()));
-        }
+            read_line(line);
+        });
         if (expected_triangles_ == 0) refuse("holds no face", "name a model with triangles");
     }
 
@@ -49,20 +46,26 @@ public:
         std::string warning, error;
         if (!tinyobj::LoadObj(&attributes, &shapes, &materials, &warning, &error, &stream, nullptr, true, false))
             refuse("is not a sound OBJ model: " + printable(error), "export it again");
-        TriangleModel model{std::move(vertices_), {}, {}};
-        std::vector<CornerCoordinates> corners;
+        TriangleModel model;
+        model.vertices = std::move(vertices_);
+        std::vector<Corners> corners;
         for (const tinyobj::shape_t& shape : shapes) {
             const auto& indices = shape.mesh.indices;
             for (std::size_t i = 0; i + 2 < indices.size(); i += 3) {
                 model.triangles.push_back({static_cast<std::uint32_t>(indices[i].vertex_index),
                     static_cast<std::uint32_t>(indices[i + 1].vertex_index),
                     static_cast<std::uint32_t>(indices[i + 2].vertex_index)});
-                if (coordinates_) corners.push_back(corners_of(&indices[i]));
+                if (parts_.coordinates || !normals_.empty()) corners.push_back(corners_of(&indices[i]));
             }
         }
         if (model.triangles.size() != expected_triangles_) refuse_polygon(0);
         check_fronts(model);
-        if (coordinates_) set_coordinates(model, corners);
+        set_corners(model, std::move(corners), parts_);
+        if (parts_.materials)
+            for (const Face& face : face_list_)
+                model.material_of.insert(model.material_of.end(), face.corners - 2, face.material);
+        model.materials = std::move(used_materials_);
+        model.passed_over = std::move(passed_over_);
         return model;
     }
 
@@ -70,6 +73,7 @@ private:
     // A face with its place in the file; its corners − 2 triangles follow those of the face before.
     struct Face {
         std::size_t line, corners;
+        std::uint32_t material;
     };
 
     [[noreturn]] void refuse_polygon(std::size_t line) {
@@ -77,12 +81,16 @@ private:
         refuse("a polygon cannot be cut into triangles", "export the model as triangles");
     }
 
-    // A face has coordinates at all its corners or at none (read_face).
-    CornerCoordinates corners_of(const tinyobj::index_t* corner) const {
-        if (corner->texcoord_index < 0) return default_coordinates;
-        CornerCoordinates result;
-        for (std::size_t i = 0; i < 3; ++i)
-            result[i] = texture_coordinates_[static_cast<std::size_t>(corner[i].texcoord_index)];
+    // A face has coordinates at all its corners or at none, and so it is with normals (read_face).
+    Corners corners_of(const tinyobj::index_t* corner) const {
+        Corners result;
+        for (std::size_t i = 0; i < 3; ++i) {
+            const int coordinates = corner[i].texcoord_index, normal = corner[i].normal_index;
+            if (parts_.coordinates)
+                result[i].coordinates = coordinates < 0 ? default_coordinates[i]
+                                                        : texture_coordinates_[static_cast<std::size_t>(coordinates)];
+            if (normal >= 0) result[i].normal = normals_[static_cast<std::size_t>(normal)];
+        }
         return result;
     }
 
@@ -110,31 +118,64 @@ private:
         throw input_error(place_.file, place_.pointer, printable(shown_) + ": " + where + reason, mend);
     }
 
-    static std::string_view next_word(std::string_view& line) {
-        constexpr std::string_view blank = " \t\r";
-        line.remove_prefix(std::min(line.find_first_not_of(blank), line.size()));
-        const std::string_view word = line.substr(0, line.find_first_of(blank));
-        line.remove_prefix(word.size());
-        return word;
-    }
-
     void read_line(std::string_view line) {
         const std::string_view statement = next_word(line);
         if (statement == "v") read_vertex(line);
-        if (statement == "vt" && coordinates_) read_coordinates(line);
+        if (statement == "vt" && parts_.coordinates) read_coordinates(line);
+        if (statement == "vn" && parts_.normals) read_normal(line);
         if (statement == "f") read_face(line);
+        for (const std::string_view lost : {"l", "p", "curv", "curv2", "surf"})
+            if (statement == lost) passed_over_.insert("lines, points and curves");
+        if (!parts_.materials) return;
+        if (statement == "mtllib") read_library(rest_of(line));
+        if (statement == "usemtl") {
+            material_name_ = rest_of(line);
+            material_ = no_index;
+        }
+    }
+
+    // One file whose name may have blanks, or several. What two of them define is the first one's.
+    void read_library(std::string_view names) {
+        const std::filesystem::path folder = path_.parent_path();
+        std::error_code error;
+        const bool single = std::filesystem::is_regular_file(folder / std::string(names), error);
+        while (!names.empty()) {
+            const std::string name(single ? names : next_word(names));
+            names = single ? std::string_view() : rest_of(names);
+            if (std::filesystem::path(name).is_absolute() || name.find('\0') != std::string::npos)
+                refuse("mtllib is followed by no relative path", "name the file relative to the model");
+            for (auto& [material, source] : read_mtl(folder / name, place_, name))
+                materials_.try_emplace(
+                    material, NamedMaterial{std::move(source), std::filesystem::path(name).parent_path(), no_index});
+        }
+        if (!images_) images_.emplace(folder, place_);
+    }
+
+    // That of the next faces, read when the first of them comes.
+    std::uint32_t current_material() {
+        if (material_ != no_index) return material_;
+        const auto found = materials_.find(material_name_);
+        if (material_name_.empty())
+            refuse("a face has no material", "name one in the scene file, or write usemtl before it");
+        if (found == materials_.end())
+            refuse("material \"" + printable(material_name_) + "\" is in no MTL file of the model",
+                "name a material in the scene file, or export the model again");
+        if (found->second.index == no_index) {
+            found->second.index = static_cast<std::uint32_t>(used_materials_.size());
+            MtlMaterial source = found->second.source;
+            if (!source.image.empty()) source.image = (found->second.folder / source.image).string();
+            used_materials_.push_back(scene_json::material_of(source, *images_, passed_over_));
+        }
+        return material_ = found->second.index;
     }
 
     // The next word of `line` as a number, at most `greatest` in magnitude.
     double read_number(std::string_view& line, double greatest, const std::string& mend) const {
-        std::string_view word = next_word(line);
-        if (word.starts_with('+')) word.remove_prefix(1);
-        double number = 0.0;
-        const auto [end, status] = std::from_chars(word.data(), word.data() + word.size(), number);
-        if (word.empty() || status != std::errc() || end != word.data() + word.size() ||
-            !(std::abs(number) <= greatest))
+        const std::string_view word = next_word(line);
+        const std::optional<double> number = number_of(word);
+        if (!number || std::abs(*number) > greatest)
             refuse(fmt::format("\"{}\" is no coordinate", printable(word)), mend);
-        return number;
+        return *number;
     }
 
     void read_vertex(std::string_view line) {
@@ -165,47 +206,93 @@ private:
         return absolute;
     }
 
-    void read_face(std::string_view line) {
-        std::size_t corners = 0, with_coordinates = 0;
-        faces_ += 'f';
-        for (std::string_view word = next_word(line); !word.empty(); word = next_word(line), ++corners) {
-            const std::size_t slash = std::min(word.find('/'), word.size());
-            const std::int64_t vertex = read_index(word.substr(0, slash), vertices_.size(), "vertex");
-            fmt::format_to(std::back_inserter(faces_), " {}", vertex);
-            word.remove_prefix(std::min(slash + 1, word.size()));
-            const std::string_view second = word.substr(0, word.find('/'));
-            if (!coordinates_ || second.empty()) continue;
-            fmt::format_to(
-                std::back_inserter(faces_), "/{}", read_index(second, texture_coordinates_.size(), "coordinate"));
-            ++with_coordinates;
-        }
-        if (with_coordinates != 0 && with_coordinates != corners)
-            refuse("some corners of a face have texture coordinates and others do not", "export the model again");
-        faces_ += '\n';
-        if (corners < 3) refuse("a face has three corners at least", "export the model again");
-        if (corners > greatest_corners)
-            refuse(fmt::format("a face has more than {} corners", greatest_corners), "export it as triangles");
-        expected_triangles_ += corners - 2;
-        face_list_.push_back({line_, corners});
+    void read_normal(std::string_view line) {
+        glm::dvec3 normal;
+        for (int axis = 0; axis < 3; ++axis)
+            normal[axis] = read_number(line, greatest_length, "a normal has three finite numbers, vn x y z");
+        normals_.push_back(normal);
+        faces_ += "vn 0 0 0\n";  // tinyobjloader only counts them
     }
 
+    // Corners of a face by what they name beside their vertex.
+    struct CornerCounts {
+        std::size_t all = 0, coordinates = 0, normals = 0;
+    };
+
+    // "vertex", "vertex/coordinate", "vertex//normal" or all three, to the same of what is read.
+    void read_corner(std::string_view word, CornerCounts& counts) {
+        const auto next_number = [&] {
+            const std::string_view number = word.substr(0, word.find('/'));
+            word.remove_prefix(std::min(number.size() + 1, word.size()));
+            return number;
+        };
+        ++counts.all;
+        fmt::format_to(std::back_inserter(faces_), " {}", read_index(next_number(), vertices_.size(), "vertex"));
+        const std::string_view coordinate = next_number(), normal = next_number();
+        const bool has_coordinates = parts_.coordinates && !coordinate.empty();
+        const bool has_normal = parts_.normals && !normal.empty();
+        if (has_coordinates || has_normal) faces_ += '/';
+        if (has_coordinates) {
+            fmt::format_to(
+                std::back_inserter(faces_), "{}", read_index(coordinate, texture_coordinates_.size(), "coordinate"));
+            ++counts.coordinates;
+        }
+        if (has_normal) {
+            fmt::format_to(std::back_inserter(faces_), "/{}", read_index(normal, normals_.size(), "normal"));
+            ++counts.normals;
+        }
+    }
+
+    void read_face(std::string_view line) {
+        CornerCounts corners;
+        faces_ += 'f';
+        for (std::string_view word = next_word(line); !word.empty(); word = next_word(line)) read_corner(word, corners);
+        const auto refuse_mixed = [&](std::size_t some, const char* what) {
+            if (some != 0 && some != corners.all)
+                refuse(fmt::format("some corners of a face have {} and others do not", what), "export the model again");
+        };
+        refuse_mixed(corners.coordinates, "texture coordinates");
+        refuse_mixed(corners.normals, "normals");
+        faces_ += '\n';
+        if (corners.all < 3) refuse("a face has three corners at least", "export the model again");
+        if (corners.all > greatest_corners)
+            refuse(fmt::format("a face has more than {} corners", greatest_corners), "export it as triangles");
+        expected_triangles_ += corners.all - 2;
+        face_list_.push_back({line_, corners.all, parts_.materials ? current_material() : no_index});
+    }
+
+    // Of the MTL files, with the folder that holds its images and its place among those used.
+    struct NamedMaterial {
+        MtlMaterial source;
+        std::filesystem::path folder;
+        std::uint32_t index = no_index;
+    };
+
+    const std::filesystem::path& path_;
     const Place& place_;
     const std::string& shown_;
-    bool coordinates_;  // whether texture coordinates are read
+    ModelParts parts_;
     std::size_t line_ = 0;
     std::size_t expected_triangles_ = 0;
     std::vector<glm::dvec3> vertices_;
     std::vector<glm::dvec2> texture_coordinates_;
+    std::vector<glm::dvec3> normals_;
     std::vector<Face> face_list_;
+    std::map<std::string, NamedMaterial, std::less<>> materials_;
+    std::optional<ModelImages> images_;  // where there is an MTL file
+    std::string material_name_;
+    std::uint32_t material_ = no_index;  // the one of that name, once it is read
+    std::vector<ModelMaterial> used_materials_;
+    std::set<std::string> passed_over_;
     std::string faces_;  // the sound part of the file, for tinyobjloader
 };
 
 }  // namespace
 
 TriangleModel read_obj(
-    const std::filesystem::path& path, const Place& place, const std::string& shown_name, bool coordinates) {
+    const std::filesystem::path& path, const Place& place, const std::string& shown_name, ModelParts parts) {
     const std::string text = read_named_file(path, place, shown_name);
-    Checker checker(place, shown_name, coordinates);
+    Checker checker(path, place, shown_name, parts);
     checker.read(text);
     return checker.triangulated();
 }

@@ -53,9 +53,25 @@ void check_transform(const Value& value, const glm::dmat4& matrix);
 [[nodiscard]] Material read_material(
     const Value& value, const std::string& name, const Names& textures, const Names& media);
 
-// The pixels of the file that `file` names, made linear. `srgb`: they are encoded by IEC 61966-2-1. Refuses what is no
-// number, negative or above `greatest`.
-[[nodiscard]] std::shared_ptr<const Pixels> read_pixels(
-    const Value& file, const std::filesystem::path& folder, bool srgb, double greatest);
+// An image that the scene, or a model of it, names `shown` at `place`.
+struct PixelSource {
+    std::filesystem::path path;
+    Place place;
+    std::string shown;
+    bool srgb = false;         // encoded by IEC 61966-2-1
+    double greatest = 1.0;     // of its values
+    bool alpha = false;        // it may have alpha, which is passed over
+    std::string_view bytes{};  // of the file, where they stand within a model
+    glm::dvec3 factor{1.0};    // of the linear values
+};
+
+// Its pixels, made linear. Refuses what is no number, negative or above `greatest`.
+[[nodiscard]] std::shared_ptr<const Pixels> read_pixels(const PixelSource& source);
+
+// The source of the file that `file` names.
+[[nodiscard]] inline PixelSource pixel_source(const Value& file, const std::filesystem::path& folder) {
+    const std::string name = file.relative_file();
+    return {folder / name, file.place(), name};
+}
 
 }  // namespace tandem::scene_json

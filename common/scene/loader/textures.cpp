@@ -25,7 +25,8 @@ double srgb_decoded(double encoded) {  // IEC 61966-2-1
 }
 
 // The places of red, green and blue among the channels; grey stands for all three. Empty: neither.
-std::vector<std::size_t> colour_channels(const std::vector<std::string>& channels) {
+std::vector<std::size_t> colour_channels(std::vector<std::string> channels, bool alpha) {
+    if (alpha && channels.size() > 1 && channels.back() == "A") channels.pop_back();
     if (channels.size() == 1) return {0, 0, 0};
     std::vector<std::size_t> places;
     for (const std::string_view name : {"R", "G", "B"}) {
@@ -36,18 +37,19 @@ std::vector<std::size_t> colour_channels(const std::vector<std::string>& channel
 }
 
 // The image of a file, sound in its shape.
-Image read_sound_image(const Value& file, const std::filesystem::path& folder, const std::string& name) {
+Image read_sound_image(const PixelSource& source) {
     const auto refuse = [&](const std::string& reason, const std::string& mend) {
-        file.refuse(printable(name) + ": " + reason, mend);
+        throw input_error(source.place.file, source.place.pointer, printable(source.shown) + ": " + reason, mend);
     };
-    const std::filesystem::path path = folder / name;
+    const std::filesystem::path& path = source.path;
     Image image;
     try {
         std::error_code error;
         const auto bytes = std::filesystem::file_size(path, error);
         if (!error && bytes > greatest_file_bytes)
             refuse(fmt::format("is larger than {} MiB", greatest_file_bytes >> 20), "make it smaller");
-        image = read_image(path, greatest_texels * greatest_channels);
+        image = source.alpha ? read_texture_image(path, source.bytes, greatest_texels * greatest_channels)
+                             : read_image(path, greatest_texels * greatest_channels);
     } catch (const InputError& error) {  // "PATH: reason; mend", which is said of this place of the scene instead
         const std::string line = error.what(), prefix = path.string() + ": ";
         if (!line.starts_with(prefix)) throw;
@@ -107,25 +109,27 @@ void read_noise(const Value& value, Texture& texture) {
 
 }  // namespace
 
-std::shared_ptr<const Pixels> read_pixels(
-    const Value& file, const std::filesystem::path& folder, bool srgb, double greatest) {
-    const std::string name = file.relative_file();
-    const Image image = read_sound_image(file, folder, name);
-    const std::vector<std::size_t> places = colour_channels(image.channels);
+std::shared_ptr<const Pixels> read_pixels(const PixelSource& source) {
+    const auto refuse = [&](const std::string& reason, const std::string& mend) {
+        throw input_error(source.place.file, source.place.pointer, printable(source.shown) + ": " + reason, mend);
+    };
+    const Image image = read_sound_image(source);
+    const std::vector<std::size_t> places = colour_channels(image.channels, source.alpha);
     if (places.empty())
-        file.refuse(printable(name) + ": has other channels than red, green and blue, or grey",
-            "write it with these alone, without alpha");
+        refuse("has other channels than red, green and blue, or grey",
+            source.alpha ? "write it with these alone" : "write it with these alone, without alpha");
     auto pixels = std::make_shared<Pixels>(Pixels{image.width, image.height, {}});
     pixels->rgb.reserve(std::size_t{image.width} * image.height * 3);
-    const double limit = srgb ? std::min(greatest, 1.0) : greatest;
+    const double limit = source.srgb ? std::min(source.greatest, 1.0) : source.greatest;
     for (std::size_t pixel = 0; pixel < std::size_t{image.width} * image.height; ++pixel)
-        for (const std::size_t place : places) {
-            const float value = image.pixels[pixel * image.channels.size() + place];
+        for (std::size_t channel = 0; channel < 3; ++channel) {
+            const float value = image.pixels[pixel * image.channels.size() + places[channel]];
             if (!(value >= 0.0F && value <= limit))  // false for what is no number
-                file.refuse(fmt::format("{}: {} at column {}, row {} is out of range", printable(name), value,
-                                pixel % image.width, pixel / image.width),
+                refuse(fmt::format(
+                           "{} at column {}, row {} is out of range", value, pixel % image.width, pixel / image.width),
                     fmt::format("keep its values from 0 to {}", shown(limit)));
-            pixels->rgb.push_back(srgb ? static_cast<float>(srgb_decoded(value)) : value);
+            const double linear = source.srgb ? srgb_decoded(value) : static_cast<double>(value);
+            pixels->rgb.push_back(static_cast<float>(linear * source.factor[static_cast<int>(channel)]));
         }
     return pixels;
 }
@@ -151,7 +155,9 @@ Texture read_texture(const Value& value, const std::string& name, const std::fil
                 without(value, key, "an image brings its colours and uses coordinates");
             const bool srgb = value.required("colour_space").choice({"srgb", "linear"}) == 0;
             texture.space = TextureSpace::coordinates;
-            texture.image = read_pixels(value.required("file"), folder, srgb, 1.0);
+            PixelSource source = pixel_source(value.required("file"), folder);
+            source.srgb = srgb;
+            texture.image = read_pixels(source);
     }
     return texture;
 }
