@@ -43,6 +43,14 @@ public:
     Entity& triangle(const Material& material, const std::array<glm::dvec3, 3>& corners) {
         return add(material, {PrimitiveKind::triangle, {}, 0.0}, {corners[0], corners[1], corners[2]});
     }
+    // Its normals turn from corner to corner.
+    void smooth_triangle(const Material& material, const std::array<glm::dvec3, 3>& corners) {
+        triangle(material, corners);
+        scene.normals.resize(scene.vertices.size() - 3, glm::dvec3(0.0));  // what stood before is flat
+        const glm::dvec3 normal = glm::cross(corners[1] - corners[0], corners[2] - corners[0]);
+        for (const glm::dvec3& corner : corners)
+            scene.normals.push_back(glm::normalize(glm::normalize(normal) + 0.8 * glm::normalize(corner)));
+    }
     // A diffuse ball whose colour is the texture's.
     void textured_sphere(const Texture& texture) {
         Material material;
@@ -73,6 +81,7 @@ private:
         for (std::size_t i = 0; i < points.size(); ++i) {
             primitive.index.at(i) = static_cast<std::uint32_t>(scene.vertices.size());
             scene.vertices.push_back(points[i] + glm::dvec3(place, 0.0, 0.0));
+            if (!scene.normals.empty()) scene.normals.emplace_back(0.0);
         }
         Entity entity;
         entity.name = "entity " + std::to_string(scene.entities.size());
@@ -312,10 +321,12 @@ inline std::vector<EffectSample> effect_samples() {
                 lit(s);
                 s.settings.integrator = Integrator::whitted;
             }},
-        {roulette, [=](S& s) {
-             lit(s);
-             s.settings.roulette_start = 1;
-         }}};
+        {roulette,
+            [=](S& s) {
+                lit(s);
+                s.settings.roulette_start = 1;
+            }},
+        {shading_normals, [=](S& s) { s.smooth_triangle(clay(), corners); }}};
 }
 
 // Side by side. Nothing for what cannot be in one scene: punctual lights with boundaries (MODEL.md section 8.3), an

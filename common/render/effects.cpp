@@ -31,6 +31,8 @@ constexpr std::array<EffectText, effect_count> texts{{
 
 bool black(const glm::dvec3& colour) { return colour == glm::dvec3(0.0); }
 
+bool reflects(const Material& material) { return material.kind != MaterialKind::emissive; }
+
 bool black(const Background& background) {
     if (!background.image) return black(background.down) && black(background.up);
     for (const float value : background.image->rgb)
@@ -113,7 +115,7 @@ private:
 
     void find_material(const Material& material) {
         const std::string reason = fmt::format("material \"{}\"", material.name);
-        const bool emits = !black(material.radiance), reflects = material.kind != MaterialKind::emissive;
+        const bool emits = !black(material.radiance), scatters = reflects(material) || material.translucent;
         if (const std::optional<Effect> effect = called_effect(material)) call(*effect, reason);
         if (material.translucent) {
             call(Effect::translucent, reason);
@@ -121,13 +123,12 @@ private:
             if (material.roughness > 0.0) call(Effect::rough_translucent, reason);
             if (emits) call(Effect::translucent_emission, reason);
         }
-        if ((reflects || material.translucent) && material.fuzz > 0.0) call(Effect::fuzz, reason);
+        if (scatters && material.fuzz > 0.0) call(Effect::fuzz, reason);
         if (emits) {
             call(Effect::emission, reason);
             if (material.sides == EmittingSides::front) call(Effect::one_sided_emission, reason);
         }
-        if ((reflects || material.translucent) && material.colour_texture != no_index)
-            find_texture(scene_.textures[material.colour_texture]);
+        if (scatters && material.colour_texture != no_index) find_texture(scene_.textures[material.colour_texture]);
         if (material.interior != no_index) find_medium(material.interior);
         if (material.interior != no_index || material.priority) {
             call(Effect::interiors, reason);
@@ -145,13 +146,20 @@ private:
         const bool tracked = material.translucent && (material.interior != no_index || material.priority);
         const bool sampled = !tracked && !black(material.radiance) && !(material.translucent && material.alpha == 0.0);
         const bool stretched = !is_similarity(entity.object_to_world);
+        const bool turns = material.kind != MaterialKind::boundary && (reflects(material) || material.translucent);
         for (std::uint32_t i = 0; i < entity.primitive_count; ++i) {
-            const PrimitiveKind kind = scene_.primitives[entity.first_primitive + i].kind;
+            const Primitive& primitive = scene_.primitives[entity.first_primitive + i];
+            const PrimitiveKind kind = primitive.kind;
+            if (turns && kind == PrimitiveKind::triangle && is_smooth(primitive)) call(Effect::shading_normals, reason);
             const auto offset = static_cast<std::uint32_t>(kind);
             call(static_cast<Effect>(static_cast<std::uint32_t>(Effect::triangles) + offset), reason);
             if (!sampled) continue;
             light_reasons_[kind == PrimitiveKind::sphere && stretched ? ellipsoids : offset] = reason;
         }
+    }
+
+    [[nodiscard]] bool is_smooth(const Primitive& triangle) const {
+        return !scene_.normals.empty() && !black(scene_.normals[triangle.index[0]]);
     }
 
     // Punctual lights, sampled primitives and the sampled background, where something receives their light.

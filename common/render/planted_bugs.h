@@ -103,6 +103,9 @@ enum class PlantedBug : std::uint32_t {
     sample_lost,       // the sum forgets one of 512 samples, as threads do that race
     stale_constant,    // kernels made for a scene without one of its effects
     layouts_apart,     // a material's fuzz stands where its alpha is read
+    shading_normal_of_corner,        // meshes are shaded by the normal of each triangle's first corner
+    shading_normal_transform_wrong,  // vertex normals through the matrix instead of its inverse transpose
+    shading_guard_dropped,           // directions on the wrong side of one of the two normals count
     count
 };
 
@@ -124,7 +127,8 @@ inline constexpr std::array<std::string_view, static_cast<std::size_t>(PlantedBu
     "camera-motion-ignored", "determinant-ignored", "field-scaled", "lens-uneven", "focus-scaled", "box-skipped",
     "primitive-lost", "face-normal-flipped", "sphere-inside-lost", "triangle-edge-lost", "shadow-limit-short",
     "shadow-limit-long", "background-late-missing", "heuristic-swapped", "emission-scaled", "roulette-late",
-    "seed-repeated", "number-exchanged", "sample-lost", "stale-constant", "layouts-apart"};
+    "seed-repeated", "number-exchanged", "sample-lost", "stale-constant", "layouts-apart", "shading-normal-of-corner",
+    "shading-normal-transform-wrong", "shading-guard-dropped"};
 
 // A bug and how bad it is, where that can be chosen.
 struct PlantedFault {

@@ -81,6 +81,7 @@ std::uint32_t middle_of(Scene& scene, std::uint32_t a, std::uint32_t b) {
     scene.vertices.push_back(0.5 * (scene.vertices[a] + scene.vertices[b]));
     if (!scene.texture_coordinates.empty())
         scene.texture_coordinates.push_back(0.5 * (scene.texture_coordinates[a] + scene.texture_coordinates[b]));
+    if (!scene.normals.empty()) scene.normals.push_back(0.5 * (scene.normals[a] + scene.normals[b]));
     return static_cast<std::uint32_t>(scene.vertices.size() - 1);
 }
 
@@ -131,6 +132,7 @@ bool bake(Scene& scene) {
             continue;
         any = true;
         const bool mirrored = glm::determinant(dmat3(entity.object_to_world)) < 0.0;
+        const dmat3 normal_to_world = glm::transpose(glm::inverse(dmat3(entity.object_to_world)));
         const auto first = static_cast<std::uint32_t>(scene.primitives.size());
         for (std::uint32_t i = 0; i < entity.primitive_count; ++i) {
             Primitive primitive = scene.primitives[entity.first_primitive + i];
@@ -138,6 +140,7 @@ bool bake(Scene& scene) {
                 scene.vertices.push_back(dvec3(entity.object_to_world * glm::dvec4(scene.vertices[index], 1.0)));
                 if (!scene.texture_coordinates.empty())
                     scene.texture_coordinates.push_back(glm::dvec2(scene.texture_coordinates[index]));
+                if (!scene.normals.empty()) scene.normals.push_back(normal_to_world * dvec3(scene.normals[index]));
                 index = static_cast<std::uint32_t>(scene.vertices.size() - 1);
             }
             if (mirrored) std::swap(primitive.index[1], primitive.index[2]);

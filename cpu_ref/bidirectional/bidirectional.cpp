@@ -24,10 +24,11 @@ namespace {
 
 using Image = std::vector<glm::dvec3>;
 
-// All surfaces and the lights of section 9.2.
-constexpr EffectSet simulated = EffectSet::all().without(
-    {Effect::boundary, Effect::medium_absorption, Effect::medium_scattering, Effect::anisotropic_phase,
-        Effect::density_grid, Effect::interiors, Effect::nested_dielectrics, Effect::direct_only});
+// All surfaces and the lights of section 9.2. With shading normals light and importance scatter differently, which its
+// weights do not know [Veach 1997, section 5.3].
+constexpr EffectSet simulated = EffectSet::all().without({Effect::boundary, Effect::medium_absorption,
+    Effect::medium_scattering, Effect::anisotropic_phase, Effect::density_grid, Effect::interiors,
+    Effect::nested_dielectrics, Effect::direct_only, Effect::shading_normals});
 
 class BidirectionalJob final : public RenderJob {
 public:
@@ -137,6 +138,10 @@ std::unique_ptr<RenderJob> make_bidirectional_job(
     if (settings.ray_min != 0.0 || settings.ray_max != std::numeric_limits<double>::infinity())
         throw UnsupportedError(
             "bidirectional paths need whole rays: leave out the ray interval, or choose path or next-event");
+    if (needed_effects(scene, settings).has(Effect::shading_normals))
+        throw UnsupportedError(
+            "bidirectional paths have no shading normals: light and importance scatter differently there (MODEL.md "
+            "section 5.4); give the models \"normals\": \"flat\", or choose path or next-event");
     const EffectSet effects = effects_to_simulate(scene, settings, simulated, "bidirectional cpu");
     return std::make_unique<BidirectionalJob>(device, scene, settings, threads, effects);
 }

@@ -59,7 +59,8 @@ World::World(const Scene& scene) {
             .radius = primitive.radius,
             .motion = entity.motion,
             .object_corners = {},
-            .corner_coordinates = {{{0.0, 0.0}, {1.0, 0.0}, {0.0, 1.0}}}};
+            .corner_coordinates = {{{0.0, 0.0}, {1.0, 0.0}, {0.0, 1.0}}},
+            .corner_normals = {}};
         if (primitive.kind != PrimitiveKind::sphere) placed.b = scene.vertices[primitive.index[1]];
         if (primitive.kind == PrimitiveKind::triangle) {
             placed.c = scene.vertices[primitive.index[2]];
@@ -68,6 +69,8 @@ World::World(const Scene& scene) {
             if (!scene.texture_coordinates.empty())
                 for (std::size_t i = 0; i < 3; ++i)
                     placed.corner_coordinates[i] = scene.texture_coordinates[primitive.index[i]];
+            if (!scene.normals.empty())
+                for (std::size_t i = 0; i < 3; ++i) placed.corner_normals[i] = scene.normals[primitive.index[i]];
             for (glm::dvec3* corner : {&placed.a, &placed.b, &placed.c}) *corner = point_by(m, *corner);
         }
         primitives_.push_back(placed);
@@ -89,7 +92,7 @@ std::optional<Hit> World::closest_hit(const Ray& ray, double t_min, double t_max
         const auto found = hit_at_rest(primitive, moved_back, id == ray.left_primitive, t_min, t_max);
         if (found && (!closest || found->t < closest->t))
             closest = Hit{found->t, id, primitive.material, found->position + moved, found->normal, found->object_point,
-                found->coordinates, found->rounding};
+                found->coordinates, found->rounding, found->vertex_normal};
     }
     return closest;
 }
@@ -140,9 +143,11 @@ std::optional<World::Candidate> World::triangle_hit(
     };
     const auto& corners = triangle.object_corners;
     const auto& coordinates = triangle.corner_coordinates;
+    const auto& normals = triangle.corner_normals;
     return Candidate{t, mean(triangle.a, triangle.b, triangle.c),
         glm::normalize(triangle.normal_to_world * triangle.object_normal), mean(corners[0], corners[1], corners[2]),
-        mean(coordinates[0], coordinates[1], coordinates[2]), rounding_of_plane(triangle)};
+        mean(coordinates[0], coordinates[1], coordinates[2]), rounding_of_plane(triangle),
+        triangle.normal_to_world * mean(normals[0], normals[1], normals[2])};
 }
 
 // A cuboid's face may lie on that of another body, which must not be met before and after it by turns. With S the

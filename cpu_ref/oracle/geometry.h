@@ -32,6 +32,7 @@ struct Hit {
     glm::dvec3 object_point{0.0};            // the position in the object space of its entity
     glm::dvec2 coordinates{0.0};             // of textures (MODEL.md section 5.1)
     double rounding = 0.0;                   // by which the position may be off along the normal, as neighbours see it
+    glm::dvec3 vertex_normal{0.0};           // interpolated, to the front, of any length; 0: none (section 5.4)
 };
 
 // Where a ray that leaves the hit starts: the position, moved to that side by its rounding (section 5.2).
@@ -59,6 +60,7 @@ private:
         glm::dvec3 motion;           // from shutter opening to closing, world space
         std::array<glm::dvec3, 3> object_corners;      // triangle
         std::array<glm::dvec2, 3> corner_coordinates;  // triangle
+        std::array<glm::dvec3, 3> corner_normals;      // triangle
     };
     // What an intersection routine finds on a primitive, `position` and `normal` in world space.
     struct Candidate {
@@ -66,6 +68,7 @@ private:
         glm::dvec3 position, normal, object_point;
         glm::dvec2 coordinates;
         double rounding = 0.0;
+        glm::dvec3 vertex_normal{0.0};
     };
 
     // The hit of a primitive that stands where it stands at shutter opening.

@@ -179,12 +179,13 @@ PathEnd PathSampler::scatter_at_surface(Path& path, const Hit& hit, const Number
         outer_index = outside.refractive_index;
     }
     const double index = material.refractive_index / outer_index;
-    const Surface surface{material, colour_at(hit), in.front ? 1.0 / index : index, in};
+    const Incidence shaded = shaded_incidence(in, hit.vertex_normal);
+    const Surface surface{material, colour_at(hit), in.front ? 1.0 / index : index, shaded};
     if (has_known_scattering(material))
         path.light += punctual_light(path, {hit.position, hit.primitive, hit.front_normal, hit.rounding},
-            [&](const dvec3& w) { return scattered_share(surface, w); });
+            [&](const dvec3& w) { return is_on_one_side(in, shaded, w) ? scattered_share(surface, w) : dvec3(0.0); });
     const std::optional<Scattering> scattered = scatter(surface, u);
-    if (!scattered) return PathEnd::absorbed;
+    if (!scattered || !is_on_one_side(in, shaded, scattered->direction)) return PathEnd::absorbed;
     seen.pdf = scattered->pdf;
     path.throughput *= scattered->weight;
     return leave(path, hit, scattered->direction, place);

@@ -90,6 +90,19 @@ Incidence incidence_of(const dvec3& direction, const dvec3& front_normal) {
     return {direction, front, front ? front_normal : -front_normal, std::abs(along)};
 }
 
+Incidence shaded_incidence(const Incidence& flat, const dvec3& vertex_normal) {
+    const double agreement = glm::dot(vertex_normal, flat.near_normal);
+    if (agreement == 0.0) return flat;
+    const dvec3 normal = glm::normalize(std::copysign(1.0, agreement) * vertex_normal);
+    const double cosine = glm::dot(-flat.direction, normal);
+    if (cosine <= 0.0) return flat;
+    return {flat.direction, flat.front, normal, cosine};
+}
+
+bool is_on_one_side(const Incidence& flat, const Incidence& shaded, const dvec3& direction) {
+    return (glm::dot(direction, flat.near_normal) > 0.0) == (glm::dot(direction, shaded.near_normal) > 0.0);
+}
+
 dvec3 emitted(const Material& material, bool front) {
     if (material.sides == EmittingSides::front && !front) return dvec3(0.0);
     return material.translucent ? material.alpha * material.radiance : material.radiance;

@@ -17,6 +17,10 @@ struct Incidence {
     double cosine;           // c
 };
 [[nodiscard]] Incidence incidence_of(const glm::dvec3& direction, const glm::dvec3& front_normal);
+// The same by the shading normal, which a vertex normal gives in place of n_f (section 5.4).
+[[nodiscard]] Incidence shaded_incidence(const Incidence& flat, const glm::dvec3& vertex_normal);
+// Whether a direction is on the same side of both normals.
+[[nodiscard]] bool is_on_one_side(const Incidence& flat, const Incidence& shaded, const glm::dvec3& direction);
 
 // The surface at a hit: its material, the colour C there, and n_incident / n_transmitted if it is translucent.
 struct Surface {

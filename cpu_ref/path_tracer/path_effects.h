@@ -65,6 +65,33 @@ Mask<Real> PathTracer<Real, effects, Recorder, Shade>::cross_media(
     return at.more.in_medium;
 }
 
+// Section 5.4: facing and cosine by the shading normal.
+template <class Real, std::uint64_t effects, class Recorder, class Shade>
+void PathTracer<Real, effects, Recorder, Shade>::apply_shading_normals(Vertex& at, M lanes) const {
+    const Vec3<V> at_rest = at.surface.point - at.more.shift;
+    for_each_lane(lanes, [&](int lane) {
+        const std::optional<glm::dvec3> normal =
+            tables_.shading_normals.at(static_cast<std::uint32_t>(at.surface.primitive[lane]),
+                vector_of_lane(at_rest, lane), vector_of_lane(at.surface.normal, lane));
+        if (!normal) return;
+        const glm::dvec3 facing = has_lane(at.front, lane) ? *normal : -*normal;
+        const double cosine = -glm::dot(vector_of_lane(at.direction, lane), facing);
+        if (!(cosine > 0.0)) return;
+        set_lane(at.facing, lane, facing);
+        at.cosine.v[lane] = static_cast<Shade>(std::min(1.0, cosine));
+    });
+}
+
+// Whether a direction is above both normals or above neither (section 5.4).
+template <class Real, std::uint64_t effects, class Recorder, class Shade>
+Mask<Shade> PathTracer<Real, effects, Recorder, Shade>::on_one_side(const Vertex& at, const Vec3<S>& direction) const {
+    const S zero(Shade(0));
+    const ShadeMask above = dot(direction, shaded(at.facing)) > zero;
+    const ShadeMask outside = dot(direction, shaded(surface_side(at))) > zero;
+    if (planted(PlantedBug::shading_guard_dropped)) return above | !above;
+    return (above & outside) | !(above | outside);
+}
+
 // Surface and motion.
 template <class Real, std::uint64_t effects, class Recorder, class Shade>
 void PathTracer<Real, effects, Recorder, Shade>::find_surface(
@@ -84,6 +111,8 @@ void PathTracer<Real, effects, Recorder, Shade>::find_surface(
 template <class Real, std::uint64_t effects, class Recorder, class Shade>
 void PathTracer<Real, effects, Recorder, Shade>::find_vertex(
     Vertex& at, std::uint32_t first, const Ray<V>& ray, const Hit<Real>& hit) const {
+    if constexpr (has(Effect::shading_normals))
+        if (on(Effect::shading_normals)) apply_shading_normals(at, hit.found);
     if constexpr (textured) {
         const M lanes = hit.found & has_bit(at.bits, U{material_bits::textured});
         if (any(lanes)) apply_textures(at, hit, lanes);

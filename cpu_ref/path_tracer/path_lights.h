@@ -62,8 +62,8 @@ void PathTracer<Real, effects, Recorder, Shade>::add_direct_light(
     const V zero(Real(0));
     const RandomLanes<Real> v = random_numbers<Real>(tables_.settings, at.id,
         at.number * I(U{dimension::blocks_per_vertex}) + I(U{dimension::first_vertex + dimension::light}));
-    const Receiver<Real> receiver{
-        leaving_origin(tables_, at.surface, at.facing), at.facing, at.surface.primitive, !at.front};
+    const Vec3<V> side = surface_side(at);
+    const Receiver<Real> receiver{leaving_origin(tables_, at.surface, side), side, at.surface.primitive, !at.front};
     V time(Real(0));
     if constexpr (moving) time = load<Real>(&paths_.motion.time[first]);
     const auto sample = [&] {
@@ -74,6 +74,8 @@ void PathTracer<Real, effects, Recorder, Shade>::add_direct_light(
     }();
     const V cosine = dot(at.facing, sample.direction);
     M above = cosine > zero, within = sample.distance < V(tables_.limit);
+    if constexpr (has(Effect::shading_normals))
+        if (!planted(PlantedBug::shading_guard_dropped)) above = above & (dot(side, sample.direction) > zero);
     if constexpr (general) {
         above = above | at.more.in_medium;
         within = within | sample.far;  // what a ray without a hit finds, wherever the interval of hits ends
@@ -97,7 +99,7 @@ void PathTracer<Real, effects, Recorder, Shade>::add_direct_light(
         const Response response = respond(at, shaded(sample.direction), s_cosine, s_lit);
         scattered = response.density;
         transfer = response.transfer;
-        const V lead = select(sample.delta, zero, at.surface.error_bound * cosine);
+        const V lead = select(sample.delta, zero, at.surface.error_bound * dot(side, sample.direction));
         colour =
             response.colour * transmittance(first, at.surface.point, sample.direction, sample.distance + lead, lit);
     }

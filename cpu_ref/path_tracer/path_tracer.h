@@ -99,7 +99,8 @@ private:
     // Any effect beyond the lean variants.
     static constexpr bool general = moving || textured || in_media || distant_lights || microfacets ||
                                     has(Effect::smooth_conductor) || has(Effect::interiors) || has(Effect::boundary) ||
-                                    has(Effect::direct_only) || has(Effect::background_image);
+                                    has(Effect::direct_only) || has(Effect::background_image) ||
+                                    has(Effect::shading_normals);
     // Compiled in, and simulated by this job.
     [[nodiscard]] TANDEM_INLINE bool on(Effect effect) const { return has(effect) && simulated_.has(effect); }
 
@@ -153,6 +154,7 @@ private:
     // Block `use` of the vertex.
     TANDEM_INLINE RandomLanes<Shade> shading_numbers(const Vertex& at, std::uint32_t use) const;
     [[nodiscard]] Vec3<S> background(const Vec3<V>& direction, std::uint32_t first, M lanes) const;
+    [[nodiscard]] TANDEM_INLINE static Vec3<V> surface_side(const Vertex& at);
     void meet_vertex(Vertex& at, std::uint32_t first, const Ray<V>& ray, const Hit<Real>& hit);
     void find_place(Vertex& at, std::uint32_t first, const Hit<Real>& hit, V projection);
     [[nodiscard]] V start_before(const Vertex& at, std::uint32_t first, M alive, M crossed, V side) const;
@@ -167,6 +169,8 @@ private:
         Vertex& at, std::uint32_t first, const Ray<V>& ray, const Hit<Real>& hit, M active) const;
     void find_surface(Vertex& at, std::uint32_t first, const Ray<V>& ray, const Hit<Real>& hit) const;
     [[gnu::noinline]] void find_vertex(Vertex& at, std::uint32_t first, const Ray<V>& ray, const Hit<Real>& hit) const;
+    [[gnu::noinline]] void apply_shading_normals(Vertex& at, M lanes) const;
+    [[nodiscard, gnu::noinline]] ShadeMask on_one_side(const Vertex& at, const Vec3<S>& direction) const;
     [[gnu::noinline]] void apply_textures(Vertex& at, const Hit<Real>& hit, M lanes) const;
     [[gnu::noinline]] void meet_interfaces(Vertex& at, std::uint32_t first, M lanes) const;
     struct Response;
@@ -207,7 +211,7 @@ private:
 template <class Real, std::uint64_t effects, class Recorder, class Shade>
 struct PathTracer<Real, effects, Recorder, Shade>::Vertex {
     Surface<Real> surface;
-    Vec3<V> direction, facing;  // incoming; normal of the side it comes from
+    Vec3<V> direction, facing;  // incoming; shading normal on the side it comes from
     S cosine;
     M front;
     I bits, number;
@@ -310,6 +314,13 @@ void PathTracer<Real, effects, Recorder, Shade>::retire(std::uint32_t first, M e
         paths_.vertex[slot] = idle;
         free_.push_back(slot);
     }
+}
+
+// n_f, the surface's own normal on the side that the ray comes from (section 5.4).
+template <class Real, std::uint64_t effects, class Recorder, class Shade>
+TANDEM_INLINE Vec3<Lanes<Real>> PathTracer<Real, effects, Recorder, Shade>::surface_side(const Vertex& at) {
+    if constexpr (has(Effect::shading_normals)) return select(at.front, at.surface.normal, -at.surface.normal);
+    return at.facing;
 }
 
 // What the vertex is made of.
@@ -439,7 +450,8 @@ void PathTracer<Real, effects, Recorder, Shade>::scatter(Vertex& at, M lanes, st
         const S* outside = nullptr;
         if constexpr (general) outside = &at.more.outside_index;
         const Scattered<Shade> scattered = scatter_specular(shading_, material, bits, specular, shaded(at.direction),
-            shaded(at.surface.normal), facing, at.cosine, shaded(at.front), u, outside);
+            has(Effect::shading_normals) ? facing : shaded(at.surface.normal), facing, at.cosine, shaded(at.front), u,
+            outside);
         turned = select(diffuse, turned, scattered.direction);
         goes_on = (all & !specular) | scattered.alive;
     }
@@ -452,6 +464,8 @@ void PathTracer<Real, effects, Recorder, Shade>::scatter(Vertex& at, M lanes, st
         density = outcome.density;
         goes_on = outcome.alive;
     }
+    if constexpr (has(Effect::shading_normals))
+        if (on(Effect::shading_normals)) goes_on = goes_on & on_one_side(at, turned);
     if constexpr (crossing) {
         const ShadeMask passed = shaded(at.place.same_face) & all;
         if (any(passed)) {

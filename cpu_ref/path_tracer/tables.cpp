@@ -342,6 +342,7 @@ private:
 template <class Real>
 void TableBuilder<Real>::add_surroundings() {
     tables_.textures = TextureTable(scene_);
+    tables_.shading_normals = ShadingNormalTable(scene_);
     for (const Medium& medium : scene_.media) tables_.media.emplace_back(medium);
     tables_.medium = scene_.medium;
     if (scene_.background.image) tables_.environment = std::make_shared<ImageEnvironment>(scene_.background);

@@ -11,6 +11,7 @@
 #include "common/scene/scene.h"
 #include "cpu_ref/path_tracer/geometry/interiors.h"
 #include "cpu_ref/path_tracer/geometry/kernels.h"
+#include "cpu_ref/path_tracer/geometry/shading_normals.h"
 #include "cpu_ref/path_tracer/light/environment.h"
 #include "cpu_ref/path_tracer/material/media.h"
 #include "cpu_ref/path_tracer/material/textures.h"
@@ -210,6 +211,7 @@ struct Tables {
     Vec3<Real> background_down, background_up;
     std::shared_ptr<const ImageEnvironment> environment;  // takes the place of the two
     TextureTable textures;
+    ShadingNormalTable shading_normals;
     std::vector<MediumForm> media;
     std::uint32_t medium = no_index;  // around everything
     std::vector<BodyForm> bodies;     // by material

@@ -4,6 +4,7 @@
 #ifndef VERTEX_EVENTS_GLSL
 #define VERTEX_EVENTS_GLSL
 #include "geometry/hit.glsl"
+#include "geometry/shading_normal.glsl"
 
 // A path where its ray has arrived.
 struct Path {
@@ -152,13 +153,15 @@ bool is_there(Path path, Material material, uint body, bool front, out float out
 bool is_tracked(Material material) { return has_interiors && has_flag(material, flag_tracked); }
 
 // The next event of a vertex that receives light (9.2).
-void sample_lights(Path path, Material material, Surface surface, uint slot, real3 n_f, bool front,
+void sample_lights(Path path, Material material, Surface surface, uint slot, real3 n_f, vec3 n_s, bool front,
     inout Departure leaving) {
     const Receiver receiver = Receiver(offset_ray_origin(surface, n_f), surface.point, slot, !front);
     const Incident incident = next_event(path, receiver);
     if (incident.radiance == vec3(0.0)) return;
-    aim_shadow_ray(path, incident, receiver,
-        surface_response(material, shaded(n_f), shaded(path.direction), shaded(incident.direction)), leaving);
+    const vec3 direction = shaded(incident.direction);
+    if (has_shading_normals && !is_on_one_side(direction, n_s, shaded(n_f))) return;
+    aim_shadow_ray(
+        path, incident, receiver, surface_response(material, n_s, shaded(path.direction), direction), leaving);
 }
 
 // The material of the primitive that the ray left, the side that it came to it from, and the normal there.
@@ -216,7 +219,7 @@ Departure meet_surface(inout Path path, Hit hit, Surface surface, vec4 drawn) {
     const vec3 d = shaded(path.direction);
     const bool front = dot(d, surface.normal) < 0.0;
     const real3 n_f = front ? surface.normal : -surface.normal;
-    const float c = min(1.0, shaded(-dot(d, n_f)));  // a rounding above 1 would make sines negative
+    float c = min(1.0, shaded(-dot(d, n_f)));  // a rounding above 1 would make sines negative
     const bool translucent = has_translucent && has_flag(material, flag_translucent);
     const bool emissive = material.kind == material_emissive;
     float outside = 1.0;
@@ -240,16 +243,23 @@ Departure meet_surface(inout Path path, Hit hit, Surface surface, vec4 drawn) {
     if ((has_checker || has_noise || has_image_texture) && material.colour_texture != no_index)
         material.colour = texture_colour(material.colour_texture, slot, hit.face, shaded(hit.local), surface.rest);
 
+    vec3 n_s = shaded(n_f);
+    if (has_shading_normals) {
+        const vec3 interpolated = shading_normal(slot, shaded(hit.local.xy), n_s, d);
+        if (interpolated != n_s) c = min(1.0, -dot(d, interpolated));
+        n_s = interpolated;
+    }
     const bool receives = receives_light(material);
     if (has_light_sampling && receives && settings.light_count > 0)
-        sample_lights(path, material, surface, slot, n_f, front, leaving);
+        sample_lights(path, material, surface, slot, n_f, n_s, front, leaving);
 
     bool to_front = front;
     if (!(ends_here() && receives)) {
         const vec4 u = scatter_numbers(path, drawn);
         Scattering scattering = Scattering(d, vec3(1.0), 0.0);
         if (there) {
-            scattering = scatter_at(material, d, shaded(n_f), c, front, outside, u);
+            scattering = scatter_at(material, d, n_s, c, front, outside, u);
+            if (has_shading_normals && !is_on_one_side(scattering.direction, n_s, shaded(n_f))) scattering = no_scattering;
             if (is_absorbed(material)) path.throughput = absorbed(material, path.throughput);
             if (is_weighted(material)) path.throughput *= scattering.weight;
         }

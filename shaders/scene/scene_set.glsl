@@ -16,6 +16,7 @@ layout(std140, set = 0, binding = 0) uniform SceneHeader {
     Environment environment;
     uint medium;               // around everything, or no_index
     uint texture_coordinates;  // in tables: three pairs a triangle
+    uint shading_normals;      // in tables: three vectors a triangle, of any length; or no_index
 } scene;
 
 #ifdef WRITES_SCENE

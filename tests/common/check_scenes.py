@@ -48,6 +48,7 @@ def check_samples(faults):
 
 def check_generated(faults):
     for script, file in (("one_weekend", "one-weekend.json"), ("next_week", "next-week.json"), ("torus", "models/torus.obj"),
+                         ("vase", "models/vase.obj"), ("marbles", "models/marbles.gltf"),
                          ("large_mesh", "models/knot.glb"), ("globe", "images/globe.pfm"), ("mosaic", "images/mosaic.pfm"),
                          ("sky", "images/sky.pfm"), ("cloud", "volumes/cloud.vol")):
         text = subprocess.run([sys.executable, ROOT / "scripts/make" / script, "-"], check=True, capture_output=True).stdout

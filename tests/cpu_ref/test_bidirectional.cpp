@@ -288,6 +288,10 @@ TEST_CASE("the bidirectional integrator refuses what it does not simulate, and s
     foggy.medium = 0;
     const RenderSettings settings = settings_of(4, 3, Integrator::bidirectional);
     CHECK_THROWS_WITH_AS((void)cpu->prepare(foggy, settings), doctest::Contains("medium"), UnsupportedError);
+    Scene smooth = room(emitter(white)).floor(diffuse(white), 0.0, 0.2).scene();
+    smooth.normals.assign(smooth.vertices.size(), dvec3(0.6, 0.8, 0.0));
+    CHECK_THROWS_WITH_AS(
+        (void)cpu->prepare(smooth, settings), doctest::Contains("no shading normals"), UnsupportedError);
     RenderSettings cut = settings;
     cut.ray_max = 5.0;
     CHECK_THROWS_WITH_AS(

@@ -106,6 +106,9 @@ const std::vector<Entry>& entries() {
         {Bug::camera_motion_ignored, none, {"motion"}, {"camera-motion"}},
         // Geometry
         {Bug::normal_transform_wrong, none, {"glass"}, {"ellipsoid-under-sky"}},
+        {Bug::shading_normal_of_corner, none, {"smooth"}, {"smooth-normals"}},
+        {Bug::shading_normal_transform_wrong, none, {"smooth"}, {"smooth-normals"}},
+        {Bug::shading_guard_dropped, none, {"smooth"}, {"smooth-normals"}},
         {Bug::determinant_ignored, none, {"glass", "many-lamps"}},
         {Bug::face_normal_flipped, none, {"glass", "whitted"}},
         {Bug::sphere_inside_lost, none, {"glass", "whitted"}, {"furnace-0.5", "furnace-0.8"}},

@@ -45,6 +45,41 @@ void turn_mirrored_triangles(Scene& scene) {
     }
 }
 
+// Vertex normals of triangles, a vertex a corner, as `change(entity, the three)` makes them.
+template <class Change>
+void change_normals(Scene& scene, Change change) {
+    if (scene.normals.empty()) return;
+    unshare_primitives(scene);
+    for (const Entity& entity : scene.entities)
+        for (std::uint32_t i = 0; i < entity.primitive_count; ++i) {
+            Primitive& primitive = scene.primitives[entity.first_primitive + i];
+            if (primitive.kind != PrimitiveKind::triangle) continue;
+            std::array<glm::dvec3, 3> normals;
+            for (std::size_t corner = 0; corner < 3; ++corner) normals[corner] = scene.normals[primitive.index[corner]];
+            change(entity, normals);
+            for (std::size_t corner = 0; corner < 3; ++corner) {
+                const std::uint32_t from = primitive.index[corner];
+                primitive.index[corner] = static_cast<std::uint32_t>(scene.vertices.size());
+                scene.vertices.push_back(glm::dvec3(scene.vertices[from]));
+                scene.normals.push_back(normals[corner]);
+                if (!scene.texture_coordinates.empty())
+                    scene.texture_coordinates.push_back(glm::dvec2(scene.texture_coordinates[from]));
+            }
+        }
+}
+
+void keep_normals_of_corners(Scene& scene) {
+    change_normals(scene, [](const Entity&, std::array<glm::dvec3, 3>& normals) { normals.fill(normals[0]); });
+}
+
+// The inverse transpose of M takes MᵀM n where M takes n.
+void transform_normals_as_points(Scene& scene) {
+    change_normals(scene, [](const Entity& entity, std::array<glm::dvec3, 3>& normals) {
+        const glm::dmat3 m(entity.object_to_world);
+        for (glm::dvec3& normal : normals) normal = glm::transpose(m) * (m * normal);
+    });
+}
+
 // The image whose texel (x, y) is `texel_of(x, y)` of the old one, an index.
 template <class TexelOf>
 std::shared_ptr<const Pixels> rearranged(
@@ -251,6 +286,12 @@ bool plant_in_scene(const PlantedFault& fault, Scene& scene) {
             return true;
         case Bug::determinant_ignored:
             turn_mirrored_triangles(scene);
+            return true;
+        case Bug::shading_normal_of_corner:
+            keep_normals_of_corners(scene);
+            return true;
+        case Bug::shading_normal_transform_wrong:
+            transform_normals_as_points(scene);
             return true;
         case Bug::primitive_lost:
             lose_primitives(scene);

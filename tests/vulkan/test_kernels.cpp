@@ -125,6 +125,7 @@ std::vector<Signature> signatures() {
         {Effect::one_sided_emission, Stage::scatter, plain.with(Effect::emission), flag(4)},
         {Effect::translucent_emission, Stage::scatter, glass_.with(Effect::emission), "",
             "chooses between alpha, which absorption reads too, and 1: nothing of it is its own"},
+        {Effect::shading_normals, Stage::scatter, {Effect::triangles, Effect::diffuse}, tables},
         {Effect::texture_coordinates, Stage::scatter, textured, tables},
         {Effect::checker, Stage::scatter, plain, "binding 0 14"},
         {Effect::noise, Stage::scatter, plain, "literal 0x19660d"},  // 1664525

@@ -139,6 +139,7 @@ DoubleGeometry::Shading shading_in_double(
     result.header.environment = flattened.header.environment;
     result.header.medium = flattened.header.medium;
     result.header.texture_coordinates = flattened.header.texture_coordinates;
+    result.header.shading_normals = flattened.header.shading_normals;
     for (std::size_t i = 0; i < flattened.materials.size(); ++i)
         result.materials.push_back(material(scene.materials[i], flattened.materials[i]));
     for (std::size_t i = 0; i < flattened.tables.textures.size(); ++i)

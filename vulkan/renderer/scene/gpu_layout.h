@@ -145,7 +145,7 @@ struct SceneHeaderOf {
     alignas(4 * sizeof(Real)) Vec3Of<Real> background_up;
     Real background_probability = 0;
     Environment environment;
-    std::uint32_t medium = no_index, texture_coordinates = 0;
+    std::uint32_t medium = no_index, texture_coordinates = 0, shading_normals = no_index;
 };
 using SceneHeader = SceneHeaderOf<float>;
 using DoubleSceneHeader = SceneHeaderOf<double>;

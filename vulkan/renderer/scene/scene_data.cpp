@@ -191,6 +191,7 @@ SceneData flatten(const Scene& scene, const RenderSettings& settings, Accelerati
     data.tables = make_scene_tables(scene, needed, data.sources);
     data.header.environment = data.tables.environment;
     data.header.texture_coordinates = data.tables.texture_coordinates;
+    data.header.shading_normals = data.tables.shading_normals;
     data.trees = grow_trees(scene, data, acceleration);
     data.passing_emission = has_passing_emission(scene);
     return data;

@@ -106,6 +106,28 @@ void add_texture_coordinates(const Scene& scene, const std::vector<gpu::Primitiv
     builder.tables.texture_coordinates = builder.append("texture-coordinates", pairs);
 }
 
+// Three vectors a triangle, in the world; those of a triangle times one factor, which keeps them within singles.
+void add_shading_normals(const Scene& scene, const std::vector<gpu::PrimitiveSource>& sources, Builder& builder) {
+    std::vector<float> vectors;
+    for (const gpu::PrimitiveSource& source : sources) {
+        if (source.kind != static_cast<std::uint32_t>(PrimitiveKind::triangle)) break;  // they come first
+        const glm::dmat3 to_world(scene.entities[source.entity].object_to_world);
+        const glm::dmat3 normal_to_world = glm::transpose(glm::inverse(to_world));
+        std::array<glm::dvec3, 3> normals;
+        double longest = 0.0;
+        for (std::size_t i = 0; i < 3; ++i) {
+            const std::uint32_t index = std::array{source.index0, source.index1, source.index2}[i];
+            normals[i] = normal_to_world * scene.normals[index];
+            longest = std::max(longest, glm::length(normals[i]));
+        }
+        for (const glm::dvec3& normal : normals) {
+            const gpu::Vec3 scaled = to_float(longest > 0.0 ? normal / longest : normal);
+            vectors.insert(vectors.end(), {scaled.x, scaled.y, scaled.z});
+        }
+    }
+    builder.tables.shading_normals = builder.append("shading-normals", vectors);
+}
+
 // The cumulative shares of `weights`, exactly 1 from the last positive one on.
 std::vector<float> cumulative_shares(std::span<const double> weights) {
     double total = 0.0, before = 0.0;
@@ -179,6 +201,7 @@ SceneTables make_scene_tables(const Scene& scene, EffectSet needed, const std::v
         add_textures(scene, needed, builder);
     if (needed.has(Effect::medium_absorption)) add_media(scene, needed, builder);
     if (needed.has(Effect::texture_coordinates)) add_texture_coordinates(scene, sources, builder);
+    if (needed.has(Effect::shading_normals)) add_shading_normals(scene, sources, builder);
     if (needed.has(Effect::background_image)) add_environment(scene.background, needed, builder);
     return builder.tables;
 }

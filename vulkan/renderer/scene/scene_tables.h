@@ -20,7 +20,8 @@ struct SceneTables {
     std::vector<gpu::Texture> textures;
     std::vector<gpu::Medium> media;
     gpu::Environment environment;
-    std::uint32_t texture_coordinates = 0;  // where they begin
+    std::uint32_t texture_coordinates = 0;          // where they begin
+    std::uint32_t shading_normals = gpu::no_index;  // where they begin; or none
 };
 
 // Those that the `needed` effects use. `sources` are the primitives by slot.
