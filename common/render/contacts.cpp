@@ -302,6 +302,7 @@ private:
                 scene.vertices.push_back(dvec3(scene.vertices[index]));
                 if (!scene.texture_coordinates.empty())
                     scene.texture_coordinates.push_back(glm::dvec2(scene.texture_coordinates[index]));
+                if (!scene.normals.empty()) scene.normals.push_back(dvec3(scene.normals[index]));
                 index = static_cast<std::uint32_t>(scene.vertices.size() - 1);
             }
             scene.primitives.push_back(primitive);

@@ -147,6 +147,20 @@ TEST_CASE("instances that share primitives are drawn apart each by itself") {
     CHECK(lowest(*apart, 2) == 0.5);
 }
 
+TEST_CASE("meshes that are drawn apart keep their vertex normals") {
+    Scene scene = block_on_floor(glass(1.5), true);
+    for (const dvec3& vertex : scene.vertices) scene.normals.push_back(glm::normalize(vertex + dvec3(0.0, 9.0, 0.0)));
+    const std::optional<Scene> apart = with_contacts_apart(scene);
+    REQUIRE(apart.has_value());
+    REQUIRE(apart->normals.size() == apart->vertices.size());
+    for (std::uint32_t i = 0; i < scene.entities[1].primitive_count; ++i)
+        for (std::size_t k = 0; k < 3; ++k) {
+            const Primitive& before = scene.primitives[scene.entities[1].first_primitive + i];
+            const Primitive& after = apart->primitives[apart->entities[1].first_primitive + i];
+            CHECK(apart->normals[after.index[k]] == scene.normals[before.index[k]]);
+        }
+}
+
 TEST_CASE("no shipped scene has contacts, but for hard cases of them") {
     for (const char* name : {"cornell-classic.json", "cornell-thesis.json", "glass.json", "nested-glass.json",
              "one-weekend.json", "next-week.json", "caustics.json", "boundaries.json", "whitted.json", "lights.json"}) {

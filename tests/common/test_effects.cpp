@@ -252,9 +252,20 @@ std::vector<Ingredient> lights() {
             {emission, one_sided_emission, diffuse, spheres}, {sphere_lights}, true}};
 }
 
+// A triangle at vertex 1, which has a normal; that of others has none.
+std::vector<Ingredient> meshes() {
+    return {{"smooth mesh",
+        [](Setup& s) {
+            add_entity(s.scene, add_material(s.scene, mirror()), PrimitiveKind::triangle);
+            s.scene.primitives.back().index = {1, 1, 1};
+            s.scene.normals = {glm::dvec3(0.0), glm::dvec3(0.0, 1.0, 0.0)};
+        },
+        {triangles, specular, shading_normals}}};
+}
+
 std::vector<Ingredient> ingredients() {
     std::vector<Ingredient> all;
-    for (const auto& some : {cameras_and_sky(), surfaces(), textures_and_media(), lights()})
+    for (const auto& some : {cameras_and_sky(), surfaces(), meshes(), textures_and_media(), lights()})
         all.insert(all.end(), some.begin(), some.end());
     return all;
 }
