@@ -134,8 +134,10 @@ StoppedRender render_until(RenderJob& job, const StoppingRule& rule, std::stop_t
         result.seconds += growth.seconds;
         if (growth.device_seconds) result.device_seconds = result.device_seconds.value_or(0.0) + *growth.device_seconds;
         done = end;
-        result.film = film.film();
-        result.relative_error = relative_error_of(result.film);
+        if (film.samples() > 0.0) {
+            result.film = film.film();
+            result.relative_error = relative_error_of(result.film);
+        }
         if (stop.stop_requested()) {
             result.complete = growth.complete && done == rule.samples;
             break;

@@ -28,7 +28,7 @@ struct ErrorInterval {
 };
 
 struct StoppedRender {
-    FilmMoments film;
+    FilmMoments film;      // of no size where no pixel has a sample that counts
     double seconds = 0.0;  // of rendering
     std::optional<double> device_seconds;
     std::optional<double> relative_error;                  // none below two samples

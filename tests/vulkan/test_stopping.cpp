@@ -49,7 +49,7 @@ TEST_CASE("a stop is heeded within the first sample, however long its paths are"
         CHECK(looks == 3);  // nothing is submitted after the wish
         CHECK(watch.seconds() < 10.0);
         // What was dropped leaves nothing behind.
-        const RenderSettings few = settings_of(16, 3);
+        const RenderSettings few = settings_of(128, 3);  // the first of several runs is dropped
         VulkanJob other = machine.job(with_kernel(kernel), full_scene(), few);
         std::stop_source at_once;
         const RenderControl stopped{.stop = at_once.get_token(), .progress = [&](double) { at_once.request_stop(); }};

@@ -130,6 +130,7 @@ std::uint64_t VulkanJob::render_tile_block(const Tile& tile, SampleRange block, 
         progress.report(static_cast<double>(recorder_->done()) + recorder_->done_of_next());
     }
     const std::uint64_t done = recorder_->done();
+    if (done == 0) return 0;  // nothing to fetch; what was added but not submitted goes with what is next
     download(tile);
     const std::uint32_t invalid = resources_.downloaded_counters().invalid;
     progress.invalid += invalid - std::exchange(invalid_before_, invalid);
