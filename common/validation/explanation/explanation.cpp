@@ -151,7 +151,7 @@ private:
 
     [[nodiscard]] std::string told_of(const Factor& factor) const {
         return fmt::format(
-            "a constant exposure factor of {:.4f} ± {:.4f}{}", factor.value, factor.error, missing_sample(factor));
+            "a constant exposure factor of {:.4f} ± {:.1g}{}", factor.value, factor.error, missing_sample(factor));
     }
 
     // A side of several images has so many samples in each.
@@ -200,7 +200,7 @@ private:
             const double inverse = 1.0 / factor.value;
             for (ImagePair* mended : {&shift->mended, &shift->mended_smooth})
                 mended->candidate = scaled(mended->candidate, {inverse, inverse, inverse});
-            text = fmt::format("a constant exposure factor of {:.4f} ± {:.4f} and ", factor.value, factor.error);
+            text = fmt::format("a constant exposure factor of {:.4f} ± {:.1g} and ", factor.value, factor.error);
         }
         const ExplainedShare share =
             explained_share(misfit_of(shift->before), misfit_of(shift->mended), share_doubt, true);
