@@ -875,6 +875,12 @@ class Commands(unittest.TestCase):
         self.assertIn("--sampling adaptive", listed.stdout)
         self.assertIn("no triangles", listed.stdout)
 
+    def test_what_cost_recommends_names_the_size_that_was_measured(self):
+        for options, size in (([], "64"), (["--size", "8"], "8")):
+            result = tandem("cost", self.scene, "--time", "1", "--knob", "bounces", "--no-cache", *options)
+            self.assertEqual(result.returncode, 0, result.stderr)
+            self.assertIn(f"To 5 %: `tandem render {self.scene} --size {size} ", result.stdout)
+
     def test_cost_refuses_a_folder_of_references_that_cannot_be_made_before_it_begins(self):
         out = self.folder / "cost.json"
         result = tandem("cost", self.scene, "--references", "/dev/null", "--json", out)
