@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <map>
 #include <optional>
 
 #include "common/error.h"
@@ -136,16 +137,26 @@ void note(Notes* notes, const std::string& text) {
     if (notes != nullptr && std::ranges::find(*notes, text) == notes->end()) notes->push_back(text);
 }
 
-void note_transfer(const NamedImage& named, Notes* notes) {
-    const Image& image = named.image;
-    const Transfer transfer = colour_space_of(image).transfer;
-    if (transfer.curve == Transfer::Curve::linear) return;
-    const std::string values =
-        image.greatest_integer > 0 ? fmt::format(" of {} bits", image.greatest_integer > 255 ? 16 : 8) : std::string();
-    note(
-        notes, fmt::format("{}: values{} are decoded to linear light from {}{}", named.name, values,
-                   transfer.curve == Transfer::Curve::srgb ? "sRGB" : fmt::format("a gamma of {:g}", transfer.exponent),
-                   image.colour_space.empty() ? ", as the file does not say otherwise" : ""));
+// Once for all images of a side that are alike.
+void note_transfers(const std::vector<NamedImage>& side, Notes* notes) {
+    std::map<std::string, std::vector<std::string>> names;  // by what is said of them
+    for (const NamedImage& named : side) {
+        const Image& image = named.image;
+        const Transfer transfer = colour_space_of(image).transfer;
+        if (transfer.curve == Transfer::Curve::linear) continue;
+        const char* bits = image.greatest_integer == 0    ? ""
+                           : image.greatest_integer > 255 ? " of 16 bits"
+                                                          : " of 8 bits";
+        const std::string from = transfer.curve == Transfer::Curve::srgb
+                                     ? std::string("sRGB")
+                                     : fmt::format("a gamma of {:g}", transfer.exponent);
+        names[fmt::format("values{} are decoded to linear light from {}{}", bits, from,
+                  image.colour_space.empty() ? ", as the file does not say otherwise" : "")]
+            .push_back(named.name);
+    }
+    for (const auto& [text, files] : names)
+        note(notes,
+            files.front() + (files.size() > 1 ? fmt::format(" and {} more", files.size() - 1) : "") + ": " + text);
 }
 
 SampledImage from_variance(const NamedImage& named, VarianceOf variance_of, Notes* notes) {
@@ -224,8 +235,8 @@ SampledImage from_seeds(const std::vector<NamedImage>& side, Notes* notes) {
     std::vector<SampledImage> images;
     double samples = 0.0;
     std::vector<double> rounding(result.pixels.size(), 0.0);
+    note_transfers(side, notes);
     for (const NamedImage& named : side) {
-        note_transfer(named, notes);
         SampledImage image = empty_side(named.image);
         const Light light = light_of(named, result);
         for (std::size_t i = 0; i < image.pixels.size(); ++i) {

@@ -135,7 +135,7 @@ private:
 
     void one_figure() {
         const Factor factor = fit_factor(pair_);
-        consider(told_of(factor), {pair_.reference, divided(factor)});
+        consider(told_of(factor) + missing_sample(factor), {pair_.reference, divided(factor)});
         const Power power = fit_power(pair_, false);
         if (worth_a_name(power))
             consider(fmt::format("a gamma: candidate = reference^{:.3f}", power.exponent), power.mended);
@@ -149,9 +149,10 @@ private:
         return scaled(pair_.candidate, {inverse, inverse, inverse});
     }
 
-    [[nodiscard]] std::string told_of(const Factor& factor) const {
-        return fmt::format(
-            "a constant exposure factor of {:.4f} ± {:.1g}{}", factor.value, factor.error, missing_sample(factor));
+    [[nodiscard]] static std::string told_of(const Factor& factor) {
+        constexpr double least = 5e-5;  // of what is shown
+        return fmt::format("a constant exposure factor of {:.4f}{}", factor.value,
+            factor.error < least ? "" : fmt::format(" ± {:.4f}", factor.error));
     }
 
     // A side of several images has so many samples in each.
@@ -200,7 +201,7 @@ private:
             const double inverse = 1.0 / factor.value;
             for (ImagePair* mended : {&shift->mended, &shift->mended_smooth})
                 mended->candidate = scaled(mended->candidate, {inverse, inverse, inverse});
-            text = fmt::format("a constant exposure factor of {:.4f} ± {:.1g} and ", factor.value, factor.error);
+            text = told_of(factor) + " and ";
         }
         const ExplainedShare share =
             explained_share(misfit_of(shift->before), misfit_of(shift->mended), share_doubt, true);
