@@ -113,14 +113,22 @@ double p_of_values(const ImagePair& pair, double correlation, double negligible)
 
 }  // namespace
 
-Misfit misfit_of(const ImagePair& pair) {
+std::vector<std::uint32_t> misfit_edges(const ImagePair& pair) {
+    std::vector<std::uint32_t> edges{1};
+    for (const std::uint32_t edge : {standard_tile_edge / 2, standard_tile_edge, 2 * standard_tile_edge})
+        if (edge <= std::min(pair.reference.width, pair.reference.height) / 2) edges.push_back(edge);
+    return edges;
+}
+
+Misfit::Scale misfit_of(const ImagePair& pair, std::uint32_t edge) {
     const std::uint32_t side = std::min(pair.reference.width, pair.reference.height);
     const std::uint32_t block = std::clamp(side / 4, least_block, usual_block);
-    const double correlation = correlation_of(pair);
+    return misfit_at(pair, edge, std::max(edge, block), edge == 1 ? 1.0 : correlation_of(pair));
+}
+
+Misfit misfit_of(const ImagePair& pair) {
     Misfit misfit;
-    misfit.scales.push_back(misfit_at(pair, 1, block, 1.0));
-    for (const std::uint32_t edge : {standard_tile_edge / 2, standard_tile_edge, 2 * standard_tile_edge})
-        if (edge <= side / 2) misfit.scales.push_back(misfit_at(pair, edge, std::max(edge, block), correlation));
+    for (const std::uint32_t edge : misfit_edges(pair)) misfit.scales.push_back(misfit_of(pair, edge));
     return misfit;
 }
 
@@ -148,17 +156,11 @@ ExplainedShare explained_share(const Misfit& before, const Misfit& after, double
     return best;
 }
 
-bool contradicted(const Misfit& before, const Misfit& after, double share, double doubt) {
-    const double level = doubt / static_cast<double>(before.scales.size());
-    for (std::size_t s = 0; s < before.scales.size(); ++s) {
-        SampleMoments left;
-        for (std::size_t i = 0; i < before.scales[s].blocks.size(); ++i)
-            left.add(after.scales[s].blocks[i] - (1.0 - share) * before.scales[s].blocks[i]);
-        if (left.count >= 3.0 &&
-            left.mean > student_quantile(1.0 - level, left.count - 1.0) * std::sqrt(left.variance_of_mean()))
-            return true;
-    }
-    return false;
+bool contradicted(const Misfit::Scale& before, const Misfit::Scale& after, double share, double doubt) {
+    SampleMoments left;
+    for (std::size_t i = 0; i < before.blocks.size(); ++i) left.add(after.blocks[i] - (1.0 - share) * before.blocks[i]);
+    return left.count >= 3.0 &&
+           left.mean > student_quantile(1.0 - doubt, left.count - 1.0) * std::sqrt(left.variance_of_mean());
 }
 
 double typical_difference(const ImagePair& pair) {

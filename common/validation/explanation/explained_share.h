@@ -16,6 +16,8 @@ struct Misfit {
     };
     std::vector<Scale> scales;
 };
+[[nodiscard]] std::vector<std::uint32_t> misfit_edges(const ImagePair& pair);  // the scales, pixels first
+[[nodiscard]] Misfit::Scale misfit_of(const ImagePair& pair, std::uint32_t edge);
 [[nodiscard]] Misfit misfit_of(const ImagePair& pair);
 
 // 1 - after/before, of all blocks. `at_least` is the end of a one-sided interval of level `doubt`, over all scales: the
@@ -28,9 +30,9 @@ struct ExplainedShare {
 [[nodiscard]] ExplainedShare explained_share(
     const Misfit& before, const Misfit& after, double doubt, bool pixels_alone = false);
 
-// Whether some scale shows that less than `share` is explained, at level `doubt` over all scales: a fault of lines or
-// single pixels has a mean that a factor explains, and more beside it. Student's t of after - (1 - share) before.
-[[nodiscard]] bool contradicted(const Misfit& before, const Misfit& after, double share, double doubt);
+// Whether a scale shows, at level `doubt`, that less than `share` is explained: a fault of lines or single pixels has a
+// mean that a factor explains, and more beside it. Student's t of after - (1 - share) before.
+[[nodiscard]] bool contradicted(const Misfit::Scale& before, const Misfit::Scale& after, double share, double doubt);
 
 // Root mean square of the relative differences of 16x16 tiles beyond noise, 0 where there is none.
 [[nodiscard]] double typical_difference(const ImagePair& pair);

@@ -42,11 +42,14 @@ public:
 private:
     // The share that the mend explains, where it is shown and nothing is left.
     [[nodiscard]] std::optional<ExplainedShare> shown(const ImagePair& mended) const {
-        const Misfit after = misfit_of(mended);
+        Misfit after;
+        for (const Misfit::Scale& before : before_.scales) {
+            after.scales.push_back(misfit_of(mended, before.edge));
+            const double doubt = share_doubt / static_cast<double>(before_.scales.size());
+            if (contradicted(before, after.scales.back(), shown_share, doubt)) return std::nullopt;
+        }
         const ExplainedShare share = explained_share(before_, after, share_doubt);
-        if (share.at_least < shown_share || contradicted(before_, after, shown_share, share_doubt) ||
-            differ(mended, criteria_, tolerated_))
-            return std::nullopt;
+        if (share.at_least < shown_share || differ(mended, criteria_, tolerated_)) return std::nullopt;
         return share;
     }
     bool consider(const std::string& text, const ImagePair& mended) {

@@ -103,7 +103,7 @@ Match match_of(const SampledImage& a, const SampledImage& b, bool free_factor) {
 
 // Every so many bands of tiles of a large image: a search looks at all of its pixels a hundred times.
 ImagePair thinned(const ImagePair& pair) {
-    constexpr std::size_t enough = std::size_t{1} << 17;
+    constexpr std::size_t enough = std::size_t{1} << 15;
     const std::size_t stride = pair.reference.pixels.size() / channel_count / enough + 1;
     if (stride == 1) return pair;
     const auto bands_of = [&](const SampledImage& image) {
