@@ -333,7 +333,7 @@ TANDEM_INLINE void PathTracer<Real, effects, Recorder, Shade>::meet_vertex(
         at.surface = surface_at(tables_, ray, hit);
     }
     const V projection = dot(at.direction, at.surface.normal);
-    at.front = projection < V(Real(0));
+    at.front = (at.surface.curved & !at.surface.left) | ((!at.surface.curved) & (projection < V(Real(0))));
     at.facing = select(at.front, at.surface.normal, -at.surface.normal);
     at.cosine = shaded(absolute(projection));
     at.bits = tables_.materials.bits[at.surface.material];

@@ -97,13 +97,16 @@ private:
     [[nodiscard]] dvec3 to_world(const dvec3& p) const { return linear_ * p + shift_; }
     [[nodiscard]] dvec3 normal_to_world(const dvec3& n) const { return glm::normalize(glm::transpose(inverse_) * n); }
 
-    // e and f: two edges of the face in the world; 0 for spheres, which have no plane.
+    // e and f: two edges of the face in the world; 0 for spheres, which have no plane. surface.h says why needles have
+    // no more.
+    static constexpr double terms_in_double = sizeof(Real) == 4 ? 0x1p-29 : 1.0;
     void add_terms(const dvec3& e, const dvec3& f, const dvec3& extent) {
         const double size = glm::length(glm::cross(e, f));
         const dvec3 a = glm::abs(e), b = glm::abs(f);
         const dvec3 terms = dvec3(a.y * b.z + a.z * b.y, a.z * b.x + a.x * b.z, a.x * b.y + a.y * b.x);
-        face_terms_.push_back(size > 0.0 ? terms / size : dvec3(0.0));
-        face_terms_of_extent_.push_back(static_cast<Real>(size > 0.0 ? glm::dot(terms, extent) / size : 0.0));
+        const dvec3 bounded = size > 0.0 ? glm::min(terms / size, 4.0 + terms_in_double * (terms / size)) : dvec3(0.0);
+        face_terms_.push_back(bounded);
+        face_terms_of_extent_.push_back(static_cast<Real>(glm::dot(bounded, extent)));
     }
 
     void add_face(const dvec3& object_normal, const dvec3& point, double extent, std::uint32_t sphere, bool curved) {
@@ -222,12 +225,16 @@ private:
         sphere_radius_.push_back(static_cast<Real>(radius));
         sphere_extent_.push_back(static_cast<Real>(extent));
         sphere_chance_.push_back(Real(0));
-        add_face({0.0, 0.0, 1.0}, centre, extent, index, true);
-        add_terms(dvec3(0.0), dvec3(0.0), dvec3(0.0));
+        for (const unsigned side : {0u, curved_bits::left}) {
+            add_face({0.0, 0.0, 1.0}, centre, extent, index, true);
+            face_curved_.back() |= side;
+            add_terms(dvec3(0.0), dvec3(0.0), dvec3(0.0));
+        }
         const bool similar = is_similarity(scene_.entities[entity_].object_to_world);
         const double area = 4.0 * 3.14159265358979323846 * radius * radius;
         if (add_light(similar ? LightKind::sphere : LightKind::ellipsoid, area, index) && !similar)
-            face_curved_.back() |= curved_bits::ellipsoid_light;
+            for (std::size_t face = face_curved_.size() - 2; face < face_curved_.size(); ++face)
+                face_curved_[face] |= curved_bits::ellipsoid_light;
         return index;
     }
 
@@ -436,7 +443,9 @@ void TableBuilder<Real>::finish_lights() {
         const LightDraft& light = lights_[i];
         if (light.kind > LightKind::ellipsoid) continue;
         const PrimitiveRef& ref = tables_.primitives[light.primitive];
-        const std::uint32_t face_count_of = light.kind == LightKind::cuboid ? 6 : 1;
+        const std::uint32_t face_count_of = ref.kind == PrimitiveKind::triangle ? 1
+                                            : ref.kind == PrimitiveKind::sphere ? 2
+                                                                                : 6;
         for (std::uint32_t f = 0; f < face_count_of; ++f)
             face_density_[ref.first_face + f] = static_cast<Real>(chances[i] / light.area);
         if (tables_.primitives[light.primitive].kind == PrimitiveKind::sphere)

@@ -102,10 +102,10 @@ inline constexpr unsigned scatters = lit | specular | smooth_conductor | boundar
 }  // namespace material_bits
 
 namespace curved_bits {  // of faces: none are planes
-inline constexpr unsigned curved = 1, ellipsoid_light = 2;
+inline constexpr unsigned curved = 1, ellipsoid_light = 2, left = 4;
 }  // namespace curved_bits
 
-// Every triangle has one face, every cuboid six, every sphere one (without a plane).
+// Every triangle has one face, every cuboid six, every sphere two (without planes): where rays enter and leave it.
 template <class Real>
 struct FaceTable {
     VectorColumn<Real> normal;  // unit, front

@@ -78,13 +78,19 @@ void keep_triangle(uint slot, Triangle triangle, Seen seen, Ray ray, uint own, b
 void try_sphere(uint i, Ray ray, uint own, bool inside, bool in_order, inout Hit best) {
     const uint slot = triangle_total() + i;
     const vec2 ts = sphere_distances(to_unit_space(sphere_at(i), at_rest(ray, slot)), meeting(slot == own, inside));
-    const float t = ts.x >= ray_min ? ts.x : ts.y;
-    if (is_closer(t, slot, best, in_order)) best = Hit(t, slot, 0, vec3(0.0));
+    const bool enters = ts.x >= ray_min;
+    const float t = enters ? ts.x : ts.y;
+    if (is_closer(t, slot, best, in_order)) best = Hit(t, slot, enters ? 0 : 1, vec3(0.0));
 }
 
+// Where the root says that the ray enters or leaves, the point lies before or beyond the middle of the chord. Of a body that
+// the map flattens, or a distant one, rounding would put it on the other side: it is then as far from the middle on this one.
 void locate_sphere(inout Hit hit, Ray ray) {
     const Ray unit_ray = to_unit_space(sphere_of(hit.slot - triangle_total()), at_rest(ray, hit.slot));
-    hit.local = normalize(unit_ray.origin + hit.t * unit_ray.direction);
+    const vec3 d = unit_ray.direction;
+    hit.local = normalize(unit_ray.origin + hit.t * d);
+    const float ahead = dot(hit.local, d);
+    if (hit.face == 0 ? ahead > 0.0 : ahead < 0.0) hit.local = normalize(hit.local - 2.0 * ahead / dot(d, d) * d);
 }
 
 // best.local: where the ray enters the cuboid, until all are tried.

@@ -217,9 +217,9 @@ Departure meet_surface(inout Path path, Hit hit, Surface surface, vec4 drawn) {
     const uint material_index = placed_at(slot).material;
     Material material = material_at(material_index);
     const vec3 d = shaded(path.direction);
-    const bool front = dot(d, surface.normal) < 0.0;
+    const bool front = kind_of(slot) == kind_sphere ? hit.face == 0 : dot(d, surface.normal) < 0.0;
     const real3 n_f = front ? surface.normal : -surface.normal;
-    float c = min(1.0, shaded(-dot(d, n_f)));  // a rounding above 1 would make sines negative
+    float c = clamp(shaded(-dot(d, n_f)), 0.0, 1.0);  // a rounding beyond would make sines negative
     const bool translucent = has_translucent && has_flag(material, flag_translucent);
     const bool emissive = material.kind == material_emissive;
     float outside = 1.0;

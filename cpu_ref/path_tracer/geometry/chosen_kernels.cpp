@@ -79,7 +79,8 @@ Candidate<Real> naive_sphere(const SphereForm<Real>& sphere, const Ray<Real>& ra
     const Real discriminant = b * b - Real(4) * a * c;
     if (!(discriminant >= Real(0))) return {false, Real(0), 0};
     const Real root = std::sqrt(discriminant), scale = Real(0.5) / a;
-    return first_crossing(ray, Real((-b - root) * scale), 0, Real((-b + root) * scale), 0, departing, inside);
+    return first_crossing(ray, Real((-b - root) * scale), sphere_face::entered, Real((-b + root) * scale),
+        sphere_face::left, departing, inside);
 }
 
 // Slabs by minimum and maximum, 0 times infinity included [Kay 1986].

@@ -120,6 +120,12 @@ TANDEM_INLINE BoolOf<V> blocks(
         passing.surely & (ahead >= ray.t_min * steepness) & (ahead < ray.limit * steepness) & !departing);
 }
 
+// The faces of a sphere, by the root that was taken. Its normal there would not always tell: of a body that the map
+// flattens or of a distant one, rounding moves the point to the other side.
+namespace sphere_face {
+inline constexpr std::uint32_t entered = 0, left = 1;
+}
+
 template <class V>
 TANDEM_INLINE Candidate<V> intersect(
     const SphereForm<RealOf<V>>& sphere, const Ray<V>& ray, BoolOf<V> departing, BoolOf<V> inside) {
@@ -146,7 +152,8 @@ TANDEM_INLINE Candidate<V> intersect(
     const V t = select(takes_entry, entry, select(exits, greatest(exit, zero), exit));
     BoolOf<V> met = ((discriminant >= zero) | exits) & !(departing & !inside);
     if (planted(PlantedBug::sphere_inside_lost)) met = met & takes_entry;
-    return {static_cast<BoolOf<V>>(met & (t >= ray.t_min) & (t < ray.limit)), t, IndexOf<V>{0}};
+    return {static_cast<BoolOf<V>>(met & (t >= ray.t_min) & (t < ray.limit)), t,
+        select(takes_entry, IndexOf<V>{sphere_face::entered}, IndexOf<V>{sphere_face::left})};
 }
 
 template <class V>

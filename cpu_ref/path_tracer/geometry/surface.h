@@ -17,7 +17,7 @@ struct Surface {
     Vec3<Lanes<Real>> point, normal;  // normal: unit, to the front
     Lanes<Real> error_bound;          // of the point along the normal
     Ints<Real> primitive, material;
-    Mask<Real> curved;
+    Mask<Real> curved, left;  // of a sphere, and that from within
 };
 
 // Bound on the distance, along the normal, between a computed hit point p and what later rays take for its surface.
@@ -34,7 +34,9 @@ inline constexpr Real error_factor = Real(21) * unit_roundoff<Real>;
 // a = sum over axes i of m_i (|p_i| + extent along i), m_i = (|e_j f_k| + |e_k f_j|)/|e x f| >= |n_i| for edges e, f:
 // p is projected by p - (n.p - w) n, n.p - w erring by at most 4u a, the subtraction by u a; a coplanar neighbour's
 // plane is evaluated with 4u a again; its normal and the own one tilt by u a each, products of rounded edges by 2u a
-// more: 13u a. One u (|p|_max + 2^-10 extent) keeps rays off coplanar neighbours where all terms vanish, at 0 too.
+// more: 13u a. Normals are made in double, where the products round by 2^-53: in single precision the other terms have
+// |n_i| <= 1 alone, and a needle no more than m_i = 4 + 2^-29 m_i. One u (|p|_max + 2^-10 extent) keeps rays off
+// coplanar neighbours where all terms vanish, at 0 too.
 template <class Real>
 TANDEM_INLINE Lanes<Real> plane_error(const FaceTable<Real>& faces, Ints<Real> face, const Vec3<Lanes<Real>>& p) {
     using V = Lanes<Real>;
@@ -91,8 +93,17 @@ TANDEM_INLINE Vec3<Lanes<Real>> apply_rows(
 }
 
 template <class Real>
-TANDEM_INLINE void bend_to_sphere(const SphereTable<Real>& spheres, Ints<Real> sphere, Surface<Real>& surface) {
-    const Vec3<Lanes<Real>> q = unit(apply_rows(spheres.to_local, sphere, surface.point) + spheres.local_shift[sphere]);
+TANDEM_INLINE void bend_to_sphere(
+    const SphereTable<Real>& spheres, Ints<Real> sphere, const Vec3<Lanes<Real>>& direction, Surface<Real>& surface) {
+    using V = Lanes<Real>;
+    Vec3<V> q = unit(apply_rows(spheres.to_local, sphere, surface.point) + spheres.local_shift[sphere]);
+    // On the side that the root tells: else as far from the middle of the chord on the other one.
+    const Vec3<V> d = apply_rows(spheres.to_local, sphere, direction);
+    const V ahead = dot(q, d);
+    const V zero(Real(0));
+    const Mask<Real> wrong = surface.curved & ((surface.left & (ahead < zero)) | ((!surface.left) & (ahead > zero)));
+    if (any(wrong)) [[unlikely]]
+        q = select(wrong, unit(along(q, V(V(Real(-2)) * ahead / dot(d, d)), d)), q);
     const Vec3<Lanes<Real>> p = apply_rows(spheres.to_world, sphere, q) + spheres.centre[sphere];
     surface.point = select(surface.curved, p, surface.point);
     surface.normal = select(surface.curved, unit(apply_rows(spheres.normal_map, sphere, q)), surface.normal);
@@ -111,12 +122,13 @@ TANDEM_INLINE Surface<Real> surface_at(const Tables<Real>& tables, const Ray<Lan
     surface.normal = n;
     surface.primitive = faces.primitive[hit.face];
     surface.material = faces.material[hit.face];
-    surface.curved = Mask<Real>{};
+    surface.curved = surface.left = Mask<Real>{};
     if (!tables.spheres.empty()) {
         surface.curved = has_bit(faces.curved[hit.face], UnsignedOf<Real>{1}) & hit.found;
         if (any(surface.curved)) {
+            surface.left = surface.curved & has_bit(faces.curved[hit.face], UnsignedOf<Real>{curved_bits::left});
             surface.point = select(surface.curved, p, surface.point);
-            bend_to_sphere(tables.sphere_table, faces.sphere[hit.face], surface);
+            bend_to_sphere(tables.sphere_table, faces.sphere[hit.face], ray.direction, surface);
         }
     }
     const V error = plane_error(faces, hit.face, surface.point);
