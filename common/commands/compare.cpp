@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <memory>
 
+#include "common/commands/arguments.h"
 #include "common/commands/command.h"
 #include "common/commands/verdict_options.h"
 #include "common/error.h"
@@ -50,7 +51,7 @@ ExitStatus compare(CompareArguments arguments, const CommandContext& context) {
     inputs.insert(inputs.end(), arguments.candidate.begin(), arguments.candidate.end());
     for (const std::string& input : inputs)
         if (!std::filesystem::exists(input)) throw input_error(input, "", "no such file", "check the path");
-    check_writable(arguments.criteria, context, inputs);
+    check_outputs(arguments.criteria, context, {arguments.reference.front()}, inputs);
     CompareOptions options;
     options.criteria = criteria_from(arguments.criteria, CompareOptions::comparison_criteria());
     options.criteria.same_estimator = arguments.same_estimator;
@@ -80,7 +81,7 @@ void add_compare_command(CLI::App& app, CommandContext& context) {
     command
         ->add_option("--variance-of", arguments->variance_of,
             "Variance channels hold the variance of one sample, or of the mean of the pixel")
-        ->check(CLI::IsMember({"sample", "mean"}))
+        ->check(one_of({"sample", "mean"}))
         ->capture_default_str();
     command->add_flag("--same-estimator", arguments->same_estimator,
         "Both sides use one estimator, so a different variance is a fault too");

@@ -41,6 +41,7 @@ Image read_sound_image(const Value& file, const std::filesystem::path& folder, c
         file.refuse(printable(name) + ": " + reason, mend);
     };
     const std::filesystem::path path = folder / name;
+    file.place().files->push_back(path.string());
     Image image;
     try {
         std::error_code error;
