@@ -1,4 +1,4 @@
-// How messages and reports write figures, and which of many things a list of names asks for.
+// How messages and reports write figures and names, and which of many things a list of names asks for.
 #pragma once
 
 #include <algorithm>
@@ -14,6 +14,25 @@ namespace tandem {
 // A relative difference: "+1.2 %"; beyond +100 % what is `fraction` more, "78 times" as much. No difference of figures
 // above 0 is below -100 %, but an end of an interval may be.
 [[nodiscard]] std::string signed_percent(double fraction);
+
+// FNV-1a of 64 bits, in hexadecimal: tells damage, no malice.
+[[nodiscard]] std::string hash_of(std::string_view bytes);
+
+// Whether the text is UTF-8 [RFC 3629].
+[[nodiscard]] bool is_utf8(std::string_view text);
+
+// The text fit for one line of a message: control characters and what is no UTF-8 escaped.
+[[nodiscard]] std::string escaped(std::string_view text);
+
+// The same, and long text cut.
+[[nodiscard]] std::string printable(std::string_view text);
+
+// The candidate nearest to `name` by edit distance if one is near, else empty; of equals one that goes on where `name`
+// ends.
+[[nodiscard]] std::string nearest(std::string_view name, const std::vector<std::string>& candidates);
+
+// "did you mean NAME? " with the nearest candidate, or nothing.
+[[nodiscard]] std::string did_you_mean(std::string_view name, const std::vector<std::string>& candidates);
 
 // Whether `names` has the name; an empty list asks for everything.
 [[nodiscard]] inline bool asked_for(std::string_view name, const std::vector<std::string>& names) {

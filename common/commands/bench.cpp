@@ -7,6 +7,7 @@
 #include <optional>
 #include <tuple>
 
+#include "common/commands/arguments.h"
 #include "common/commands/child_process.h"
 #include "common/commands/command.h"
 #include "common/commands/console.h"
@@ -16,7 +17,7 @@
 #include "common/experiment/compare_results.h"
 #include "common/experiment/results.h"
 #include "common/experiment/thesis.h"
-#include "common/image/image_io.h"
+#include "common/files/write_file.h"
 #include "common/text.h"
 
 namespace tandem {
@@ -45,33 +46,32 @@ std::pair<std::uint32_t, std::uint32_t> size_from(const std::string& text) {
 
 BenchTarget make_target(const BenchArguments& arguments, const CommandContext& context) {
     const NothingToKeep starting(context.interrupts);
-    BenchRequest request{arguments.device, scene_from(arguments.scene), {}};
+    std::vector<std::string> inputs;
+    BenchRequest request{arguments.device, scene_from(arguments.scene, inputs), {}};
+    check_outputs(context, {}, inputs);  // a file that is resumed may be written again
     for (const std::string& size : arguments.sizes) request.sizes.push_back(size_from(size));
     std::ranges::sort(request.sizes, {}, [](const auto& size) { return std::uint64_t{size.first} * size.second; });
     return context.program.bench(request);
 }
 
-std::string names_of(const std::vector<Family>& families) {
-    std::string names;
-    for (const Family& family : families) names += (names.empty() ? "" : ", ") + family.name;
-    return names;
-}
-
 // Families and arms by name. Throws InputError for names that there are not.
 std::vector<Family> chosen(const std::vector<Family>& all, const BenchArguments& arguments) {
+    std::vector<std::string> known;
+    for (const Family& family : all) known.push_back(family.name);
     for (const std::string& name : arguments.families)
-        if (std::ranges::find(all, name, &Family::name) == all.end())
-            throw InputError("--family: there is no '" + name + "'; there are " + names_of(all));
+        if (std::ranges::find(known, name) == known.end())
+            throw InputError(fmt::format(
+                "--family: there is no '{}'; {}there are {}", name, did_you_mean(name, known), fmt::join(known, ", ")));
     std::vector<Family> families;
     for (const Family& family : all)
         if (asked_for(family.name, arguments.families)) families.push_back(family);
-    for (const std::string& name : arguments.arms) {
-        const bool known = std::ranges::any_of(families, [&](const Family& family) {
-            const std::vector<Arm> arms = family.arms(family.workloads.front());
-            return std::ranges::find(arms, name, &Arm::name) != arms.end();
-        });
-        if (!known) throw InputError("--arm: there is no '" + name + "'; see tandem bench --list");
-    }
+    std::vector<std::string> arms;
+    for (const Family& family : families)
+        for (const Arm& arm : family.arms(family.workloads.front())) arms.push_back(arm.name);
+    for (const std::string& name : arguments.arms)
+        if (std::ranges::find(arms, name) == arms.end())
+            throw InputError(
+                fmt::format("--arm: there is no '{}'; {}see tandem bench --list", name, did_you_mean(name, arms)));
     return families;
 }
 
@@ -115,8 +115,8 @@ BenchResults begin_results(const BenchArguments& arguments, const CommandContext
 
 // Writes what there is so far to the --json file. A stream takes one document only, the last.
 void keep(const CommandContext& context, const BenchTarget& target, const BenchResults& results) {
-    if (std::filesystem::exists(context.json_file) && !std::filesystem::is_regular_file(context.json_file)) return;
-    write_json(context, to_json(results, target.claims));
+    if (context.json_descriptor < 0 && !is_stream(context.json_file))
+        write_json(context, to_json(results, target.claims));
 }
 
 CampaignOptions campaign_options(const BenchArguments& arguments, const CommandContext& context) {
@@ -202,8 +202,8 @@ ExitStatus measure_patterns(const BenchArguments& arguments, const CommandContex
     const BenchResults results = arguments.processes == 1
                                      ? measure(arguments, context, target, families, std::move(earlier))
                                      : measure_in_processes(arguments, context, target, families, std::move(earlier));
-    write_json(context, to_json(results, target.claims));
     fmt::print("{}", to_text(results, target.claims));
+    write_json(context, to_json(results, target.claims));
     return ExitStatus::fine;
 }
 
@@ -225,10 +225,10 @@ ExitStatus measure_thesis(const BenchArguments& arguments, const CommandContext&
         options.progress = [&](double fraction, const std::string& text) { line.update(fraction, text); };
         report = run_thesis(target, options);
     }
-    write_json(context, {{"version", results_version}, {"device", target.device}, {"command", context.command_line},
-                            {"git", git_version()}, {"scene", arguments.scene}, {"thesis", to_json(report)}});
     fmt::print("{}, {} {}\n{}", target.device.value("name", "?"), target.device.value("driver_name", ""),
         target.device.value("driver_version", ""), to_text(report));
+    write_json(context, {{"version", results_version}, {"device", target.device}, {"command", context.command_line},
+                            {"git", git_version()}, {"scene", arguments.scene}, {"thesis", to_json(report)}});
     return ExitStatus::fine;
 }
 
@@ -245,33 +245,31 @@ ExitStatus test_self(const BenchArguments& arguments, const CommandContext& cont
     const bool quiet = twin.ratio_low() <= 1.0 && 1.0 <= twin.ratio_high();
     nlohmann::json report = to_json(results, {});
     report["self_test"] = {{"planted_milliseconds", 1e3 * planted}, {"covers", covers}, {"quiet", quiet}};
-    write_json(context, report);
     fmt::print("planted {:.4f} ms: seen {:.4f} ms (95 %: {:.4f} to {:.4f}), {}\n", 1e3 * planted,
         1e3 * busy.difference.value, 1e3 * busy.difference.low, 1e3 * busy.difference.high,
         covers ? "covered" : "NOT covered");
     fmt::print("nothing planted: {:.4f} times (95 %: {:.4f} to {:.4f}), {}\n", twin.ratio(), twin.ratio_low(),
         twin.ratio_high(), quiet ? "no effect" : "an effect where there is none");
     fmt::print("Either line may be wrong once in twenty runs: that is what 95 % says.\n");
+    write_json(context, report);
     return covers && quiet ? ExitStatus::fine : ExitStatus::disagree;
 }
 
 ExitStatus compare_files(const std::vector<std::string>& files, const CommandContext& context) {
+    check_outputs(context, {}, files);
     const ResultsComparison comparison = compare_results(load_results(files[0]), load_results(files[1]));
     if (comparison.arms.empty())
         throw input_error(files[1], "", "has no arm at any workload in common with " + files[0],
             "compare results of "
             "the same families and sizes");
-    write_json(context, to_json(comparison));
     fmt::print("{}", to_text(comparison));
+    write_json(context, to_json(comparison));
     const bool slower =
         std::ranges::any_of(comparison.arms, [](const ChangeOfArm& arm) { return arm.change == Change::slower; });
     return slower ? ExitStatus::disagree : ExitStatus::fine;
 }
 
 ExitStatus bench(const BenchArguments& arguments, const CommandContext& context) {
-    std::vector<std::string> inputs = arguments.compare;
-    inputs.push_back(arguments.scene);
-    check_outputs({context.json_file}, inputs);  // a file that is resumed may be written again
     if (!arguments.compare.empty()) return compare_files(arguments.compare, context);
     if (arguments.method == "thesis") return measure_thesis(arguments, context);
     return arguments.self_test ? test_self(arguments, context) : measure_patterns(arguments, context);
@@ -322,7 +320,7 @@ void add_bench_command(CLI::App& app, CommandContext& context) {
     command
         ->add_option("--method", arguments->method,
             "paired (interleaved blocks) or thesis (Ferreira's protocol, which takes no --time)")
-        ->check(CLI::IsMember({"paired", "thesis"}))
+        ->check(one_of({"paired", "thesis"}))
         ->capture_default_str();
     command->add_option("--compare", arguments->compare, "Compare result B with result A; run nothing")
         ->type_name("A B")

@@ -4,18 +4,22 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
+#include <cerrno>
 #include <charconv>
 #include <cmath>
 #include <csignal>
-#include <filesystem>
+#include <cstring>
 #include <fstream>
 
+#include "common/commands/arguments.h"
 #include "common/commands/console.h"
 #include "common/commands/help.h"
 #include "common/commands/old_names.h"
 #include "common/error.h"
-#include "common/image/image_io.h"
+#include "common/files/write_file.h"
 #include "common/scene/loader/scene_loader.h"
+#include "common/text.h"
 
 namespace tandem {
 
@@ -74,6 +78,10 @@ std::vector<std::string> words_of(const std::string& list) {
     return words;
 }
 
+constexpr const char* standard_output = "-";  // as a value of --json
+constexpr std::array<std::string_view, 4> names_of_standard_output{
+    standard_output, "/dev/stdout", "/dev/fd/1", "/proc/self/fd/1"};
+
 std::optional<Effect> effect_named(const std::string& name) {
     for (std::uint32_t i = 0; i < effect_count; ++i)
         if (effect_name(static_cast<Effect>(i)) == name) return static_cast<Effect>(i);
@@ -105,20 +113,25 @@ std::string parse_failure(const CLI::App& app, int argc, char** argv, const CLI:
     if (argc > 1 && argv[1][0] == '-') return fmt::format("{}; see tandem --help", error.what());
     std::string names;
     for (const CLI::App* command : app.get_subcommands({})) names += (names.empty() ? "" : ", ") + command->get_name();
-    return (argc > 1 ? fmt::format("'{}' is no command", argv[1]) : "no command is named") + "; there are " + names;
+    if (argc < 2) return "no command is named; there are " + names;
+    const std::string meant = command_meant(app, argv[1]);
+    return fmt::format(
+        "'{}' is no command; there are {}{}", argv[1], names, meant.empty() ? "" : "; did you mean " + meant + "?");
 }
+
+void complain(const std::string& line) { fmt::print(stderr, "tandem: {}\n", escaped(line)); }
 
 ExitStatus guarded(const std::function<ExitStatus()>& action) {
     try {
         return action();
     } catch (const DeviceError& error) {
-        fmt::print(stderr, "tandem: {}\n", error.what());
+        complain(error.what());
         return ExitStatus::no_device;
     } catch (const std::bad_alloc&) {
-        fmt::print(stderr, "tandem: out of memory; choose a smaller image\n");
+        complain("out of memory; choose a smaller image");
         return ExitStatus::unusable_input;
     } catch (const std::exception& error) {
-        fmt::print(stderr, "tandem: {}\n", error.what());
+        complain(error.what());
         return ExitStatus::unusable_input;
     }
 }
@@ -126,7 +139,8 @@ ExitStatus guarded(const std::function<ExitStatus()>& action) {
 }  // namespace
 
 void add_common_options(CLI::App& command, CommandContext& context, const std::string& examples) {
-    command.add_option("--json", context.json_file, "Write the result to FILE, as JSON")->type_name("FILE");
+    command.add_option("--json", context.json_file, "Write the result to FILE, as JSON; - is standard output")
+        ->type_name("FILE");
     command.add_flag("-v,--verbose", context.verbose, "Say more on stderr");
     command.footer("Examples:\n" + examples);
 }
@@ -135,9 +149,9 @@ namespace {
 void add_intersection_options(CLI::App& command, RenderOptions& options);
 }
 
-Scene scene_from(const std::string& file) {
-    Scene scene = load_scene(file);
-    for (const std::string& remark : scene.remarks) fmt::print(stderr, "tandem: {}\n", remark);
+Scene scene_from(const std::string& file, std::vector<std::string>& inputs) {
+    Scene scene = load_scene(file, &inputs);
+    for (const std::string& remark : scene.remarks) fmt::print(stderr, "tandem: {}\n", escaped(remark));
     return scene;
 }
 
@@ -147,7 +161,7 @@ void add_render_options(CLI::App& command, RenderOptions& options) {
     command
         .add_option("--integrator", options.integrator,
             "path, next-event (samples the lights, with MIS), whitted or bidirectional (default: the scene's)")
-        ->check(CLI::IsMember(std::vector<std::string>(integrator_names.begin(), integrator_names.end())));
+        ->check(one_of_names(integrator_names));
     command.add_option("--bounces", options.bounces, "Scattering events of a path, at most (default: the scene's)")
         ->check(whole_between(0, 1'000'000));
     command.add_option("--seed", options.seed, "Seed of the random numbers")
@@ -162,19 +176,19 @@ void add_render_options(CLI::App& command, RenderOptions& options) {
         .add_option("--mis", options.mis,
             "Multiple importance sampling of --integrator next-event, on or off. Off, a sampled light counts by "
             "next-event estimation alone. The mean image is the same")
-        ->check(CLI::IsMember({"on", "off"}))
+        ->check(one_of({"on", "off"}))
         ->capture_default_str()
         ->group(rare_options);
     command
         .add_option("--sampling", options.sampling,
             "uniform, or adaptive (noisy pixels get more samples, without bias). Adaptive takes --samples as the mean. "
             "render --target-error tries both (default: uniform)")
-        ->check(CLI::IsMember(std::vector<std::string>(sampling_names.begin(), sampling_names.end())))
+        ->check(one_of_names(sampling_names))
         ->group(rare_options);
     command
         .add_option("--generator", options.generator,
             "Random numbers: philox, hash (cheaper) or sobol (Owen-scrambled, whose error falls faster)")
-        ->check(CLI::IsMember(std::vector<std::string>(generator_names.begin(), generator_names.end())))
+        ->check(one_of_names(generator_names))
         ->capture_default_str()
         ->group(rare_options);
     command
@@ -185,7 +199,7 @@ void add_render_options(CLI::App& command, RenderOptions& options) {
     command
         .add_option(
             "--fresnel", options.fresnel, "Reflectance of every dielectric: exact or schlick (default: the material's)")
-        ->check(CLI::IsMember({"exact", "schlick"}))
+        ->check(one_of({"exact", "schlick"}))
         ->group(rare_options);
     command
         .add_option("--effects", options.effects,
@@ -198,7 +212,7 @@ void add_render_options(CLI::App& command, RenderOptions& options) {
         .add_option("--accumulation", options.accumulation,
             "Sums of a pixel's samples: double, compensated (two singles) or plain (one single). Plain sums drift "
             "(default: double where the device has it, else compensated)")
-        ->check(CLI::IsMember(std::vector<std::string>(accumulation_names.begin(), accumulation_names.end())))
+        ->check(one_of_names(accumulation_names))
         ->group(rare_options);
     add_intersection_options(command, options);
 }
@@ -206,26 +220,23 @@ void add_render_options(CLI::App& command, RenderOptions& options) {
 namespace {
 
 void add_intersection_options(CLI::App& command, RenderOptions& options) {
-    const auto one_of = [](const auto& names) {
-        return CLI::IsMember(std::vector<std::string>(names.begin(), names.end()));
-    };
     command
         .add_option("--triangle-test", options.triangle_test,
             "Intersection test of triangles: watertight, moller-trumbore or baldwin-weber. The cpu backend also has "
             "embree and embree-robust")
-        ->check(one_of(triangle_kernel_names))
+        ->check(one_of_names(triangle_kernel_names))
         ->capture_default_str()
         ->group(rare_options);
     command
         .add_option("--convex-test", options.convex_test, "Intersection test of spheres and cuboids: stable or naive")
-        ->check(one_of(convex_kernel_names))
+        ->check(one_of_names(convex_kernel_names))
         ->capture_default_str()
         ->group(rare_options);
     command
         .add_option("--guard", options.guard,
             "Self-intersection offset of spawned rays: error-bound, fixed-epsilon, ulp (Wächter and Binder) or "
             "exclusion (none; the primitive is skipped)")
-        ->check(one_of(guard_names))
+        ->check(one_of_names(guard_names))
         ->capture_default_str()
         ->group(rare_options);
     command.add_option("--epsilon", options.epsilon, "Offset of --guard fixed-epsilon, in scene units")
@@ -315,7 +326,9 @@ std::optional<Precision> precision_from(const std::string& name) {
     if (name.empty()) return std::nullopt;
     const auto found = std::ranges::find(precision_names, name);
     if (found == precision_names.end())
-        throw InputError("--precision: '" + name + "' is unknown; choose single, double, contracted or mixed");
+        throw InputError("--precision: '" + name + "' is unknown; " +
+                         did_you_mean(name, {precision_names.begin(), precision_names.end()}) +
+                         "choose single, double, contracted or mixed");
     return static_cast<Precision>(found - precision_names.begin());
 }
 
@@ -355,20 +368,14 @@ CLI::Validator whole_between(std::uint64_t least, std::uint64_t most) {
     return {check, ""};
 }
 
-void check_outputs(const std::vector<std::string>& outputs, const std::vector<std::string>& inputs) {
-    const auto same = [](const std::string& a, const std::string& b) {
-        std::error_code error;
-        return !a.empty() && !b.empty() &&
-               std::filesystem::weakly_canonical(a, error) == std::filesystem::weakly_canonical(b, error);
-    };
-    for (std::size_t i = 0; i < outputs.size(); ++i) {
-        for (const std::string& input : inputs)
-            if (same(outputs[i], input))
-                throw input_error(outputs[i], "", "would overwrite what is read", "name another output");
-        for (std::size_t j = 0; j < i; ++j)
-            if (same(outputs[i], outputs[j]))
-                throw input_error(outputs[i], "", "is named for two outputs", "name another file for one of them");
-    }
+void check_outputs(const CommandContext& context, std::vector<Output> outputs, const std::vector<std::string>& inputs) {
+    if (context.json_file != standard_output) outputs.push_back({"--json", context.json_file});
+    std::vector<Output> all{{"standard output", "/proc/self/fd/1", OutputKind::open},
+        {"standard error", "/proc/self/fd/2", OutputKind::open}};
+    if (context.json_descriptor >= 0)
+        all.push_back({"--json -", fmt::format("/proc/self/fd/{}", context.json_descriptor), OutputKind::open});
+    all.insert(all.end(), outputs.begin(), outputs.end());
+    check_outputs(all, inputs);
 }
 
 void check_memory(const RenderSettings& settings) {
@@ -388,7 +395,12 @@ void check_memory(const RenderSettings& settings) {
 }
 
 void write_json(const CommandContext& context, const nlohmann::json& report) {
-    if (!context.json_file.empty()) write_text_file(context.json_file, report.dump(2) + "\n");
+    if (context.json_file.empty()) return;
+    const std::string text = report.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
+    if (context.json_descriptor < 0) return write_text_file(context.json_file, text);
+    if (!write_all(context.json_descriptor, text) && !nobody_reads(errno))
+        throw Error(
+            std::string("--json -: standard output cannot be written to its end (") + std::strerror(errno) + ")");
 }
 
 namespace {
@@ -404,6 +416,7 @@ std::string without_folder(const std::string& argument) {
 }  // namespace
 
 int run_program(int argc, char** argv, const Program& program) {
+    StandardStreams streams;
     InterruptWatch interrupts;
     CLI::App app{
         "Tandem renders a scene with two independent path tracers, one on the CPU and one on a Vulkan device. A "
@@ -420,7 +433,8 @@ int run_program(int argc, char** argv, const Program& program) {
         "  tandem verify scenes/cornell-thesis.json                do CPU and Vulkan agree?\n"
         "  tandem COMMAND --help                                   options and examples of a command\n\n"
         "Exit status: 0 fine or agree, 1 disagree or a failed case, 2 unusable input, 3 undecided, 4 no usable "
-        "device.");
+        "device. A reader that goes away (| head -1) changes neither the status nor files. No output overwrites a file "
+        "that was read.");
     std::string command_line = "tandem";
     for (int i = 1; i < argc; ++i) command_line += " " + without_folder(argv[i]);
     CommandContext context{.program = program,
@@ -440,20 +454,34 @@ int run_program(int argc, char** argv, const Program& program) {
     add_devices_command(app, context);
     // A file that meets its size limit then fails to be written, which is told; else the program would be ended.
     std::signal(SIGXFSZ, SIG_IGN);
-    try {
+    const auto parse = [&] {
         RenamedArguments renamed = with_new_names(argc, argv);
-        for (const std::string& note : renamed.notes) fmt::print(stderr, "tandem: {}\n", note);
+        for (const std::string& note : renamed.notes) complain(note);
+        check_arguments(app, renamed.arguments);
         std::ranges::reverse(renamed.arguments);  // as CLI11 takes them
         app.parse(std::move(renamed.arguments));
-    } catch (const CLI::Success& request) {  // --help, --version
-        return app.exit(request);
-    } catch (const CLI::ParseError& error) {
-        fmt::print(stderr, "tandem: {}\n", parse_failure(app, argc, argv, error));
-        return static_cast<int>(ExitStatus::unusable_input);
-    }
+    };
+    const auto act = [&] {
+        if (std::ranges::find(names_of_standard_output, context.json_file) != names_of_standard_output.end()) {
+            context.json_file = standard_output;
+            context.json_descriptor = streams.take_standard_output();
+        }
+        check_outputs(context, {}, {});
+        const ExitStatus status = context.action();
+        if (const int error = streams.failure(); error != 0)
+            throw Error(std::string("standard output cannot be written (") + std::strerror(error) + ")");
+        return status;
+    };
     return static_cast<int>(guarded([&] {
-        if (!context.json_file.empty()) check_writable_text(context.json_file);
-        return context.action();
+        try {
+            parse();
+        } catch (const CLI::Success& request) {  // --help, --version
+            app.exit(request);
+            return ExitStatus::fine;
+        } catch (const CLI::ParseError& error) {
+            throw InputError(parse_failure(app, argc, argv, error));
+        }
+        return act();
     }));
 }
 

@@ -10,6 +10,7 @@
 #include <string>
 
 #include "common/experiment/bench.h"
+#include "common/files/outputs.h"
 #include "common/render/renderer.h"
 
 namespace tandem {
@@ -32,7 +33,8 @@ struct CommandContext {
     const Program& program;
     std::string command_line;            // as it was typed, absolute paths by their last part
     std::stop_token stop;                // Ctrl-C, once: finish what is in hand
-    std::string json_file;               // --json
+    std::string json_file;               // --json; "-": standard output
+    int json_descriptor = -1;            // of standard output, where --json has it
     bool verbose = false;                // -v
     std::function<ExitStatus()> action;  // set by the chosen subcommand
     InterruptWatch& interrupts;          // whose wish `stop` is
@@ -60,8 +62,9 @@ inline constexpr const char* kernel_help =
 inline constexpr const char* device_help = "Vulkan device: its index, or part of its name (see tandem devices)";
 inline constexpr const char* precision_help = "single, double, contracted or mixed (default: the backend's)";
 
-// The scene of `file`; on stderr, what of its models is not taken over. Throws InputError.
-[[nodiscard]] Scene scene_from(const std::string& file);
+// The scene of `file`; on stderr, what of its models is not taken over. `inputs` gets the files read. Throws
+// InputError.
+[[nodiscard]] Scene scene_from(const std::string& file, std::vector<std::string>& inputs);
 
 // Options that say what and how to render, shared by render and verify.
 struct RenderOptions {
@@ -103,8 +106,8 @@ void refuse_adaptive_sampling(const RenderOptions& options);
 // Seconds that an option may ask for: 31 years still fit a clock of 64-bit nanoseconds.
 inline constexpr double most_seconds = 1e9;
 
-// Throws InputError where an output names an input or another output: neither may be overwritten. Empty names pass.
-void check_outputs(const std::vector<std::string>& outputs, const std::vector<std::string>& inputs);
+// check_outputs of these, of --json and of files that the standard streams go to. Before any work.
+void check_outputs(const CommandContext& context, std::vector<Output> outputs, const std::vector<std::string>& inputs);
 
 // Throws InputError when an image of that size cannot fit into this machine's memory.
 void check_memory(const RenderSettings& settings);
@@ -112,7 +115,7 @@ void check_memory(const RenderSettings& settings);
 // The commit that this program was built from, "-dirty" where files had changed; "unknown" without git.
 [[nodiscard]] std::string git_version();
 
-// Writes `report` to the --json file, where there is one.
+// Writes `report` to the --json file or to standard output, where it is asked for.
 void write_json(const CommandContext& context, const nlohmann::json& report);
 
 }  // namespace tandem

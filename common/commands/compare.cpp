@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <memory>
 
+#include "common/commands/arguments.h"
 #include "common/commands/command.h"
 #include "common/commands/console.h"
 #include "common/commands/help.h"
@@ -65,7 +66,7 @@ ExitStatus compare(CompareArguments arguments, const CommandContext& context) {
     inputs.insert(inputs.end(), arguments.candidate.begin(), arguments.candidate.end());
     for (const std::string& input : inputs)
         if (!std::filesystem::exists(input)) throw input_error(input, "", "no such file", "check the path");
-    check_writable(arguments.criteria, context, inputs);
+    check_outputs(arguments.criteria, context, {arguments.reference.front()}, inputs);
     CompareOptions options;
     options.criteria = criteria_from(arguments.criteria, CompareOptions::comparison_criteria());
     options.criteria.same_estimator = arguments.same_estimator;
@@ -95,7 +96,7 @@ void add_compare_command(CLI::App& app, CommandContext& context) {
     command->add_option("--reference", arguments->reference, "Images of side A")->type_name("IMAGE");
     command->add_option("--candidate", arguments->candidate, "Images of side B")->type_name("IMAGE");
     const auto variance = [&](const char* name, std::string& value, const char* whose) {
-        return command->add_option(name, value, whose)->check(CLI::IsMember({"sample", "mean"}));
+        return command->add_option(name, value, whose)->check(one_of({"sample", "mean"}));
     };
     variance("--variance-of-a", arguments->variance_of_a,
         "Side A's variance channels hold the variance of one sample, or of the pixel's mean (default: sample)");

@@ -1,15 +1,20 @@
-// Terminal manners: a progress line with an estimate of the time left, and Ctrl-C as a stop request.
+// Terminal manners: a progress line with an estimate of the time left, output that nobody reads, and Ctrl-C as a stop
+// request.
 #pragma once
+
+#include <sys/types.h>
 
 #include <atomic>
 #include <chrono>
+#include <cstdio>
 #include <stop_token>
 #include <string>
 #include <thread>
 
 namespace tandem {
 
-// One line on stderr, redrawn at most ten times a second, only where stderr is a terminal; erased on destruction.
+// One line on stderr, redrawn at most ten times a second and erased on destruction: only where stderr is a terminal
+// that moves its cursor, so not with TERM=dumb, and not with NO_COLOR [no-color.org].
 class ProgressLine {
 public:
     ProgressLine();
@@ -27,9 +32,39 @@ private:
     Clock::time_point start_ = Clock::now(), last_{};
 };
 
-// While it lives, the first SIGINT or SIGTERM requests a stop; one that comes more than a second later ends the program
-// at once (timeout(1) sends two, to the process and to its group). Make it before any other thread, so that all inherit
-// the blocked signals.
+// While it lives, a reader of the standard streams may go away, as `head -c 1` and a closed terminal do: what nobody
+// reads is dropped, and the work and its files go on. Descriptors that were closed lead to /dev/null, so that no file
+// gets their numbers. Make it before anything is printed.
+class StandardStreams {
+public:
+    StandardStreams();
+    ~StandardStreams();
+    StandardStreams(const StandardStreams&) = delete;
+    StandardStreams& operator=(const StandardStreams&) = delete;
+
+    // From now on text goes to the error output; returns the descriptor that standard output had.
+    [[nodiscard]] int take_standard_output();
+    // Why standard output could not be written, an errno; 0 where it could, or nobody reads.
+    [[nodiscard]] int failure();
+
+private:
+    struct Sink {
+        int descriptor, error = 0;
+    };
+    static std::FILE* stream_to(Sink& sink, int buffering);
+    static ssize_t write(void* sink, const char* bytes, std::size_t count);
+
+    Sink output_{1}, errors_{2};
+    std::FILE *before_output_, *before_errors_;
+    int taken_ = -1;
+};
+
+// Whether a write failed because nobody reads: the pipe's other end, or the terminal, is gone.
+[[nodiscard]] bool nobody_reads(int error);
+
+// While it lives, the first SIGINT, SIGTERM or SIGHUP (unless nohup(1) has it ignored) requests a stop; one that comes
+// more than a second later ends the program at once (timeout(1) sends two, to the process and to its group). Make it
+// before any other thread, so that all inherit the blocked signals.
 class InterruptWatch {
 public:
     InterruptWatch();

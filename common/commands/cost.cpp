@@ -12,7 +12,7 @@
 #include "common/cost/run_cost.h"
 #include "common/error.h"
 #include "common/files/read_file.h"
-#include "common/image/image_io.h"
+#include "common/files/write_file.h"
 
 namespace tandem {
 
@@ -36,6 +36,12 @@ std::filesystem::path cache_folder() {
     if (const char* home = std::getenv("HOME"); home != nullptr && home[0] == '/')
         return std::filesystem::path(home) / ".cache" / "tandem" / "references";
     return {};
+}
+
+// Empty: they are not kept.
+std::filesystem::path references_of(const CostArguments& arguments) {
+    if (arguments.no_cache || arguments.list) return {};
+    return arguments.references.empty() ? cache_folder() : std::filesystem::path(arguments.references);
 }
 
 MakeRenderer maker(const CommandContext& context, const std::string& name, const CostArguments& arguments) {
@@ -82,9 +88,7 @@ CostRequest request_of(const CostArguments& arguments, const CommandContext& con
     request.make = maker(context, arguments.backend, arguments);
     request.make_reference = maker(context, arguments.reference_backend, arguments);
     request.knobs = arguments.knobs;
-    if (!arguments.no_cache)
-        request.references =
-            arguments.references.empty() ? cache_folder() : std::filesystem::path(arguments.references);
+    request.references = references_of(arguments);
     request.seconds = arguments.seconds;
     request.seed = arguments.options.seed;
     if (!arguments.resume.empty() && std::filesystem::exists(arguments.resume))
@@ -92,26 +96,34 @@ CostRequest request_of(const CostArguments& arguments, const CommandContext& con
     return request;
 }
 
-void print_list(const Scene& scene, const CostRequest& request) {
+void list_arms(const CommandContext& context, const Scene& scene, const CostRequest& request) {
     std::vector<SkippedArm> skipped;
+    nlohmann::json list{{"arms", nlohmann::json::array()}, {"not_measured", nlohmann::json::array()}};
     const RendererInfo renderer = request.make(request.baseline.backend)->info();
-    for (const CostArm& arm : single_arms(scene, request, renderer, 0.0, skipped))
+    for (const CostArm& arm : single_arms(scene, request, renderer, 0.0, skipped)) {
         fmt::print("{:32} {}\n", arm.name(), arm.options);
-    for (const SkippedArm& arm : skipped) fmt::print("{} {}: not measured: {}\n", arm.knob, arm.setting, arm.reason);
+        list["arms"].push_back({{"knob", arm.knob}, {"setting", arm.setting}, {"options", arm.options}});
+    }
+    for (const SkippedArm& arm : skipped) {
+        fmt::print("{} {}: not measured: {}\n", arm.knob, arm.setting, arm.reason);
+        list["not_measured"].push_back({{"knob", arm.knob}, {"setting", arm.setting}, {"reason", arm.reason}});
+    }
+    write_json(context, list);
 }
 
 ExitStatus cost(const CostArguments& arguments, const CommandContext& context) {
     NothingToKeep until_reference(context.interrupts);
-    const Scene scene = scene_from(arguments.scene);
-    check_outputs({context.json_file, arguments.resume}, {arguments.scene});
-    if (!arguments.resume.empty()) check_writable_text(arguments.resume);
+    std::vector<std::string> inputs;
+    const Scene scene = scene_from(arguments.scene, inputs);
+    // A file to go on from is written again.
+    check_outputs(context,
+        {{"--resume", arguments.resume}, {"--references", references_of(arguments), OutputKind::folder}}, inputs);
     CostRequest request = request_of(arguments, context, scene);
     check_memory(request.baseline.render);
     if (arguments.list) {
-        print_list(scene, request);
+        list_arms(context, scene, request);
         return ExitStatus::fine;
     }
-    if (!request.references.empty()) check_writable_folder(request.references);
     CostReport report;
     {
         ProgressLine line;
@@ -128,8 +140,8 @@ ExitStatus cost(const CostArguments& arguments, const CommandContext& context) {
     nlohmann::json json = to_json(report);
     json["command"] = context.command_line;
     json["git"] = git_version();
-    write_json(context, json);
     fmt::print("{}", to_text(report));
+    write_json(context, json);
     return ExitStatus::fine;
 }
 

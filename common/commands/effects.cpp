@@ -4,10 +4,12 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/commands/arguments.h"
 #include "common/commands/command.h"
 #include "common/commands/console.h"
 #include "common/commands/help.h"
 #include "common/error.h"
+#include "common/text.h"
 #include "common/validation/verify/specialisation.h"
 
 namespace tandem {
@@ -131,7 +133,8 @@ void print_report(const std::string& scene, const RendererInfo& info, const Spec
     for (const bool needed : {true, false}) {
         if (!needed) fmt::print("Absent:\n");
         for (const EffectFinding& finding : report.findings)
-            if (finding.needed == needed) fmt::print("  {:22} {}\n", effect_name(finding.effect), finding.reason);
+            if (finding.needed == needed)
+                fmt::print("  {:22} {}\n", effect_name(finding.effect), escaped(finding.reason));
     }
     print_left_out(report.specialised.facts, report.general.facts);
     fmt::print(
@@ -148,10 +151,11 @@ ExitStatus effects(const EffectsArguments& arguments, const CommandContext& cont
         throw InputError("--effects: this command compares the needed effects with all of them; leave the option out");
     refuse_adaptive_sampling(arguments.options);
     NothingToKeep until_first_round(context.interrupts);
-    const Scene scene = scene_from(arguments.scene);
+    std::vector<std::string> inputs;
+    const Scene scene = scene_from(arguments.scene, inputs);
     const RenderSettings settings = settings_from(arguments.options, scene);
     check_memory(settings);
-    check_outputs({context.json_file}, {arguments.scene});
+    check_outputs(context, {}, inputs);
     RendererInfo info;
     const auto make_renderer = [&] {
         auto renderer = find_backend(context.program.backends, arguments.backend)
@@ -173,8 +177,8 @@ ExitStatus effects(const EffectsArguments& arguments, const CommandContext& cont
         };
         report = measure_specialisation(scene, settings, make_renderer, options);
     }
+    print_report(escaped(scene.name), info, report);
     write_json(context, to_json(scene.name, info, report));
-    print_report(scene.name, info, report);
     return report.identical ? ExitStatus::fine : ExitStatus::disagree;
 }
 
@@ -186,7 +190,7 @@ void add_effects_command(CLI::App& app, CommandContext& context) {
     const auto arguments = std::make_shared<EffectsArguments>();
     command->add_option("scene", arguments->scene, "Scene file")->required()->type_name("SCENE");
     command->add_option("--backend", arguments->backend, "cpu or vulkan")
-        ->check(CLI::IsMember({"cpu", "vulkan"}))
+        ->check(one_of({"cpu", "vulkan"}))
         ->capture_default_str();
     command->add_option("--device", arguments->device, device_help);
     command->add_option("--kernel", arguments->kernel, kernel_help)->group(rare_options);

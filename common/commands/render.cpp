@@ -14,6 +14,7 @@
 #include "common/image/image_io.h"
 #include "common/render/stopping.h"
 #include "common/stopwatch.h"
+#include "common/text.h"
 
 namespace tandem {
 
@@ -156,7 +157,9 @@ Error without_sample(const StoppedRender& result, const RenderArguments& argumen
 ExitStatus render(const RenderArguments& arguments, const CommandContext& context) {
     const Stopwatch watch;
     NothingToKeep starting(context.interrupts);
-    const Scene scene = scene_from(arguments.scene);
+    check_image_ending(arguments.output);
+    std::vector<std::string> inputs;
+    const Scene scene = scene_from(arguments.scene, inputs);
     RenderSettings settings = settings_from(arguments.options, scene);
     check_memory(settings);
     StoppingRule rule = stopping_rule(arguments);
@@ -166,8 +169,7 @@ ExitStatus render(const RenderArguments& arguments, const CommandContext& contex
         throw UnsupportedError(
             "--target-error: --generator sobol has no independent samples to know the error by; give --samples or "
             "--time (tandem cost says how many samples an error takes)");
-    check_outputs({arguments.output, context.json_file}, {arguments.scene});
-    check_writable_image(arguments.output);
+    check_outputs(context, {{"-o", arguments.output, OutputKind::image}}, inputs);
 
     const Backend& backend = find_backend(context.program.backends, arguments.backend);
     const std::unique_ptr<Renderer> renderer = backend.create({.device = arguments.device,
@@ -177,8 +179,8 @@ ExitStatus render(const RenderArguments& arguments, const CommandContext& contex
         .validation = arguments.validation});
     const std::unique_ptr<RenderJob> job = prepare(arguments, scene, *renderer, rule, settings, context);
     if (context.verbose)
-        fmt::print(stderr, "{} on {} ({}), {}x{}\n", scene.name, renderer->info().device, renderer->info().driver,
-            settings.width, settings.height);
+        fmt::print(stderr, "{} on {} ({}), {}x{}\n", escaped(scene.name), renderer->info().device,
+            renderer->info().driver, settings.width, settings.height);
 
     starting.end();
     take_start_off(rule, watch.seconds());
@@ -197,9 +199,9 @@ ExitStatus render(const RenderArguments& arguments, const CommandContext& contex
     const nlohmann::json report = describe(arguments, settings, renderer->info(), scene, result);
     write_output(arguments, report, result.film, independent);
     write_json(context, report);
-    fmt::print("{}: {} samples a pixel in {:.2f} s, {:.3g} Mpaths/s{}{}\n", arguments.output, samples_text(result.film),
-        result.seconds, report.at("paths_per_second").get<double>() / 1e6, error_text(result),
-        result.complete ? "" : " (stopped early)");
+    fmt::print("{}: {} samples a pixel in {:.2f} s, {:.3g} Mpaths/s{}{}\n", escaped(arguments.output),
+        samples_text(result.film), result.seconds, report.at("paths_per_second").get<double>() / 1e6,
+        error_text(result), result.complete ? "" : " (stopped early)");
     if (result.film.invalid > 0) {
         fmt::print(
             stderr, "tandem: {} samples were negative or not finite (MODEL.md section 12)\n", result.film.invalid);

@@ -5,11 +5,14 @@
 
 #include <algorithm>
 #include <iterator>
+#include <set>
 #include <span>
 
+#include "common/commands/arguments.h"
 #include "common/commands/command.h"
 #include "common/commands/console.h"
 #include "common/error.h"
+#include "common/scene/loader/scene_loader.h"
 #include "common/self_test/self_test.h"
 #include "common/stability/catalogue.h"
 #include "common/text.h"
@@ -162,17 +165,30 @@ std::vector<stability::Bench> make_benches(const StabilityArguments& arguments, 
     return benches;
 }
 
+// The catalogue, and the scenes of the cases with what these read. Bad ones are refused before the first case runs.
+std::vector<std::string> files_of(const std::vector<stability::HardCase>& cases, const std::string& catalogue) {
+    std::set<std::string> scenes;
+    for (const stability::HardCase& hard_case : cases) {
+        scenes.insert(hard_case.scene_files.begin(), hard_case.scene_files.end());
+        if (!hard_case.scene_file.empty()) scenes.insert(hard_case.scene_file);
+    }
+    std::vector<std::string> files{catalogue};
+    for (const std::string& file : scenes) (void)load_scene(file, &files);
+    return files;
+}
+
 ExitStatus stability_command(const StabilityArguments& arguments, const CommandContext& context) {
     std::vector<stability::HardCase> cases = stability::load_catalogue(arguments.catalogue);
-    check_outputs({context.json_file}, {arguments.catalogue});
-    const auto known = [&](const std::string& id) {
-        return std::ranges::any_of(cases, [&](const auto& c) { return c.id == id; });
-    };
+    std::vector<std::string> known;
+    for (const stability::HardCase& hard_case : cases) known.push_back(hard_case.id);
     for (const std::string& id : arguments.cases)
-        if (!known(id)) throw InputError("--case: there is no case '" + id + "' in " + arguments.catalogue);
+        if (std::ranges::find(known, id) == known.end())
+            throw InputError(fmt::format("--case: there is no case '{}' in {}; {}its README.md lists them", id,
+                arguments.catalogue, did_you_mean(id, known)));
     if (!arguments.cases.empty())
         std::erase_if(
             cases, [&](const auto& c) { return std::ranges::find(arguments.cases, c.id) == arguments.cases.end(); });
+    check_outputs(context, {}, files_of(cases, arguments.catalogue));
     const std::vector<stability::Bench> benches = [&] {
         const NothingToKeep starting(context.interrupts);
         return make_benches(arguments, context);
@@ -191,9 +207,9 @@ ExitStatus stability_command(const StabilityArguments& arguments, const CommandC
     const std::optional<DeviceSelfTest> test = test_device(benches);
     nlohmann::json json = to_json(report, benches);
     json["device_self_test"] = to_json(test);
-    write_json(context, json);
     print_report(report, context.verbose);
     if (test) fmt::print("Self-test of {}: {}\n", test->device, in_short(test->result));
+    write_json(context, json);
     return report.passed() ? ExitStatus::fine : report.complete ? ExitStatus::disagree : ExitStatus::undecided;
 }
 
@@ -215,11 +231,11 @@ void add_stability_command(CLI::App& app, CommandContext& context) {
     command->add_option("--backend", arguments->backends, "cpu, vulkan or oracle (default: all)")->delimiter(',');
     command->add_option("--precision", arguments->precisions, "single, double, contracted or mixed (default: all)")
         ->delimiter(',')
-        ->check(CLI::IsMember(std::vector<std::string>(precision_names.begin(), precision_names.end())));
+        ->check(one_of_names(precision_names));
     command
         ->add_option("--arm", arguments->options.kernel,
             "One arm alone: a triangle test, a convex test, a guard, or default (the arm of image cases)")
-        ->check(CLI::IsMember(arm_names()));
+        ->check(one_of(arm_names()));
     command->add_option("--device", arguments->device, device_help);
     command->add_option("--time", arguments->options.seconds, "Seconds, about. Slow arms shoot fewer rays")
         ->check(above_zero(most_seconds))

@@ -8,6 +8,7 @@
 #include "common/commands/console.h"
 #include "common/commands/help.h"
 #include "common/error.h"
+#include "common/text.h"
 #include "common/validation/verify/trace_comparison.h"
 
 namespace tandem {
@@ -49,7 +50,7 @@ TraceComparison compared(const Result& result, const Traced& a, const Traced& b)
 
 std::string text_of(const glm::dvec3& v) { return fmt::format("({:.6g}, {:.6g}, {:.6g})", v.x, v.y, v.z); }
 
-std::string quoted(const std::string& name) { return name.empty() ? "" : fmt::format(" \"{}\"", name); }
+std::string quoted(const std::string& name) { return name.empty() ? "" : fmt::format(" \"{}\"", printable(name)); }
 
 // "primitive 3 of "floor", material "white"", "a medium", "nothing".
 std::string met(const Result& result, const TracedVertex& vertex) {
@@ -115,8 +116,8 @@ void print_vertices(const Result& result, bool verbose) {
 void print_header(const Result& result, const TraceArguments& arguments) {
     const RenderSettings& settings = result.settings;
     fmt::print("{}: pixel ({}, {}) of {} x {}, sample {}, seed {}, integrator {}, at most {} bounces\n",
-        result.scene.name, arguments.pixel[0], arguments.pixel[1], settings.width, settings.height, arguments.sample,
-        settings.seed, integrator_name(settings.integrator), settings.bounces);
+        escaped(result.scene.name), arguments.pixel[0], arguments.pixel[1], settings.width, settings.height,
+        arguments.sample, settings.seed, integrator_name(settings.integrator), settings.bounces);
     for (const Traced& traced : result.traces)
         fmt::print("  {:<8}{}, {}\n", traced.name, traced.info.device, traced.info.driver);
     for (const std::string& reason : result.left_out) fmt::print("  left out: {}\n", reason);
@@ -243,9 +244,10 @@ ExitStatus trace(const TraceArguments& arguments, const CommandContext& context)
     check_options(arguments);
     refuse_adaptive_sampling(arguments.options);
     const NothingToKeep at_work(context.interrupts);
-    const Scene scene = scene_from(arguments.scene);
+    std::vector<std::string> inputs;
+    const Scene scene = scene_from(arguments.scene, inputs);
     Result result{scene, settings_from(arguments.options, scene), placed_primitives(scene), {}, {}};
-    check_outputs({context.json_file}, {arguments.scene});
+    check_outputs(context, {}, inputs);
     if (arguments.pixel[0] >= result.settings.width || arguments.pixel[1] >= result.settings.height)
         throw InputError(
             fmt::format("--pixel {},{}: lies outside the image of {} x {}; name a pixel from 0,0 (upper left) on, or "

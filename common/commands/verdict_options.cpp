@@ -3,8 +3,11 @@
 #include <fmt/format.h>
 
 #include <cstdio>
+#include <exception>
+#include <functional>
 
-#include "common/image/image_io.h"
+#include "common/error.h"
+#include "common/files/write_file.h"
 #include "common/text.h"
 #include "common/validation/report/junit.h"
 #include "common/validation/report/report.h"
@@ -52,27 +55,27 @@ Criteria criteria_from(const CriteriaArguments& arguments, Criteria criteria) {
 }
 
 void print_verdict(const SceneVerdict& verdict, bool verbose) {
-    fmt::print("{}: {}\n", verdict.scene, verdict.sentence);
+    fmt::print("{}: {}\n", escaped(verdict.scene), escaped(verdict.sentence));
     const auto said = [&](const std::string& reason) { return verdict.sentence.find(reason) != std::string::npos; };
     if (verdict.verdict != Verdict::agree || verbose)
         for (const std::string& reason : verdict.judgement.reasons)
-            if (!said(reason)) fmt::print("    {}\n", reason);
-    for (const std::string& note : verdict.notes) fmt::print("    note: {}\n", note);
+            if (!said(reason)) fmt::print("    {}\n", escaped(reason));
+    for (const std::string& note : verdict.notes) fmt::print("    note: {}\n", escaped(note));
     if (verdict.worst && (verdict.verdict == Verdict::disagree || verbose)) {
         const WorstPixel& worst = *verdict.worst;
         fmt::print("    worst pixel: ({}, {}){}{}\n        {}\n", worst.x, worst.y, worst.reason.empty() ? "" : "; ",
-            worst.reason, worst.command);
+            escaped(worst.reason), escaped(worst.command));
     }
     if (!verdict.closed_form.skipped.empty())
         fmt::print("    the scene's closed form is left out: {}\n", verdict.closed_form.skipped);
     std::fflush(stdout);
 }
 
-void check_writable(
-    const CriteriaArguments& arguments, const CommandContext& context, const std::vector<std::string>& inputs) {
-    check_outputs({context.json_file, arguments.junit}, inputs);
-    if (!arguments.junit.empty()) check_writable_text(arguments.junit);
-    if (!arguments.report.empty()) check_writable_folder(arguments.report);
+void check_outputs(const CriteriaArguments& arguments, const CommandContext& context,
+    const std::vector<std::string>& scenes, const std::vector<std::string>& inputs) {
+    check_outputs(context,
+        {{"--junit", arguments.junit}, {"--report", arguments.report, OutputKind::folder, report_files(scenes)}},
+        inputs);
 }
 
 ExitStatus conclude(const std::string& command, const std::vector<SceneVerdict>& verdicts,
@@ -82,11 +85,21 @@ ExitStatus conclude(const std::string& command, const std::vector<SceneVerdict>&
     for (const SceneVerdict& verdict : verdicts) each.push_back(verdict.verdict);
     nlohmann::json report = to_json(verdicts, not_run);
     report["device_self_tests"] = to_json(self_tests);
-    write_json(context, report);
-    if (!arguments.junit.empty()) write_text_file(arguments.junit, junit_xml(command, verdicts, not_run));
-    if (!arguments.report.empty()) write_report(arguments.report, verdicts, self_tests, not_run);
     const Verdict all = combined(each, not_run.empty());
     fmt::print("Verdict: {}\n", name_of(all));
+    std::exception_ptr failure;  // one file that cannot be written takes no other with it
+    const auto attempt = [&](const std::function<void()>& write) {
+        try {
+            write();
+        } catch (const Error&) {
+            if (!failure) failure = std::current_exception();
+        }
+    };
+    attempt([&] { write_json(context, report); });
+    if (!arguments.junit.empty())
+        attempt([&] { write_text_file(arguments.junit, junit_xml(command, verdicts, not_run)); });
+    if (!arguments.report.empty()) attempt([&] { write_report(arguments.report, verdicts, self_tests, not_run); });
+    if (failure) std::rethrow_exception(failure);
     return status_of(all);
 }
 

@@ -21,9 +21,9 @@ void add_criteria(CLI::App& command, CriteriaArguments& arguments, const Criteri
 // `criteria` with the margins that are given. Throws InputError.
 [[nodiscard]] Criteria criteria_from(const CriteriaArguments& arguments, Criteria criteria);
 
-// Throws InputError where an output cannot be written, or names one of `inputs`: asked before long work.
-void check_writable(
-    const CriteriaArguments& arguments, const CommandContext& context, const std::vector<std::string>& inputs);
+// check_outputs of --json, --junit and of --report, whose scenes have these names.
+void check_outputs(const CriteriaArguments& arguments, const CommandContext& context,
+    const std::vector<std::string>& scenes, const std::vector<std::string>& inputs);
 
 void print_verdict(const SceneVerdict& verdict, bool verbose);
 

@@ -5,6 +5,7 @@
 
 #include <cmath>
 
+#include "common/commands/arguments.h"
 #include "common/commands/command.h"
 #include "common/commands/console.h"
 #include "common/commands/help.h"
@@ -127,10 +128,15 @@ ExitStatus verify(const VerifyArguments& arguments, const CommandContext& contex
     NothingToKeep starting(context.interrupts);
     // Every scene is read before the first is rendered: bad input costs no time.
     std::vector<Scene> scenes;
-    for (const std::string& file : arguments.scenes) scenes.push_back(scene_from(file));
+    std::vector<std::string> names, inputs;
+    for (const std::string& file : arguments.scenes) {
+        scenes.push_back(scene_from(file, inputs));
+        names.push_back(scenes.back().name);
+    }
     std::vector<RenderSettings> settings;
     for (const Scene& scene : scenes) settings.push_back(verification_settings_from(arguments.render, scene));
     const Criteria criteria = criteria_from(arguments.criteria, {});
+    check_outputs(arguments.criteria, context, names, inputs);
     const BackendList& backends = context.program.backends;
     const auto reference = find_backend(backends, arguments.reference)
                                .create({.device = arguments.reference_device,
@@ -143,7 +149,6 @@ ExitStatus verify(const VerifyArguments& arguments, const CommandContext& contex
                                    .validation = arguments.validation});
     const auto oracle =
         arguments.oracle == "none" ? nullptr : find_backend(backends, arguments.oracle).create(BackendOptions{});
-    check_writable(arguments.criteria, context, arguments.scenes);
     fmt::print("Reference: {}, {}\nCandidate: {}, {}\n", reference->info().backend, reference->info().device,
         candidate->info().backend, candidate->info().device);
     const std::vector<DeviceSelfTest> self_tests = self_tests_of({reference.get(), candidate.get()});
@@ -234,7 +239,7 @@ void add_verify_command(CLI::App& app, CommandContext& context) {
     command
         ->add_option("--oracle", arguments->oracle,
             "Reference oracle that says which side is wrong where they disagree: oracle or none")
-        ->check(CLI::IsMember({"oracle", "none"}))
+        ->check(one_of({"oracle", "none"}))
         ->capture_default_str();
     command->add_flag("--convergence", arguments->convergence,
         "Also measure how the errors of both fall with samples. This takes as much --time again");

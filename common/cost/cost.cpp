@@ -174,7 +174,7 @@ namespace {
 // What the baseline was given goes for every arm, but for what the arm itself says; a guard takes its length with it.
 std::string render_command(const CostReport& report, const CostArm& arm) {
     const auto says = [&](const std::string& option) { return arm.options.find(option + " ") != std::string::npos; };
-    std::string command = "tandem render " + report.scene_file;
+    std::string command = "tandem render " + escaped(report.scene_file);
     for (const auto& [option, value] : report.given)
         if (!says(option) && !(option == "--epsilon" && says("--guard"))) command += " " + option + " " + value;
     return command + (arm.options.empty() ? "" : " ") + arm.options;
@@ -250,7 +250,7 @@ std::string to_text(const CostReport& report) {
         "{} on {} ({}), {}x{}; reference {} samples by {}, known to {}\nTimes in brackets: ~ extrapolated beyond what "
         "was measured, ? a floor as high is not excluded, unknown: errors of 100 % and more foretell nothing. * is on "
         "the Pareto front.\n\n",
-        report.scene, report.device, report.backend, report.width, report.height, report.reference.samples,
+        escaped(report.scene), report.device, report.backend, report.width, report.height, report.reference.samples,
         report.reference_backend, percent(report.reference.relative_uncertainty()));
     text += fmt::format("  {:32} {:>9} {:>22} {:>22} {:>9} {:>9} {:>9} {:>9}\n", "arm", "time", "floor", "slope", "5 %",
         "1 %", "0.5 %", "0.1 %");

@@ -9,7 +9,8 @@
 #include "common/error.h"
 #include "common/experiment/experiment.h"
 #include "common/files/read_file.h"
-#include "common/image/image_io.h"
+#include "common/files/write_file.h"
+#include "common/text.h"
 
 namespace tandem {
 
@@ -19,12 +20,6 @@ namespace {
 constexpr double reference_share = 0.35, mix_share = 0.2, confirmation_share = 0.15;
 constexpr double mix_begin = 1.0 - mix_share - confirmation_share, confirmation_begin = 1.0 - confirmation_share;
 constexpr std::uint64_t reference_seed = 0x7265666572656e63u;  // "referenc": unlike any that a user gives
-
-std::string hash_of(const std::string& text) {
-    std::uint64_t hash = 0xcbf29ce484222325u;  // FNV-1a
-    for (const char c : text) hash = (hash ^ static_cast<unsigned char>(c)) * 0x100000001b3u;
-    return fmt::format("{:016x}", hash);
-}
 
 std::string text_of(const ArmSettings& settings, const RendererInfo& info) {
     const RenderSettings& render = settings.render;
@@ -131,12 +126,13 @@ std::vector<std::string> names_of(const std::vector<CostArm>& arms) {
 }
 
 void check_knobs(const std::vector<KnobSetting>& all, const std::vector<std::string>& wanted) {
-    std::string known;
+    std::vector<std::string> known;
     for (const KnobSetting& one : all)
-        if (known.find(one.knob) == std::string::npos) known += (known.empty() ? "" : ", ") + one.knob;
+        if (std::ranges::find(known, one.knob) == known.end()) known.push_back(one.knob);
     for (const std::string& name : wanted)
-        if (std::ranges::find(all, name, &KnobSetting::knob) == all.end())
-            throw InputError("--knob: there is no '" + name + "'; there are " + known);
+        if (std::ranges::find(known, name) == known.end())
+            throw InputError(fmt::format(
+                "--knob: there is no '{}'; {}there are {}", name, did_you_mean(name, known), fmt::join(known, ", ")));
 }
 
 }  // namespace
@@ -144,7 +140,9 @@ void check_knobs(const std::vector<KnobSetting>& all, const std::vector<std::str
 std::vector<CostArm> single_arms(const Scene& scene, const CostRequest& request, const RendererInfo& renderer,
     double mean, std::vector<SkippedArm>& skipped) {
     std::vector<CostArm> arms;
-    for (const KnobSetting& one : knob_settings(scene, request.baseline, renderer, mean)) {
+    const std::vector<KnobSetting> knobs = knob_settings(scene, request.baseline, renderer, mean);
+    check_knobs(knobs, request.knobs);
+    for (const KnobSetting& one : knobs) {
         if (!request.knobs.empty() && std::ranges::find(request.knobs, one.knob) == request.knobs.end()) continue;
         if (!one.reason.empty()) {
             skipped.push_back({one.knob, one.setting, one.reason});

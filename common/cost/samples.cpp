@@ -6,6 +6,7 @@
 #include <numeric>
 
 #include "common/error.h"
+#include "common/text.h"
 
 namespace tandem {
 
@@ -28,9 +29,23 @@ PixelValues values_of(const json& member, std::size_t size) {
     return values;
 }
 
+// A line with the checksum of the rest, so that damage is told from figures.
+constexpr std::string_view head = "tandem cost, checksum ";
+
 std::string bytes_of(const json& value) {
-    const std::vector<std::uint8_t> bytes = json::to_cbor(value);
-    return {bytes.begin(), bytes.end()};
+    const std::vector<std::uint8_t> cbor = json::to_cbor(value);
+    const std::string bytes(cbor.begin(), cbor.end());
+    return std::string(head) + hash_of(bytes) + "\n" + bytes;
+}
+
+// What follows the line. Throws Error where that is none of ours, or the checksum is of something else.
+std::string_view checked(std::string_view bytes) {
+    const std::size_t end = bytes.find('\n');
+    if (!bytes.starts_with(head) || end == std::string_view::npos) throw Error("its first line is another");
+    const std::string_view rest = bytes.substr(end + 1);
+    if (bytes.substr(head.size(), end - head.size()) != hash_of(rest))
+        throw Error("it is damaged, since its checksum is of something else");
+    return rest;
 }
 
 json to_json(const CostReference& reference) {
@@ -85,7 +100,7 @@ ArmTrials arm_from(const json& value, std::size_t size) {
 template <class Convert>
 auto read(const std::string& bytes, const std::string& whose, const Convert& convert) {
     try {
-        return convert(json::from_cbor(bytes));
+        return convert(json::from_cbor(checked(bytes)));
     } catch (const std::exception& error) {
         throw input_error(
             whose, "", std::string("is no file that tandem cost wrote: ") + error.what(), "name another, or delete it");

@@ -55,8 +55,8 @@ struct CostSamples {
     double seconds = 0.0;  // of measuring, the reference's included
 };
 
-// CBOR [RFC 8949], images as binary strings of doubles in this machine's order. `from_bytes` throws InputError, `whose`
-// naming the file.
+// A line with a checksum, then CBOR [RFC 8949], images as binary strings of doubles in this machine's order.
+// `from_bytes` throws InputError, `whose` naming the file.
 [[nodiscard]] std::string to_bytes(const CostReference& reference);
 [[nodiscard]] std::string to_bytes(const CostSamples& samples);
 [[nodiscard]] CostReference reference_from_bytes(const std::string& bytes, const std::string& whose);

@@ -6,6 +6,7 @@
 #include "common/error.h"
 #include "common/experiment/results.h"
 #include "common/files/read_file.h"
+#include "common/text.h"
 
 namespace tandem {
 
@@ -151,6 +152,7 @@ json to_json(const BenchResults& results, const std::vector<Claim>& claims) {
             report["crossovers"].push_back(to_json(crossover));
     for (const ClaimResult& claim : judge_claims(claims, results.samples)) report["claims"].push_back(to_json(claim));
     for (const ExperimentSamples& samples : results.samples) report["raw"].push_back(to_json(samples));
+    report["raw_checksum"] = hash_of(report["raw"].dump());
     return report;
 }
 
@@ -158,6 +160,10 @@ BenchResults results_from_json(const json& report, const std::string& file) {
     try {
         if (report.at("version") != results_version)
             throw input_error(file, "/version", "is of another version", "run tandem bench again");
+        // Results that were stored before there were checksums have none.
+        if (report.contains("raw_checksum") && report.at("raw_checksum") != hash_of(report.at("raw").dump()))
+            throw input_error(
+                file, "/raw", "is damaged: its checksum is of something else", "restore the file, or measure again");
         BenchResults results;
         results.device = report.at("device");
         results.command = report.at("command");

@@ -1,12 +1,16 @@
 #include "common/files/read_file.h"
 
+#include <fcntl.h>
 #include <fmt/format.h>
+#include <sys/stat.h>
+#include <unistd.h>
 
-#include <fstream>
-#include <system_error>
+#include <cerrno>
+#include <cstring>
 #include <vector>
 
 #include "common/error.h"
+#include "common/files/write_file.h"
 
 namespace tandem {
 
@@ -14,23 +18,30 @@ std::string read_file(const std::filesystem::path& path, std::size_t limit, cons
     const auto refuse = [&](const std::string& reason, const std::string& mend) -> InputError {
         return input_error(place.file, place.pointer, place.shown.empty() ? reason : place.shown + ": " + reason, mend);
     };
-    std::error_code error;
-    const auto status = std::filesystem::status(path, error);
-    if (status.type() == std::filesystem::file_type::not_found) throw refuse("no such file", "check the path");
-    if (error) throw refuse("cannot be reached (" + error.message() + ")", "check the path and its permissions");
-    if (status.type() == std::filesystem::file_type::directory) throw refuse("is a folder", "name a file");
-    if (status.type() != std::filesystem::file_type::regular)
-        throw refuse("is not a regular file", "name a regular file");
-    std::ifstream stream(path, std::ios::binary);
-    if (!stream) throw refuse("cannot be opened", "check its permissions");
+    const auto check_kind = [&](const struct stat& facts) {
+        if (S_ISDIR(facts.st_mode)) throw refuse("is a folder", "name a file");
+        if (!S_ISREG(facts.st_mode)) throw refuse("is not a regular file", "name a regular file");
+    };
+    struct stat facts {};
+    if (::stat(path.c_str(), &facts) == 0) check_kind(facts);  // before a device is opened, which may set it going
+    // Without O_NONBLOCK some files of /proc, and a pipe that has taken the name since, would be waited for.
+    const Descriptor file(::open(path.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC));
+    if (file.get() < 0 && errno == ENOENT) throw refuse("no such file", "check the path");
+    if (file.get() < 0 || ::fstat(file.get(), &facts) != 0)
+        throw refuse(fmt::format("cannot be opened ({})", std::strerror(errno)), "check the path and its permissions");
+    check_kind(facts);
     std::string text;
     std::vector<char> chunk(std::size_t{1} << 16);
-    while (stream.read(chunk.data(), static_cast<std::streamsize>(chunk.size())), stream.gcount() > 0) {
-        text.append(chunk.data(), static_cast<std::size_t>(stream.gcount()));
+    for (;;) {
+        const ssize_t count = ::read(file.get(), chunk.data(), chunk.size());
+        if (count < 0 && errno == EINTR) continue;
+        if (count < 0)
+            throw refuse(fmt::format("cannot be read to its end ({})", std::strerror(errno)), "name another file");
+        if (count == 0) break;
+        text.append(chunk.data(), static_cast<std::size_t>(count));
         if (text.size() > limit)
             throw refuse(fmt::format("is larger than {} MiB", limit >> 20), "split it or simplify it");
     }
-    if (stream.bad()) throw refuse("cannot be read to its end", "check the disk");
     return text;
 }
 

@@ -54,17 +54,7 @@ void write_image(const std::filesystem::path& path, const Image& image);
 // The transfer function is that of IEC 61966-2-1.
 void write_png(const std::filesystem::path& path, const Image& image, double exposure = 1.0);
 
-// Throws InputError unless a file could be made at `path` (folder there and writable, known ending) — asked before a
-// long render, so that nothing is lost at its end. Leaves nothing behind.
-void check_writable_image(const std::filesystem::path& path);
-
-// Throws InputError unless a file of any ending could be made at `path`, for write_text_file. Pipes and devices pass.
-void check_writable_text(const std::filesystem::path& path);
-
-// Makes the folder if need be. Throws InputError where it cannot be made or takes no files.
-void check_writable_folder(const std::filesystem::path& folder);
-
-// Writes text whole or not at all. Throws InputError.
-void write_text_file(const std::filesystem::path& path, const std::string& text);
+// Throws InputError unless the name ends as write_image or write_png want it.
+void check_image_ending(const std::filesystem::path& path);
 
 }  // namespace tandem

@@ -1,53 +1,15 @@
-// What the sources of image_io share and nobody else needs: files that appear whole or not at all, and the formats.
+// What the sources of image_io share and nobody else needs: the formats.
 #pragma once
 
 #include <cstdint>
 #include <filesystem>
 #include <string>
 #include <string_view>
-#include <utility>
 #include <vector>
 
 #include "common/image/image_io.h"
 
 namespace tandem::image_files {
-
-// An open file, closed at the end of its life; -1: none.
-class Descriptor {
-public:
-    explicit Descriptor(int descriptor = -1) : descriptor_(descriptor) {}
-    Descriptor(Descriptor&& other) noexcept : descriptor_(std::exchange(other.descriptor_, -1)) {}
-    Descriptor& operator=(Descriptor&& other) noexcept {
-        std::swap(descriptor_, other.descriptor_);
-        return *this;
-    }
-    ~Descriptor() { (void)close(); }
-
-    [[nodiscard]] int get() const { return descriptor_; }
-    // As ::close tells it: false, and errno, where what was written did not reach the file.
-    [[nodiscard]] bool close();
-
-private:
-    int descriptor_;
-};
-
-// An empty file beside `target`, which takes its place on commit() and vanishes otherwise. A link is followed: what it
-// points to is replaced.
-class ReplacementFile {
-public:
-    // Throws InputError when the folder is not there or not writable, or the target is a folder or a device.
-    explicit ReplacementFile(const std::filesystem::path& target);
-    ~ReplacementFile();
-    ReplacementFile(const ReplacementFile&) = delete;
-    ReplacementFile& operator=(const ReplacementFile&) = delete;
-
-    // Writes `bytes` to the disk and gives them the target's name. Throws InputError, and then the target is as it was.
-    void commit(std::string_view bytes);
-
-private:
-    std::filesystem::path target_, temporary_;
-    Descriptor file_;
-};
 
 // The file ending in lower case, ".exr".
 [[nodiscard]] std::string ending(const std::filesystem::path& path);

@@ -1,10 +1,13 @@
 #include "common/render/renderer.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 
 #include "common/error.h"
 #include "common/render/path_trace.h"
+#include "common/text.h"
 
 namespace tandem {
 
@@ -57,9 +60,10 @@ std::vector<PathTrace> RenderJob::trace(std::uint32_t /*x*/, std::uint32_t /*y*/
 const Backend& find_backend(const BackendList& backends, const std::string& name) {
     const auto found = std::ranges::find(backends, name, &Backend::name);
     if (found != backends.end()) return *found;
-    std::string known;
-    for (const Backend& backend : backends) known += (known.empty() ? "" : ", ") + backend.name;
-    throw InputError("no backend '" + name + "'; choose one of " + known);
+    std::vector<std::string> names;
+    for (const Backend& backend : backends) names.push_back(backend.name);
+    const std::string meant = name == "gpu" ? "did you mean vulkan? " : did_you_mean(name, names);
+    throw InputError(fmt::format("no backend '{}'; {}choose one of {}", name, meant, fmt::join(names, ", ")));
 }
 
 }  // namespace tandem

@@ -4,61 +4,17 @@ import json
 import os
 import pathlib
 import re
-import resource
-import shutil
 import signal
 import subprocess
 import sys
-import tempfile
 import time
 import unittest
 from xml.etree import ElementTree
 
-TANDEM = os.environ["TANDEM"]
-SCENES = pathlib.Path(os.environ["SCENES"])
-
-SPHERE = {
-    "film": {"width": 16, "height": 16},
-    "camera": {"position": [0, 0, 4], "target": [0, 0, 0], "up": [0, 1, 0], "vertical_field_degrees": 40},
-    "background": [0.5, 0.5, 0.5],
-    "materials": {"grey": {"kind": "diffuse", "colour": [0.5, 0.5, 0.5]}},
-    "entities": [{"name": "ball", "material": "grey",
-                  "primitives": [{"sphere": {"centre": [0, 0, 0], "radius": 1}}]}],
-}
+from program import SCENES, TANDEM, ProgramTest, tandem
 
 
-def tandem(*arguments, **options):
-    return subprocess.run([TANDEM, *map(str, arguments)], capture_output=True, text=True, timeout=120, **options)
-
-
-class Commands(unittest.TestCase):
-    def setUp(self):
-        self.folder = pathlib.Path(tempfile.mkdtemp())
-        self.addCleanup(shutil.rmtree, self.folder)
-        self.scene = self.write(SPHERE)
-
-    def write(self, scene, name="scene.json"):
-        path = self.folder / name
-        path.write_text(scene if isinstance(scene, str) else json.dumps(scene))
-        return path
-
-    def changed(self, pointer, value):
-        """The sphere scene with the value at a JSON pointer replaced."""
-        scene = json.loads(json.dumps(SPHERE))
-        *parents, last = pointer.strip("/").split("/")
-        place = scene
-        for key in parents:
-            place = place[int(key)] if isinstance(place, list) else place[key]
-        place[last] = value
-        return self.write(scene, "changed.json")
-
-    def refused(self, result, *mentions, status=2):
-        self.assertEqual(result.returncode, status, result.stderr)
-        lines = result.stderr.strip().splitlines()
-        self.assertEqual(len(lines), 1, result.stderr)
-        for mention in mentions:
-            self.assertIn(mention, lines[0])
-
+class Commands(ProgramTest):
     def closed_box(self):
         """A room that no path gets out of, and that nothing is absorbed in."""
         return self.write({
@@ -67,9 +23,6 @@ class Commands(unittest.TestCase):
             "entities": [{"material": "white", "primitives": [{"cuboid": {"minimum": [-1, -1, -1], "maximum": [1, 1, 1]}}]},
                          {"material": "lamp", "primitives": [{"sphere": {"centre": [0.5, 0.5, 0.5], "radius": 0.001}}]}]},
             "box.json")
-
-    def left_behind(self):
-        return sorted(p.name for p in self.folder.iterdir() if p.suffix != ".json" or p.name == "out.json")
 
     def render_refused(self, scene, *mentions):
         output = self.folder / "out.exr"
@@ -183,20 +136,6 @@ class Commands(unittest.TestCase):
                 self.refused(tandem(*arguments), mention)
                 self.assertEqual(self.left_behind(), [])
 
-    def test_no_output_overwrites_an_input_or_another_output(self):
-        out = self.folder / "out.exr"
-        before = self.scene.read_text()
-        self.refused(tandem("render", self.scene, "-o", out, "--json", self.scene), "scene.json")
-        self.refused(tandem("render", self.scene, "-o", out, "--json", self.folder / "." / "out.exr"), "out.exr")
-        self.refused(tandem("verify", self.scene, "--json", self.scene), "scene.json")
-        self.assertEqual(self.scene.read_text(), before)
-        self.assertEqual(self.left_behind(), [])
-        for name, seed in [("a", 1), ("b", 2)]:
-            tandem("render", self.scene, "-o", self.folder / f"{name}.exr", "--seed", seed)
-        image = (self.folder / "b.exr").read_bytes()
-        self.refused(tandem("compare", self.folder / "a.exr", self.folder / "b.exr", "--json", self.folder / "b.exr"), "b.exr")
-        self.assertEqual((self.folder / "b.exr").read_bytes(), image)
-
     def test_the_smallest_of_everything_renders(self):
         for backend in ["cpu", "vulkan", "oracle"]:
             for arguments in [["--size", "1x1", "--samples", 1], ["--bounces", 0, "--samples", 1], ["--time", 0.01]]:
@@ -218,23 +157,6 @@ class Commands(unittest.TestCase):
         self.refused(result, "black", status=3)
         self.assertTrue((self.folder / "out.exr").exists())
 
-    def test_a_full_disk_is_one_line(self):
-        self.refused(tandem("devices", "--json", "/dev/full"), "/dev/full")
-
-    def test_a_full_disk_leaves_the_old_files(self):
-        def full():
-            resource.setrlimit(resource.RLIMIT_FSIZE, (4, 4))
-        verify = ["verify", self.scene, "--reference", "cpu", "--candidate", "cpu", "--size", "16", "--samples", "64"]
-        for command in (["render", self.scene, "--samples", "1", "-o"], [*verify, "--json"], [*verify, "--junit"]):
-            for name in ("old.png", "old.exr", "old.pfm") if command[0] == "render" else ("old.out",):
-                old = self.folder / name
-                old.write_text("old!")
-                with self.subTest(command=command[-1], name=name):
-                    self.refused(tandem(*command, old, preexec_fn=full), name, "File too large")
-                    self.assertEqual(old.read_text(), "old!")
-                    self.assertEqual([p.name for p in self.folder.iterdir() if p.name.startswith(".")], [])
-                old.unlink()
-
     def test_endings_in_capitals_choose_the_format(self):
         out = self.folder / "X.PNG"
         self.assertEqual(tandem("render", self.scene, "--samples", "1", "-o", out).returncode, 0)
@@ -244,14 +166,6 @@ class Commands(unittest.TestCase):
         for option, command in (("--margin", "verify"), ("--target-error", "render")):
             output = ["-o", self.folder / "out.exr"] if command == "render" else []
             self.refused(tandem(command, self.scene, option, "5", *output), option, "write 5% or 500%")
-
-    def test_pipes_are_refused_where_files_are_read(self):
-        pipe = self.folder / "pipe"
-        os.mkfifo(pipe)
-        for command in (["render", pipe, "-o", self.folder / "out.exr"], ["bench", "--compare", pipe, pipe],
-                        ["cost", self.scene, "--resume", pipe], ["stability", "--catalogue", pipe]):
-            with self.subTest(command=command[0]):
-                self.refused(tandem(*command), "is not a regular file")
 
     def test_interrupted_verify_is_undecided_and_says_so_in_its_json(self):
         figures = self.folder / "out.json"
@@ -411,23 +325,6 @@ class Commands(unittest.TestCase):
         self.assertAlmostEqual(criteria["negligible_image_relative"], 1e-4)
         self.assertAlmostEqual(criteria["negligible_tile_relative"], 2e-3)
         self.refused(tandem("compare", *images, "--negligible", "-1"), "--negligible")
-
-    def test_a_second_interrupt_ends_the_program_at_once(self):
-        pipe = self.folder / "pipe.json"
-        os.mkfifo(pipe)  # nobody reads: the program waits to open it, where it heeds no wish to stop
-        with subprocess.Popen([TANDEM, "devices", "--json", pipe], stdout=subprocess.PIPE) as running:
-            try:
-                running.stdout.readline()  # devices are told before the file is written
-                time.sleep(1.0)
-                for _ in range(2):  # one wish, told twice
-                    running.send_signal(signal.SIGINT)
-                    time.sleep(0.3)
-                self.assertIsNone(running.poll())
-                time.sleep(1.0)
-                running.send_signal(signal.SIGINT)
-                self.assertEqual(running.wait(timeout=10), -signal.SIGINT)
-            finally:
-                running.kill()
 
     def test_time_is_kept_where_paths_never_end(self):
         box = self.closed_box()
@@ -607,13 +504,6 @@ class Commands(unittest.TestCase):
         self.assertEqual(result.returncode, 1, result.stderr)
         _, (case,) = self.junit(report)
         self.assertIsNotNone(case.find("failure"))
-
-    def test_junit_that_cannot_be_written_is_refused_before_long_work(self):
-        self.refused(tandem("verify", self.scene, "--junit", self.folder / "none" / "junit.xml"), "none")
-        self.refused(tandem("verify", self.scene, "--junit", self.scene), "overwrite")
-        both = self.folder / "both"
-        self.refused(tandem("verify", self.scene, "--junit", both, "--json", both), "both")
-        self.assertFalse(both.exists())
 
     def test_a_closed_form_that_does_not_hold_is_left_out_with_the_reason(self):
         result = tandem("verify", SCENES / "furnace.json", "--bounces", 3, "--time", 30)
@@ -880,12 +770,6 @@ class Commands(unittest.TestCase):
             result = tandem("cost", self.scene, "--time", "1", "--knob", "bounces", "--no-cache", *options)
             self.assertEqual(result.returncode, 0, result.stderr)
             self.assertIn(f"To 5 %: `tandem render {self.scene} --size {size} ", result.stdout)
-
-    def test_cost_refuses_a_folder_of_references_that_cannot_be_made_before_it_begins(self):
-        out = self.folder / "cost.json"
-        result = tandem("cost", self.scene, "--references", "/dev/null", "--json", out)
-        self.refused(result, "/dev/null", "choose another folder")
-        self.assertFalse(out.exists())
 
     def test_cost_measures_adaptive_sampling_or_says_that_it_had_too_few_samples(self):
         figures = self.folder / "cost.json"

@@ -74,6 +74,15 @@ TEST_CASE("results are read back as they were written") {
     CHECK(!json.at("arms").at(2).contains("ratio"));
 }
 
+TEST_CASE("a figure that was changed in the file of results is refused, and results without a checksum are taken") {
+    nlohmann::json json = to_json(results_with(0.01, 0.02), {});
+    nlohmann::json& figure = json.at("raw").at(0).at("arms").at(1).at("milliseconds").at("total").at(3);
+    figure = figure.get<double>() + 1.0;
+    CHECK_THROWS_WITH_AS((void)results_from_json(json, "file.json"), doctest::Contains("/raw: is damaged"), InputError);
+    json.erase("raw_checksum");
+    CHECK(results_from_json(json, "file.json").samples.size() == 1);
+}
+
 TEST_CASE("what is no result is refused by name") {
     CHECK_THROWS_AS(static_cast<void>(results_from_json({{"version", 99}}, "old.json")), InputError);
     CHECK_THROWS_AS(static_cast<void>(results_from_json({{"version", results_version}}, "other.json")), InputError);

@@ -515,6 +515,11 @@ TEST_CASE("cost: a measurement is saved after every round, continued, and refuse
     CHECK_THROWS_AS((void)samples_from_bytes(saved.substr(0, saved.size() / 2), "half"), InputError);
     CHECK_THROWS_AS((void)samples_from_bytes("", "empty"), InputError);
     CHECK_THROWS_AS((void)reference_from_bytes(saved, "other"), InputError);
+    for (std::size_t i = 0; i < saved.size(); i += 7) {  // a bit of a figure makes another figure
+        std::string damaged = saved;
+        damaged[i] = static_cast<char>(damaged[i] ^ (1 << (i % 8)));
+        CHECK_THROWS_AS((void)samples_from_bytes(damaged, "damaged"), InputError);
+    }
 }
 
 TEST_CASE("cost: references are cached by what they depend on") {

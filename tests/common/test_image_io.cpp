@@ -17,6 +17,8 @@
 #include <string>
 
 #include "common/error.h"
+#include "common/files/outputs.h"
+#include "common/files/write_file.h"
 #include "common/image/image_io.h"
 #include "common/image/image_io_parts.h"
 #include "tests/temporary_folder.h"
@@ -169,16 +171,20 @@ TEST_CASE("what cannot be written is refused, and nothing is left behind") {
     CHECK(names(refusal([&] { write_image("/dev/null.jpeg2", image); }), "unknown kind of image"));
     std::filesystem::create_directory(folder / "d.pfm");
     CHECK(names(refusal([&] { write_image(folder / "d.pfm", image); }), "is a folder"));
-    CHECK(names(refusal([&] { check_writable_image(folder / "no/a.pfm"); }), "create the folder first"));
-    CHECK(names(refusal([&] { check_writable_image(folder / "a"); }), "unknown kind of image"));
-    check_writable_image(folder / "fine.pfm");
+    CHECK(names(refusal([&] {
+        check_outputs({{"-o", folder / "no/a.pfm", OutputKind::image}}, {});
+    }),
+        "create the folder first"));
+    CHECK(names(refusal([&] { check_image_ending(folder / "a"); }), "unknown kind of image"));
+    check_image_ending("fine.pfm");
+    check_outputs({{"-o", folder / "fine.pfm", OutputKind::image}}, {});
     CHECK(folder.file_count() == 1);  // d.pfm
 }
 
 TEST_CASE("a replacement that is not committed leaves the old file as it was") {
     const TemporaryFolder folder;
     put(folder / "a.txt", "old");
-    { const image_files::ReplacementFile file(folder / "a.txt"); }
+    { const ReplacementFile file(folder / "a.txt"); }
     CHECK(content(folder / "a.txt") == "old");
     CHECK(folder.file_count() == 1);
     write_text_file(folder / "a.txt", "new");
@@ -258,7 +264,7 @@ TEST_CASE("with OpenImageIO an EXR keeps channels, windows and metadata; without
     if (!image_files::has_library()) {
         CHECK(names(refusal([&] { write_image(folder / "a.exr", image); }), "built without OpenImageIO"));
         CHECK(names(refusal([&] { write_png(folder / "a.png", image); }), "built without OpenImageIO"));
-        CHECK(names(refusal([&] { check_writable_image(folder / "a.exr"); }), "built without OpenImageIO"));
+        CHECK(names(refusal([&] { check_image_ending(folder / "a.exr"); }), "built without OpenImageIO"));
         CHECK(folder.file_count() == 0);
         return;
     }

@@ -324,9 +324,9 @@ TEST_CASE("an unsound OBJ model is refused with its line") {
 }
 
 TEST_CASE("messages show no control character, of one byte or of two") {
-    CHECK(scene_json::printable("a\x1b[31m\x7f") == "a\\x1b[31m\\x7f");
-    CHECK(scene_json::printable("a\xc2\x9b\x33\x31m") == "a\\xc2\\x9b31m");  // U+009B begins a sequence as ESC [ does
-    CHECK(scene_json::printable("\xc2\xa0\xc3\xa4") == "\xc2\xa0\xc3\xa4");
+    CHECK(printable("a\x1b[31m\x7f") == "a\\x1b[31m\\x7f");
+    CHECK(printable("a\xc2\x9b\x33\x31m") == "a\\xc2\\x9b31m");  // U+009B begins a sequence as ESC [ does
+    CHECK(printable("\xc2\xa0\xc3\xa4") == "\xc2\xa0\xc3\xa4");
 }
 
 TEST_CASE("mutilated scene files are loaded or refused, never anything else") {

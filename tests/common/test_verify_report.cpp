@@ -8,7 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "common/error.h"
-#include "common/image/image_io.h"
+#include "common/files/write_file.h"
 #include "common/validation/report/colour_map.h"
 #include "common/validation/report/report.h"
 #include "common/validation/verify/verify.h"

@@ -15,7 +15,6 @@ namespace {
 
 // The format nests nine deep; anything far beyond is a mistake or an attack.
 constexpr std::size_t max_depth = 64;
-constexpr std::size_t max_shown_bytes = 160;
 
 // RFC 6901: '~' and '/' are escaped within a pointer; what cannot stand in a line of text is made printable.
 std::string pointer_token(std::string_view key) {
@@ -29,22 +28,6 @@ std::string pointer_token(std::string_view key) {
             token += c;
     }
     return printable(token);
-}
-
-// Length in bytes of the UTF-8 sequence that begins `text`, 0 if it is none. [RFC 3629]
-std::size_t utf8_length(std::string_view text) {
-    const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(text[i]); };
-    const unsigned char lead = byte(0);
-    const std::size_t length = lead < 0x80   ? 1
-                               : lead < 0xC2 ? 0
-                               : lead < 0xE0 ? 2
-                               : lead < 0xF0 ? 3
-                               : lead < 0xF5 ? 4
-                                             : 0;
-    if (length == 0 || length > text.size()) return 0;
-    for (std::size_t i = 1; i < length; ++i)
-        if ((byte(i) & 0xC0) != 0x80) return 0;
-    return length;
 }
 
 // Builds the document from parser events; nlohmann's own builder keeps the last of two equal keys in silence.
@@ -143,58 +126,9 @@ private:
     std::string key_;
 };
 
-// Levenshtein distance.
-std::size_t edit_distance(std::string_view a, std::string_view b) {
-    std::vector<std::size_t> row(b.size() + 1);
-    std::iota(row.begin(), row.end(), std::size_t{0});
-    for (std::size_t i = 0; i < a.size(); ++i) {
-        std::size_t diagonal = row[0];
-        row[0] = i + 1;
-        for (std::size_t j = 0; j < b.size(); ++j) {
-            const std::size_t replaced = diagonal + (a[i] == b[j] ? 0 : 1);
-            diagonal = row[j + 1];
-            row[j + 1] = std::min({row[j] + 1, diagonal + 1, replaced});
-        }
-    }
-    return row[b.size()];
-}
-
 }  // namespace
 
-std::string printable(std::string_view text) {
-    std::string line;
-    while (!text.empty()) {
-        if (line.size() >= max_shown_bytes) return line + "…";
-        const std::size_t length = utf8_length(text);
-        const auto lead = static_cast<unsigned char>(text.front());
-        const bool control = length == 2 && lead == 0xC2 && static_cast<unsigned char>(text[1]) < 0xA0;  // U+0080 … 9F
-        if (length == 0 || lead < 0x20 || lead == 0x7F || control) {
-            line += fmt::format("\\x{:02x}", lead);
-            text.remove_prefix(1);
-        } else {
-            line += text.substr(0, length);
-            text.remove_prefix(length);
-        }
-    }
-    return line;
-}
-
 std::string shown(double number) { return fmt::format("{}", number); }
-
-std::string nearest(std::string_view name, const std::vector<std::string>& candidates) {
-    if (name.size() > 64) return {};
-    std::string best;
-    std::size_t best_distance = std::max<std::size_t>(2, name.size() / 3) + 1;  // further is no misspelling
-    for (const std::string& candidate : candidates) {
-        if (candidate.size() > 64) continue;
-        const std::size_t distance = edit_distance(name, candidate);
-        if (distance < best_distance) {
-            best = candidate;
-            best_distance = distance;
-        }
-    }
-    return best;
-}
 
 Json parse_strict(const std::string& text, const std::string& file) {
     Builder builder(text, file);
@@ -203,7 +137,7 @@ Json parse_strict(const std::string& text, const std::string& file) {
 }
 
 void Value::refuse(const std::string& reason, const std::string& mend) const {
-    throw input_error(*file_, pointer_, reason, mend);
+    throw input_error(document_->file, pointer_, reason, mend);
 }
 
 std::string Value::found() const {
@@ -236,14 +170,14 @@ void Value::only(std::span<const std::string_view> keys) const {
         std::string mend = guess.empty() ? "the keys known here are" : "did you mean \"" + guess + "\"?";
         if (guess.empty())
             for (const std::string& name : known) mend += (&name == known.data() ? " " : ", ") + name;
-        Value(value, file_, pointer_ + "/" + pointer_token(key)).refuse("unknown key", mend);
+        Value(value, document_, pointer_ + "/" + pointer_token(key)).refuse("unknown key", mend);
     }
 }
 
 bool Value::has(std::string_view key) const { return json_->is_object() && json_->contains(key); }
 
 Value Value::member(std::string_view key) const {
-    return {(*json_)[std::string(key)], file_, pointer_ + "/" + pointer_token(key)};
+    return {(*json_)[std::string(key)], document_, pointer_ + "/" + pointer_token(key)};
 }
 
 Value Value::required(std::string_view key) const {
@@ -255,7 +189,7 @@ Value Value::required(std::string_view key) const {
 void Value::for_each_member(const std::function<void(const std::string&, const Value&)>& visit) const {
     expect_object();
     for (const auto& [key, value] : json_->items())
-        visit(key, Value(value, file_, pointer_ + "/" + pointer_token(key)));
+        visit(key, Value(value, document_, pointer_ + "/" + pointer_token(key)));
 }
 
 std::size_t Value::array_size() const {
@@ -264,7 +198,7 @@ std::size_t Value::array_size() const {
 }
 
 Value Value::element(std::size_t index) const {
-    return {(*json_)[index], file_, pointer_ + "/" + std::to_string(index)};
+    return {(*json_)[index], document_, pointer_ + "/" + std::to_string(index)};
 }
 
 void Value::expect_number(const char* what) const {

@@ -17,6 +17,8 @@
 #include <string_view>
 #include <vector>
 
+#include "common/text.h"
+
 namespace tandem::scene_json {
 
 using Json = nlohmann::json;
@@ -25,28 +27,30 @@ using Json = nlohmann::json;
 struct Place {
     std::string file;
     std::string pointer;
+    std::shared_ptr<std::vector<std::string>> files;  // Value::files_read
 };
 
 // Parses `text` in time and memory linear in its size. Throws InputError: syntax errors with line and column, duplicate
 // keys, numbers beyond double precision, nesting deeper than any scene needs.
 [[nodiscard]] Json parse_strict(const std::string& text, const std::string& file);
 
-// The text fit for one line of a message: control characters and invalid UTF-8 escaped, long text cut.
-[[nodiscard]] std::string printable(std::string_view text);
-
 // A number as a person would write it.
 [[nodiscard]] std::string shown(double number);
-
-// The candidate nearest to `name` by edit distance if one is near, else empty.
-[[nodiscard]] std::string nearest(std::string_view name, const std::vector<std::string>& candidates);
 
 // One value of the document with its place. Views refer to the document, which must outlive them.
 class Value {
 public:
-    Value(const Json& json, std::string file) : json_(&json), file_(std::make_shared<std::string>(std::move(file))) {}
+    Value(const Json& json, std::string file) : json_(&json), document_(std::make_shared<Document>()) {
+        document_->file = std::move(file);
+    }
 
     [[noreturn]] void refuse(const std::string& reason, const std::string& mend) const;
-    [[nodiscard]] Place place() const { return {*file_, pointer_}; }
+    [[nodiscard]] Place place() const {
+        return {
+            document_->file, pointer_, std::shared_ptr<std::vector<std::string>>(document_, &document_->files_read)};
+    }
+    // Those that the document names, as they were read.
+    [[nodiscard]] const std::vector<std::string>& files_read() const { return document_->files_read; }
     [[nodiscard]] const Json& json() const { return *json_; }
 
     // Objects. `only` checks that this is an object with no other keys; `required` refuses a missing key.
@@ -79,15 +83,20 @@ public:
     [[nodiscard]] std::string relative_file() const;
 
 private:
-    Value(const Json& json, std::shared_ptr<const std::string> file, std::string pointer)
-        : json_(&json), file_(std::move(file)), pointer_(std::move(pointer)) {}
+    struct Document {
+        std::string file;
+        std::vector<std::string> files_read;
+    };
+
+    Value(const Json& json, std::shared_ptr<Document> document, std::string pointer)
+        : json_(&json), document_(std::move(document)), pointer_(std::move(pointer)) {}
     void expect_object() const;
     void expect_number(const char* what) const;
     [[nodiscard]] double whole_number(double least, double greatest) const;
     [[nodiscard]] std::string found() const;
 
     const Json* json_;
-    std::shared_ptr<const std::string> file_;
+    std::shared_ptr<Document> document_;
     std::string pointer_;
 };
 

@@ -18,9 +18,10 @@ inline constexpr double least_length = 1e-18;
 // Models, images and grids: a grid of 2²⁴ cells takes 64 MiB and its header.
 inline constexpr std::size_t greatest_file_bytes = std::size_t{128} << 20;
 
-// The bytes of a file that the scene names `shown` at `place`. Throws InputError.
+// The bytes of a file that the scene names `shown` at `place`, which is noted among the files read. Throws InputError.
 [[nodiscard]] inline std::string read_named_file(
     const std::filesystem::path& path, const Place& place, const std::string& shown) {
+    if (place.files) place.files->push_back(path.string());
     return read_file(path, greatest_file_bytes, {place.file, place.pointer, printable(shown)});
 }
 

@@ -57,11 +57,17 @@ Scene read_scene(const Value& root, const std::filesystem::path& file) {
 
 }  // namespace
 
-Scene load_scene(const std::filesystem::path& file) {
+Scene load_scene(const std::filesystem::path& file, std::vector<std::string>* files) {
     const std::string name = file.string();
     const std::string text = read_file(file, greatest_bytes);
     const Json document = parse_strict(text, name);
-    return read_scene(Value(document, name), file);
+    const Value root(document, name);
+    Scene scene = read_scene(root, file);
+    if (files != nullptr) {
+        files->push_back(name);
+        files->insert(files->end(), root.files_read().begin(), root.files_read().end());
+    }
+    return scene;
 }
 
 }  // namespace tandem

@@ -2,12 +2,15 @@
 #pragma once
 
 #include <filesystem>
+#include <string>
+#include <vector>
 
 #include "common/scene/scene.h"
 
 namespace tandem {
 
 // Throws InputError naming file, JSON pointer, reason and mend for everything that the format or MODEL.md forbids.
-[[nodiscard]] Scene load_scene(const std::filesystem::path& file);
+// `files` gets the names of all that was read: the file itself, models, images, grids.
+[[nodiscard]] Scene load_scene(const std::filesystem::path& file, std::vector<std::string>* files = nullptr);
 
 }  // namespace tandem

@@ -42,6 +42,7 @@ Image read_sound_image(const PixelSource& source) {
         throw input_error(source.place.file, source.place.pointer, printable(source.shown) + ": " + reason, mend);
     };
     const std::filesystem::path& path = source.path;
+    if (source.bytes.empty() && source.place.files) source.place.files->push_back(path.string());
     Image image;
     try {
         std::error_code error;

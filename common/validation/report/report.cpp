@@ -3,9 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cctype>
 #include <cmath>
 
+#include "common/files/write_file.h"
 #include "common/image/image_io.h"
 #include "common/validation/report/colour_map.h"
 #include "common/validation/report/verdict_json.h"
@@ -104,27 +106,31 @@ std::vector<double> p_decades(const SceneVerdict& verdict) {
     return map;
 }
 
-std::string file_stem(std::size_t index, const std::string& scene) {
-    std::string stem = fmt::format("{:02}-", index + 1);
+constexpr const char* report_file = "report.json";
+constexpr std::array picture_names{"reference", "candidate", "difference", "tiles", "p"};
+
+std::string file_of(std::size_t index, const std::string& scene, const std::string& picture) {
+    std::string file = fmt::format("{:02}-", index + 1);
     const std::string name = std::filesystem::path(scene).stem().string();
-    for (const char c : name) stem += std::isalnum(static_cast<unsigned char>(c)) != 0 ? c : '-';
-    return stem;
+    for (const char c : name) file += std::isalnum(static_cast<unsigned char>(c)) != 0 ? c : '-';
+    return file + "-" + picture + ".png";
 }
 
-json write_pictures(const std::filesystem::path& folder, const std::string& stem, const SceneVerdict& verdict) {
+json write_pictures(FolderToFill& folder, std::size_t index, const SceneVerdict& verdict) {
     const std::uint32_t width = verdict.reference.width, height = verdict.reference.height;
     const double mean = grey_mean(verdict.reference);
     const double exposure = exposure_of(mean > 0.0 ? verdict.reference : verdict.candidate);
-    const auto file = [&](const std::string& what) { return stem + "-" + what + ".png"; };
-    write_png(folder / file("reference"), picture(verdict.reference), exposure);
-    write_png(folder / file("candidate"), picture(verdict.candidate), exposure);
+    const auto file = [&](const std::string& what) { return file_of(index, verdict.scene, what); };
+    write_png(folder.file(file("reference")), picture(verdict.reference), exposure);
+    write_png(folder.file(file("candidate")), picture(verdict.candidate), exposure);
 
     std::vector<double> differences = grey_differences(verdict);
     const double range = range_of(differences);
     for (double& difference : differences) difference /= range > 0.0 ? range : 1.0;
-    write_png(folder / file("difference"), false_colour_image(width, height, differences, diverging_colour));
-    write_png(folder / file("tiles"), false_colour_image(width, height, tile_differences(verdict), diverging_colour));
-    write_png(folder / file("p"), false_colour_image(width, height, p_decades(verdict), sequential_colour));
+    write_png(folder.file(file("difference")), false_colour_image(width, height, differences, diverging_colour));
+    write_png(
+        folder.file(file("tiles")), false_colour_image(width, height, tile_differences(verdict), diverging_colour));
+    write_png(folder.file(file("p")), false_colour_image(width, height, p_decades(verdict), sequential_colour));
     return {{"reference", file("reference")}, {"candidate", file("candidate")}, {"difference", file("difference")},
         {"tiles", file("tiles")}, {"p", file("p")}, {"exposure", exposure},
         {"difference_range_relative", mean > 0.0 ? json(range / mean) : json(nullptr)},
@@ -133,16 +139,24 @@ json write_pictures(const std::filesystem::path& folder, const std::string& stem
 
 }  // namespace
 
-void write_report(const std::filesystem::path& folder, std::span<const SceneVerdict> verdicts,
+std::vector<std::string> report_files(const std::vector<std::string>& scenes) {
+    std::vector<std::string> files{report_file};
+    for (std::size_t i = 0; i < scenes.size(); ++i)
+        for (const char* picture : picture_names) files.push_back(file_of(i, scenes[i], picture));
+    return files;
+}
+
+void write_report(const std::filesystem::path& path, std::span<const SceneVerdict> verdicts,
     const std::vector<DeviceSelfTest>& self_tests, const std::vector<std::string>& not_run) {
-    check_writable_folder(folder);
+    FolderToFill folder(path);
     json report = to_json(verdicts, not_run);
     report["device_self_tests"] = to_json(self_tests);
     for (std::size_t i = 0; i < verdicts.size(); ++i)
         report["scenes"][i]["images"] = verdicts[i].looks.empty() || verdicts[i].judgement.black
                                             ? json(nullptr)
-                                            : write_pictures(folder, file_stem(i, verdicts[i].scene), verdicts[i]);
-    write_text_file(folder / "report.json", report.dump(2) + "\n");
+                                            : write_pictures(folder, i, verdicts[i]);
+    write_text_file(folder.file(report_file), report.dump(2, ' ', false, json::error_handler_t::replace) + "\n");
+    folder.keep();
 }
 
 }  // namespace tandem

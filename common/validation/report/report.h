@@ -10,8 +10,12 @@
 
 namespace tandem {
 
+// The files that write_report writes into its folder, for scenes of these names.
+[[nodiscard]] std::vector<std::string> report_files(const std::vector<std::string>& scenes);
+
 // Writes DIR/report.json (verdict_json.h, "device_self_tests", and for each scene "images": file names and the ranges
-// of the maps) and the PNGs it names. Makes the folder if need be. Throws InputError where it cannot be written.
+// of the maps) and the PNGs it names. Makes the folder if need be. Throws InputError
+// where it cannot be written, and then a folder that it made is gone again.
 void write_report(const std::filesystem::path& folder, std::span<const SceneVerdict> verdicts,
     const std::vector<DeviceSelfTest>& self_tests = {}, const std::vector<std::string>& not_run = {});
 

@@ -1,0 +1,23 @@
+// The files that a command is to write, held against those that it reads and against each other before it works.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace tandem {
+
+enum class OutputKind { text, image, folder, open };  // open: a stream that is written already
+
+struct Output {
+    std::string option;          // "--json"
+    std::filesystem::path path;  // empty: not asked for
+    OutputKind kind = OutputKind::text;
+    std::vector<std::string> files = {"probe"};  // that it gets, if it is a folder
+};
+
+// Throws InputError where an output is a file of `inputs` or of another output, by whatever name, link or mount it is
+// called, or cannot be written. Pipes, terminals and /dev/null may be named twice. Leaves nothing behind.
+void check_outputs(const std::vector<Output>& outputs, const std::vector<std::string>& inputs);
+
+}  // namespace tandem

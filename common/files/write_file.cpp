@@ -1,0 +1,173 @@
+#include "common/files/write_file.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/stat.h>
+#include <sys/sysmacros.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
+#include <random>
+#include <system_error>
+
+#include "common/error.h"
+
+namespace tandem {
+
+namespace {
+
+// From errno.
+InputError not_written(const std::filesystem::path& path) {
+    return input_error(path.string(), "", fmt::format("cannot be written to its end ({})", std::strerror(errno)),
+        "make room on its disk, or choose another folder");
+}
+
+// Refuses what rename() could not replace, or nobody wants replaced.
+void check_replaceable(const std::filesystem::path& shown, const std::filesystem::path& target) {
+    const auto refuse = [&](const std::string& reason, const std::string& mend) {
+        throw input_error(shown.string(), "", reason, mend);
+    };
+    struct statx facts {};
+    if (::statx(AT_FDCWD, target.c_str(), 0, STATX_TYPE, &facts) != 0) {
+        if (::access(shown.c_str(), F_OK) == 0)  // by a descriptor in /proc
+            refuse("is open but has been removed from its folder", "name a file");
+        return;  // not there, or told by what follows
+    }
+    if (S_ISDIR(facts.stx_mode)) refuse("is a folder", "name a file");
+    if (!S_ISREG(facts.stx_mode)) refuse("is not a regular file", "name a regular file");
+    if (::access(target.c_str(), W_OK) != 0 || (facts.stx_attributes & (STATX_ATTR_IMMUTABLE | STATX_ATTR_APPEND)) != 0)
+        refuse("is read-only", "make it writable, or name another file");
+    if ((facts.stx_attributes & STATX_ATTR_MOUNT_ROOT) != 0)
+        refuse("is a mount of its own, which cannot be replaced", "name a file in a folder that is mounted");
+}
+
+}  // namespace
+
+bool write_all(int descriptor, std::string_view bytes) {
+    while (!bytes.empty()) {
+        const ssize_t written = ::write(descriptor, bytes.data(), bytes.size());
+        if (written < 0 && errno == EINTR) continue;
+        if (written < 0) return false;
+        bytes.remove_prefix(static_cast<std::size_t>(written));
+    }
+    return true;
+}
+
+std::filesystem::path end_of_links(const std::filesystem::path& path) {
+    std::filesystem::path end = path;
+    std::error_code error;
+    constexpr int most_links = 40;  // Linux's own limit (path_resolution(7))
+    for (int links = 0; std::filesystem::is_symlink(end, error); ++links) {
+        if (links == most_links)
+            throw input_error(path.string(), "", "is a link that leads nowhere", "mend the link, or name another file");
+        const std::filesystem::path next = std::filesystem::read_symlink(end, error);
+        if (error) break;
+        end = end.parent_path() / next;  // an absolute one takes the whole place
+    }
+    return end;
+}
+
+bool Descriptor::close() { return descriptor_ < 0 || ::close(std::exchange(descriptor_, -1)) == 0; }
+
+ReplacementFile::ReplacementFile(const std::filesystem::path& target) : shown_(target), target_(end_of_links(target)) {
+    check_replaceable(shown_, target_);
+    if (!target_.has_filename()) throw input_error(shown_.string(), "", "is no name of a file", "name a file");
+    std::random_device random;
+    for (int attempt = 0;; ++attempt) {
+        temporary_ = target_.parent_path() / fmt::format(".tandem-{:08x}", random());
+        file_ = Descriptor(::open(temporary_.c_str(), O_CREAT | O_EXCL | O_WRONLY | O_CLOEXEC, 0666));
+        if (file_.get() >= 0) break;
+        constexpr int attempts = 100;  // names already taken, by chance or by files left behind
+        if (errno == EEXIST && attempt < attempts) continue;
+        throw input_error(shown_.string(), "", std::string("cannot be written (") + std::strerror(errno) + ")",
+            errno == ENOENT ? "create the folder first" : "choose a folder that can be written");
+    }
+    // The name itself is tried by opening it, since there may be limits to it that the temporary one keeps.
+    struct stat old {};
+    if (::stat(target_.c_str(), &old) == 0) {
+        (void)::fchmod(file_.get(), old.st_mode & 07777);  // as the file that it replaces
+    } else if (errno != ENOENT) {
+        const std::string reason = std::strerror(errno);
+        (void)::unlink(temporary_.c_str());
+        throw input_error(shown_.string(), "", "cannot be written (" + reason + ")", "choose another name");
+    }
+}
+
+ReplacementFile::~ReplacementFile() {
+    std::error_code ignored;  // after commit() there is nothing to remove
+    std::filesystem::remove(temporary_, ignored);
+}
+
+void ReplacementFile::commit(std::string_view bytes) {
+    if (!write_all(file_.get(), bytes)) throw not_written(shown_);
+    // Space may run out, and a disk fail, as late as here: only then is the old content given up. Some file systems
+    // have nothing to synchronise and say so.
+    if (::fsync(file_.get()) != 0 && errno != EINVAL && errno != ENOTSUP && errno != EROFS) throw not_written(shown_);
+    if (!file_.close()) throw not_written(shown_);
+    std::error_code error;
+    std::filesystem::rename(temporary_, target_, error);
+    if (error)
+        throw input_error(
+            shown_.string(), "", "cannot be replaced (" + error.message() + ")", "choose a folder that can be written");
+}
+
+FolderToFill::FolderToFill(const std::filesystem::path& folder) : folder_(folder) {
+    std::error_code error;
+    const auto refuse = [&](const std::string& reason) {
+        return input_error(folder.string(), "", "cannot be made: " + reason, "choose another folder");
+    };
+    std::vector<std::filesystem::path> missing;
+    for (std::filesystem::path at = folder; !at.empty() && !std::filesystem::exists(at, error); at = at.parent_path())
+        if (at.has_filename()) missing.push_back(at);  // "a/" and "a" are one folder
+    for (auto at = missing.rbegin(); at != missing.rend(); ++at) {
+        if (!std::filesystem::create_directory(*at, error) && error) {
+            for (const std::filesystem::path& made : made_) std::filesystem::remove(made, error);
+            throw refuse(error.message());
+        }
+        made_.insert(made_.begin(), *at);
+    }
+    if (!std::filesystem::is_directory(folder, error)) throw refuse("a file is in its place");
+}
+
+FolderToFill::~FolderToFill() {
+    std::error_code ignored;
+    if (!made_.empty())
+        for (const std::filesystem::path& file : files_) std::filesystem::remove(file, ignored);
+    for (const std::filesystem::path& made : made_) std::filesystem::remove(made, ignored);
+}
+
+std::filesystem::path FolderToFill::file(const std::string& name) { return files_.emplace_back(folder_ / name); }
+
+bool is_stream(const std::filesystem::path& path) {
+    std::error_code error;
+    const auto type = std::filesystem::status(path, error).type();
+    return type == std::filesystem::file_type::fifo || type == std::filesystem::file_type::character;
+}
+
+void check_writable_text(const std::filesystem::path& path) {
+    if (!is_stream(path)) {
+        const ReplacementFile probe(path);
+        return;
+    }
+    struct stat facts {};
+    const bool there = ::stat(path.c_str(), &facts) == 0;
+    if (there && S_ISCHR(facts.st_mode) && facts.st_rdev == makedev(1, 7))  // Linux's number of it
+        throw input_error(path.string(), "", "is always full", "name another file");
+    if (::access(path.c_str(), W_OK) != 0)
+        throw input_error(path.string(), "", std::string("cannot be written (") + std::strerror(errno) + ")",
+            "check its permissions");
+}
+
+void check_writable_folder(const std::filesystem::path& folder, const std::vector<std::string>& files) {
+    const FolderToFill made(folder);
+    for (const std::string& file : files) const ReplacementFile probe(folder / file);
+}
+
+void write_text_file(const std::filesystem::path& path, std::string_view text) {
+    if (!is_stream(path)) return ReplacementFile(path).commit(text);
+    Descriptor stream(::open(path.c_str(), O_WRONLY | O_CLOEXEC));
+    if (stream.get() < 0 || !write_all(stream.get(), text) || !stream.close()) throw not_written(path);
+}
+
+}  // namespace tandem

@@ -1,0 +1,61 @@
+# What the tests of the program share: how it is run, a scene, a folder of its own for each test, and what a refusal looks
+# like. Run with TANDEM = the program, SCENES = the folder of the shipped scenes.
+import json
+import os
+import pathlib
+import shutil
+import subprocess
+import tempfile
+import unittest
+
+TANDEM = os.environ["TANDEM"]
+SCENES = pathlib.Path(os.environ["SCENES"])
+
+SPHERE = {
+    "film": {"width": 16, "height": 16},
+    "camera": {"position": [0, 0, 4], "target": [0, 0, 0], "up": [0, 1, 0], "vertical_field_degrees": 40},
+    "background": [0.5, 0.5, 0.5],
+    "materials": {"grey": {"kind": "diffuse", "colour": [0.5, 0.5, 0.5]}},
+    "entities": [{"name": "ball", "material": "grey",
+                  "primitives": [{"sphere": {"centre": [0, 0, 0], "radius": 1}}]}],
+}
+
+
+def as_argument(word):
+    return word if isinstance(word, (bytes, str, os.PathLike)) else str(word)
+
+
+def tandem(*arguments, **options):
+    return subprocess.run([TANDEM, *map(os.fsencode, map(as_argument, arguments))], capture_output=True, text=True, timeout=120, **options)
+
+
+class ProgramTest(unittest.TestCase):
+    def setUp(self):
+        self.folder = pathlib.Path(tempfile.mkdtemp())
+        self.addCleanup(shutil.rmtree, self.folder)
+        self.scene = self.write(SPHERE)
+
+    def write(self, scene, name="scene.json"):
+        path = self.folder / name
+        path.write_text(scene if isinstance(scene, str) else json.dumps(scene))
+        return path
+
+    def changed(self, pointer, value):
+        """The sphere scene with the value at a JSON pointer replaced."""
+        scene = json.loads(json.dumps(SPHERE))
+        *parents, last = pointer.strip("/").split("/")
+        place = scene
+        for key in parents:
+            place = place[int(key)] if isinstance(place, list) else place[key]
+        place[last] = value
+        return self.write(scene, "changed.json")
+
+    def refused(self, result, *mentions, status=2):
+        self.assertEqual(result.returncode, status, result.stderr)
+        lines = result.stderr.strip().splitlines()
+        self.assertEqual(len(lines), 1, result.stderr)
+        for mention in mentions:
+            self.assertIn(mention, lines[0])
+
+    def left_behind(self):
+        return sorted(p.name for p in self.folder.iterdir() if p.suffix != ".json" or p.name == "out.json")

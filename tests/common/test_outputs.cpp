@@ -1,0 +1,98 @@
+// Files to write: none that is read, no two that are one, folders that go again where nothing came of them; and names
+// in messages.
+#include <doctest/doctest.h>
+#include <sys/stat.h>
+
+#include <filesystem>
+#include <fstream>
+#include <string>
+
+#include "common/error.h"
+#include "common/files/outputs.h"
+#include "common/files/write_file.h"
+#include "common/text.h"
+#include "tests/temporary_folder.h"
+
+using namespace tandem;
+
+namespace {
+
+std::string refusal(const std::vector<Output>& outputs, const std::vector<std::string>& inputs) {
+    try {
+        check_outputs(outputs, inputs);
+    } catch (const InputError& error) {
+        return error.what();
+    }
+    return "";
+}
+
+}  // namespace
+
+TEST_CASE("an output is no input by any name, and outputs are files of their own") {
+    const TemporaryFolder folder;
+    std::ofstream(folder / "in.json") << "{}";
+    std::filesystem::create_hard_link(folder / "in.json", folder / "hard.json");
+    std::filesystem::create_symlink("in.json", folder / "soft.json");
+    std::filesystem::create_symlink("new.json", folder / "dangling.json");
+    std::filesystem::create_directory_symlink(".", folder / "here");
+    const std::vector<std::string> inputs{folder / "in.json"};
+    for (const char* name : {"in.json", "hard.json", "soft.json", "here/in.json"}) {
+        CAPTURE(name);
+        CHECK(refusal({{"--json", folder / name}}, inputs).find("which is read") != std::string::npos);
+        CHECK(refusal({{"--report", folder / "here", OutputKind::folder, {name}}}, inputs) != "");
+    }
+    CHECK(refusal({{"--json", folder / "new.json"}}, inputs) == "");
+    CHECK(refusal({{"--json", folder / "new.json"}, {"--junit", ""}}, inputs) == "");
+    for (const char* name : {"new.json", "dangling.json", "here/new.json", "here/dangling.json"}) {
+        CAPTURE(name);
+        const std::string line = refusal({{"--json", folder / "new.json"}, {"--junit", folder / name}}, inputs);
+        CHECK(line.find("is named for two outputs, --json and --junit") != std::string::npos);
+    }
+    CHECK(
+        refusal({{"--json", folder / "r/report.json"}, {"--report", folder / "r", OutputKind::folder, {"report.json"}}},
+            {}) != "");
+    CHECK(refusal({{"--json", "/dev/null"}, {"--junit", "/dev/null"}}, {}) == "");
+    CHECK(folder.file_count() == 5);
+}
+
+TEST_CASE("a folder that was made goes again unless it is kept, and one that was there stays") {
+    const TemporaryFolder folder;
+    const auto fill = [&](const std::string& name, bool keep) {
+        FolderToFill made(folder / name);
+        write_text_file(made.file("a"), "a");
+        if (keep) made.keep();
+    };
+    fill("x/y/z", false);
+    CHECK_FALSE(std::filesystem::exists(folder / "x"));
+    fill("x/y/", true);
+    CHECK(std::filesystem::exists(folder / "x/y/a"));
+    fill("x/y", false);
+    CHECK(std::filesystem::exists(folder / "x/y/a"));
+    check_writable_folder(folder / "x/y/new/newer");
+    CHECK_FALSE(std::filesystem::exists(folder / "x/y/new"));
+    CHECK_THROWS_AS(FolderToFill(folder / "x/y/a/b"), InputError);
+    CHECK_THROWS_AS(FolderToFill(folder / "x/y/a"), InputError);
+}
+
+TEST_CASE("a replaced file keeps its permissions") {
+    const TemporaryFolder folder;
+    std::ofstream(folder / "a") << "old";
+    REQUIRE(::chmod((folder / "a").c_str(), 0600) == 0);
+    write_text_file(folder / "a", "new");
+    CHECK(std::filesystem::status(folder / "a").permissions() == std::filesystem::perms(0600));
+}
+
+TEST_CASE("names are shown on one line, and what is no UTF-8 is told") {
+    CHECK(escaped("a\nb\x1b[0m") == "a\\x0ab\\x1b[0m");
+    CHECK(escaped(std::string(1000, 'x')).size() == 1000);
+    CHECK(printable(std::string(1000, 'x')).size() < 200);
+    for (const char* text : {"", "abc", "ä", "€", "\xF0\x9F\x98\x80"}) CHECK(is_utf8(text));
+    for (const char* text :
+        {"\xff", "a\xe4", "\xc0\x80", "\xe0\x80\x80", "\xed\xa0\x80", "\xf4\x90\x80\x80", "\xe2\x82"}) {
+        CAPTURE(text);
+        CHECK_FALSE(is_utf8(text));
+        CHECK(is_utf8(escaped(text)));
+    }
+    CHECK(hash_of("") == "cbf29ce484222325");
+    CHECK(hash_of("a") == "af63dc4c8601ec8c");  // of the authors' list: isthe.com/chongo/tech/comp/fnv
+}
