@@ -2,7 +2,9 @@
 #include <doctest/doctest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <numbers>
 #include <thread>
 
 #include "common/error.h"
@@ -246,4 +248,60 @@ TEST_CASE("what the backend cannot do it refuses") {
     RenderSettings too_few = settings(4, Integrator::path, 3);
     too_few.effects = EffectSet{Effect::triangles};
     CHECK_THROWS_AS(render(room(), too_few, {0, 64}), UnsupportedError);
+}
+
+namespace {
+
+// A torus of 2 n^2 triangles about `place`, and a camera beside it.
+Scene torus_at(const glm::dvec3& place, std::uint32_t n) {
+    Scene scene = test::SceneBuilder()
+                      .camera(place + glm::dvec3(0.0, 2.0, 4.0), place)
+                      .background(glm::dvec3(1.0), glm::dvec3(1.0))
+                      .sphere(test::diffuse(glm::dvec3(0.5)), place, 0.1)
+                      .scene();
+    const auto angle = [&](std::uint32_t i) { return 2.0 * std::numbers::pi * i / n; };
+    Entity torus = scene.entities.front();
+    torus.first_primitive = static_cast<std::uint32_t>(scene.primitives.size());
+    torus.primitive_count = 2 * n * n;
+    const auto first = static_cast<std::uint32_t>(scene.vertices.size());
+    for (std::uint32_t i = 0; i < n; ++i)
+        for (std::uint32_t j = 0; j < n; ++j) {
+            const double around = 1.0 + 0.3 * std::cos(angle(j));
+            scene.vertices.push_back(
+                place + glm::dvec3(around * std::cos(angle(i)), 0.3 * std::sin(angle(j)), around * std::sin(angle(i))));
+            const auto at = [&](std::uint32_t a, std::uint32_t b) { return first + (i + a) % n * n + (j + b) % n; };
+            for (const std::array<std::uint32_t, 3>& corners :
+                {std::array{at(0, 0), at(0, 1), at(1, 1)}, std::array{at(0, 0), at(1, 1), at(1, 0)}}) {
+                Primitive triangle;
+                triangle.kind = PrimitiveKind::triangle;
+                triangle.index = corners;
+                scene.primitives.push_back(triangle);
+            }
+        }
+    scene.entities.push_back(torus);
+    return scene;
+}
+
+}  // namespace
+
+// Its triangles' bounds were wider than the whole torus: every ray met all of them.
+TEST_CASE("a fine mesh far from another body takes no longer than its triangles' order") {
+    const glm::dvec3 far(1e6, 0.0, 0.0);
+    const Scene alone = torus_at(far, 50);
+    Scene beside = alone;
+    beside.vertices.emplace_back(0.0);
+    Primitive ball;
+    ball.kind = PrimitiveKind::sphere;
+    ball.index[0] = static_cast<std::uint32_t>(beside.vertices.size() - 1);
+    ball.radius = 1.0;
+    beside.primitives.push_back(ball);
+    Entity entity = beside.entities.front();
+    entity.first_primitive = static_cast<std::uint32_t>(beside.primitives.size() - 1);
+    entity.primitive_count = 1;
+    beside.entities.push_back(entity);
+    const RenderSettings s = settings(16, Integrator::path, 4);
+    const double one = render(alone, s, {0, 64}).seconds, both = render(beside, s, {0, 64}).seconds;
+    CAPTURE(one);
+    CAPTURE(both);
+    CHECK(both < 50.0 * one + 0.2);
 }

@@ -50,7 +50,8 @@ struct SingleQuery {
     std::uint32_t light;
     Real time;
     bool own_test;  // of native triangles, in place of Embree's
-    double lead;    // by which Embree's ray starts earlier
+    double lead;    // by which Embree's ray starts earlier; negative: later
+    double slack;   // by which it goes on behind a hit, whose t is rounded
     Real t;
     std::uint32_t face, primitive;
     bool found;
@@ -153,6 +154,16 @@ struct Accelerator<Real>::Callbacks {
             round_up(high.y), round_up(high.z), 0.0f};
     }
 
+    static void fine_bounds(const RTCBoundsFunctionArguments* arguments) {
+        const Accelerator& self = *static_cast<const Accelerator*>(arguments->geometryUserPtr);
+        const Fine& fine = *self.fine_;
+        const auto c = self.corners_of(fine.ids[arguments->primID]);
+        const glm::dvec3 low = glm::min(glm::min(c[0], c[1]), c[2]) - fine.middle - fine.inflation,
+                         high = glm::max(glm::max(c[0], c[1]), c[2]) - fine.middle + fine.inflation;
+        *arguments->bounds_o = {round_down(low.x), round_down(low.y), round_down(low.z), 0.0f, round_up(high.x),
+            round_up(high.y), round_up(high.z), 0.0f};
+    }
+
     template <bool moving>
     static void packet_closest(const RTCIntersectFunctionNArguments* arguments) {
         const Accelerator& self = *static_cast<const Accelerator*>(arguments->geometryUserPtr);
@@ -243,7 +254,7 @@ struct Accelerator<Real>::Callbacks {
         const Candidate<Real> candidate = single<moving>(query, id);
         if (!candidate.hit || !accept(query, id, candidate.t, static_cast<std::uint32_t>(candidate.face))) return;
         auto& ray = *reinterpret_cast<RTCRayHit*>(arguments->rayhit);
-        ray.ray.tfar = std::min(ray.ray.tfar, round_up(static_cast<double>(candidate.t) + 2.0 * query.lead));
+        ray.ray.tfar = std::min(ray.ray.tfar, round_up(static_cast<double>(candidate.t) + query.lead + query.slack));
         ray.hit.geomID = arguments->geomID;
         ray.hit.primID = arguments->primID;
     }
@@ -306,7 +317,13 @@ Accelerator<Real>::Accelerator(RTCDevice device, const Tables<Real>& tables, std
     if (leaf_) {
         if (!tables.primitives.empty()) add_user_geometry(device, 1);
     } else {
+        if (own_test_) set_fine_apart(device);
+        std::size_t apart = 0;
         for (std::uint32_t id = 0; id < tables.primitives.size(); ++id) {
+            if (fine_ && apart < fine_->ids.size() && fine_->ids[apart] == id) {
+                ++apart;
+                continue;
+            }
             const PrimitiveRef& ref = tables.primitives[id];
             const bool plain = sizeof(Real) == 4 && ref.kind == PrimitiveKind::triangle && !ref.moves;
             const bool native = plain && (embree_tests || (own_test_ && !ref.emits && can_widen(id)));
@@ -335,6 +352,45 @@ Incircle incircle_of(const std::array<glm::dvec3, 3>& c) {
 }
 
 }  // namespace
+
+// With rho the radius about their middle, and `inflation_` further off, rays start within twice that of it. There
+// Embree's ray is off by what `inflation_` counts, of coordinates of that size. The kernels are not off: they take a
+// triangle where the exact ray passes its exact corners, or where settle.h finds so in double.
+template <class Real>
+void Accelerator<Real>::set_fine_apart(RTCDevice device) {
+    auto fine = std::make_unique<Fine>();
+    std::size_t plain = 0;
+    constexpr double infinity = std::numeric_limits<double>::infinity();
+    glm::dvec3 low(infinity), high(-infinity);
+    for (std::uint32_t id = 0; id < tables_.primitives.size(); ++id) {
+        const PrimitiveRef& ref = tables_.primitives[id];
+        if (ref.kind != PrimitiveKind::triangle || ref.moves) continue;
+        ++plain;
+        if (can_widen(id)) continue;
+        fine->ids.push_back(id);
+        for (const glm::dvec3& corner : corners_of(id)) {
+            low = glm::min(low, corner);
+            high = glm::max(high, corner);
+        }
+    }
+    if (fine->ids.size() <= std::max(leaf_limit, plain / 2)) return;
+    fine->middle = 0.5 * (low + high);
+    fine->radius = 0.5 * glm::length(high - low);
+    fine->inflation = 32.0 * 0x1p-24 * 2.0 * (fine->radius + inflation_);
+    if (!(8.0 * fine->inflation < inflation_)) return;
+    fine_ = std::move(fine);
+    fine_->scene = embree::Scene(rtcNewScene(device));
+    rtcSetSceneBuildQuality(fine_->scene.get(), RTC_BUILD_QUALITY_HIGH);
+    const embree::Geometry geometry(rtcNewGeometry(device, RTC_GEOMETRY_TYPE_USER));
+    rtcSetGeometryUserPrimitiveCount(geometry.get(), static_cast<unsigned>(fine_->ids.size()));
+    rtcSetGeometryUserData(geometry.get(), this);
+    rtcSetGeometryBoundsFunction(geometry.get(), Callbacks::fine_bounds, nullptr);
+    rtcSetGeometryIntersectFunction(geometry.get(), Callbacks::template single_closest<false>);
+    rtcSetGeometryOccludedFunction(geometry.get(), Callbacks::template single_occluded<false>);
+    rtcCommitGeometry(geometry.get());
+    rtcAttachGeometryByID(fine_->scene.get(), geometry.get(), user_geometry);
+    rtcCommitScene(fine_->scene.get());
+}
 
 // Triangles too thin for that (below) are user geometry.
 template <class Real>
@@ -436,35 +492,56 @@ Vec3<Real> lane_of(const Vec3<Lanes<Real>>& a, int lane) {
     return {a.x[lane], a.y[lane], a.z[lane]};
 }
 
-// One lane's ray, ready for Embree.
+// The query's ray for Embree, in coordinates about `middle`.
 template <class Real>
-void start_single(SingleQuery<Real>& query, RTCRay& out, const Ray<Lanes<Real>>& ray,
-    const Departure<Lanes<Real>>& departure, int lane) {
-    embree::initialise(query.context);
+void start_traversal(const SingleQuery<Real>& query, RTCRay& out, const glm::dvec3& middle) {
     const double lead = query.lead;
-    query.ray = {lane_of(ray.origin, lane), lane_of(ray.direction, lane), lane_of(ray.moment, lane), ray.t_min[lane],
-        ray.limit[lane]};
-    query.departed = query.tables->excludes_left ? static_cast<std::uint32_t>(departure.primitive[lane]) : no_primitive;
-    query.inside = ((departure.inside.to_bits() >> lane) & 1u) != 0;
-    query.found = false;
-    out.org_x =
-        static_cast<float>(static_cast<double>(query.ray.origin.x) - lead * static_cast<double>(query.ray.direction.x));
-    out.org_y =
-        static_cast<float>(static_cast<double>(query.ray.origin.y) - lead * static_cast<double>(query.ray.direction.y));
-    out.org_z =
-        static_cast<float>(static_cast<double>(query.ray.origin.z) - lead * static_cast<double>(query.ray.direction.z));
+    const auto start = [&](Real origin, Real direction, double centre) {
+        return static_cast<float>(static_cast<double>(origin) - lead * static_cast<double>(direction) - centre);
+    };
+    out.org_x = start(query.ray.origin.x, query.ray.direction.x, middle.x);
+    out.org_y = start(query.ray.origin.y, query.ray.direction.y, middle.y);
+    out.org_z = start(query.ray.origin.z, query.ray.direction.z, middle.z);
     out.dir_x = static_cast<float>(query.ray.direction.x);
     out.dir_y = static_cast<float>(query.ray.direction.y);
     out.dir_z = static_cast<float>(query.ray.direction.z);
     // Embree's own interval is (tnear, tfar]; our kernels hold the exact one. Its ray starts `lead` earlier, so that it
     // sees what lies at t = 0 too.
-    const double t_min = static_cast<double>(query.ray.t_min);
+    const double t_min = static_cast<double>(query.ray.t_min) + std::min(lead, 0.0);
     out.tnear = t_min > 0.0 ? std::max(0.0f, std::nextafter(round_down(t_min), -1.0f)) : 0.0f;
-    out.tfar = round_up(static_cast<double>(query.ray.limit) + 2.0 * lead);
+    out.tfar = round_up(static_cast<double>(query.ray.limit) + lead + query.slack);
     out.time = 0.0f;
     out.mask = 0xFFFFFFFFu;
     out.id = 0;
     out.flags = 0;
+}
+
+// One lane's ray, ready for Embree.
+template <class Real>
+void start_single(SingleQuery<Real>& query, RTCRay& out, const Ray<Lanes<Real>>& ray,
+    const Departure<Lanes<Real>>& departure, int lane) {
+    embree::initialise(query.context);
+    query.ray = {lane_of(ray.origin, lane), lane_of(ray.direction, lane), lane_of(ray.moment, lane), ray.t_min[lane],
+        ray.limit[lane]};
+    query.departed = query.tables->excludes_left ? static_cast<std::uint32_t>(departure.primitive[lane]) : no_primitive;
+    query.inside = ((departure.inside.to_bits() >> lane) & 1u) != 0;
+    query.found = false;
+    start_traversal(query, out, glm::dvec3(0.0));
+}
+
+// The query's ray from where it comes near to the fine triangles, for what is nearer than it has found. False: there is
+// nothing.
+template <class Real, class Fine>
+bool start_near(SingleQuery<Real>& query, RTCRay& out, const Fine& fine, double lead) {
+    const Vec3<double> o = widened(query.ray.origin), d = widened(query.ray.direction);
+    const glm::dvec3 way = fine.middle - glm::dvec3(o.x, o.y, o.z), direction(d.x, d.y, d.z);
+    const double along = glm::dot(way, direction) / glm::dot(direction, direction), reach = fine.radius + lead;
+    if (glm::length(way - along * direction) > reach || along < -reach) return false;
+    query.user = &fine.ids;
+    query.lead = lead - std::max(0.0, along - reach);
+    start_traversal(query, out, fine.middle);
+    if (query.found) out.tfar = std::min(out.tfar, round_up(static_cast<double>(query.t) + query.lead + query.slack));
+    return out.tfar >= 0.0f;
 }
 
 }  // namespace
@@ -476,9 +553,8 @@ Hit<Real> Accelerator<Real>::closest_one_by_one(
     SingleQuery<Real> query{};
     query.tables = &tables_;
     query.native = &native_;
-    query.user = &user_;
     query.own_test = own_test_;
-    query.lead = own_test_ ? inflation_ : 0.0;
+    query.slack = own_test_ ? inflation_ : 0.0;
     query.light = no_primitive;
     Hit<Real> hit{Mask<Real>{}, ray.limit, Ints<Real>(U{0})};
     unsigned found = 0;
@@ -486,9 +562,13 @@ Hit<Real> Accelerator<Real>::closest_one_by_one(
         const int lane = std::countr_zero(left);
         RTCRayHit one;
         query.time = time[lane];
+        query.user = &user_;
+        query.lead = query.slack;
         start_single(query, one.ray, ray, departure, lane);
         one.hit.geomID = RTC_INVALID_GEOMETRY_ID;
         embree::intersect(scene_.get(), query.context, one);
+        if (fine_ && start_near(query, one.ray, *fine_, inflation_))
+            embree::intersect(fine_->scene.get(), query.context, one);
         if (!query.found) continue;
         if (one.hit.geomID == native_geometry && !own_test_) {
             // Embree chose the triangle; its plane says where.
@@ -511,17 +591,20 @@ Mask<Real> Accelerator<Real>::occluded_one_by_one(const Ray<Lanes<Real>>& ray, c
     SingleQuery<Real> query{};
     query.tables = &tables_;
     query.native = &native_;
-    query.user = &user_;
     query.own_test = own_test_;
-    query.lead = own_test_ ? inflation_ : 0.0;
+    query.slack = own_test_ ? inflation_ : 0.0;
     unsigned blocked = 0;
     for (unsigned left = traceable(ray, active).to_bits(); left != 0; left &= left - 1) {
         const int lane = std::countr_zero(left);
         RTCRay one;
         query.time = time[lane];
+        query.user = &user_;
+        query.lead = query.slack;
         start_single(query, one, ray, departure, lane);
         query.light = static_cast<std::uint32_t>(light[lane]);
         embree::occluded(scene_.get(), query.context, one);
+        if (fine_ && !query.found && start_near(query, one, *fine_, inflation_))
+            embree::occluded(fine_->scene.get(), query.context, one);
         if (query.found) blocked |= 1u << lane;
     }
     return Mask<Real>::from_bits(blocked);

@@ -51,6 +51,7 @@ private:
     void add_native_triangles(RTCDevice device);
     void add_user_geometry(RTCDevice device, unsigned count);
 
+    void set_fine_apart(RTCDevice device);
     [[nodiscard]] bool can_widen(std::uint32_t id) const;
     [[nodiscard]] std::array<glm::dvec3, 3> corners_of(std::uint32_t id) const;
     [[nodiscard]] std::array<glm::dvec3, 3> native_corners(std::uint32_t id) const;
@@ -62,6 +63,16 @@ private:
     bool own_test_ = true;                      // decides on native triangles
     double inflation_ = 0.0;                    // of bounds, world units
     embree::Scene scene_;
+    // Triangles that are small beside `inflation_` and lie together, small themselves beside the scene, as of a fine
+    // mesh far from all else: rays would meet the bounds of all. They have a hierarchy of their own, about their
+    // middle, and rays start there where they come near. What rounds is then as small as they.
+    struct Fine {
+        embree::Scene scene;
+        std::vector<std::uint32_t> ids;  // of primitives, by Embree's primID
+        glm::dvec3 middle{0.0};
+        double radius = 0.0, inflation = 0.0;  // of a sphere around all; of bounds
+    };
+    std::unique_ptr<Fine> fine_;
 };
 
 extern template class Accelerator<float>;
