@@ -3,12 +3,15 @@
 import json
 import os
 import pathlib
+import random
 import re
 import signal
+import struct
 import subprocess
 import sys
 import time
 import unittest
+import zlib
 from xml.etree import ElementTree
 
 from program import SCENES, TANDEM, ProgramTest, tandem
@@ -439,6 +442,31 @@ class Commands(ProgramTest):
         reason = re.search(r"disagree: (.*?)(;|$)", lines[0])[1]
         self.assertEqual(other.stdout.count(reason), 1, other.stdout)  # in the sentence alone
         self.refused(tandem("compare", self.folder / "a.exr", self.folder / "a.exr"), "the same file")
+
+    def test_png_of_16_bits_is_decoded_and_a_gamma_is_taken_from_the_file(self):
+        def png(name, seed, gamma=None):
+            """32x32 pixels of 0.5, give or take a hundredth, as encoded values of 16 bits."""
+            noise, side = random.Random(seed), 32
+            rows = b"".join(b"\0" + b"".join(struct.pack(">H", round(65535 * noise.gauss(0.5, 0.01))) for _ in range(3 * side))
+                            for _ in range(side))
+            chunks = [(b"IHDR", struct.pack(">IIBBBBB", side, side, 16, 2, 0, 0, 0))]
+            chunks += [(b"gAMA", struct.pack(">I", round(100000 / gamma)))] if gamma else []
+            chunks += [(b"IDAT", zlib.compress(rows)), (b"IEND", b"")]
+            path = self.folder / name
+            path.write_bytes(b"\x89PNG\r\n\x1a\n" + b"".join(
+                struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data)) for kind, data in chunks))
+            return path
+
+        a, b, c = ([png(f"{name}{k}.png", f"{name}{k}", gamma) for k in range(3)]
+                   for name, gamma in (("a", None), ("b", None), ("c", 1.8)))
+        same = tandem("compare", *a, "vs", *b)
+        self.assertEqual(same.returncode, 0, same.stdout + same.stderr)
+        self.assertIn("values of 16 bits are decoded to linear light from sRGB", same.stdout)
+        other = tandem("compare", *a, "vs", *c, "--json", self.folder / "out.json")
+        self.assertEqual(other.returncode, 1, other.stdout + other.stderr)  # 0.5^1.8 is more than 0.214
+        self.assertIn("from a gamma of 1.8", other.stdout)
+        scene = json.loads((self.folder / "out.json").read_text())["scenes"][0]
+        self.assertAlmostEqual(scene["relative_difference"], 0.5**1.8 / 0.21404 - 1, delta=0.01)
 
     def test_variances_are_said_of_a_side_and_the_old_option_holds_for_both(self):
         for name in ("a", "b"):
