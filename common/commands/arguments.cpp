@@ -119,14 +119,11 @@ const CLI::Option* check_option(const CLI::App& app, const CLI::App& command, co
     const bool one_dash =
         !is_long && whole.size() > 2 && !exactly_meant(whole.substr(1), option_synonyms, long_names(command)).empty();
     if (option == nullptr || one_dash) refuse_option(app, command, whole);
-    const bool takes_value = option->get_expected_max() > 0;
-    if (equals != std::string::npos) {
-        if (!is_long)
-            throw InputError(fmt::format("{}: write {} VALUE or --{}=VALUE", word, name, option->get_lnames().front()));
-        check_value(name, option, word.substr(equals + 1));
-        return nullptr;
-    }
-    return takes_value && (is_long || word.size() == 2) ? option : nullptr;
+    if (!is_long && equals == name.size())
+        throw InputError(fmt::format("{}: write {} VALUE or --{}=VALUE", word, name, option->get_lnames().front()));
+    if (is_long && equals != std::string::npos) check_value(name, option, word.substr(equals + 1));
+    const bool ends_here = is_long ? equals == std::string::npos : word.size() == name.size();
+    return ends_here && option->get_expected_max() > 0 ? option : nullptr;
 }
 
 }  // namespace

@@ -81,10 +81,11 @@ nlohmann::json to_json(const StabilityReport& report, const std::vector<stabilit
 }
 
 void print_arm(const CaseResult& r) {
-    fmt::print("{:8} {:7} {:10} {:15} {:>9} {:>9.4g} {:>9.4g} {:>9.4g} {:>9.3g} {:>7.3g} {:>7.4g}  {}{}\n", r.id,
-        r.backend, r.precision, r.kernel, r.rays, per_billion(r.misses, r.rays), per_billion(r.false_hits, r.rays),
-        per_billion(r.self_hits, r.rays), r.worst_ulp, r.bound, r.nanoseconds_per_ray,
-        stability::outcome_names[static_cast<std::size_t>(r.outcome)], r.remark.empty() ? "" : " (" + r.remark + ")");
+    fmt::print("{:8} {:7} {:10} {:15} {:>9} {:>9.4g} {:>9.4g} {:>9.4g} {:>9.3g} {:>7.3g} {:>7.4g}  {}{}\n",
+        escaped(r.id), r.backend, r.precision, r.kernel, r.rays, per_billion(r.misses, r.rays),
+        per_billion(r.false_hits, r.rays), per_billion(r.self_hits, r.rays), r.worst_ulp, r.bound,
+        r.nanoseconds_per_ray, stability::outcome_names[static_cast<std::size_t>(r.outcome)],
+        r.remark.empty() ? "" : " (" + r.remark + ")");
 }
 
 void print_arms(std::span<const CaseResult> results) {
@@ -115,9 +116,9 @@ void print_cases(const std::vector<CaseResult>& results) {
             ++counts[static_cast<std::size_t>(r->outcome)];
             rays += r->rays;
         }
-        fmt::print("{:8} {:>12}  {:18} {}; {}\n", first->id, rays,
+        fmt::print("{:8} {:>12}  {:18} {}; {}\n", escaped(first->id), rays,
             stability::outcome_names[static_cast<std::size_t>(counts[2] > 0 ? Outcome::fail : Outcome::pass)],
-            told(counts), first->name);
+            told(counts), escaped(first->name));
         first = end;
     }
 }
