@@ -14,7 +14,7 @@ import unittest
 import zlib
 from xml.etree import ElementTree
 
-from program import SCENES, TANDEM, ProgramTest, tandem
+from program import SCENES, SPHERE, TANDEM, ProgramTest, tandem
 
 
 class Commands(ProgramTest):
