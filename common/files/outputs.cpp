@@ -45,6 +45,7 @@ struct NamedFile {
 // The path itself, and the files that a folder gets.
 std::vector<NamedFile> files_of(const Output& output) {
     std::vector<NamedFile> files{{output.path, identity_of(output.path)}};
+    if (output.kind != OutputKind::folder) return files;
     for (const std::string& name : output.files) files.push_back({output.path / name, identity_of(output.path / name)});
     return files;
 }
