@@ -120,7 +120,7 @@ void add_compare_command(CLI::App& app, CommandContext& context) {
     add_common_options(*command, context,
         "  tandem render scenes/cornell-classic.json -o a.exr --size 64 --samples 4096\n"
         "  tandem render scenes/cornell-classic.json -o b.exr --size 64 --samples 4096 --seed 1\n"
-        "  tandem compare a.exr b.exr\n"
+        "  tandem compare a.exr b.exr\n\n"
         "A side is one image with variance channels and a sample count, or several images of independent seeds.\n"
         "Channels, metadata and colour spaces: common/validation/compare/README.md. PNG files are decoded from sRGB.");
     command->callback(
