@@ -91,6 +91,16 @@ std::vector<Texture> textures_of_all_kinds() {
     return {checks, by_coordinates, noise, turbulence, marble, image};
 }
 
+// The triangle that was added last is shaded by normals that turn from corner to corner; all else stays flat.
+void smooth_last_triangle(Scene& scene) {
+    const std::size_t first = scene.vertices.size() - 3;
+    const auto corner = [&](std::size_t i) { return scene.vertices[first + i]; };
+    const glm::dvec3 normal = glm::normalize(glm::cross(corner(1) - corner(0), corner(2) - corner(0)));
+    scene.normals.resize(first, glm::dvec3(0.0));
+    for (std::size_t i = 0; i < 3; ++i)
+        scene.normals.push_back(glm::normalize(normal + 0.8 * glm::normalize(corner(i))));
+}
+
 }  // namespace
 
 Scene outdoor_scene(bool punctual) {
@@ -108,11 +118,13 @@ Scene outdoor_scene(bool punctual) {
     builder.sphere(textured(builder, textures[3]), {0.3, 0.4, 0.2}, 0.4);
     builder.quad(textured(builder, textures[4]), {glm::dvec3{-2, 0, -2}, {2, 0, -2}, {2, 2, -2}, {-2, 2, -2}});
     builder.triangle(textured(builder, textures[5]), {glm::dvec3{1.9, 0.1, 0.0}, {1.9, 0.1, 0.8}, {1.5, 1.2, 0.4}});
+    smooth_last_triangle(builder.scene());
     builder.sphere(builder.material(conductor(0.0)), {1.1, 0.3, 0.7}, 0.3);
     builder.sphere(builder.material(conductor(0.4)), {-0.5, 0.25, 1.0}, 0.25);
     builder.scene().entities.back().motion = {0.3, 0.1, 0.0};
     builder.sphere(builder.material(rough_diffuse(glm::dvec3(0.7), 0.5)), {-1.1, 0.2, 1.3}, 0.2);
     builder.sphere(builder.material(emitter(glm::dvec3(6.0))), {0.8, 1.9, 0.0}, 0.2);
+    builder.scene().normals.resize(builder.scene().vertices.size(), glm::dvec3(0.0));
     if (!punctual) return builder.scene();
     PunctualLight point, spot, sun;
     point.position = {-1.0, 2.0, 1.0};
