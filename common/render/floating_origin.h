@@ -31,8 +31,7 @@ namespace tandem {
 [[nodiscard]] Scene moving_along(const Scene& scene, const glm::dvec3& motion);
 
 // A job for the scene where it stands, its contacts apart (contacts.h), by way of `prepare` for the scene as seen along
-// its floating motion and from its
-// floating origin, if it has them. The points of traced paths are those of the world.
+// its floating motion and from its floating origin, if it has them. The points of traced paths are those of the world.
 [[nodiscard]] std::unique_ptr<RenderJob> prepare_near_origin(const Scene& scene, const RenderSettings& settings,
     const std::function<std::unique_ptr<RenderJob>(const Scene&)>& prepare);
 
