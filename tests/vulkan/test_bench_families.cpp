@@ -46,7 +46,9 @@ std::size_t check_arms(const Family& family) {
             const std::optional<ArmOutput> output = run->output();
             if (&arm == arms.data()) baseline = output;
             CHECK(output.has_value() == baseline.has_value());
-            if (output && baseline && arm.same_bits) CHECK(output->digest == baseline->digest);
+            // Vulkan does not define the result of `execution`: an H100 has other bits there, lavapipe the same.
+            const bool defined = family.name != "barriers" || arm.name != "execution";
+            if (output && baseline && arm.same_bits && defined) CHECK(output->digest == baseline->digest);
             CHECK(run->run().at(family.clock) > 0.0);
         } catch (const UnsupportedError& refusal) {
             CHECK(&arm != arms.data());  // the baseline runs everywhere
