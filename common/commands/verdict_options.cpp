@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
 #include <cstdio>
 #include <exception>
 #include <functional>
@@ -60,6 +61,9 @@ void print_verdict(const SceneVerdict& verdict, bool verbose) {
     if (verdict.verdict != Verdict::agree || verbose)
         for (const std::string& reason : verdict.judgement.reasons)
             if (!said(reason)) fmt::print("    {}\n", escaped(reason));
+    if (verdict.forecast_seconds)
+        fmt::print("    forecast: decided after about {:.0f} s, if both sides are right\n",
+            std::ceil(*verdict.forecast_seconds));
     for (const std::string& note : verdict.notes) fmt::print("    note: {}\n", escaped(note));
     if (verdict.worst && (verdict.verdict == Verdict::disagree || verbose)) {
         const WorstPixel& worst = *verdict.worst;

@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "common/commands/arguments.h"
@@ -10,14 +11,19 @@
 #include "common/commands/console.h"
 #include "common/commands/help.h"
 #include "common/commands/verdict_options.h"
+#include "common/commands/verify_presets.h"
 #include "common/deadline.h"
 #include "common/error.h"
 #include "common/self_test/self_test.h"
+#include "common/stopwatch.h"
 #include "common/text.h"
+#include "common/validation/verify/total_budget.h"
 
 namespace tandem {
 
 namespace {
+
+constexpr double default_seconds = 120.0;  // of a scene
 
 struct VerifyArguments {
     std::vector<std::string> scenes;
@@ -25,7 +31,8 @@ struct VerifyArguments {
                 reference_precision;
     RenderOptions render;
     CriteriaArguments criteria;
-    double seconds = 120.0;
+    std::string preset, total_time;
+    std::optional<double> seconds;  // of a scene
     std::optional<std::uint64_t> samples;
     std::string oracle = "oracle";
     bool no_paired = false, validation = false, convergence = false;
@@ -86,7 +93,7 @@ void print_convergence(const SceneVerdict& verdict) {
 void add_convergence(const Scene& scene, Renderer& reference, Renderer& candidate, const VerifyArguments& arguments,
     const CommandContext& context, SceneVerdict& verdict) {
     ConvergenceOptions options;
-    options.budget_seconds = arguments.seconds;
+    options.budget_seconds = arguments.seconds.value_or(default_seconds);
     options.seed = arguments.render.seed + 2;
     options.stop = context.stop;
     {
@@ -98,7 +105,7 @@ void add_convergence(const Scene& scene, Renderer& reference, Renderer& candidat
         print_convergence(verdict);
     else
         fmt::print("    convergence: cannot be measured in {} s, or the image is black; give more --time\n",
-            arguments.seconds);
+            arguments.seconds.value_or(default_seconds));
 }
 
 // The command that follows a sample of the worst pixel on both backends, and on the oracle.
@@ -124,8 +131,134 @@ std::string trace_command(const VerifyArguments& arguments, const std::string& s
     return command;
 }
 
-ExitStatus verify(const VerifyArguments& arguments, const CommandContext& context) {
+// The arguments, with the preset's where they say nothing.
+VerifyArguments completed(VerifyArguments arguments) {
+    if (!arguments.preset.empty()) {
+        const VerifyPreset preset = verify_preset(arguments.preset);
+        if (arguments.scenes.empty()) arguments.scenes = preset.scenes;
+        if (arguments.render.size.empty()) arguments.render.size = preset.size;
+        if (arguments.total_time.empty()) arguments.total_time = fmt::format("{}", preset.total_seconds);
+    }
+    if (arguments.scenes.empty())
+        throw InputError("verify: no scene is named; name scene files, or a --preset: smoke, driver or full");
+    if (!arguments.total_time.empty() && arguments.convergence)
+        throw InputError("--convergence: goes with --time, not with a time in total; leave one of them out");
+    return arguments;
+}
+
+// What both ways to share the time need.
+struct Work {
+    const VerifyArguments& arguments;
+    const CommandContext& context;
+    const std::vector<Scene>& scenes;
+    const std::vector<RenderSettings>& settings;
+    Renderer &reference, &candidate;
+    VerifyOptions options;
+
+    [[nodiscard]] SceneVerdict verdict_on(std::size_t i, double seconds, const std::string& text) {
+        const Deadline deadline(context.stop, with_overrun(seconds));
+        options.stop = deadline.token();
+        options.settings = settings[i];
+        options.budget_seconds = seconds;
+        ProgressLine line;
+        options.progress = [&](double fraction, const std::string& what) {
+            line.update(fraction, text + scenes[i].name + ": " + what);
+        };
+        SceneVerdict verdict = verify_scene(scenes[i], reference, candidate, options);
+        verdict.forecast_seconds = forecast_seconds(verdict);
+        if (verdict.worst)
+            verdict.worst->command = trace_command(arguments, arguments.scenes[i], settings[i], *verdict.worst);
+        return verdict;
+    }
+};
+
+struct Outcome {
+    std::vector<SceneVerdict> verdicts;
+    std::vector<std::string> not_run;
+    std::exception_ptr failure;  // a device that is lost takes no earlier scene's verdict with it
+};
+
+Outcome verify_each(Work& work) {
+    Outcome outcome;
+    const std::size_t scenes = work.scenes.size();
+    const double seconds = work.arguments.seconds.value_or(default_seconds);
+    for (std::size_t i = 0; i < scenes && !work.context.stop.stop_requested() && !outcome.failure; ++i) {
+        try {
+            outcome.verdicts.push_back(work.verdict_on(i, seconds, ""));
+            print_verdict(outcome.verdicts.back(), work.context.verbose);
+            if (work.arguments.convergence)
+                add_convergence(work.scenes[i], work.reference, work.candidate, work.arguments, work.context,
+                    outcome.verdicts.back());
+        } catch (const std::exception&) {
+            if (outcome.verdicts.empty()) throw;
+            outcome.failure = std::current_exception();
+        }
+    }
+    for (std::size_t i = outcome.verdicts.size(); i < scenes; ++i) outcome.not_run.push_back(work.scenes[i].name);
+    return outcome;
+}
+
+// A scene whose turn comes again is told in a line.
+void print_so_far(const SceneVerdict& verdict, bool verbose) {
+    if (verdict.verdict != Verdict::undecided) return print_verdict(verdict, verbose);
+    fmt::print("{}: undecided after {}{}\n", escaped(verdict.scene), duration(verdict.seconds),
+        verdict.forecast_seconds ? fmt::format(", needs about {}", duration(*verdict.forecast_seconds))
+                                 : ", too soon to foretell what it needs");
+    std::fflush(stdout);
+}
+
+Outcome verify_within(Work& work, double seconds) {
+    const Stopwatch watch;
+    const Deadline end(work.context.stop, with_overrun(seconds));
+    const std::uint64_t seed = work.options.seed;
+    work.options.scenes *= most_rounds;
+    TotalBudget budget;
+    budget.scenes = work.scenes.size();
+    budget.seconds = seconds;
+    budget.most_seconds = work.arguments.seconds.value_or(most_seconds);
+    budget.stop = end.token();
+    budget.elapsed = [&] { return watch.seconds(); };
+    budget.verify = [&](std::size_t i, double share, std::size_t round) {
+        work.options.seed = seed + 2 * round;
+        SceneVerdict verdict = work.verdict_on(i, share, round > 0 ? fmt::format("again, {}, ", duration(share)) : "");
+        print_so_far(verdict, work.context.verbose);
+        return verdict;
+    };
+    std::vector<std::optional<SceneVerdict>> last;
+    Outcome outcome;
+    try {
+        verify_within(budget, last);
+    } catch (const std::exception&) {
+        outcome.failure = std::current_exception();
+    }
+    for (std::size_t i = 0; i < last.size(); ++i) {
+        if (last[i])
+            outcome.verdicts.push_back(std::move(*last[i]));
+        else
+            outcome.not_run.push_back(work.scenes[i].name);
+    }
+    if (outcome.failure && outcome.verdicts.empty()) std::rethrow_exception(outcome.failure);
+    return outcome;
+}
+
+// Why a time in total did not do, and what would.
+void print_what_is_needed(const std::vector<SceneVerdict>& verdicts, double seconds) {
+    const auto undecided = std::ranges::count(verdicts, Verdict::undecided, &SceneVerdict::verdict);
+    if (undecided == 0) return;
+    const std::optional<double> needed = seconds_needed(verdicts);
+    fmt::print("{} of {} scenes are undecided after {}", undecided, verdicts.size(), duration(seconds));
+    if (needed)
+        fmt::print("; they need about {} more: --total-time {:.0f}min\n", duration(*needed),
+            std::ceil((seconds + *needed) / 60.0));
+    else
+        fmt::print("; some need more than can be foretold, or are black\n");
+}
+
+ExitStatus verify(const VerifyArguments& given, const CommandContext& context) {
     NothingToKeep starting(context.interrupts);
+    const VerifyArguments arguments = completed(given);
+    std::optional<double> total_seconds;
+    if (!arguments.total_time.empty()) total_seconds = duration_from(arguments.total_time, "--total-time");
     // Every scene is read before the first is rendered: bad input costs no time.
     std::vector<Scene> scenes;
     std::vector<std::string> names, inputs;
@@ -157,46 +290,24 @@ ExitStatus verify(const VerifyArguments& arguments, const CommandContext& contex
 
     VerifyOptions options;
     options.criteria = criteria;
-    options.budget_seconds = arguments.seconds;
     options.max_samples = arguments.samples.value_or(0);
     options.seed = arguments.render.seed;
     options.paired = !arguments.no_paired;
     options.oracle = oracle.get();
     options.scenes = scenes.size();
-    std::vector<SceneVerdict> verdicts;
-    const auto run = [&](std::size_t i) {
-        const Deadline deadline(context.stop, with_overrun(arguments.seconds));
-        options.stop = deadline.token();
-        options.settings = settings[i];
-        {
-            ProgressLine line;
-            options.progress = [&](double fraction, const std::string& text) {
-                line.update(fraction, scenes[i].name + ": " + text);
-            };
-            verdicts.push_back(verify_scene(scenes[i], *reference, *candidate, options));
-        }
-        if (verdicts.back().worst)
-            verdicts.back().worst->command =
-                trace_command(arguments, arguments.scenes[i], settings[i], *verdicts.back().worst);
-        print_verdict(verdicts.back(), context.verbose);
-        if (arguments.convergence)
-            add_convergence(scenes[i], *reference, *candidate, arguments, context, verdicts.back());
-    };
-    std::exception_ptr failure;  // a device that is lost takes no earlier scene's verdict with it
-    for (std::size_t i = 0; i < scenes.size() && !context.stop.stop_requested() && !failure; ++i) {
-        try {
-            run(i);
-        } catch (const std::exception&) {
-            if (verdicts.empty()) throw;
-            failure = std::current_exception();
-        }
+    Work work{arguments, context, scenes, settings, *reference, *candidate, options};
+    const Stopwatch watch;
+    const Outcome outcome = total_seconds ? verify_within(work, *total_seconds) : verify_each(work);
+    if (total_seconds) {
+        for (const SceneVerdict& verdict : outcome.verdicts)
+            if (verdict.verdict == Verdict::undecided) print_verdict(verdict, context.verbose);
+        print_what_is_needed(outcome.verdicts, watch.seconds());
     }
-    std::vector<std::string> not_run;
-    for (std::size_t i = verdicts.size(); i < scenes.size(); ++i) not_run.push_back(scenes[i].name);
-    const ExitStatus status = conclude("verify", verdicts, arguments.criteria, context, not_run, self_tests);
-    if (failure) std::rethrow_exception(failure);
-    if (not_run.empty()) return status;
-    fmt::print(stderr, "tandem: stopped; {} of {} scenes were not verified\n", not_run.size(), scenes.size());
+    const ExitStatus status =
+        conclude("verify", outcome.verdicts, arguments.criteria, context, outcome.not_run, self_tests);
+    if (outcome.failure) std::rethrow_exception(outcome.failure);
+    if (outcome.not_run.empty()) return status;
+    fmt::print(stderr, "tandem: stopped; {} of {} scenes were not verified\n", outcome.not_run.size(), scenes.size());
     return status;
 }
 
@@ -221,17 +332,28 @@ void add_verify_command(CLI::App& app, CommandContext& context) {
     CLI::App* command = app.add_subcommand("verify", "Decide whether two backends agree on scenes");
     const auto arguments = std::make_shared<VerifyArguments>();
     arguments->render.seed = 1;
-    command->add_option("scenes", arguments->scenes, "Scene files")->required()->type_name("SCENE");
+    command->add_option("scenes", arguments->scenes, "Scene files")->type_name("SCENE");
+    command
+        ->add_option("--preset", arguments->preset,
+            "smoke: six small scenes, 1 minute. driver: all scenes at 64 pixels, 10 minutes. full: closed forms too, 2 "
+            "hours. Scenes, --size and --total-time may be named beside it")
+        ->check(one_of({"smoke", "driver", "full"}));
+    command
+        ->add_option("--total-time", arguments->total_time,
+            "Time for all scenes together, as 90s, 10min or 2h. Scenes that are soon decided leave theirs to the "
+            "others")
+        ->type_name("TIME");
     command->add_option("--reference", arguments->reference, "Backend that is trusted")->capture_default_str();
     command->add_option("--candidate", arguments->candidate, "Backend that is judged")->capture_default_str();
     command->add_option(
         "--device", arguments->device, "Vulkan device of the candidate: its index, or part of its name");
     command->add_option(
         "--precision", arguments->precision, fmt::format("Precision of the candidate: {}", precision_help));
-    command->add_option("--time", arguments->seconds, "Seconds of a scene, at most")
+    command
+        ->add_option("--time", arguments->seconds,
+            fmt::format("Seconds of a scene, at most (default: {:.0f}, or what --total-time allows)", default_seconds))
         ->check(above_zero(most_seconds))
-        ->type_name("SECONDS")
-        ->capture_default_str();
+        ->type_name("SECONDS");
     command
         ->add_option("--samples", arguments->samples,
             "Samples a pixel and side, at most (default: 1048576; more below 128x128 pixels)")
@@ -251,6 +373,7 @@ void add_verify_command(CLI::App& app, CommandContext& context) {
     add_common_options(*command, context,
         "  tandem verify scenes/cornell-thesis.json\n"
         "  tandem verify scenes/furnace.json scenes/glass.json --json verdict.json --report report\n"
+        "  tandem verify --preset driver --junit driver.xml\n"
         "  tandem verify scenes/furnace.json --reference oracle --candidate cpu --precision double\n"
         "Exit status: 0 agree, 1 disagree, 3 undecided within the time.");
     command->callback(

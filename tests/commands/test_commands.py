@@ -429,6 +429,36 @@ class Commands(ProgramTest):
                     "seconds_reference", "seconds_candidate", "minimum_detectable_relative"]:
             self.assertIn(key, report["scenes"][0])
 
+    def test_a_total_time_is_kept_and_what_is_undecided_has_a_forecast(self):
+        figures, report = self.folder / "out.json", self.folder / "out.xml"
+        noisy = ["verify", SCENES / "cornell-classic.json", self.scene, "--size", "16", "--margin", "1e-6", "--json", figures,
+                 "--junit", report]
+        began = time.monotonic()
+        result = tandem(*noisy, "--total-time", "8s")
+        took = time.monotonic() - began
+        self.assertEqual(result.returncode, 3, result.stdout + result.stderr)
+        self.assertLess(took, 1.1 * 8 + 3.0)  # what comes before: devices, scenes, self-tests
+        scenes = json.loads(figures.read_text())["scenes"]
+        self.assertEqual(len(scenes), 2)
+        self.assertGreater(scenes[0]["forecast_seconds"], 8)
+        self.assertRegex(result.stdout, r"of 2 scenes are undecided after .*; they need about .* more: --total-time \d+min")
+        self.assertIn("(margin 0.00010 %)", result.stdout)
+        self.refused(tandem(*noisy, "--total-time", "8 parsec"), "write 600, 90s, 10min or 2h")
+        self.refused(tandem(*noisy, "--total-time", "8s", "--convergence"), "--convergence")
+
+    def test_a_preset_has_its_scenes_and_names_may_take_their_place(self):
+        self.refused(tandem("verify"), "--preset: smoke, driver or full")
+        self.refused(tandem("verify", "--preset", "smoke", cwd=self.folder), "there is no scene in scenes/")
+        figures = self.folder / "out.json"
+        (self.folder / "scenes").symlink_to(SCENES)
+        # So little time that each scene has one turn at most: which scenes they are is what is asked.
+        result = tandem("verify", "--preset", "driver", "--total-time", "2s", "--oracle", "none", "--json", figures, cwd=self.folder)
+        told = json.loads(figures.read_text())
+        self.assertEqual(len(told["scenes"]) + len(told["not_run"]), len(list(SCENES.glob("*.json"))), result.stderr)
+        result = tandem("verify", self.scene, "--preset", "smoke", "--total-time", "20s", "--json", figures, cwd=self.folder)
+        self.assertEqual(result.returncode, 0, result.stdout + result.stderr)
+        self.assertEqual(len(json.loads(figures.read_text())["scenes"]), 1)
+
     def test_compare_tells_same_from_brighter(self):
         brighter = self.changed("/background", [0.51, 0.51, 0.51])
         for name, scene, seed in [("a", self.scene, 1), ("b", self.scene, 2), ("c", brighter, 3)]:

@@ -218,6 +218,7 @@ json to_json(const SceneVerdict& v) {
     result["invalid_samples_reference"] = v.reference.invalid;
     result["invalid_samples_candidate"] = v.candidate.invalid;
     result["stopped"] = v.stopped;
+    result["forecast_seconds"] = v.forecast_seconds ? nlohmann::json(*v.forecast_seconds) : nlohmann::json();
     result["seconds"] = v.seconds;
     return result;
 }

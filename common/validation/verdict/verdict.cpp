@@ -272,9 +272,10 @@ std::string off_by(const Judgement& judgement) {
 std::string sentence_of(const Judgement& judgement, const Criteria& criteria, const std::string& reference_name,
     const std::string& candidate_name) {
     const std::string both = reference_name + " and " + candidate_name;
-    const std::string bounds =
-        fmt::format("±{} overall, worst 16×16 tile ±{} ({:.0f} %)", percent(widest(judgement.level("image")).bound()),
-            percent(widest(judgement.level("tiles 16x16")).bound()), 100.0 * (1.0 - criteria.doubt));
+    const std::string bounds = fmt::format("±{} overall (margin {}), worst 16×16 tile ±{} (margin {}), at {:.0f} %",
+        percent(widest(judgement.level("image")).bound()), percent(criteria.margins.image),
+        percent(widest(judgement.level("tiles 16x16")).bound()), percent(criteria.margins.tile),
+        100.0 * (1.0 - criteria.doubt));
     const std::string detectable =
         "; detectable: " + percent(judgement.level("image").minimum_detectable_relative) + " overall";
     const char* constant =

@@ -61,7 +61,8 @@ inline constexpr const char* closed_form_candidate_level = "closed form, candida
 // How the candidate differs from the reference at one level of means, in short.
 [[nodiscard]] std::string off_by(const LevelResult& level);
 
-// "CPU and Vulkan agree within ±0.21 % overall, worst 16×16 tile ±2.4 % (95 %); detectable: 0.40 % overall".
+// "CPU and Vulkan agree within ±0.21 % overall (margin 0.50 %), worst 16×16 tile ±2.4 % (margin 10 %), at 95 %;
+// detectable: 0.40 % overall".
 [[nodiscard]] std::string sentence_of(const Judgement& judgement, const Criteria& criteria,
     const std::string& reference_name, const std::string& candidate_name);
 

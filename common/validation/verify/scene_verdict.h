@@ -52,6 +52,7 @@ struct SceneVerdict {
     double reference_seconds = 0.0, candidate_seconds = 0.0;  // rendering, paired samples included
     double seconds = 0.0;                                     // all
     bool stopped = false;
+    std::optional<double> forecast_seconds;  // that an undecided scene would take (total_budget.h)
 };
 
 // Row of the history for a judgement on `samples` a pixel and side, made `seconds` after the start.
