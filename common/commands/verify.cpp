@@ -35,7 +35,7 @@ struct VerifyArguments {
     std::optional<double> seconds;  // of a scene
     std::optional<std::uint64_t> samples;
     std::string oracle = "oracle";
-    bool no_paired = false, validation = false, convergence = false;
+    bool no_paired = false, strict = false, validation = false, convergence = false;
 };
 
 // Says in a line how exactly each side's device computes, where it has an arithmetic of its own.
@@ -254,6 +254,16 @@ void print_what_is_needed(const std::vector<SceneVerdict>& verdicts, double seco
         fmt::print("; some need more than can be foretold, or are black\n");
 }
 
+// The CPU's path tracer as a reference, in double precision where that is in single, or else in single: what rounding
+// alone does to its samples. Nothing for other references.
+std::unique_ptr<Renderer> in_other_precision(const VerifyArguments& arguments, const BackendList& backends) {
+    if (arguments.reference != "cpu" || arguments.no_paired) return nullptr;
+    const Precision own = precision_from(arguments.reference_precision).value_or(Precision::single_precision);
+    BackendOptions options;
+    options.precision = own == Precision::single_precision ? Precision::double_precision : Precision::single_precision;
+    return find_backend(backends, arguments.reference).create(options);
+}
+
 ExitStatus verify(const VerifyArguments& given, const CommandContext& context) {
     NothingToKeep starting(context.interrupts);
     const VerifyArguments arguments = completed(given);
@@ -268,7 +278,8 @@ ExitStatus verify(const VerifyArguments& given, const CommandContext& context) {
     }
     std::vector<RenderSettings> settings;
     for (const Scene& scene : scenes) settings.push_back(verification_settings_from(arguments.render, scene));
-    const Criteria criteria = criteria_from(arguments.criteria, {});
+    Criteria criteria = criteria_from(arguments.criteria, {});
+    criteria.strict = arguments.strict;
     check_outputs(arguments.criteria, context, names, inputs);
     const BackendList& backends = context.program.backends;
     const auto reference = find_backend(backends, arguments.reference)
@@ -282,6 +293,7 @@ ExitStatus verify(const VerifyArguments& given, const CommandContext& context) {
                                    .validation = arguments.validation});
     const auto oracle =
         arguments.oracle == "none" ? nullptr : find_backend(backends, arguments.oracle).create(BackendOptions{});
+    const auto other_precision = in_other_precision(arguments, backends);
     fmt::print("Reference: {}, {}\nCandidate: {}, {}\n", reference->info().backend, reference->info().device,
         candidate->info().backend, candidate->info().device);
     const std::vector<DeviceSelfTest> self_tests = self_tests_of({reference.get(), candidate.get()});
@@ -294,6 +306,7 @@ ExitStatus verify(const VerifyArguments& given, const CommandContext& context) {
     options.seed = arguments.render.seed;
     options.paired = !arguments.no_paired;
     options.oracle = oracle.get();
+    options.other_precision = other_precision.get();
     options.scenes = scenes.size();
     Work work{arguments, context, scenes, settings, *reference, *candidate, options};
     const Stopwatch watch;
@@ -368,6 +381,8 @@ void add_verify_command(CLI::App& app, CommandContext& context) {
     add_render_options(*command, arguments->render);
     command->get_option("--size")->description(
         "Image size in pixels, WxH or the longer side (default: the scene's, at most 128)");
+    command->add_flag("--strict", arguments->strict,
+        "Disagree where the candidate's arithmetic is coarser than single precision. Without, an agreement says so");
     add_rare_options(*command, *arguments);
     add_criteria(*command, arguments->criteria, {});
     add_common_options(*command, context,

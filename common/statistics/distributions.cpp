@@ -39,4 +39,10 @@ double binomial_upper_tail(unsigned successes, unsigned trials, double chance) {
     return boost::math::cdf(boost::math::beta_distribution<>{k, n - k + 1.0}, chance);
 }
 
+double binomial_upper_limit(unsigned successes, unsigned trials, double error) {
+    if (successes >= trials) return 1.0;
+    const double k = successes, n = trials;
+    return boost::math::quantile(boost::math::complement(boost::math::beta_distribution<>{k + 1.0, n - k}, error));
+}
+
 }  // namespace tandem

@@ -12,5 +12,7 @@ namespace tandem {
 
 // P(X >= successes) of a binomial X.
 [[nodiscard]] double binomial_upper_tail(unsigned successes, unsigned trials, double chance);
+// The chance above which so few successes or fewer are rarer than `error`. [Clopper, Pearson 1934]
+[[nodiscard]] double binomial_upper_limit(unsigned successes, unsigned trials, double error);
 
 }  // namespace tandem

@@ -1,5 +1,6 @@
 #include "tests/calibration/experiments.h"
 
+#include <array>
 #include <map>
 #include <utility>
 
@@ -30,8 +31,8 @@ public:
     RendererInfo info() const override { return renderer_->info(); }
 
     std::unique_ptr<RenderJob> prepare(const Scene& scene, const RenderSettings& settings) override {
-        // An experiment has one scene and one film; short paths have fewer bounces.
-        std::shared_ptr<RenderJob>& job = jobs_[settings.bounces];
+        // An experiment has one scene; single samples are looked at with fewer bounces and on other films.
+        std::shared_ptr<RenderJob>& job = jobs_[{settings.width, settings.height, settings.bounces}];
         if (!job) {
             RenderSettings first = settings;
             first.seed = 0;
@@ -47,7 +48,9 @@ private:
     public:
         Job(std::shared_ptr<RenderJob> job, std::uint64_t offset) : job_(std::move(job)), offset_(offset) {}
         RenderResult render(SampleRange range, const RenderControl& control) override {
-            if (range.end > samples_per_seed) throw Error("more samples than a seed has");
+            // Samples far up are looked at one by one; they take the other samples' place in no mean.
+            if (range.begin < samples_per_seed && range.end > samples_per_seed)
+                throw Error("more samples than a seed has");
             return job_->render({range.begin + offset_, range.end + offset_}, control);
         }
 
@@ -57,7 +60,7 @@ private:
     };
 
     std::unique_ptr<Renderer> renderer_;
-    std::map<std::uint32_t, std::shared_ptr<RenderJob>> jobs_;
+    std::map<std::array<std::uint32_t, 3>, std::shared_ptr<RenderJob>> jobs_;
 };
 
 MakeRenderer cpu(Precision precision = Precision::single_precision) {

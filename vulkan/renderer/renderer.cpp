@@ -3,6 +3,7 @@
 
 #include "common/error.h"
 #include "common/render/floating_origin.h"
+#include "common/render/tiled_renderer.h"
 #include "vulkan/backend.h"
 #include "vulkan/framework/device_arithmetic.h"
 #include "vulkan/renderer/job/job.h"
@@ -31,7 +32,7 @@ GeometryPrecision geometry_of(const BackendOptions& options) {
 // thus ends the program, with its text. Only with validation on.
 void raise_leftovers(const Instance& instance) { instance.log().raise(); }
 
-class VulkanRenderer : public Renderer {
+class VulkanRenderer : public Renderer, public TiledRenderer {
 public:
     VulkanRenderer(const BackendOptions& options, Acceleration acceleration)
         : acceleration_(acceleration),
@@ -63,8 +64,14 @@ public:
     }
 
     [[nodiscard]] std::unique_ptr<RenderJob> prepare(const Scene& given, const RenderSettings& settings) override {
+        return prepare_tiled(given, settings, 0);
+    }
+
+    [[nodiscard]] std::unique_ptr<RenderJob> prepare_tiled(
+        const Scene& given, const RenderSettings& settings, std::uint32_t tile_pixels) override {
         const std::optional<Scene> changed = changed_by(settings, given);
         JobPatterns patterns;
+        patterns.tracer.tile_pixels = tile_pixels;
         const bool in_double = geometry_ != GeometryPrecision::single_precision;  // by the megakernel alone
         patterns.tracer.kernel =
             shape_.value_or(in_double ? KernelShape::megakernel : fastest_shape(device_->description().type));

@@ -55,6 +55,8 @@ json criteria_json(const Criteria& criteria) {
         {"channel_floor_relative", m.channel_floor}, {"negligible_image_relative", n.image},
         {"negligible_tile_relative", n.tile}, {"negligible_pixel_relative", n.pixel},
         {"negligible_paired_image_relative", n.paired_image}, {"negligible_paired_tile_relative", n.paired_tile},
+        {"resolution_paired_image_relative", criteria.paired_resolution.image},
+        {"resolution_paired_tile_relative", criteria.paired_resolution.tile}, {"strict", criteria.strict},
         {"negligible_paired_pixel_relative", n.paired_pixel}, {"negligible_variance_ratio", n.variance_ratio},
         {"false_alarm", criteria.false_alarm}, {"doubt", criteria.doubt}, {"discovery_rate", criteria.discovery_rate},
         {"power", criteria.power}, {"fixed_tolerance_relative", criteria.fixed_tolerance},
@@ -64,21 +66,35 @@ json criteria_json(const Criteria& criteria) {
 json looks_json(const std::vector<Look>& looks) {
     json rows = json::array();
     for (const Look& look : looks)
-        rows.push_back({{"samples", look.samples}, {"false_alarm", look.share.false_alarm}, {"doubt", look.share.doubt},
-            {"verdict", name_of(look.verdict)}, {"least_p", number(look.least_p)},
-            {"image_bound_relative", number(look.image_bound)}, {"tile_bound_relative", number(look.tile_bound)},
-            {"seconds", look.seconds}});
+        rows.push_back({{"samples", look.samples}, {"paired_samples", look.paired_samples},
+            {"false_alarm", look.share.false_alarm}, {"doubt", look.share.doubt}, {"verdict", name_of(look.verdict)},
+            {"least_p", number(look.least_p)}, {"image_bound_relative", number(look.image_bound)},
+            {"tile_bound_relative", number(look.tile_bound)}, {"seconds", look.seconds}});
     return rows;
 }
 
-json paired_json(const PairedResult& paired) {
+json arithmetic_json(const SceneVerdict& v) {
+    if (!v.paired.arithmetic) return nullptr;
+    const Arithmetic& a = *v.paired.arithmetic;
+    return {{"coarser_than_single", v.judgement.coarse_arithmetic}, {"samples", a.level.worst.reference},
+        {"parted_fraction", a.level.worst.relative}, {"expected_fraction", a.expected.share()},
+        {"expected_samples", a.expected.lit}, {"allowed_fraction", a.allowed}, {"p", number(a.level.p)}};
+}
+
+json paired_json(const SceneVerdict& v) {
+    const PairedResult& paired = v.paired;
     if (!paired.done) return nullptr;
+    const auto resolution = [&](const char* name) {
+        return v.looks.empty() ? json(nullptr) : number(v.judgement.level(name).resolution_relative);
+    };
     const RegionComparison& image = widest(paired.image);
     return {{"samples", paired.samples}, {"blocks", paired.blocks}, {"relative_difference", number(image.relative)},
         {"relative_difference_low", number(image.relative_low)},
         {"relative_difference_high", number(image.relative_high)},
         {"worst_tile_relative", number(widest(paired.tiles).bound())},
-        {"identical_fraction", paired.identical_fraction}, {"diverged_fraction", paired.diverged_fraction}};
+        {"identical_fraction", paired.identical_fraction}, {"diverged_fraction", paired.diverged_fraction},
+        {"resolution_image_relative", resolution("paired image")},
+        {"resolution_tile_relative", resolution("paired tiles 16x16")}, {"arithmetic", arithmetic_json(v)}};
 }
 
 json explanations_json(const std::vector<Explanation>& explanations) {
@@ -203,7 +219,7 @@ json to_json(const SceneVerdict& v) {
     result["levels"] = json::array();
     for (const LevelResult& level : v.judgement.levels) result["levels"].push_back(level_json(level));
     result["looks"] = looks_json(v.looks);
-    result["paired"] = paired_json(v.paired);
+    result["paired"] = paired_json(v);
     result["explanations"] = explanations_json(v.explanations);
     result["outvoted"] = outvoted_json(v.outvoted);
     result["closed_form"] = closed_form_json(v);

@@ -61,9 +61,17 @@ struct GreatestSamples {
     std::array<double, channel_count> reference{}, candidate{};
 };
 
+// Paired samples are drawn until a true difference of this size would be noticed (with Criteria::power) of the image
+// and of every 16x16 tile, or the time ends: no agreement before. Two and a half times what is negligible, so that
+// nearly every difference worth a name is found: closer to it the samples grow without bound.
+struct PairedResolution {
+    double image = 5e-4, tile = 5e-3;
+};
+
 struct Criteria {
     Margins margins;
     Negligible negligible;
+    PairedResolution paired_resolution;
     double false_alarm = 0.01;     // a scene's chance of a wrong "disagree", over all looks and levels
     double doubt = 0.05;           // chance of a wrong "agree"; intervals have confidence 1 - doubt, over all looks
     double discovery_rate = 0.01;  // Benjamini-Hochberg q of the pixel map
@@ -76,6 +84,8 @@ struct Criteria {
     // Then only what the empirical Bernstein bound allows contradicts: neither Student's t nor pairs nor pixels that
     // look fixed know of such samples.
     std::optional<GreatestSamples> greatest;
+    // Arithmetic coarser than single precision is a disagreement; otherwise an agreement says so.
+    bool strict = false;
     // Pixels without variance on both sides must be equal to this relative tolerance (fixed_pixels.h).
     double fixed_tolerance = 0.0;
 };

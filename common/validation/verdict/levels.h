@@ -35,6 +35,8 @@ struct LevelResult {
     double threshold = 0.0;  // that p was held to (Holm over levels at this look's share of the false alarms)
     bool significant = false;
     double minimum_detectable_relative = 0.0;  // median over regions, at `threshold` and the declared power
+    double resolution_relative = 0.0;          // the same of the worst region
+    std::string place;                         // of `worst`, where it is no rectangle of the image
     RegionComparison worst;                    // the region of least p
     std::uint32_t columns = 1, rows = 1;
     std::vector<RegionComparison> regions;  // [tile * 3 + channel]; empty for pixels

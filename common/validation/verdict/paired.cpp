@@ -1,12 +1,20 @@
 #include "common/validation/verdict/paired.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 
 #include "common/statistics/distributions.h"
 #include "common/statistics/multiple_tests.h"
+#include "common/text.h"
 
 namespace tandem {
+
+std::string Arithmetic::text() const {
+    return fmt::format("{} of the samples differ beyond rounding, single precision explains {}, {} are allowed",
+        percent(level.worst.relative), percent(expected.share()), percent(allowed));
+}
 
 PairedDifferences::PairedDifferences(std::uint32_t width, std::uint32_t height, double rounding_tolerance)
     : width_(width),

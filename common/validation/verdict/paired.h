@@ -4,10 +4,21 @@
 #pragma once
 
 #include <optional>
+#include <vector>
 
 #include "common/validation/verdict/levels.h"
+#include "common/validation/verdict/sample_pairs.h"
 
 namespace tandem {
+
+// How coarsely the candidate computes, where it is known what single precision does by itself (coarsest_operation).
+struct Arithmetic {
+    LevelResult level;     // worst.relative: the candidate's share of samples that differ beyond the limit
+    SampleCount rounded;   // by single precision, beyond the limit over coarsest_operation
+    SampleCount expected;  // by single precision, beyond the limit
+    double allowed = 1.0;
+    [[nodiscard]] std::string text() const;  // "86 % of the samples differ ..., single precision explains 1.6 %, ..."
+};
 
 struct PairedResult {
     bool done = false;
@@ -16,8 +27,10 @@ struct PairedResult {
     LevelResult image, tiles;          // differences and intervals relative as in Margins
     LevelResult pixels;                // within tiles: differences that cancel in the tile's mean
     std::optional<LevelResult> paths;  // of short paths, where both sides follow the numbers
-    double identical_fraction = 0.0;   // of pixel blocks whose sums are the same bits
-    double diverged_fraction = 0.0;    // of pixel blocks that differ by more than rounding: some path parted
+    std::vector<LevelResult> alone;    // of single samples, likewise (sample_pairs.h)
+    std::optional<Arithmetic> arithmetic;
+    double identical_fraction = 0.0;  // of pixel blocks whose sums are the same bits
+    double diverged_fraction = 0.0;   // of pixel blocks that differ by more than rounding: some path parted
 };
 
 // Whether the samples themselves are the same, not only their mean: two sides that follow MODEL.md section 3 agree

@@ -22,7 +22,8 @@ std::string place(const RegionComparison& region) {
 }
 
 bool compares_means(const LevelResult& level) {
-    return !level.name.starts_with("variance") && level.name != paired_paths_level && level.name != paired_pixels_level;
+    return !level.name.starts_with("variance") && level.name != paired_paths_level &&
+           level.name != paired_pixels_level && !level.name.starts_with(sample_level_prefix);
 }
 
 // "differs by +1.2 % (+0.9 % to +1.5 %)", or "is 78 times as large (76 times to 80 times)".
@@ -43,6 +44,11 @@ std::string reason_of(const LevelResult& level) {
     if (level.name == paired_paths_level)
         return fmt::format("{}: {} of the pixels of {} part although both sides draw the same random numbers{}",
             level.name, percent(worst.relative), place(worst), chance);
+    if (level.name == arithmetic_level)
+        return fmt::format("{}: coarser than single precision, {}{}", level.name, level.place, chance);
+    if (level.name.starts_with(sample_level_prefix))
+        return fmt::format("{}: {} of the samples of {} part although both sides draw the same random numbers{}",
+            level.name, percent(worst.relative), level.place, chance);
     if (level.name == paired_pixels_level)
         return fmt::format("{}: {} differs by {} (root mean square) within {}{}", level.name, channel,
             percent(worst.relative), place(worst), chance);
@@ -66,16 +72,17 @@ std::vector<LevelResult> mean_levels(const SampledImage& reference, const Sample
     return levels;
 }
 
-// Median over regions of what a test at this level's threshold could have seen.
-double detectable(const LevelResult& level, double negligible, double power) {
-    if (level.regions.empty()) return 0.0;
+// What a test at this level's threshold could have seen: median over regions, and of the worst one.
+void set_detectable(LevelResult& level, double negligible, double power) {
+    if (level.regions.empty()) return;
     std::vector<double> differences;
     const double alpha = level.threshold / static_cast<double>(level.tests);
     for (const RegionComparison& region : level.regions)
         differences.push_back(negligible + minimum_detectable_difference(region.relative_error, alpha, power));
     const auto middle = differences.begin() + static_cast<std::ptrdiff_t>(differences.size() / 2);
+    level.resolution_relative = *std::ranges::max_element(differences);
     std::ranges::nth_element(differences, middle);
-    return *middle;
+    level.minimum_detectable_relative = *middle;
 }
 
 // Holm over the levels.
@@ -96,7 +103,7 @@ void set_detectable(std::vector<LevelResult>& levels, const Criteria& criteria) 
         const bool image = level.name.ends_with("image") || level.name.starts_with("closed form");
         const Negligible& n = criteria.negligible;
         const double negligible = paired ? (image ? n.paired_image : n.paired_tile) : (image ? n.image : n.tile);
-        level.minimum_detectable_relative = detectable(level, negligible, criteria.power);
+        set_detectable(level, negligible, criteria.power);
     }
 }
 
@@ -219,6 +226,8 @@ Judgement judge(const SampledImage& reference, const SampledImage& candidate, co
         std::vector<LevelResult>& levels = criteria.greatest ? reported : judgement.levels;
         for (const LevelResult& level : {paired->image, paired->tiles, paired->pixels}) levels.push_back(level);
         if (paired->paths) levels.push_back(*paired->paths);
+        levels.insert(levels.end(), paired->alone.begin(), paired->alone.end());
+        if (paired->arithmetic) (criteria.strict ? levels : reported).push_back(paired->arithmetic->level);
     }
     if (closed_form != nullptr)
         for (const auto& [name, side] :
@@ -228,6 +237,8 @@ Judgement judge(const SampledImage& reference, const SampledImage& candidate, co
                 judgement.closed_form_within_margin = false;
         }
     set_significance(judgement.levels, share.false_alarm);
+    judgement.coarse_arithmetic =
+        paired != nullptr && paired->arithmetic && paired->arithmetic->level.p <= criteria.false_alarm;
     set_detectable(judgement.levels, criteria);
     std::ranges::move(reported, std::back_inserter(judgement.levels));
 
@@ -247,6 +258,11 @@ Judgement judge(const SampledImage& reference, const SampledImage& candidate, co
     else
         explain_indecision(judgement, criteria.margins);
     return judgement;
+}
+
+bool pairs_resolve(const Judgement& judgement, const Criteria& criteria) {
+    return judgement.level("paired image").resolution_relative <= criteria.paired_resolution.image &&
+           judgement.level("paired tiles 16x16").resolution_relative <= criteria.paired_resolution.tile;
 }
 
 std::string off_by(const LevelResult& level) {
@@ -276,8 +292,12 @@ std::string sentence_of(const Judgement& judgement, const Criteria& criteria, co
         percent(widest(judgement.level("image")).bound()), percent(criteria.margins.image),
         percent(widest(judgement.level("tiles 16x16")).bound()), percent(criteria.margins.tile),
         100.0 * (1.0 - criteria.doubt));
-    const std::string detectable =
+    std::string detectable =
         "; detectable: " + percent(judgement.level("image").minimum_detectable_relative) + " overall";
+    for (const LevelResult& level : judgement.levels)
+        if (level.name == "paired image" && level.threshold > 0.0)
+            detectable += fmt::format(", with paired seeds {} overall and {} in every tile",
+                percent(level.resolution_relative), percent(judgement.level("paired tiles 16x16").resolution_relative));
     const char* constant =
         judgement.constant ? "; every pixel is the same without noise, so that one value alone was compared" : "";
     switch (judgement.verdict) {

@@ -34,8 +34,9 @@ struct Judgement {
     Verdict verdict = Verdict::undecided;
     std::vector<LevelResult> levels;  // "image", "tiles 32x32", "tiles 16x16", "tiles 8x8", "pixels", ...
     FixedPixels fixed;
-    bool black = false;     // both sides, every sample
-    bool constant = false;  // both sides: one value above 0, without noise
+    bool black = false;              // both sides, every sample
+    bool constant = false;           // both sides: one value above 0, without noise
+    bool coarse_arithmetic = false;  // more samples part than single precision explains (Arithmetic)
     std::vector<double> pixel_p;
     std::uint64_t discoveries = 0;  // pixels and channels, at the discovery rate
     bool image_within_margin = false, tiles_within_margin = false, closed_form_within_margin = true;
@@ -53,6 +54,9 @@ inline constexpr const char* closed_form_candidate_level = "closed form, candida
 // Both sides must have the same size. `paired` and `closed_form` may be null.
 [[nodiscard]] Judgement judge(const SampledImage& reference, const SampledImage& candidate, const PairedResult* paired,
     const Criteria& criteria, const LookShare& share, const ClosedForm* closed_form = nullptr);
+
+// Whether the paired samples that were judged resolve what Criteria declares.
+[[nodiscard]] bool pairs_resolve(const Judgement& judgement, const Criteria& criteria);
 
 // How the candidate differs from the reference, in short: "+1.2 % (image, red)", by the most significant level of
 // means, else by pixels without variance, invalid samples or the variance. For a judgement of disagreement.

@@ -17,6 +17,7 @@ namespace tandem {
 // One row of the history of looks.
 struct Look {
     std::uint64_t samples = 0;  // a pixel and side
+    std::uint64_t paired_samples = 0;
     LookShare share;
     Verdict verdict = Verdict::undecided;
     double least_p = 1.0;      // over levels, each corrected for its own tests

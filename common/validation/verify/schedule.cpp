@@ -13,6 +13,7 @@ constexpr std::uint64_t least_batches = 2;  // to have a variance between batche
 constexpr std::uint64_t most_batches = 64;  // at the last look; more would only cost calls
 constexpr std::uint64_t most_paired_batches = 4;
 constexpr std::size_t most_spare_looks = 2;
+constexpr std::size_t most_paired_looks = 6;
 constexpr double part_of_budget = 0.9;  // the rest is for judging and for uneven speed
 
 std::uint64_t round_down(double samples, std::uint64_t multiple) {
@@ -48,6 +49,13 @@ Schedule make_schedule(const ScheduleRequest& request) {
          samples <= request.max_samples && schedule.spare_looks.size() < most_spare_looks; samples *= 2)
         schedule.spare_looks.push_back(samples);
     schedule.paired_batches = std::min(schedule.paired_batches, schedule.looks.front() / batch);
+    const double most_pairs = std::min(
+        part_of_budget * request.budget_seconds / std::max(both, 1e-12), static_cast<double>(request.max_samples));
+    for (std::uint64_t batches = 2 * schedule.paired_batches;
+         batches > 0 && static_cast<double>(batches * batch) <= most_pairs &&
+         schedule.paired_looks.size() < most_paired_looks;
+         batches *= 2)
+        schedule.paired_looks.push_back(batches);
     return schedule;
 }
 

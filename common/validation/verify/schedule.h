@@ -14,6 +14,9 @@ struct Schedule {
     // them (another load on the machine that has passed). Up to two, and they have their shares of the error rates.
     std::vector<std::uint64_t> spare_looks;
     std::uint64_t paired_batches = 0;  // compared with paired seeds before the first look
+    // Paired batches in all at each further look, taken before an agreement while pairs resolve less than declared and
+    // time is left. They have their shares of the false alarms.
+    std::vector<std::uint64_t> paired_looks;
 };
 
 struct ScheduleRequest {

@@ -9,6 +9,7 @@
 #include "common/scene/coincident_faces.h"
 #include "common/statistics/multiple_tests.h"
 #include "common/stopwatch.h"
+#include "common/validation/verify/sample_looks.h"
 #include "common/validation/verify/schedule.h"
 
 namespace tandem {
@@ -51,7 +52,13 @@ private:
     void take(Side& side, Estimate batch);
     [[nodiscard]] bool extend(Side& side, std::uint64_t samples, const std::string& what);
     void run_paired();
+    [[nodiscard]] bool follow_numbers() const;
+    [[nodiscard]] bool same_paths() const;
     void compare_short_paths();
+    void look_at_single_samples();
+    [[nodiscard]] bool add_pair(Side& a, Side& b, std::uint64_t batch);
+    void judge_pairs();
+    void resolve_pairs();
     [[nodiscard]] std::optional<double> measure_speed_of(Side& side);
     void measure_speed();
     [[nodiscard]] static double seconds_to(const Side& side, std::uint64_t samples);
@@ -72,7 +79,10 @@ private:
     SceneVerdict verdict_;
     Side reference_, candidate_;
     Schedule schedule_;
-    double paired_seconds_ = 0.0;
+    std::optional<PairedDifferences> differences_;
+    std::vector<double> paired_alarms_;  // shares of the paired looks
+    double seconds_of_pair_ = 0.0;       // a batch of both sides
+    double paired_reference_seconds_ = 0.0, paired_candidate_seconds_ = 0.0;
 };
 
 void Verification::set_names() {
@@ -129,36 +139,59 @@ bool Verification::extend(Side& side, std::uint64_t samples, const std::string& 
     return true;
 }
 
+// The same samples on both sides; false when stopped on the way.
+bool Verification::add_pair(Side& a, Side& b, std::uint64_t batch) {
+    const SampleRange range{batch * schedule_.batch_samples, (batch + 1) * schedule_.batch_samples};
+    const Stopwatch watch;
+    const double before_a = a.seconds, before_b = b.seconds;
+    std::optional<Estimate> x = render(a, range, "reference, paired seeds");
+    const std::optional<Estimate> y = x ? render(b, range, "candidate, paired seeds") : std::nullopt;
+    if (!y) return false;
+    differences_->add(*x, *y);
+    candidate_.estimate.add_invalid(y->invalid());
+    seconds_of_pair_ = watch.seconds();
+    paired_candidate_seconds_ += b.seconds - before_b;
+    if (&a == &reference_) {
+        take(a, std::move(*x));
+    } else {
+        reference_.estimate.add_invalid(x->invalid());
+        paired_reference_seconds_ += a.seconds - before_a;
+    }
+    return true;
+}
+
+void Verification::judge_pairs() {
+    PairedResult result = differences_->result(verdict_.criteria, verdict_.criteria.doubt / 2.0);
+    result.paths = std::move(verdict_.paired.paths);
+    result.alone = std::move(verdict_.paired.alone);
+    result.arithmetic = std::move(verdict_.paired.arithmetic);
+    verdict_.paired = std::move(result);
+}
+
 // The reference's first batches once more by the candidate, with the reference's seed.
 void Verification::run_paired() {
     if (schedule_.paired_batches < 2) return;
     Side paired = side(candidate_renderer_, verdict_.reference_seed);
-    PairedDifferences differences(verdict_.settings.width, verdict_.settings.height, verdict_.criteria.fixed_tolerance);
-    std::uint64_t invalid = 0;
-    for (std::uint64_t k = 0; k < schedule_.paired_batches; ++k) {
-        const SampleRange range{k * schedule_.batch_samples, (k + 1) * schedule_.batch_samples};
-        std::optional<Estimate> a = render(reference_, range, "reference");
-        std::optional<Estimate> b = a ? render(paired, range, "candidate, paired seeds") : std::nullopt;
-        if (!a || !b) {
-            verdict_.stopped = true;
-            break;
-        }
-        differences.add(*a, *b);
-        invalid += b->invalid();
-        take(reference_, std::move(*a));
-    }
-    paired_seconds_ = paired.seconds;
-    candidate_.estimate.add_invalid(invalid);
-    verdict_.paired = differences.result(verdict_.criteria, verdict_.criteria.doubt / 2.0);
-    if (!verdict_.stopped) compare_short_paths();
+    differences_.emplace(verdict_.settings.width, verdict_.settings.height, verdict_.criteria.fixed_tolerance);
+    for (std::uint64_t k = 0; k < schedule_.paired_batches && !verdict_.stopped; ++k)
+        verdict_.stopped = !add_pair(reference_, paired, k);
+    judge_pairs();
+    if (verdict_.stopped || !same_paths()) return;
+    compare_short_paths();
+    if (!verdict_.stopped) look_at_single_samples();
 }
 
-// The same random numbers at few bounces: the same samples, where both follow MODEL.md section 3. Which of two faces at
-// one place comes first is up to rounding, though (5.2), and the numbers of what follows with it.
+bool Verification::follow_numbers() const {
+    return verdict_.reference_info.follows_numbers && verdict_.candidate_info.follows_numbers &&
+           verdict_.settings.integrator != Integrator::bidirectional;
+}
+
+// Both follow MODEL.md section 3. Which of two faces at one place comes first is up to rounding, though (5.2), and the
+// numbers of what follows with it.
+bool Verification::same_paths() const { return follow_numbers() && !passed_faces_coincide(scene_); }
+
+// The same random numbers at few bounces: the same samples.
 void Verification::compare_short_paths() {
-    const bool follow = verdict_.reference_info.follows_numbers && verdict_.candidate_info.follows_numbers &&
-                        verdict_.settings.integrator != Integrator::bidirectional && !passed_faces_coincide(scene_);
-    if (!follow) return;
     std::vector<Estimate> estimates;
     for (Renderer* renderer : {&reference_renderer_, &candidate_renderer_}) {
         RenderSettings settings = verdict_.settings;
@@ -175,6 +208,48 @@ void Verification::compare_short_paths() {
     verdict_.paired.paths = compare_paths(estimates[0], estimates[1], verdict_.criteria.fixed_tolerance);
 }
 
+void Verification::look_at_single_samples() {
+    constexpr double part_of_budget = 0.1;
+    RenderSettings settings = verdict_.settings;
+    settings.seed = verdict_.reference_seed;
+    SampleLooks looks = look_at_samples({.scene = scene_,
+        .settings = settings,
+        .reference = reference_renderer_,
+        .candidate = candidate_renderer_,
+        .other_precision = options_.other_precision,
+        .budget_seconds = part_of_budget * options_.budget_seconds,
+        .stop = options_.stop,
+        .progress = [&](const std::string& text) { report(watch_.seconds() / options_.budget_seconds, text); }});
+    verdict_.stopped = looks.stopped;
+    paired_reference_seconds_ += looks.reference_seconds;
+    paired_candidate_seconds_ += looks.candidate_seconds;
+    reference_.estimate.add_invalid(looks.invalid_reference);
+    candidate_.estimate.add_invalid(looks.invalid_candidate);
+    verdict_.paired.alone = std::move(looks.levels);
+    verdict_.paired.arithmetic = std::move(looks.arithmetic);
+}
+
+// Spends what is left on pairs that resolve as much as declared, before an agreement. Their seed is another one, so
+// that more of it than its low word is put to the test.
+void Verification::resolve_pairs() {
+    if (!differences_ || !follow_numbers()) return;
+    std::optional<Side> a, b;
+    std::uint64_t done = 0;  // batches of that seed
+    for (std::size_t k = 0; k < schedule_.paired_looks.size(); ++k) {
+        if (verdict_.judgement.verdict != Verdict::agree || pairs_resolve(verdict_.judgement, verdict_.criteria))
+            return;
+        const std::uint64_t batches = schedule_.paired_looks[k] - schedule_.paired_batches;
+        const double seconds = seconds_of_pair_ * static_cast<double>(batches - done);
+        if (watch_.seconds() + seconds > options_.budget_seconds) return;
+        if (!a) a = side(reference_renderer_, high_seed(verdict_.reference_seed));
+        if (!b) b = side(candidate_renderer_, high_seed(verdict_.reference_seed));
+        for (; done < batches; ++done)
+            if (!add_pair(*a, *b, done)) return;  // what was decided before stands
+        judge_pairs();
+        judge_look({paired_alarms_[k], verdict_.looks.back().share.doubt});
+    }
+}
+
 void Verification::judge_look(const LookShare& share) {
     verdict_.reference = sampled_image_of(reference_.estimate, reference_.batches);
     verdict_.candidate = sampled_image_of(candidate_.estimate, candidate_.batches);
@@ -184,6 +259,7 @@ void Verification::judge_look(const LookShare& share) {
         verdict_.reference, verdict_.candidate, &verdict_.paired, verdict_.criteria, share, form ? &*form : nullptr);
     const std::uint64_t samples = std::min(verdict_.reference.samples, verdict_.candidate.samples);
     verdict_.looks.push_back(look_of(verdict_.judgement, samples, share, watch_.seconds()));
+    verdict_.looks.back().paired_samples = verdict_.paired.samples;
 }
 
 // Until a decision, the end of the schedule or of the budget, or a stop.
@@ -191,7 +267,10 @@ void Verification::run_looks() {
     const double scenes = static_cast<double>(std::max<std::size_t>(options_.scenes, 1));
     std::vector<std::uint64_t> looks = schedule_.looks;
     looks.insert(looks.end(), schedule_.spare_looks.begin(), schedule_.spare_looks.end());
-    const std::vector<double> alarms = alpha_spending(verdict_.criteria.false_alarm / scenes, looks.size());
+    const std::size_t paired_looks = schedule_.paired_looks.size();
+    const std::vector<double> alarms =
+        alpha_spending(verdict_.criteria.false_alarm / scenes, looks.size() + paired_looks);
+    paired_alarms_.assign(alarms.end() - static_cast<std::ptrdiff_t>(paired_looks), alarms.end());
     const std::vector<double> doubts = alpha_spending(verdict_.criteria.doubt / scenes, looks.size());
     for (std::size_t k = 0; k < looks.size(); ++k) {
         const std::uint64_t samples = looks[k];
@@ -303,10 +382,11 @@ SceneVerdict Verification::run() {
     measure_speed();
     if (!verdict_.stopped) run_paired();
     if (!verdict_.stopped) run_looks();
+    if (!verdict_.stopped) resolve_pairs();
     if (!verdict_.stopped) ask_the_oracle();
     find_worst_pixel();
-    verdict_.reference_seconds = reference_.seconds;
-    verdict_.candidate_seconds = candidate_.seconds + paired_seconds_;
+    verdict_.reference_seconds = reference_.seconds + paired_reference_seconds_;
+    verdict_.candidate_seconds = candidate_.seconds + paired_candidate_seconds_;
     verdict_.seconds = watch_.seconds();
     conclude(verdict_);
     report(1.0, name_of(verdict_.verdict));

@@ -20,6 +20,9 @@ struct VerifyOptions {
     std::size_t max_looks = 6;
     std::uint64_t seed = 1;  // of the reference and of the paired candidate; the other takes seed + 1
     bool paired = true;
+    // The reference's code in double precision where that is in single, or else in single: what rounding alone parts.
+    // nullptr: long paths and the candidate's arithmetic are not held to it.
+    Renderer* other_precision = nullptr;
     // Asked which side is outvoted where the two disagree, in what is left of the budget, or a tenth of it where less
     // is left; nullptr: nobody is asked.
     Renderer* oracle = nullptr;
