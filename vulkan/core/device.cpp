@@ -97,13 +97,15 @@ std::vector<std::uint32_t> queue_counts(const vk::raii::PhysicalDevice& physical
 }
 
 vk::raii::Device make_device(const vk::raii::PhysicalDevice& physical, const DeviceFeatures& has,
-    const std::vector<std::uint32_t>& queue_counts) {
+    const std::vector<std::uint32_t>& queue_counts, std::vector<const char*> extensions) {
+    for (const char* extension : extensions)
+        if (!offers(physical, extension))
+            throw DeviceError(std::string(physical.getProperties().deviceName.data()) + " has no " + extension);
     const std::vector<float> priorities(*std::ranges::max_element(queue_counts), 1.0f);
     std::vector<vk::DeviceQueueCreateInfo> queues;
     for (std::uint32_t family = 0; family < queue_counts.size(); ++family)
         if (queue_counts[family] > 0)
             queues.push_back(vk::DeviceQueueCreateInfo({}, family, queue_counts[family], priorities.data()));
-    std::vector<const char*> extensions;
     if (has.synchronization2) extensions.push_back(VK_KHR_SYNCHRONIZATION_2_EXTENSION_NAME);
     if (has.push_descriptors) extensions.push_back(VK_KHR_PUSH_DESCRIPTOR_EXTENSION_NAME);
     if (has.calibrated_timestamps) extensions.push_back(VK_EXT_CALIBRATED_TIMESTAMPS_EXTENSION_NAME);
@@ -138,17 +140,18 @@ std::vector<std::vector<vk::raii::Queue>> get_queues(
 
 }  // namespace
 
-Device::Device(const Instance& instance, const std::string& wanted, Queues queues)
-    : Device(Choice::make(instance, wanted), queues) {}
+Device::Device(
+    const Instance& instance, const std::string& wanted, Queues queues, const std::vector<const char*>& extensions)
+    : Device(Choice::make(instance, wanted), queues, extensions) {}
 
-Device::Device(Choice choice, Queues queues)
+Device::Device(Choice choice, Queues queues, const std::vector<const char*>& extensions)
     : description_(std::move(choice.description)),
       physical_(std::move(choice.physical)),
       limits_(physical_.getProperties().limits),
       memory_(physical_.getMemoryProperties()),
       family_(compute_queue_family(physical_).value()),
       features_(features_of(physical_)),
-      device_(make_device(physical_, features_, queue_counts(physical_, family_, queues))),
+      device_(make_device(physical_, features_, queue_counts(physical_, family_, queues), extensions)),
       queues_(get_queues(device_, queue_counts(physical_, family_, queues))) {}
 
 std::optional<std::uint32_t> Device::family_with(vk::QueueFlags wanted, vk::QueueFlags unwanted) const {

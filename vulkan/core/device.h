@@ -31,8 +31,9 @@ enum class Queues { one, all };
 
 class Device {
 public:
-    // Takes the device that `wanted` names (select_device). Throws DeviceError.
-    Device(const Instance& instance, const std::string& wanted, Queues queues = Queues::one);
+    // Takes the device that `wanted` names (select_device), with these extensions besides its own. Throws DeviceError.
+    Device(const Instance& instance, const std::string& wanted, Queues queues = Queues::one,
+        const std::vector<const char*>& extensions = {});
 
     [[nodiscard]] const vk::raii::Device& handle() const { return device_; }
     [[nodiscard]] const vk::raii::PhysicalDevice& physical() const { return physical_; }
@@ -51,7 +52,7 @@ public:
 
 private:
     struct Choice;
-    Device(Choice choice, Queues queues);
+    Device(Choice choice, Queues queues, const std::vector<const char*>& extensions);
 
     DeviceDescription description_;
     vk::raii::PhysicalDevice physical_;

@@ -60,12 +60,13 @@ vk::raii::Context load_vulkan() {
 
 vk::ApplicationInfo application_info() { return vk::ApplicationInfo("tandem", 1, "tandem", 1, VK_API_VERSION_1_2); }
 
-vk::raii::Instance make_plain_instance(const vk::raii::Context& context) {
+vk::raii::Instance make_plain_instance(const vk::raii::Context& context, const std::vector<const char*>& extensions) {
     const vk::ApplicationInfo application = application_info();
-    return vk::raii::Instance(context, vk::InstanceCreateInfo({}, &application));
+    return vk::raii::Instance(context, vk::InstanceCreateInfo({}, &application, {}, extensions));
 }
 
-vk::raii::Instance make_validated_instance(const vk::raii::Context& context, ValidationLog& log) {
+vk::raii::Instance make_validated_instance(
+    const vk::raii::Context& context, std::vector<const char*> extensions, ValidationLog& log) {
     const auto layers = context.enumerateInstanceLayerProperties();
     const bool installed = std::ranges::any_of(
         layers, [](const vk::LayerProperties& layer) { return layer.layerName == std::string_view(validation_layer); });
@@ -76,16 +77,18 @@ vk::raii::Instance make_validated_instance(const vk::raii::Context& context, Val
     const ScopedEnvironment enables(
         "VK_LAYER_ENABLES", "VALIDATION_CHECK_ENABLE_SYNCHRONIZATION_VALIDATION_QUEUE_SUBMIT");
     const vk::ApplicationInfo application = application_info();
-    const char* extension = VK_EXT_DEBUG_UTILS_EXTENSION_NAME;
+    extensions.push_back(VK_EXT_DEBUG_UTILS_EXTENSION_NAME);
     const vk::ValidationFeatureEnableEXT synchronisation = vk::ValidationFeatureEnableEXT::eSynchronizationValidation;
-    const vk::StructureChain info(vk::InstanceCreateInfo({}, &application, validation_layer, extension),
+    const vk::StructureChain info(vk::InstanceCreateInfo({}, &application, validation_layer, extensions),
         vk::ValidationFeaturesEXT(synchronisation), messenger_info(log));
     return vk::raii::Instance(context, info.get<vk::InstanceCreateInfo>());
 }
 
-vk::raii::Instance make_instance(const vk::raii::Context& context, bool validation, ValidationLog& log) {
+vk::raii::Instance make_instance(
+    const vk::raii::Context& context, bool validation, const std::vector<const char*>& extensions, ValidationLog& log) {
     try {
-        return validation ? make_validated_instance(context, log) : make_plain_instance(context);
+        return validation ? make_validated_instance(context, extensions, log)
+                          : make_plain_instance(context, extensions);
     } catch (const vk::SystemError& failure) {
         const bool no_driver = failure.code() == vk::make_error_code(vk::Result::eErrorIncompatibleDriver);
         throw DeviceError(std::string("Vulkan cannot be started: ") + failure.what() +
@@ -144,10 +147,10 @@ std::uint32_t resident_invocations(const vk::raii::PhysicalDevice& device) {
 
 }  // namespace
 
-Instance::Instance(bool validation)
+Instance::Instance(bool validation, const std::vector<const char*>& extensions)
     : context_(load_vulkan()),
       log_(std::make_unique<ValidationLog>()),
-      instance_(make_instance(context_, validation, *log_)),
+      instance_(make_instance(context_, validation, extensions, *log_)),
       messenger_(nullptr) {
     if (validation) messenger_ = vk::raii::DebugUtilsMessengerEXT(instance_, messenger_info(*log_));
 }

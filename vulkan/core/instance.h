@@ -11,8 +11,8 @@ namespace tandem {
 
 class Instance {
 public:
-    // Throws DeviceError if there is no Vulkan loader, or no validation layer where it is wanted.
-    explicit Instance(bool validation);
+    // Throws DeviceError if there is no Vulkan loader, no such extension, or no validation layer where it is wanted.
+    explicit Instance(bool validation, const std::vector<const char*>& extensions = {});
 
     [[nodiscard]] const vk::raii::Instance& handle() const { return instance_; }
     [[nodiscard]] ValidationLog& log() const { return *log_; }
