@@ -4,12 +4,20 @@
 #include "vulkan/backend.h"
 #include "vulkan/bench/bench.h"
 #include "vulkan/devices.h"
+#ifdef TANDEM_WINDOW
+#include "vulkan/window/view_window.h"
+#endif
 
 int main(int argc, char** argv) {
     const tandem::Program program{
         .backends = {tandem::cpu_backend(), tandem::vulkan_backend(), tandem::oracle_backend()},
         .devices = tandem::devices_as_json,
         .bench = tandem::vulkan_bench,
+#ifdef TANDEM_WINDOW
+        .show = tandem::show_in_window,
+#else
+        .show = {},
+#endif
     };
     return tandem::run_program(argc, argv, program);
 }

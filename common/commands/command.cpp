@@ -444,6 +444,7 @@ int run_program(int argc, char** argv, const Program& program) {
         .action = {},
         .interrupts = interrupts};
     add_render_command(app, context);
+    add_view_command(app, context);
     add_verify_command(app, context);
     add_compare_command(app, context);
     add_effects_command(app, context);

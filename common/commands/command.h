@@ -12,6 +12,7 @@
 #include "common/experiment/bench.h"
 #include "common/files/outputs.h"
 #include "common/render/renderer.h"
+#include "common/view/window.h"
 
 namespace tandem {
 
@@ -26,6 +27,7 @@ struct Program {
     // The Vulkan devices as JSON: {"devices": [{"index", "name", "type", "driver", "api", "suitable", "reason", …}]}.
     std::function<nlohmann::json()> devices;
     MakeBench bench;
+    ShowWindow show;  // empty: built without a window
 };
 
 // Options and duties of every command.
@@ -47,6 +49,7 @@ void add_effects_command(CLI::App& app, CommandContext& context);
 void add_bench_command(CLI::App& app, CommandContext& context);
 void add_cost_command(CLI::App& app, CommandContext& context);
 void add_trace_command(CLI::App& app, CommandContext& context);
+void add_view_command(CLI::App& app, CommandContext& context);
 void add_stability_command(CLI::App& app, CommandContext& context);
 void add_devices_command(CLI::App& app, CommandContext& context);
 

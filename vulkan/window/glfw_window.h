@@ -1,0 +1,54 @@
+// A window of the desktop, by GLFW. One thread only, and one window at a time.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+#include <vulkan/vulkan_raii.hpp>
+
+struct GLFWwindow;
+
+namespace tandem {
+
+class GlfwWindow {
+public:
+    // Throws DeviceError where there is no display, or none that Vulkan can show on.
+    GlfwWindow(const std::string& title, std::uint32_t width, std::uint32_t height);
+
+    // That an instance needs for a surface.
+    [[nodiscard]] std::vector<const char*> instance_extensions() const;
+    [[nodiscard]] vk::raii::SurfaceKHR surface(const vk::raii::Instance& instance) const;
+    [[nodiscard]] GLFWwindow* handle() const { return window_.get(); }
+
+    // Of what is drawn, pixels; 0 while the window is minimised.
+    [[nodiscard]] vk::Extent2D size() const;
+    [[nodiscard]] bool closing() const;
+    void close();
+    [[nodiscard]] bool key(int glfw_key) const;
+
+    [[nodiscard]] bool full_screen() const;
+    void set_full_screen(bool wanted);
+
+    // Handles what has happened; waits for it at most so many seconds.
+    void poll(double seconds);
+
+private:
+    struct Library {
+        Library();
+        ~Library();
+        Library(const Library&) = delete;
+        Library& operator=(const Library&) = delete;
+    };
+    struct Destroy {
+        void operator()(GLFWwindow* window) const;
+    };
+    struct Place {
+        int x = 0, y = 0, width = 0, height = 0;
+    };
+
+    Library library_;
+    std::unique_ptr<GLFWwindow, Destroy> window_;
+    Place before_full_screen_;
+};
+
+}  // namespace tandem
