@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <tuple>
 
 #include "common/error.h"
 #include "common/render/tiled_renderer.h"
@@ -35,6 +36,7 @@ public:
 
     SampleLooks run() {
         look_at_counters();
+        last_step_ = watch_.seconds();
         look_at_sizes();
         if (request_.other_precision != nullptr) {
             look_at_bounces();
@@ -55,7 +57,13 @@ private:
         settings.bounces = std::min(settings.bounces, short_path_bounces);
         return settings;
     }
-    [[nodiscard]] bool late() const { return watch_.seconds() > request_.budget_seconds; }
+    // Whether another step would end in time, if it takes as long as the last one did.
+    [[nodiscard]] bool in_time() const { return watch_.seconds() + last_step_ <= request_.budget_seconds; }
+    [[nodiscard]] bool begins(const char* level) {
+        if (result_.stopped) return false;
+        if (!in_time()) result_.left_out.emplace_back(level);
+        return in_time();
+    }
     void look_at_counters();
     void look_at_sizes();
     bool look_at_size(std::uint32_t width, std::uint32_t height, bool tiles, std::vector<SampleRegion>& regions);
@@ -64,6 +72,7 @@ private:
 
     const SampleLooksRequest& request_;
     Stopwatch watch_;
+    double last_step_ = 0.0;  // seconds
     SampleLooks result_;
 };
 
@@ -143,13 +152,19 @@ bool Looks::look_at_size(std::uint32_t width, std::uint32_t height, bool tiles, 
 
 // The smaller film is cut into tiles as well, where sums do not run on from block to block.
 void Looks::look_at_sizes() {
-    if (result_.stopped) return;
+    if (!begins(size_level)) return;
     std::vector<SampleRegion> regions;
     const bool tiles = request_.settings.accumulation != Accumulation::plain &&
                        dynamic_cast<TiledRenderer*>(&request_.candidate) != nullptr;
-    for (const auto& [width, height] : sizes)
-        if (!look_at_size(width, height, false, regions)) return;
-    if (tiles && !look_at_size(sizes[0][0], sizes[0][1], true, regions)) return;
+    std::size_t step = 0;
+    for (const auto& [width, height, cut] : {std::tuple{sizes[0][0], sizes[0][1], false},
+             {sizes[1][0], sizes[1][1], false}, {sizes[0][0], sizes[0][1], true}}) {
+        if (cut && !tiles) continue;
+        if (step++ > 0 && !begins(size_level)) break;
+        const Stopwatch watch;
+        if (!look_at_size(width, height, cut, regions)) return;
+        last_step_ = watch.seconds();
+    }
     result_.levels.push_back(sample_level(size_level, regions));
 }
 
@@ -192,7 +207,7 @@ private:
 };
 
 void Looks::look_at_bounces() {
-    if (result_.stopped || late()) return;
+    if (!begins(bounce_level)) return;
     RenderSettings settings = request_.settings;
     settings.seed = high_seed(settings.seed) + 1;
     const std::uint32_t deepest = std::min(settings.bounces, most_limits);
@@ -228,7 +243,7 @@ void Looks::look_at_bounces() {
 }
 
 void Looks::look_at_arithmetic() {
-    if (result_.stopped || late()) return;
+    if (!begins(arithmetic_level)) return;
     RenderSettings settings = request_.settings;
     settings.seed = high_seed(settings.seed);
     Jobs jobs = prepare(settings, true);

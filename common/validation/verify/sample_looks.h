@@ -35,6 +35,7 @@ struct SampleLooks {
     std::uint64_t invalid_reference = 0, invalid_candidate = 0;
     double reference_seconds = 0.0, candidate_seconds = 0.0;
     bool stopped = false;
+    std::vector<std::string> left_out;  // levels, in whole or in part, for want of time
 };
 
 // For two sides that follow MODEL.md section 3, in a scene without coincident faces.

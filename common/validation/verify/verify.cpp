@@ -221,6 +221,9 @@ void Verification::look_at_single_samples() {
         .stop = options_.stop,
         .progress = [&](const std::string& text) { report(watch_.seconds() / options_.budget_seconds, text); }});
     verdict_.stopped = looks.stopped;
+    if (!looks.left_out.empty())
+        verdict_.notes.push_back(fmt::format(
+            "not all looks at single samples ended in time: {}; give more --time", fmt::join(looks.left_out, "; ")));
     paired_reference_seconds_ += looks.reference_seconds;
     paired_candidate_seconds_ += looks.candidate_seconds;
     reference_.estimate.add_invalid(looks.invalid_reference);
