@@ -62,8 +62,8 @@ RenderSettings settings_of(const Experiment& experiment, const Scene& scene) {
     return settings;
 }
 
-SceneVerdict verdict_of(
-    const Experiment& experiment, const Scene& scene, Renderer& reference, Renderer& candidate, std::uint64_t run) {
+SceneVerdict verdict_of(const Experiment& experiment, const Scene& scene, Renderer& reference, Renderer& candidate,
+    Renderer* other_precision, std::uint64_t run) {
     VerifyOptions options;
     options.settings = settings_of(experiment, scene);
     options.max_samples = experiment.samples;
@@ -73,6 +73,11 @@ SceneVerdict verdict_of(
     options.paired = experiment.paired;
     options.criteria.false_alarm = experiment.declared;
     options.criteria.margins.image = 1e-9;  // agreement is out of reach: every look is taken
+    if (experiment.beyond) {
+        options.criteria.margins.image = options.criteria.margins.tile = 1e9;
+        options.criteria.paired_resolution = {0.0, 0.0};
+    }
+    options.other_precision = other_precision;
     return verify_scene(scene, reference, candidate, options);
 }
 
@@ -89,11 +94,12 @@ json run(const Experiment& experiment, const Choice& choice) {
     const auto work = [&] {
         try {
             const auto reference = experiment.reference(), candidate = experiment.candidate();
+            const auto other = experiment.other_precision ? experiment.other_precision() : nullptr;
             while (elapsed() < choice.seconds) {
                 const unsigned k = next++;
                 if (k >= choice.runs) return;
                 const SceneVerdict verdict =
-                    verdict_of(experiment, scene, *reference, *candidate, std::uint64_t{choice.first} + k);
+                    verdict_of(experiment, scene, *reference, *candidate, other.get(), std::uint64_t{choice.first} + k);
                 const std::scoped_lock lock(mutex);
                 counts.add(verdict, experiment.declared);
             }

@@ -97,6 +97,8 @@ std::vector<Experiment> synthetic_experiments() {
             {}, 32, 512, 3, 0.05, true},
         {"synthetic-mixed-paired", "all kinds of pixels, paired, 5 % of the samples part", pair, all_kinds, strays, {},
             32, 512, 3, 0.05, true},
+        {"synthetic-mixed-paired-beyond", "all kinds of pixels, pairs beyond the agreement", pair, all_kinds, strays,
+            {}, 16, 2048, 3, 0.05, true, true},
     };
 }
 
@@ -107,8 +109,8 @@ void add_renderers(std::vector<Experiment>& all, Pair pair, const std::string& p
     const auto add = [&](const std::string& id, const std::string& name, const MakeRenderer& candidate,
                          const std::string& scene, std::uint32_t size, std::uint64_t samples, std::size_t looks,
                          double declared = 0.05, bool paired = false) {
-        all.push_back(
-            {prefix + "-" + id, name, pair, reference, candidate, scene, size, samples, looks, declared, paired});
+        all.push_back({prefix + "-" + id, name, pair, reference, candidate, scene, size, samples, looks, declared,
+            paired, false, paired && pair != Pair::vulkan_vulkan ? cpu(Precision::double_precision) : nullptr});
     };
     const std::string sky = "closed-forms/even-sky", light = "closed-forms/polygon-light";
     add("classic-1", "cornell-classic, one look", equal, "cornell-classic", 12, 128, 1);

@@ -27,8 +27,10 @@ struct Experiment {
     std::uint32_t size = 16;      // longer side, pixels
     std::uint64_t samples = 512;  // a pixel and side, at the last look
     std::size_t looks = 3;
-    double declared = 0.05;  // Criteria::false_alarm
-    bool paired = false;     // with the paired levels
+    double declared = 0.05;                  // Criteria::false_alarm
+    bool paired = false;                     // with the paired levels
+    bool beyond = false;                     // agrees at its first look, and then takes every look at pairs
+    MakeRenderer other_precision = nullptr;  // of the reference: long paths and arithmetic are looked at, too
     [[nodiscard]] Scene load(const std::filesystem::path& scenes) const;
 };
 

@@ -53,6 +53,11 @@ SceneVerdict verdict_of(const PlantedFault& fault, Planting planting, const std:
     options.budget_seconds = effort.seconds;
     options.scenes = shipped_scenes().size();
     const bool cpu_is_mutant = planting == Planting::cpu;
+    // A bug of the CPU's is in all of its precisions at a time, so that none is a witness.
+    BackendOptions precise;
+    precise.precision = Precision::double_precision;
+    const auto other_precision = planting == Planting::vulkan ? cpu_backend().create(precise) : nullptr;
+    options.other_precision = other_precision.get();
     return verify_scene(scene, cpu_is_mutant ? *vulkan : *cpu, cpu_is_mutant ? *cpu : *vulkan, options);
 }
 
