@@ -5,6 +5,7 @@
 #include <cmath>
 #include <mutex>
 #include <optional>
+#include <span>
 #include <string>
 #include <thread>
 
@@ -25,26 +26,21 @@ bool is_valid(const glm::dvec3& radiance) {  // MODEL.md section 12
     return std::isfinite(radiance.x + radiance.y + radiance.z) && std::min({radiance.x, radiance.y, radiance.z}) >= 0.0;
 }
 
-// Adds the samples of `range`, ascending, of every pixel of row y; returns how many were invalid. A stop leaves the row
-// unfinished.
-std::uint64_t render_row(const PathSampler& sampler, std::uint32_t y, SampleRange range, const std::stop_token& stop,
-    Estimate::Plane& plane) {
-    const std::uint32_t width = sampler.settings().width;
+// Adds the samples of `range`, ascending, of pixel (x, y); returns how many were invalid. A stop leaves it unfinished.
+std::uint64_t render_pixel(const PathSampler& sampler, std::uint32_t x, std::uint32_t y, SampleRange range,
+    const std::stop_token& stop, Moments* moments) {
     std::uint64_t invalid = 0;
-    for (std::uint32_t x = 0; x < width; ++x) {
-        Moments* moments = &plane[(std::size_t{y} * width + x) * channel_count];
-        for (std::uint64_t sample = range.begin; sample < range.end; ++sample) {
-            const glm::dvec3 radiance = sampler.radiance(x, y, sample, stop);
-            if (stop.stop_requested()) return invalid;
-            if (!is_valid(radiance)) {
-                ++invalid;
-                continue;
-            }
-            for (int channel = 0; channel < 3; ++channel) {
-                const double counted = std::min(radiance[channel], sampler.settings().clamp);  // section 11.1
-                moments[channel].sum += counted;
-                moments[channel].sum_of_squares += counted * counted;
-            }
+    for (std::uint64_t sample = range.begin; sample < range.end; ++sample) {
+        const glm::dvec3 radiance = sampler.radiance(x, y, sample, stop);
+        if (stop.stop_requested()) return invalid;
+        if (!is_valid(radiance)) {
+            ++invalid;
+            continue;
+        }
+        for (int channel = 0; channel < 3; ++channel) {
+            const double counted = std::min(radiance[channel], sampler.settings().clamp);  // section 11.1
+            moments[channel].sum += counted;
+            moments[channel].sum_of_squares += counted * counted;
         }
     }
     return invalid;
@@ -56,17 +52,14 @@ public:
         : sampler_(scene, settings), threads_(threads) {}
 
     RenderResult render(SampleRange range, const RenderControl& control) override {
-        if (range.begin % samples_per_block != 0 || range.end < range.begin)
-            throw Error("a sample range begins at a multiple of " + std::to_string(samples_per_block) +
-                        " and does not end before it begins");
-        const Stopwatch watch;
-        RenderResult result{Estimate(sampler_.settings().width, sampler_.settings().height), 0.0, std::nullopt};
-        for (std::uint64_t begin = range.begin; begin < range.end; begin += samples_per_block) {
-            const SampleRange block{begin, std::min(begin + samples_per_block, range.end)};
-            if (!render_block(block, begin - range.begin, control, result.estimate)) break;
-        }
-        result.seconds = watch.seconds();
-        return result;
+        const RenderSettings& settings = sampler_.settings();
+        return render_film(range, {}, {settings.width, settings.height}, control);
+    }
+
+    // Without any setting: it has no passes over the film that would have to know.
+    RenderResult render_pixels(
+        SampleRange range, std::span<const std::uint32_t> pixels, const RenderControl& control) override {
+        return render_film(range, pixels, {static_cast<std::uint32_t>(pixels.size()), 1}, control);
     }
 
     std::vector<PathTrace> trace(std::uint32_t x, std::uint32_t y, SampleRange samples) override {
@@ -79,10 +72,30 @@ public:
     }
 
 private:
+    struct Size {
+        std::uint32_t width, height;
+    };
+
+    // `pixels`: as render_pixels has them; empty: all.
+    RenderResult render_film(
+        SampleRange range, std::span<const std::uint32_t> pixels, Size size, const RenderControl& control) const {
+        if (range.begin % samples_per_block != 0 || range.end < range.begin)
+            throw Error("a sample range begins at a multiple of " + std::to_string(samples_per_block) +
+                        " and does not end before it begins");
+        const Stopwatch watch;
+        RenderResult result{Estimate(size.width, size.height), 0.0, std::nullopt};
+        for (std::uint64_t begin = range.begin; begin < range.end; begin += samples_per_block) {
+            const SampleRange block{begin, std::min(begin + samples_per_block, range.end)};
+            if (!render_block(block, pixels, begin - range.begin, control, result.estimate)) break;
+        }
+        result.seconds = watch.seconds();
+        return result;
+    }
+
     // Adds the block, or, after a stop, as many of its samples as every pixel has. They come in passes, each as long as
     // all before it: a stop costs half of the block's work at most. False: it was stopped.
-    bool render_block(
-        SampleRange block, std::uint64_t samples_before, const RenderControl& control, Estimate& estimate) const {
+    bool render_block(SampleRange block, std::span<const std::uint32_t> pixels, std::uint64_t samples_before,
+        const RenderControl& control, Estimate& estimate) const {
         Estimate::Plane plane(estimate.pixel_count() * channel_count), before;
         std::uint64_t done = 0, invalid = 0;
         bool whole = true;
@@ -90,7 +103,7 @@ private:
             const std::uint64_t count = std::min(std::max<std::uint64_t>(1, done), block.count() - done);
             const SampleRange pass{block.begin + done, block.begin + done + count};
             if (done > 0) before = plane;
-            const auto faults = render_pass(pass, static_cast<double>(samples_before + done), control, plane);
+            const auto faults = render_pass(pass, pixels, static_cast<double>(samples_before + done), control, plane);
             whole = faults.has_value();
             if (!whole) break;
             invalid += *faults;
@@ -103,21 +116,27 @@ private:
     }
 
     // Returns how many samples were invalid; nothing, with the plane spoilt, if it was stopped.
-    std::optional<std::uint64_t> render_pass(
-        SampleRange pass, double samples_before, const RenderControl& control, Estimate::Plane& plane) const {
-        const std::uint32_t height = sampler_.settings().height;
-        std::atomic<std::uint32_t> next_row = 0;
+    std::optional<std::uint64_t> render_pass(SampleRange pass, std::span<const std::uint32_t> pixels,
+        double samples_before, const RenderControl& control, Estimate::Plane& plane) const {
+        const std::uint32_t width = sampler_.settings().width;
+        const std::size_t count = plane.size() / channel_count, parts = (count + width - 1) / width;
+        std::atomic<std::size_t> next_part = 0;
         std::atomic<std::uint64_t> invalid = 0;
         std::mutex progress_mutex;
-        std::uint32_t rows_done = 0;  // under progress_mutex
+        std::size_t parts_done = 0;  // under progress_mutex
         const auto work = [&] {
-            for (std::uint32_t y = next_row++; y < height; y = next_row++) {
-                invalid += render_row(sampler_, y, pass, control.stop, plane);
-                if (control.stop.stop_requested()) return;
+            for (std::size_t part = next_part++; part < parts; part = next_part++) {
+                for (std::size_t k = part * width; k < std::min(count, (part + 1) * width); ++k) {
+                    const auto pixel = pixels.empty() ? static_cast<std::uint32_t>(k) : pixels[k];
+                    invalid += render_pixel(
+                        sampler_, pixel % width, pixel / width, pass, control.stop, &plane[k * channel_count]);
+                    if (control.stop.stop_requested()) return;
+                }
                 const std::scoped_lock lock(progress_mutex);
-                ++rows_done;
+                ++parts_done;
                 if (control.progress)
-                    control.progress(samples_before + static_cast<double>(pass.count()) * rows_done / height);
+                    control.progress(samples_before + static_cast<double>(pass.count()) *
+                                                          static_cast<double>(parts_done) / static_cast<double>(parts));
             }
         };
         {
@@ -125,7 +144,7 @@ private:
             for (unsigned i = 1; i < threads_; ++i) helpers.emplace_back(work);
             work();
         }
-        if (rows_done < height) return std::nullopt;
+        if (parts_done < parts) return std::nullopt;
         return invalid;
     }
 

@@ -541,7 +541,7 @@ class Commands(ProgramTest):
         # Both backends miss this closed form, which is none; the oracle, too.
         message = bad.find("failure").get("message")
         self.assertIn("the closed form a < b & \"c\" sides with neither", message)
-        self.assertIn("the oracle misses the closed form too", message)
+        self.assertIn("the oracle contradicts neither, and misses the closed form too", message)
         self.assertIn("closed form, candidate", bad.find("failure").text)
         self.assertEqual(json.loads(figures.read_text())["scenes"][1]["outvoted"], "both")
 

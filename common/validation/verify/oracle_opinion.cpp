@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
 
 #include "common/error.h"
 #include "common/statistics/multiple_tests.h"
@@ -19,7 +21,8 @@ constexpr std::uint32_t least_side = 8;   // below, an image says too little of 
 constexpr std::uint64_t least_samples = 2 * samples_per_block;   // two blocks have a variance
 constexpr std::uint64_t wanted_samples = 8 * samples_per_block;  // that a size must allow for
 constexpr std::uint64_t most_batches = 64;
-constexpr double part_of_budget = 0.8;  // speeds differ from what a tiny film foretells
+constexpr std::uint64_t seed_of_tile = 3;  // beside the sides' own (verify.h) and a measurement of convergence
+constexpr double part_of_budget = 0.8;     // speeds differ from what a tiny film foretells
 
 // Never enlarged.
 RenderSettings scaled_to(const RenderSettings& settings, std::uint32_t longer_side) {
@@ -56,14 +59,21 @@ public:
     OracleOpinion run();
 
 private:
-    [[nodiscard]] std::optional<Estimate> render(RenderJob& job, SampleRange range);
+    [[nodiscard]] std::optional<Estimate> render(
+        RenderJob& job, SampleRange range, const std::vector<std::uint32_t>* pixels = nullptr);
     void choose_integrator();
     [[nodiscard]] bool choose_size();
+    void ask_about_the_tile(const Rectangle& tile);
     void ask();
     [[nodiscard]] bool draw_to(std::uint64_t samples);
     void judge_look(const LookShare& share);
+    void judge_sides(const std::vector<SampledRenderer>& renderers, const std::vector<PairedDifferences>& differences,
+        const Criteria& criteria, const LookShare& share);
+    [[nodiscard]] Criteria criteria_of_tile(const Estimate& tile, const Estimate& film) const;
+    [[nodiscard]] std::optional<LevelResult> miss_of_closed_form(double false_alarm) const;
+    [[nodiscard]] std::string off(const Judgement& judgement) const;
     void say_that_it_cannot_tell();
-    void say_whether_it_meets_the_closed_form();
+    void say_what_it_found();
 
     const OracleQuestion& request_;
     Stopwatch watch_;
@@ -71,21 +81,23 @@ private:
     Criteria criteria_ = request_.criteria;
     Integrator oracle_integrator_ = request_.settings.integrator;
     std::uint64_t affordable_ = 0, batch_ = samples_per_block;
+    std::string of_tile_;                         // its place, where the tile alone was judged
     std::vector<SampledRenderer> renderers_;      // reference, candidate, oracle
     std::vector<PairedDifferences> differences_;  // reference and candidate against the oracle
 };
 
-// The samples of `range`, or nothing when stopped or when twice the budget has gone.
-std::optional<Estimate> Arbitration::render(RenderJob& job, SampleRange range) {
+// The samples of `range`, or nothing when stopped or when the budget has gone.
+std::optional<Estimate> Arbitration::render(
+    RenderJob& job, SampleRange range, const std::vector<std::uint32_t>* pixels) {
     std::stop_source source;
     const std::stop_callback forward(request_.stop, [&] { source.request_stop(); });
     RenderControl control;
     control.stop = source.get_token();
     control.progress = [&](double) {
         if (request_.progress) request_.progress("asking the " + report_.name);
-        if (watch_.seconds() > 2.0 * request_.budget_seconds) source.request_stop();
+        if (watch_.seconds() > request_.budget_seconds) source.request_stop();
     };
-    RenderResult result = job.render(range, control);
+    RenderResult result = pixels != nullptr ? job.render_pixels(range, *pixels, control) : job.render(range, control);
     if (result.estimate.count() != range.count()) return std::nullopt;
     return std::move(result.estimate);
 }
@@ -140,11 +152,12 @@ bool Arbitration::draw_to(std::uint64_t samples) {
     return true;
 }
 
-void Arbitration::judge_look(const LookShare& share) {
-    const SampledImage oracle = renderers_.back().sampled();
+void Arbitration::judge_sides(const std::vector<SampledRenderer>& renderers,
+    const std::vector<PairedDifferences>& differences, const Criteria& criteria, const LookShare& share) {
+    const SampledImage oracle = renderers.back().sampled();
     const auto against = [&](std::size_t side) {
-        const PairedResult paired = differences_[side].result(criteria_, share.doubt / 2.0);
-        return judge(oracle, renderers_[side].sampled(), &paired, criteria_, share);
+        const PairedResult paired = differences[side].result(criteria, share.doubt / 2.0);
+        return judge(oracle, renderers[side].sampled(), &paired, criteria, share);
     };
     report_.reference = against(0);
     report_.candidate = against(1);
@@ -156,6 +169,8 @@ void Arbitration::judge_look(const LookShare& share) {
                        : candidate            ? Outvoted::candidate
                                               : Outvoted::nobody;
 }
+
+void Arbitration::judge_look(const LookShare& share) { judge_sides(renderers_, differences_, criteria_, share); }
 
 void Arbitration::ask() {
     while (affordable_ > batch_ * most_batches) batch_ *= 2;
@@ -173,12 +188,102 @@ void Arbitration::ask() {
     for (std::size_t side = 0; side < 2; ++side)
         differences_.emplace_back(of_sides.width, of_sides.height, criteria_.fixed_tolerance);
     const double looks_count = static_cast<double>(looks.size());
-    const LookShare share{0.5 * criteria_.false_alarm / looks_count, criteria_.doubt / looks_count};
+    const double alarms = (request_.tile ? 0.25 : 0.5) * criteria_.false_alarm;
+    const LookShare share{alarms / looks_count, criteria_.doubt / looks_count};
     for (const std::uint64_t samples : looks) {
         if (!draw_to(samples)) return;
         judge_look(share);
         if (report_.outvoted != Outvoted::nobody) return;
+        if (request_.both_miss_the_closed_form && miss_of_closed_form(share.false_alarm)) return;
     }
+}
+
+// What is negligible in a tile, of the tile's scale, is so in the image that it makes here, of its own mean.
+Criteria Arbitration::criteria_of_tile(const Estimate& tile, const Estimate& film) const {
+    Criteria criteria = criteria_;
+    double darkest = std::numeric_limits<double>::infinity();  // the tile's mean in units of its scale
+    const auto means = [](const Estimate& estimate) {
+        std::array<double, channel_count> sums{};
+        const std::vector<double> values = mean_of(estimate);
+        for (std::size_t i = 0; i < values.size(); ++i) sums[i % channel_count] += values[i];
+        for (double& sum : sums) sum /= static_cast<double>(estimate.pixel_count());
+        return sums;
+    };
+    const auto of_tile = means(tile), of_film = means(film);
+    for (std::size_t c = 0; c < channel_count; ++c) {
+        const double scale = std::max(of_tile[c], criteria.margins.tile_floor * of_film[c]);
+        if (of_tile[c] > 0.0) darkest = std::min(darkest, of_tile[c] / scale);
+    }
+    const double brighter = std::isfinite(darkest) ? 1.0 / darkest : 1.0;
+    Negligible& n = criteria.negligible;
+    n.image = n.tile *= brighter;
+    n.paired_image = n.paired_tile *= brighter;
+    n.pixel *= brighter;
+    n.paired_pixel *= brighter;
+    return criteria;
+}
+
+void Arbitration::ask_about_the_tile(const Rectangle& tile) {
+    RenderSettings of_oracle = report_.settings, of_sides = request_.settings;
+    of_oracle.seed = of_sides.seed = request_.settings.seed + seed_of_tile;
+    std::vector<SampledRenderer> renderers;
+    renderers.emplace_back(request_.reference, request_.scene, of_sides);
+    renderers.emplace_back(request_.candidate, request_.scene, of_sides);
+    renderers.emplace_back(request_.oracle, request_.scene, of_oracle);
+    const std::uint32_t width = tile.x1 - tile.x0, height = tile.y1 - tile.y0;
+    std::vector<std::uint32_t> pixels;
+    for (std::uint32_t y = tile.y0; y < tile.y1; ++y)
+        for (std::uint32_t x = tile.x0; x < tile.x1; ++x) pixels.push_back(y * of_sides.width + x);
+    const auto cut = [&](const Estimate& estimate, SampleRange range, bool whole_film) {
+        const Estimate::Plane all = estimate.totals();
+        Estimate::Plane plane;
+        for (std::size_t k = 0; k < pixels.size(); ++k)
+            for (std::size_t c = 0; c < channel_count; ++c)
+                plane.push_back(all[(whole_film ? pixels[k] : k) * channel_count + c]);
+        Estimate part(width, height);
+        part.add_block(range, std::move(plane));
+        return part;
+    };
+    for (SampledRenderer& renderer : renderers) renderer.estimate = Estimate(width, height);
+    std::vector<PairedDifferences> differences;
+    std::optional<Criteria> criteria;
+    std::uint64_t next_look = 2;
+    double alarms = 0.25 * criteria_.false_alarm, doubt = criteria_.doubt;
+    const std::uint64_t blocks = request_.max_samples / samples_per_block;
+    for (std::uint64_t done = 0; done < blocks && watch_.seconds() < 0.5 * request_.budget_seconds;) {
+        const SampleRange range{done * samples_per_block, (done + 1) * samples_per_block};
+        std::vector<Estimate> parts;
+        for (SampledRenderer& renderer : renderers) {
+            const bool oracle = &renderer == &renderers.back();
+            const std::optional<Estimate> block = render(*renderer.job, range, oracle ? &pixels : nullptr);
+            if (!block) return;
+            parts.push_back(cut(*block, range, !oracle));
+            if (!criteria) criteria = criteria_of_tile(parts.front(), *block);
+        }
+        if (differences.empty())
+            for (std::size_t side = 0; side < 2; ++side)
+                differences.emplace_back(width, height, criteria->fixed_tolerance);
+        for (std::size_t side = 0; side < 2; ++side) differences[side].add(parts.back(), parts[side]);
+        for (std::size_t i = 0; i < renderers.size(); ++i) renderers[i].take(parts[i]);
+        if (++done < next_look) continue;
+        next_look *= 2;
+        alarms *= 0.5, doubt *= 0.5;  // so many looks as there is time for
+        judge_sides(renderers, differences, *criteria, {alarms, doubt});
+        if (report_.outvoted == Outvoted::nobody) continue;
+        report_.settings.seed = of_oracle.seed;
+        of_tile_ = fmt::format("x {} to {}, y {} to {}", tile.x0, tile.x1 - 1, tile.y0, tile.y1 - 1);
+        return;
+    }
+}
+
+// The oracle's own miss of the closed form, if it is sure at that level.
+std::optional<LevelResult> Arbitration::miss_of_closed_form(double false_alarm) const {
+    const ClosedFormUse use = closed_form_of(request_.scene, report_.settings);
+    if (!use.form || renderers_.empty() || renderers_.back().batches.empty()) return std::nullopt;
+    LevelResult level =
+        compare_closed_form("closed form", *use.form, renderers_.back().sampled(), criteria_, criteria_.doubt / 2.0);
+    if (level.p > false_alarm) return std::nullopt;
+    return level;
 }
 
 void Arbitration::say_that_it_cannot_tell() {
@@ -202,29 +307,42 @@ void Arbitration::say_that_it_cannot_tell() {
     }
 }
 
-// A scene whose closed form even the oracle misses is more likely wrong itself.
-void Arbitration::say_whether_it_meets_the_closed_form() {
-    const ClosedFormUse use = closed_form_of(request_.scene, report_.settings);
-    if (!use.form || !report_.reference) return;
-    const LevelResult level =
-        compare_closed_form("closed form", *use.form, renderers_.back().sampled(), criteria_, criteria_.doubt / 2.0);
-    if (level.p <= criteria_.false_alarm)
-        report_.text += fmt::format("; the {} misses the closed form too, by {}", report_.name, off_by(level));
+// "+3 % (tiles 8x8, red, x 0 to 7, y 0 to 7)"; of a tile that was judged as an image, with its place.
+std::string Arbitration::off(const Judgement& judgement) const {
+    const std::string text = off_by(judgement);
+    return of_tile_.empty() ? text : fmt::format("{}, within {}", text, of_tile_);
+}
+
+void Arbitration::say_what_it_found() {
+    // A scene whose closed form even the oracle misses is more likely wrong itself.
+    const std::optional<LevelResult> miss = miss_of_closed_form(criteria_.false_alarm);
+    if (report_.outvoted == Outvoted::nobody && miss && request_.both_miss_the_closed_form) {
+        report_.text = fmt::format(
+            "the {} contradicts neither, and misses the closed form too, by {}: suspect the loader, MODEL.md or the "
+            "formula",
+            report_.name, off_by(*miss));
+        return;
+    }
+    if (report_.outvoted == Outvoted::nobody)
+        say_that_it_cannot_tell();
+    else
+        report_.text = vote_of("the " + report_.name, report_.outvoted, request_.reference_name,
+            request_.candidate_name, off(*report_.reference), off(*report_.candidate));
+    if (miss) report_.text += fmt::format("; the {} misses the closed form too, by {}", report_.name, off_by(*miss));
 }
 
 OracleOpinion Arbitration::run() {
     try {
         choose_integrator();
-        if (choose_size()) ask();
-        if (report_.outvoted == Outvoted::nobody)
-            say_that_it_cannot_tell();
-        else
-            report_.text = vote_of("the " + report_.name, report_.outvoted, request_.reference_name,
-                request_.candidate_name, off_by(*report_.reference), off_by(*report_.candidate));
+        try {
+            if (request_.tile) ask_about_the_tile(*request_.tile);
+        } catch (const UnsupportedError&) {  // this one renders whole films alone
+        }
+        if (report_.outvoted == Outvoted::nobody && choose_size()) ask();
+        say_what_it_found();
     } catch (const Error& error) {  // a device lost, too: what the two have shown stands
         report_.text = "the " + report_.name + " was not asked: " + error.what();
     }
-    say_whether_it_meets_the_closed_form();
     report_.seconds = watch_.seconds();
     return std::move(report_);
 }

@@ -41,6 +41,8 @@ struct OracleQuestion {
     Renderer& candidate;
     Renderer& oracle;
     std::string reference_name, candidate_name;
+    std::optional<Rectangle> tile;           // where the sides differ most surely: asked about first
+    bool both_miss_the_closed_form = false;  // then a miss of the oracle's ends the question
     Criteria criteria;
     double seconds_per_sample = 0.0;  // of both sides together, at the verdict's size
     double budget_seconds = 0.0;
@@ -49,10 +51,14 @@ struct OracleQuestion {
     std::function<void(const std::string& text)> progress;
 };
 
+// First the tile alone, where there is one and the oracle renders pixels alone: with a seed of its own, as the tile was
+// chosen by the noise of the others. It may take half of the budget and half of the declared false alarms, spread over
+// looks that double. Then the film.
+//
 // All three render the same seed, so that paired differences (paired.h) see far more than the noise would let through,
 // and each side is judged against the oracle. The size is the verdict's, halved until 512 samples fit the budget, as
 // the oracle's speed on a tiny film foretells; looks double up to what fits, and the first that contradicts a side
-// ends it. Each side has half of the declared false alarms, spread over the looks. An oracle that lacks next-event
+// ends it. The sides share the declared false alarms, spread over the looks. An oracle that lacks next-event
 // estimation takes the integrator `path`, whose mean is the same; variances are then not compared, and a side is
 // contradicted only beyond what rare samples may bring (Criteria::greatest).
 [[nodiscard]] OracleOpinion ask_oracle(const OracleQuestion& request);
