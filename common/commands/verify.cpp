@@ -308,6 +308,14 @@ ExitStatus verify(const VerifyArguments& given, const CommandContext& context) {
     options.oracle = oracle.get();
     options.other_precision = other_precision.get();
     options.scenes = scenes.size();
+    if (arguments.candidate == "vulkan") {
+        options.kernels = {"stages", "image-stages", "megakernel"};
+        options.with_kernel = [&](const std::string& kernel) {
+            return find_backend(backends, "vulkan")
+                .create(
+                    {.device = arguments.device, .precision = precision_from(arguments.precision), .kernel = kernel});
+        };
+    }
     Work work{arguments, context, scenes, settings, *reference, *candidate, options};
     const Stopwatch watch;
     const Outcome outcome = total_seconds ? verify_within(work, *total_seconds) : verify_each(work);

@@ -14,14 +14,6 @@ std::vector<std::vector<double>> tile_means(const SampledImage& image) {
     return means;
 }
 
-// Whether the sides differ from each other, not only from the closed form.
-bool differ(const SceneVerdict& verdict) {
-    const Judgement& j = verdict.judgement;
-    const bool level = std::ranges::any_of(
-        j.levels, [](const LevelResult& l) { return l.significant && !l.name.starts_with("closed form"); });
-    return level || j.fixed.mismatches > 0 || verdict.reference.invalid > 0 || verdict.candidate.invalid > 0;
-}
-
 // The votes of the closed form and of the oracle, in the order in which they count.
 void add_votes(SceneVerdict& verdict) {
     const Judgement& judgement = verdict.judgement;
@@ -30,7 +22,7 @@ void add_votes(SceneVerdict& verdict) {
         const std::string vote = vote_of("the closed form " + verdict.closed_form.form->formula, verdict.outvoted,
             verdict.reference_name, verdict.candidate_name, off_by(judgement.level(closed_form_reference_level)),
             off_by(judgement.level(closed_form_candidate_level)));
-        if (differ(verdict))
+        if (sides_differ(verdict))
             verdict.sentence += "; " + vote;
         else
             verdict.sentence = verdict.reference_name + " and " + verdict.candidate_name +
@@ -42,6 +34,13 @@ void add_votes(SceneVerdict& verdict) {
 }
 
 }  // namespace
+
+bool sides_differ(const SceneVerdict& verdict) {
+    const Judgement& j = verdict.judgement;
+    const bool level = std::ranges::any_of(
+        j.levels, [](const LevelResult& l) { return l.significant && !l.name.starts_with("closed form"); });
+    return level || j.fixed.mismatches > 0 || verdict.reference.invalid > 0 || verdict.candidate.invalid > 0;
+}
 
 Look look_of(const Judgement& judgement, std::uint64_t samples, const LookShare& share, double seconds) {
     Look look;

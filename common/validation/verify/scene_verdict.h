@@ -56,6 +56,9 @@ struct SceneVerdict {
     std::optional<double> forecast_seconds;  // that an undecided scene would take (total_budget.h)
 };
 
+// Whether the sides differ from each other, not only from the closed form.
+[[nodiscard]] bool sides_differ(const SceneVerdict& verdict);
+
 // Row of the history for a judgement on `samples` a pixel and side, made `seconds` after the start.
 [[nodiscard]] Look look_of(const Judgement& judgement, std::uint64_t samples, const LookShare& share, double seconds);
 

@@ -9,12 +9,15 @@
 #include "common/scene/coincident_faces.h"
 #include "common/statistics/multiple_tests.h"
 #include "common/stopwatch.h"
+#include "common/validation/verify/fault_place.h"
 #include "common/validation/verify/sample_looks.h"
 #include "common/validation/verify/schedule.h"
 
 namespace tandem {
 
 namespace {
+
+constexpr double least_part_of_oracle = 0.05;  // of the budget, where the verdict took it all
 
 // One renderer at work with one seed: an estimate that grows by whole batches.
 struct Side {
@@ -64,6 +67,7 @@ private:
     [[nodiscard]] static double seconds_to(const Side& side, std::uint64_t samples);
     void run_looks();
     void judge_look(const LookShare& share);
+    [[nodiscard]] std::optional<Rectangle> tile_to_ask_about() const;
     void ask_the_oracle();
     void find_worst_pixel();
     [[nodiscard]] std::uint64_t max_samples() const {
@@ -332,6 +336,16 @@ void Verification::measure_speed() {
     if (candidate_.first_block) candidate_.seconds = *candidate * static_cast<double>(samples_per_block);
 }
 
+// The standard tile about what differs most surely.
+std::optional<Rectangle> Verification::tile_to_ask_about() const {
+    const std::optional<Rectangle> part = fired_region(verdict_.judgement);
+    if (!part) return std::nullopt;
+    const TileGrid tiles(verdict_.settings.width, verdict_.settings.height, standard_tile_edge);
+    const std::size_t middle =
+        std::size_t{(part->y0 + part->y1) / 2} * verdict_.settings.width + (part->x0 + part->x1) / 2;
+    return tiles.rectangle(tiles.tile_of_pixel().at(middle));
+}
+
 void Verification::ask_the_oracle() {
     if (options_.oracle == nullptr || verdict_.looks.empty() || verdict_.judgement.verdict != Verdict::disagree) return;
     const RendererInfo info = options_.oracle->info();
@@ -352,9 +366,11 @@ void Verification::ask_the_oracle() {
         .oracle = *options_.oracle,
         .reference_name = verdict_.reference_name,
         .candidate_name = verdict_.candidate_name,
+        .tile = tile_to_ask_about(),
+        .both_miss_the_closed_form = outvoted_by_closed_form(verdict_.judgement) == Outvoted::both,
         .criteria = verdict_.criteria,
         .seconds_per_sample = (reference_.seconds + candidate_.seconds) / samples,
-        .budget_seconds = std::max(left, 0.1 * options_.budget_seconds),
+        .budget_seconds = std::max(left, least_part_of_oracle * options_.budget_seconds),
         .max_samples = max_samples(),
         .stop = options_.stop,
         .progress = [&](const std::string& text) { report(watch_.seconds() / options_.budget_seconds, text); }});
@@ -366,8 +382,20 @@ void Verification::find_worst_pixel() {
     verdict_.worst = worst_pixel_of(verdict_.reference, verdict_.candidate, verdict_.judgement.pixel_p);
     verdict_.worst->seed = verdict_.reference_seed;
     if (verdict_.judgement.verdict != Verdict::disagree || options_.stop.stop_requested()) return;
+    RenderSettings settings = verdict_.settings;
+    settings.seed = verdict_.reference_seed;
     try {
-        choose_sample(*verdict_.worst, *reference_.job, *side(candidate_renderer_, verdict_.reference_seed).job);
+        find_fault(*verdict_.worst, {.scene = scene_,
+                                        .settings = settings,
+                                        .reference = reference_renderer_,
+                                        .candidate = candidate_renderer_,
+                                        .reference_name = verdict_.reference_name,
+                                        .candidate_name = verdict_.candidate_name,
+                                        .region = fired_region(verdict_.judgement),
+                                        .differ = sides_differ(verdict_),
+                                        .kernels = options_.kernels,
+                                        .with_kernel = options_.with_kernel,
+                                        .stop = options_.stop});
     } catch (const Error&) {
         // A device that is lost now takes no verdict back; any sample will do.
     }
@@ -386,8 +414,8 @@ SceneVerdict Verification::run() {
     if (!verdict_.stopped) run_paired();
     if (!verdict_.stopped) run_looks();
     if (!verdict_.stopped) resolve_pairs();
-    if (!verdict_.stopped) ask_the_oracle();
     find_worst_pixel();
+    if (!verdict_.stopped) ask_the_oracle();
     verdict_.reference_seconds = reference_.seconds + paired_reference_seconds_;
     verdict_.candidate_seconds = candidate_.seconds + paired_candidate_seconds_;
     verdict_.seconds = watch_.seconds();

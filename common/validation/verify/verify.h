@@ -3,9 +3,11 @@
 #pragma once
 
 #include <functional>
+#include <memory>
 #include <optional>
 #include <stop_token>
 #include <string>
+#include <vector>
 
 #include "common/render/renderer.h"
 #include "common/validation/verify/scene_verdict.h"
@@ -23,9 +25,12 @@ struct VerifyOptions {
     // The reference's code in double precision where that is in single, or else in single: what rounding alone parts.
     // nullptr: long paths and the candidate's arithmetic are not held to it.
     Renderer* other_precision = nullptr;
-    // Asked which side is outvoted where the two disagree, in what is left of the budget, or a tenth of it where less
-    // is left; nullptr: nobody is asked.
+    // Asked which side is outvoted where the two disagree, in what is left of the budget, or a twentieth of it where
+    // less is left; nullptr: nobody is asked.
     Renderer* oracle = nullptr;
+    // The candidate with other kernels, by their names: which of them have a fault that no traced path shows.
+    std::vector<std::string> kernels;
+    std::function<std::unique_ptr<Renderer>(const std::string& kernel)> with_kernel;
     std::size_t scenes = 1;  // of the run: they share the false alarms and the doubt equally
     std::stop_token stop;
     std::function<void(double fraction, const std::string& text)> progress;  // called from one thread at a time

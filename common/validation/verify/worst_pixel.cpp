@@ -62,6 +62,7 @@ void choose_sample(WorstPixel& pixel, RenderJob& reference, RenderJob& candidate
         }
     const std::size_t i = pixel.sample - samples.begin;
     const TraceComparison comparison = compare_traces(a[i], b[i]);
+    pixel.parts = comparison.first_divergence.has_value();
     pixel.reason = comparison.first_divergence
                        ? fmt::format("the paths part at vertex {}: {}", *comparison.first_divergence, comparison.reason)
                        : "no path parts in its first " + std::to_string(samples.count()) + " samples";

@@ -13,6 +13,7 @@ namespace tandem {
 struct WorstPixel {
     std::uint32_t x = 0, y = 0;
     std::uint64_t sample = 0, seed = 0;  // of both sides
+    bool parts = false;                  // the two paths of that sample do, as far as was looked at
     std::string reason;                  // where and why the two paths of that sample part; empty: not looked at
     std::string command;                 // that traces it; empty: none was made
 };

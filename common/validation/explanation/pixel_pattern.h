@@ -1,0 +1,15 @@
+// Which pixels of an image are touched, in words that lead to a place in a program: the last rows, every eighth column,
+// the last lanes of each workgroup, all pixels from a power of two on.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace tandem {
+
+// "the last 3 rows", "all pixels from number 4096 = 2^12 on, counted along rows"; empty: no such pattern. A pattern
+// holds at least half of its pixels, and of all others at most one in twenty. `touched`: [y * width + x].
+[[nodiscard]] std::string pixel_pattern(const std::vector<bool>& touched, std::uint32_t width, std::uint32_t height);
+
+}  // namespace tandem

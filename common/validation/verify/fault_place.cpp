@@ -1,0 +1,181 @@
+#include "common/validation/verify/fault_place.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "common/error.h"
+#include "common/render/path_trace.h"
+#include "common/text.h"
+#include "common/validation/explanation/pixel_pattern.h"
+
+namespace tandem {
+
+namespace {
+
+constexpr SampleRange block{0, samples_per_block};
+constexpr std::size_t most_pixels = 3;  // traced before it is said that no path parts
+
+// Sums of 64 samples in single precision are off by at most 64 ulp, 2^-18; a path that rounding sends elsewhere
+// changes its pixel's by some part of a sample.
+constexpr double same_sum = 0x1p-12;
+
+struct Sums {
+    Estimate::Plane plane;
+    [[nodiscard]] glm::dvec3 at(std::size_t pixel) const {
+        const Moments* m = &plane[pixel * channel_count];
+        return {m[0].sum, m[1].sum, m[2].sum};
+    }
+};
+
+double greatest(const glm::dvec3& v) { return std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)}); }
+bool differ(const glm::dvec3& a, const glm::dvec3& b) {
+    return greatest(a - b) > same_sum * std::max(greatest(a), greatest(b));
+}
+
+class FaultSearch {
+public:
+    FaultSearch(WorstPixel& pixel, const FaultQuestion& question)
+        : pixel_(pixel),
+          question_(question),
+          width_(question.settings.width),
+          height_(question.settings.height),
+          reference_job_(question.reference.prepare(question.scene, question.settings)),
+          candidate_job_(question.candidate.prepare(question.scene, question.settings)) {}
+
+    void run() {
+        const std::optional<Sums> reference = sums_of(*reference_job_);
+        const std::optional<Sums> candidate = reference ? sums_of(*candidate_job_) : std::nullopt;
+        if (!candidate) return;
+        const std::vector<std::size_t> pixels = worst_pixels(*reference, *candidate);
+        bool traced = true;
+        for (std::size_t k = 0; k < pixels.size() && traced; ++k) {
+            WorstPixel one = pixel_;
+            one.x = static_cast<std::uint32_t>(pixels[k] % width_);
+            one.y = static_cast<std::uint32_t>(pixels[k] / width_);
+            one.reason.clear();
+            choose_sample(one, *reference_job_, *candidate_job_);
+            if (one.reason.empty()) return;  // it cannot be traced
+            if (k == 0 || one.parts) pixel_ = one;
+            traced = !one.parts;
+        }
+        if (pixel_.parts || question_.stop.stop_requested()) return;
+        say_what_lies_outside(*reference, *candidate, pixels);
+    }
+
+private:
+    [[nodiscard]] std::optional<Sums> sums_of(RenderJob& job) const {
+        RenderControl control;
+        control.stop = question_.stop;
+        RenderResult result = job.render(block, control);
+        if (result.estimate.count() != block.count()) return std::nullopt;
+        return Sums{result.estimate.totals()};
+    }
+
+    [[nodiscard]] std::vector<std::size_t> worst_pixels(const Sums& a, const Sums& b) const {
+        const Rectangle r = question_.region.value_or(Rectangle{0, 0, width_, height_});
+        std::vector<std::size_t> pixels;
+        for (std::uint32_t y = r.y0; y < r.y1; ++y)
+            for (std::uint32_t x = r.x0; x < r.x1; ++x) pixels.push_back(std::size_t{y} * width_ + x);
+        const auto apart = [&](std::size_t i) { return greatest(a.at(i) - b.at(i)); };
+        const auto count = std::min(most_pixels, pixels.size());
+        std::ranges::partial_sort(pixels, pixels.begin() + static_cast<std::ptrdiff_t>(count), std::greater{}, apart);
+        pixels.resize(count);
+        return pixels;
+    }
+
+    [[nodiscard]] std::vector<bool> parted(const Sums& a, const Sums& b) const {
+        std::vector<bool> result(std::size_t{width_} * height_);
+        for (std::size_t i = 0; i < result.size(); ++i) result[i] = differ(a.at(i), b.at(i));
+        return result;
+    }
+
+    // Whether a side's film is the sum of the paths that it traces, in each of the pixels.
+    [[nodiscard]] bool adds_its_paths(RenderJob& job, const Sums& sums, const std::vector<std::size_t>& pixels) const {
+        return std::ranges::all_of(pixels, [&](std::size_t i) {
+            glm::dvec3 sum(0.0);
+            for (const PathTrace& trace :
+                job.trace(static_cast<std::uint32_t>(i % width_), static_cast<std::uint32_t>(i / width_), block)) {
+                const glm::dvec3& r = trace.radiance;
+                if (!std::isfinite(r.x + r.y + r.z) || std::min({r.x, r.y, r.z}) < 0.0) continue;  // MODEL.md 12
+                sum += glm::min(r, glm::dvec3(question_.settings.clamp));
+            }
+            return !differ(sum, sums.at(i));
+        });
+    }
+
+    void say_what_lies_outside(const Sums& a, const Sums& b, const std::vector<std::size_t>& pixels) {
+        const std::vector<bool> touched = parted(a, b);
+        const auto count = static_cast<std::size_t>(std::ranges::count(touched, true));
+        std::string& text = pixel_.reason;
+        text =
+            fmt::format("no path parts in the first {} samples of the {} worst pixels", block.count(), pixels.size());
+        if (std::ranges::none_of(pixels, [&](std::size_t i) { return touched[i]; })) {
+            text += ", and the films have the same sums there";
+            if (question_.differ) text += ": it shows in later samples, or with another seed";
+            return;
+        }
+        const bool reference = adds_its_paths(*reference_job_, a, pixels);
+        const bool candidate = adds_its_paths(*candidate_job_, b, pixels);
+        text += ": the traced paths agree, so the fault is outside shading";
+        if (reference != candidate)
+            text += fmt::format(
+                ": the film of {} is not the sum of its own paths (indexing, queues, film or "
+                "post-processing)",
+                reference ? question_.candidate_name : question_.reference_name);
+        text += fmt::format(
+            "; {} of the pixels differ", percent(static_cast<double>(count) / static_cast<double>(touched.size())));
+        if (const std::string pattern = pixel_pattern(touched, width_, height_); !pattern.empty())
+            text += ", " + pattern;
+        if (!candidate) say_which_kernels(a);
+    }
+
+    void say_which_kernels(const Sums& reference) {
+        std::vector<std::string> with, without;
+        for (const std::string& kernel : question_.kernels) {
+            if (question_.stop.stop_requested()) break;
+            try {
+                const std::unique_ptr<Renderer> renderer = question_.with_kernel(kernel);
+                const auto sums = sums_of(*renderer->prepare(question_.scene, question_.settings));
+                if (!sums) break;
+                const auto apart = static_cast<double>(std::ranges::count(parted(reference, *sums), true));
+                (apart > few * static_cast<double>(width_) * height_ ? with : without).push_back(kernel);
+            } catch (const Error&) {  // not in this precision, or not on this device
+            }
+        }
+        if (!with.empty()) pixel_.reason += fmt::format("; kernels with it: {}", fmt::join(with, ", "));
+        if (!without.empty()) pixel_.reason += fmt::format("; kernels without: {}", fmt::join(without, ", "));
+    }
+
+    // Pixels that rounding parts in a block (Arithmetic: 0.016 on the classic box), with room.
+    static constexpr double few = 0.05;
+
+    WorstPixel& pixel_;
+    const FaultQuestion& question_;
+    std::uint32_t width_, height_;
+    std::unique_ptr<RenderJob> reference_job_, candidate_job_;
+};
+
+}  // namespace
+
+std::optional<Rectangle> fired_region(const Judgement& judgement) {
+    const LevelResult* most = nullptr;
+    const auto area = [](const Rectangle& r) { return std::uint64_t{r.x1 - r.x0} * (r.y1 - r.y0); };
+    const std::uint64_t whole = area(judgement.level("image").worst.region);
+    const auto paired = [](const LevelResult& level) { return level.name.starts_with("paired"); };
+    for (const LevelResult& level : judgement.levels) {
+        const std::uint64_t part = area(level.worst.region);
+        if (!level.significant || part == 0 || part >= whole) continue;
+        const bool better =
+            most == nullptr || paired(level) > paired(*most) || (paired(level) == paired(*most) && level.p < most->p);
+        if (better) most = &level;
+    }
+    if (most == nullptr) return std::nullopt;
+    return most->worst.region;
+}
+
+void find_fault(WorstPixel& pixel, const FaultQuestion& question) { FaultSearch(pixel, question).run(); }
+
+}  // namespace tandem

@@ -1,0 +1,40 @@
+// Where a fault lies, looked for on the same random numbers: the pixel and sample to trace, whether paths part there,
+// and if none does, which stage beyond shading has it and which pixels are touched.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <optional>
+#include <stop_token>
+#include <string>
+#include <vector>
+
+#include "common/validation/verdict/verdict.h"
+#include "common/validation/verify/worst_pixel.h"
+
+namespace tandem {
+
+// The part of the image where the most significant level of parts of it differs, a paired one before any other; nothing
+// where the image as a whole, or a closed form, is all that differs.
+[[nodiscard]] std::optional<Rectangle> fired_region(const Judgement& judgement);
+
+struct FaultQuestion {
+    const Scene& scene;
+    RenderSettings settings;  // the seed is that of both sides
+    Renderer& reference;
+    Renderer& candidate;
+    std::string reference_name, candidate_name;
+    std::optional<Rectangle> region;  // where to look for the pixel
+    bool differ = true;               // from each other, not from a closed form alone
+    // The candidate with other kernels, by name: does each have the fault? Empty: there are none.
+    std::vector<std::string> kernels;
+    std::function<std::unique_ptr<Renderer>(const std::string& kernel)> with_kernel;
+    std::stop_token stop;
+};
+
+// Renders the first block of samples on both sides. `pixel` becomes the one in the region where they differ most, its
+// sample that whose traced radiances differ most, and its reason what was found. All stays as it is where a side cannot
+// trace paths, or where a stop was requested before the block was done.
+void find_fault(WorstPixel& pixel, const FaultQuestion& question);
+
+}  // namespace tandem

@@ -1,0 +1,168 @@
+// Where a fault lies that no traced path shows: which film is not the sum of its paths, which kernels have it, which
+// pixels it touches.
+#include <doctest/doctest.h>
+
+#include "common/render/path_trace.h"
+#include "common/validation/explanation/pixel_pattern.h"
+#include "common/validation/verify/fault_place.h"
+#include "tests/scene_builder.h"
+
+using namespace tandem;
+
+namespace {
+
+constexpr std::uint32_t side = 32;
+
+double value(std::uint32_t x, std::uint32_t y, std::uint64_t sample) {
+    return 0.5 + 0.001 * static_cast<double>((x * 31 + y * 17 + sample * 7) % 101);
+}
+
+using Touch = std::function<double(std::uint32_t x, std::uint32_t y, double right)>;
+
+// Radiance as `shade` has it; the film then as `film` leaves it.
+class Job : public RenderJob {
+public:
+    Job(Touch shade, Touch film) : shade_(std::move(shade)), film_(std::move(film)) {}
+    RenderResult render(SampleRange range, const RenderControl&) override {
+        Estimate::Plane plane(side * side * channel_count);
+        for (std::uint32_t i = 0; i < side * side; ++i)
+            for (std::uint64_t s = range.begin; s < range.end; ++s)
+                for (std::uint32_t c = 0; c < channel_count; ++c)
+                    plane[i * channel_count + c].sum += film_(i % side, i / side, radiance(i % side, i / side, s));
+        RenderResult result;
+        result.estimate = Estimate(side, side);
+        result.estimate.add_block(range, std::move(plane));
+        return result;
+    }
+    std::vector<PathTrace> trace(std::uint32_t x, std::uint32_t y, SampleRange samples) override {
+        std::vector<PathTrace> traces(samples.count());
+        for (std::uint64_t s = samples.begin; s < samples.end; ++s) {
+            PathTrace& one = traces[s - samples.begin];
+            one.radiance = glm::dvec3(radiance(x, y, s));
+            one.vertices.emplace_back().radiance = one.radiance;
+            one.vertices.back().end = PathEnd::left_scene;
+        }
+        return traces;
+    }
+
+private:
+    [[nodiscard]] double radiance(std::uint32_t x, std::uint32_t y, std::uint64_t s) const {
+        return shade_(x, y, value(x, y, s));
+    }
+    Touch shade_, film_;
+};
+
+class Fake : public Renderer {
+public:
+    Fake(Touch shade, Touch film) : shade_(std::move(shade)), film_(std::move(film)) {}
+    [[nodiscard]] RendererInfo info() const override { return {"fake", "", "", "", true}; }
+    std::unique_ptr<RenderJob> prepare(const Scene&, const RenderSettings&) override {
+        return std::make_unique<Job>(shade_, film_);
+    }
+
+private:
+    Touch shade_, film_;
+};
+
+double right(std::uint32_t, std::uint32_t, double v) { return v; }
+
+WorstPixel found(Fake& reference, Fake& candidate, const Fake* megakernel = nullptr) {
+    const Scene scene = test::SceneBuilder().scene();
+    FaultQuestion question{.scene = scene,
+        .settings = {},
+        .reference = reference,
+        .candidate = candidate,
+        .reference_name = "CPU",
+        .candidate_name = "Vulkan",
+        .region = Rectangle{0, 16, 16, 32},
+        .kernels = {},
+        .with_kernel = {},
+        .stop = {}};
+    question.settings.width = question.settings.height = side;
+    if (megakernel != nullptr) {
+        question.kernels = {"stages", "megakernel"};
+        question.with_kernel = [&, megakernel](const std::string& kernel) {
+            return std::make_unique<Fake>(kernel == "megakernel" ? *megakernel : candidate);
+        };
+    }
+    WorstPixel pixel;
+    find_fault(pixel, question);
+    return pixel;
+}
+
+bool says(const WorstPixel& pixel, const std::string& text) { return pixel.reason.find(text) != std::string::npos; }
+
+std::string pattern(
+    std::uint32_t width, std::uint32_t height, const std::function<bool(std::uint32_t, std::uint32_t)>& f) {
+    std::vector<bool> touched;
+    for (std::uint32_t y = 0; y < height; ++y)
+        for (std::uint32_t x = 0; x < width; ++x) touched.push_back(f(x, y) || (x * 7 + y * 13) % 101 == 0);
+    return pixel_pattern(touched, width, height);
+}
+
+}  // namespace
+
+TEST_CASE("a fault of the film is told from one of shading, with the side, the kernels and the pixels that have it") {
+    Fake cpu(right, right);
+    Fake vulkan(right, [](std::uint32_t, std::uint32_t y, double v) { return y >= 29 ? 0.0 : v; });
+    const WorstPixel pixel = found(cpu, vulkan, &cpu);
+    CHECK(pixel.y >= 29);
+    CHECK(!pixel.parts);
+    CHECK(says(pixel, "the traced paths agree, so the fault is outside shading: the film of Vulkan is not the sum"));
+    CHECK(says(pixel, "the last 3 rows"));
+    CHECK(says(pixel, "kernels with it: stages"));
+    CHECK(says(pixel, "kernels without: megakernel"));
+    CHECK(says(found(vulkan, cpu), "the film of CPU is not the sum"));
+}
+
+TEST_CASE("a fault of shading is told by the path that parts, at the pixel of the region that differs most") {
+    Fake cpu(right, right);
+    Fake vulkan(
+        [](std::uint32_t x, std::uint32_t y, double v) { return x == 5 && y == 20 ? 1.5 * v : 1.2 * v; }, right);
+    const WorstPixel pixel = found(cpu, vulkan);
+    CHECK(pixel.x == 5);
+    CHECK(pixel.y == 20);
+    CHECK(pixel.parts);
+    CHECK(says(pixel, "the paths part at vertex 0"));
+    CHECK(!says(pixel, "outside shading"));
+}
+
+TEST_CASE("sides that have the same sums in their first samples differ later, or with another seed") {
+    Fake cpu(right, right), vulkan(right, right);
+    CHECK(says(found(cpu, vulkan), "it shows in later samples, or with another seed"));
+}
+
+TEST_CASE("patterns of pixels are named, through what rounding touches beside them") {
+    CHECK(pattern(127, 83, [](auto, auto y) { return y == 82; }) == "the last row");
+    CHECK(pattern(127, 83, [](auto x, auto) { return x >= 120; }) == "the last 7 columns");
+    CHECK(pattern(64, 64, [](auto x, auto) { return x % 8 == 7; }) == "number 7 of every 8 columns from 0");
+    CHECK(pattern(64, 64, [](auto, auto y) { return y % 4 < 2; }) == "numbers 0 to 1 of every 4 rows from 0");
+    CHECK(pattern(300, 300, [](auto x, auto y) { return y * 300 + x >= 65536; }) ==
+          "all pixels from number 65536 = 2^16 on, counted along rows");
+    CHECK(pattern(100, 90, [](auto x, auto y) { return (y * 100 + x) % 64 >= 48; }) ==
+          "numbers 48 to 63 of every 64 pixels, counted along rows, from 0");
+    CHECK(pattern(64, 64, [](auto x, auto y) { return x >= 16 && x < 32 && y >= 32 && y < 48; }) ==
+          "x 16 to 31, y 32 to 47");
+    CHECK(pattern(64, 64, [](auto, auto) { return true; }) == "nearly every pixel");
+    CHECK(pattern(64, 64, [](auto x, auto y) { return (x * x + 3 * y * y + x * y) % 7 == 1; }).empty());
+    CHECK(pattern(64, 64, [](auto, auto) { return false; }).empty());
+}
+
+TEST_CASE("the region to look in is that of the paired level, if one fired, else of the most significant part") {
+    const auto level = [](const char* name, double p, bool significant, Rectangle region) {
+        LevelResult result;
+        result.name = name;
+        result.p = p;
+        result.significant = significant;
+        result.worst.region = region;
+        return result;
+    };
+    Judgement judgement;
+    judgement.levels = {level("image", 1e-9, true, {0, 0, 64, 64}), level("tiles 16x16", 1e-8, true, {16, 0, 32, 16}),
+        level("paired tiles 16x16", 1e-5, true, {0, 32, 16, 48})};
+    CHECK(fired_region(judgement).value().y0 == 32);
+    judgement.levels.back().significant = false;
+    CHECK(fired_region(judgement).value().x0 == 16);
+    judgement.levels.resize(1);
+    CHECK(!fired_region(judgement));
+}
