@@ -14,7 +14,7 @@
 
 namespace tandem {
 
-int run_self(const std::vector<std::string>& words) {
+int run_self(const std::vector<std::string>& words, const std::string& errors) {
     std::vector<std::string> all{"tandem"};
     all.insert(all.end(), words.begin(), words.end());
     std::vector<char*> arguments;
@@ -23,6 +23,7 @@ int run_self(const std::vector<std::string>& words) {
     posix_spawn_file_actions_t files;
     posix_spawn_file_actions_init(&files);
     posix_spawn_file_actions_addopen(&files, STDOUT_FILENO, "/dev/null", O_WRONLY, 0);
+    if (!errors.empty()) posix_spawn_file_actions_addopen(&files, STDERR_FILENO, errors.c_str(), O_WRONLY | O_TRUNC, 0);
     // The parent's signals are blocked for its watching thread; the child must hear Ctrl-C itself.
     posix_spawnattr_t attributes;
     posix_spawnattr_init(&attributes);

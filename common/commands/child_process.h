@@ -6,9 +6,10 @@
 
 namespace tandem {
 
-// Runs this program with `words` as arguments, its standard output dropped, and waits. Returns its exit status; 128 and
-// more: it was ended by a signal. Throws Error where it cannot be started.
-[[nodiscard]] int run_self(const std::vector<std::string>& words);
+// Runs this program with `words` as arguments, its standard output dropped, and waits. Its error output goes to the
+// file `errors`, or to this program's where that is empty. Returns its exit status; 128 and more: it was ended by a
+// signal. Throws Error where it cannot be started.
+[[nodiscard]] int run_self(const std::vector<std::string>& words, const std::string& errors = "");
 
 // An empty file with a name of its own, removed with the object.
 class TemporaryFile {

@@ -84,13 +84,16 @@ void check_outputs(const CriteriaArguments& arguments, const CommandContext& con
 
 ExitStatus conclude(const std::string& command, const std::vector<SceneVerdict>& verdicts,
     const CriteriaArguments& arguments, const CommandContext& context, const std::vector<std::string>& not_run,
-    const std::vector<DeviceSelfTest>& self_tests) {
+    const std::vector<DeviceSelfTest>& self_tests, const LayerMessages& layer) {
     std::vector<Verdict> each;
     for (const SceneVerdict& verdict : verdicts) each.push_back(verdict.verdict);
     nlohmann::json report = to_json(verdicts, not_run);
     report["device_self_tests"] = to_json(self_tests);
+    report["validation_layer"] = nlohmann::json::array();
+    for (const auto& [scene, text] : layer)
+        report["validation_layer"].push_back({{"scene", scene}, {"messages", text}});
     const Verdict all = combined(each, not_run.empty());
-    fmt::print("Verdict: {}\n", name_of(all));
+    fmt::print("Verdict: {}{}\n", name_of(all), layer.empty() ? "" : "; failed by messages of the validation layer");
     std::exception_ptr failure;  // one file that cannot be written takes no other with it
     const auto attempt = [&](const std::function<void()>& write) {
         try {
@@ -101,10 +104,10 @@ ExitStatus conclude(const std::string& command, const std::vector<SceneVerdict>&
     };
     attempt([&] { write_json(context, report); });
     if (!arguments.junit.empty())
-        attempt([&] { write_text_file(arguments.junit, junit_xml(command, verdicts, not_run)); });
+        attempt([&] { write_text_file(arguments.junit, junit_xml(command, verdicts, not_run, layer)); });
     if (!arguments.report.empty()) attempt([&] { write_report(arguments.report, verdicts, self_tests, not_run); });
     if (failure) std::rethrow_exception(failure);
-    return status_of(all);
+    return layer.empty() ? status_of(all) : ExitStatus::disagree;
 }
 
 }  // namespace tandem

@@ -6,6 +6,7 @@
 
 #include "common/commands/command.h"
 #include "common/self_test/self_test.h"
+#include "common/validation/report/junit.h"
 #include "common/validation/verify/scene_verdict.h"
 
 namespace tandem {
@@ -27,9 +28,10 @@ void check_outputs(const CriteriaArguments& arguments, const CommandContext& con
 
 void print_verdict(const SceneVerdict& verdict, bool verbose);
 
-// Prints the overall verdict, writes --json, --junit and --report, and gives the exit status.
+// Prints the overall verdict, writes --json, --junit and --report, and gives the exit status. `layer`: scenes of which
+// Vulkan's validation layer has messages, and these. They are no disagreement, but fail the run.
 [[nodiscard]] ExitStatus conclude(const std::string& command, const std::vector<SceneVerdict>& verdicts,
     const CriteriaArguments& arguments, const CommandContext& context, const std::vector<std::string>& not_run = {},
-    const std::vector<DeviceSelfTest>& self_tests = {});
+    const std::vector<DeviceSelfTest>& self_tests = {}, const LayerMessages& layer = {});
 
 }  // namespace tandem

@@ -10,6 +10,7 @@
 #include "common/commands/command.h"
 #include "common/commands/console.h"
 #include "common/commands/help.h"
+#include "common/commands/layer_pass.h"
 #include "common/commands/verdict_options.h"
 #include "common/commands/verify_presets.h"
 #include "common/deadline.h"
@@ -35,7 +36,7 @@ struct VerifyArguments {
     std::optional<double> seconds;  // of a scene
     std::optional<std::uint64_t> samples;
     std::string oracle = "oracle";
-    bool no_paired = false, strict = false, validation = false, convergence = false;
+    bool no_paired = false, no_layer = false, strict = false, validation = false, convergence = false;
 };
 
 // Says in a line how exactly each side's device computes, where it has an arithmetic of its own.
@@ -146,6 +147,44 @@ VerifyArguments completed(VerifyArguments arguments) {
     return arguments;
 }
 
+// The words of `tandem render` that make the candidate.
+std::vector<std::string> candidate_words(const VerifyArguments& arguments) {
+    std::vector<std::string> words;
+    const auto add = [&](const std::string& option, const std::string& value) {
+        if (!value.empty()) words.insert(words.end(), {option, value});
+    };
+    for (const auto& [option, value] : given_options(arguments.render)) add(option, value);
+    add("--device", arguments.device);
+    add("--kernel", arguments.kernel);
+    add("--precision", arguments.precision);
+    return words;
+}
+
+// One look a scene under Vulkan's validation layer. Its messages fail the run, whatever the images say.
+struct LayerLooks {
+    bool wanted = false;
+    std::size_t clean = 0, left_out = 0;
+    std::string not_run;  // why: no layer, or a scene that the process cannot render
+    std::vector<std::pair<std::string, std::string>> messages;  // of a scene
+
+    void add(const Scene& scene, const LayerPass& pass) {
+        if (pass.outcome == LayerPass::Outcome::clean) ++clean;
+        if (pass.outcome == LayerPass::Outcome::not_run) not_run = pass.text;
+        if (pass.outcome != LayerPass::Outcome::messages) return;
+        messages.emplace_back(scene.name, pass.text);
+        fmt::print("{}: the Vulkan validation layer reports:\n    {}\n", escaped(scene.name), pass.text);
+        std::fflush(stdout);
+    }
+    void print() const {
+        if (!wanted) return;
+        std::string text = fmt::format("{} scenes without a message", clean);
+        if (!messages.empty()) text += fmt::format(", {} with messages", messages.size());
+        if (left_out > 0) text += fmt::format(", {} left out as their time is short", left_out);
+        if (!not_run.empty()) text += "; not used: " + not_run;
+        fmt::print("Validation layer: {}\n", text);
+    }
+};
+
 // What both ways to share the time need.
 struct Work {
     const VerifyArguments& arguments;
@@ -154,6 +193,20 @@ struct Work {
     const std::vector<RenderSettings>& settings;
     Renderer &reference, &candidate;
     VerifyOptions options;
+    LayerLooks layer;
+
+    // Returns the seconds that are left.
+    [[nodiscard]] double look_under_the_layer(std::size_t i, double seconds) {
+        constexpr double least_seconds = 10.0;  // it takes about one
+        if (!layer.wanted || !layer.not_run.empty()) return seconds;
+        if (seconds < least_seconds) {
+            ++layer.left_out;
+            return seconds;
+        }
+        const Stopwatch watch;
+        layer.add(scenes[i], look_under_layer(arguments.scenes[i], candidate_words(arguments)));
+        return seconds - watch.seconds();
+    }
 
     [[nodiscard]] SceneVerdict verdict_on(std::size_t i, double seconds, const std::string& text) {
         const Deadline deadline(context.stop, with_overrun(seconds));
@@ -184,7 +237,7 @@ Outcome verify_each(Work& work) {
     const double seconds = work.arguments.seconds.value_or(default_seconds);
     for (std::size_t i = 0; i < scenes && !work.context.stop.stop_requested() && !outcome.failure; ++i) {
         try {
-            outcome.verdicts.push_back(work.verdict_on(i, seconds, ""));
+            outcome.verdicts.push_back(work.verdict_on(i, work.look_under_the_layer(i, seconds), ""));
             print_verdict(outcome.verdicts.back(), work.context.verbose);
             if (work.arguments.convergence)
                 add_convergence(work.scenes[i], work.reference, work.candidate, work.arguments, work.context,
@@ -220,6 +273,7 @@ Outcome verify_within(Work& work, double seconds) {
     budget.elapsed = [&] { return watch.seconds(); };
     budget.verify = [&](std::size_t i, double share, std::size_t round) {
         work.options.seed = seed + 2 * round;
+        if (round == 0) share = std::max(0.1 * share, work.look_under_the_layer(i, share));
         SceneVerdict verdict = work.verdict_on(i, share, round > 0 ? fmt::format("again, {}, ", duration(share)) : "");
         print_so_far(verdict, work.context.verbose);
         return verdict;
@@ -316,7 +370,8 @@ ExitStatus verify(const VerifyArguments& given, const CommandContext& context) {
                     {.device = arguments.device, .precision = precision_from(arguments.precision), .kernel = kernel});
         };
     }
-    Work work{arguments, context, scenes, settings, *reference, *candidate, options};
+    Work work{arguments, context, scenes, settings, *reference, *candidate, options, {}};
+    work.layer.wanted = arguments.candidate == "vulkan" && !arguments.validation && !arguments.no_layer;
     const Stopwatch watch;
     const Outcome outcome = total_seconds ? verify_within(work, *total_seconds) : verify_each(work);
     if (total_seconds) {
@@ -324,8 +379,9 @@ ExitStatus verify(const VerifyArguments& given, const CommandContext& context) {
             if (verdict.verdict == Verdict::undecided) print_verdict(verdict, context.verbose);
         print_what_is_needed(outcome.verdicts, watch.seconds());
     }
-    const ExitStatus status =
-        conclude("verify", outcome.verdicts, arguments.criteria, context, outcome.not_run, self_tests);
+    work.layer.print();
+    ExitStatus status = conclude(
+        "verify", outcome.verdicts, arguments.criteria, context, outcome.not_run, self_tests, work.layer.messages);
     if (outcome.failure) std::rethrow_exception(outcome.failure);
     if (outcome.not_run.empty()) return status;
     fmt::print(stderr, "tandem: stopped; {} of {} scenes were not verified\n", outcome.not_run.size(), scenes.size());
@@ -342,6 +398,10 @@ void add_rare_options(CLI::App& command, VerifyArguments& arguments) {
     add("--reference-precision", arguments.reference_precision,
         fmt::format("Precision of the reference: {}", precision_help));
     command.add_flag("--no-paired", arguments.no_paired, "Leave out the paired seeds. They find small faults sooner")
+        ->group(rare_options);
+    command
+        .add_flag("--no-layer", arguments.no_layer,
+            "Leave out the look at each scene under Vulkan's validation layer, where that is installed")
         ->group(rare_options);
     command.add_flag("--validation", arguments.validation, "Use Vulkan's validation layers; any message is an error")
         ->group(rare_options);
@@ -398,7 +458,7 @@ void add_verify_command(CLI::App& app, CommandContext& context) {
         "  tandem verify scenes/furnace.json scenes/glass.json --json verdict.json --report report\n"
         "  tandem verify --preset driver --junit driver.xml\n"
         "  tandem verify scenes/furnace.json --reference oracle --candidate cpu --precision double\n"
-        "Exit status: 0 agree, 1 disagree, 3 undecided within the time.");
+        "Exit status: 0 agree, 1 disagree or a message of the validation layer, 3 undecided within the time.");
     command->callback(
         [&context, arguments] { context.action = [&context, arguments] { return verify(*arguments, context); }; });
 }

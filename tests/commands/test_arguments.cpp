@@ -8,6 +8,7 @@
 #include "common/commands/arguments.h"
 #include "common/commands/command.h"
 #include "common/commands/console.h"
+#include "common/commands/layer_pass.h"
 #include "common/error.h"
 
 using namespace tandem;
@@ -112,4 +113,16 @@ TEST_CASE("numbers below 0, names after -- and values that look like commands ar
     CHECK(commands.refusal({"render", "-oa=b.png"}) == "");
     CHECK(commands.refusal({"render", "-o=box.png"}) == "-o=box.png: write -o VALUE or --output=VALUE");
     CHECK(names(commands.refusal({"\xff"}), "no UTF-8"));
+}
+
+TEST_CASE("what a process under the validation layer ends with is clean, messages, or no look at all") {
+    using Outcome = LayerPass::Outcome;
+    CHECK(layer_pass_from(0, "tandem: a remark about the scene\n").outcome == Outcome::clean);
+    const LayerPass told = layer_pass_from(2, "tandem: the Vulkan validation layer reports:\n  SYNC-HAZARD-1\n");
+    CHECK(told.outcome == Outcome::messages);
+    CHECK(told.text == "SYNC-HAZARD-1\n");
+    CHECK(layer_pass_from(134, "terminate called\n").outcome == Outcome::messages);
+    const LayerPass none = layer_pass_from(4, "tandem: validation was asked for, but there is no layer\n");
+    CHECK(none.outcome == Outcome::not_run);
+    CHECK(none.text == "validation was asked for, but there is no layer");
 }

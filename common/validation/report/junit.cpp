@@ -83,13 +83,14 @@ std::string properties_of(const SceneVerdict& verdict) {
 
 }  // namespace
 
-std::string junit_xml(
-    const std::string& command, std::span<const SceneVerdict> verdicts, const std::vector<std::string>& not_run) {
+std::string junit_xml(const std::string& command, std::span<const SceneVerdict> verdicts,
+    const std::vector<std::string>& not_run, const LayerMessages& layer) {
     const auto count = [&](Verdict which) { return std::ranges::count(verdicts, which, &SceneVerdict::verdict); };
     double seconds = 0.0;
     for (const SceneVerdict& verdict : verdicts) seconds += verdict.seconds;
     const std::string figures = fmt::format(R"(tests="{}" failures="{}" errors="{}" skipped="{}" time="{:.3f}")",
-        verdicts.size() + not_run.size(), count(Verdict::disagree), count(Verdict::undecided), not_run.size(), seconds);
+        verdicts.size() + not_run.size() + layer.size(), count(Verdict::disagree) + std::ssize(layer),
+        count(Verdict::undecided), not_run.size(), seconds);
     std::string xml = "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n";
     xml += fmt::format("<testsuites {0}>\n  <testsuite name=\"tandem {1}\" {0}>\n", figures, command);
     if (!verdicts.empty()) xml += properties_of(verdicts.front());
@@ -99,6 +100,12 @@ std::string junit_xml(
             "    <testcase classname=\"tandem.{}\" name=\"{}\" time=\"0\">\n"
             "      <skipped message=\"stopped before its turn\"/>\n    </testcase>\n",
             command, escaped(scene));
+    for (const auto& [scene, text] : layer)
+        xml += fmt::format(
+            "    <testcase classname=\"tandem.{}.layer\" name=\"{}\" time=\"0\">\n"
+            "      <failure type=\"validation-layer\" message=\"the Vulkan validation layer reports\">{}</failure>\n"
+            "    </testcase>\n",
+            command, escaped(scene), escaped(text));
     return xml + "  </testsuite>\n</testsuites>\n";
 }
 

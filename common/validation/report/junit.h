@@ -3,19 +3,24 @@
 
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "common/validation/verify/scene_verdict.h"
 
 namespace tandem {
 
+// Scenes, and what Vulkan's validation layer says while they are rendered.
+using LayerMessages = std::vector<std::pair<std::string, std::string>>;
+
 // agree      a testcase that passed;
 // disagree   <failure>: the sentence as its message, the reasons as its text;
 // undecided  <error>, not <skipped>: servers count skipped tests as no harm, and what is not known is no agreement;
-// not_run    <skipped>: scenes that a stop request left out.
+// not_run    <skipped>: scenes that a stop request left out;
+// layer      a testcase of its own with <failure>, beside the scene's.
 // `command` ("verify") names the suite and the class of its cases. Characters that XML 1.0 cannot hold, and bytes that
 // are no UTF-8, become U+FFFD.
-[[nodiscard]] std::string junit_xml(
-    const std::string& command, std::span<const SceneVerdict> verdicts, const std::vector<std::string>& not_run = {});
+[[nodiscard]] std::string junit_xml(const std::string& command, std::span<const SceneVerdict> verdicts,
+    const std::vector<std::string>& not_run = {}, const LayerMessages& layer = {});
 
 }  // namespace tandem

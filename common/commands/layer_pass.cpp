@@ -1,0 +1,63 @@
+#include "common/commands/layer_pass.h"
+
+#include <fmt/format.h>
+
+#include <cstdio>
+#include <fstream>
+#include <iterator>
+
+#include "common/commands/child_process.h"
+#include "common/commands/command.h"
+
+namespace tandem {
+
+namespace {
+
+constexpr std::string_view report = "the Vulkan validation layer reports:";  // vulkan/core/validation.cpp
+
+std::string last_line(std::string text) {
+    while (!text.empty() && text.back() == '\n') text.pop_back();
+    text = text.substr(text.rfind('\n') + 1);
+    constexpr std::string_view program = "tandem: ";
+    return text.starts_with(program) ? text.substr(program.size()) : text;
+}
+
+}  // namespace
+
+const char* name_of(LayerPass::Outcome outcome) {
+    switch (outcome) {
+        case LayerPass::Outcome::clean:
+            return "clean";
+        case LayerPass::Outcome::messages:
+            return "messages";
+        case LayerPass::Outcome::not_run:
+            break;
+    }
+    return "not run";
+}
+
+LayerPass layer_pass_from(int status, const std::string& errors) {
+    if (status == static_cast<int>(ExitStatus::fine)) return {LayerPass::Outcome::clean, ""};
+    if (const std::size_t at = errors.find(report); at != std::string::npos) {
+        const std::size_t begin = errors.find_first_not_of(" \n", at + report.size());
+        return {LayerPass::Outcome::messages, begin == std::string::npos ? "" : errors.substr(begin)};
+    }
+    if (status >= 128)
+        return {LayerPass::Outcome::messages,
+            fmt::format("the program was ended by signal {}; {}", status - 128, last_line(errors))};
+    return {LayerPass::Outcome::not_run, last_line(errors)};
+}
+
+LayerPass look_under_layer(const std::string& scene, const std::vector<std::string>& options) {
+    const TemporaryFile errors, image;
+    const std::string picture = image.name() + ".pfm";
+    std::vector<std::string> words{
+        "render", scene, "-o", picture, "--backend", "vulkan", "--validation", "--size", "64", "--samples", "2"};
+    words.insert(words.end(), options.begin(), options.end());
+    const int status = run_self(words, errors.name());
+    std::remove(picture.c_str());
+    std::ifstream file(errors.name());
+    return layer_pass_from(status, {std::istreambuf_iterator<char>(file), {}});
+}
+
+}  // namespace tandem

@@ -1,0 +1,23 @@
+// A look at a scene under Vulkan's validation layer, in a process of its own: a layer that aborts takes no verdict with
+// it. What it says of the program's use of Vulkan is an outcome beside the verdict on the images.
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace tandem {
+
+struct LayerPass {
+    enum class Outcome { not_run, clean, messages };
+    Outcome outcome = Outcome::not_run;
+    std::string text;  // the messages, a line each, or why it was not run
+};
+[[nodiscard]] const char* name_of(LayerPass::Outcome outcome);
+
+// Renders two samples of a small image of the scene with the candidate of `options`, words of `tandem render`.
+[[nodiscard]] LayerPass look_under_layer(const std::string& scene, const std::vector<std::string>& options);
+
+// What the exit status and the error output of such a process mean.
+[[nodiscard]] LayerPass layer_pass_from(int status, const std::string& errors);
+
+}  // namespace tandem
