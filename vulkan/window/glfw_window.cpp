@@ -38,6 +38,12 @@ GlfwWindow::GlfwWindow(const std::string& title, std::uint32_t width, std::uint3
     glfwWindowHint(GLFW_CLIENT_API, GLFW_NO_API);
     window_.reset(glfwCreateWindow(static_cast<int>(width), static_cast<int>(height), title.c_str(), nullptr, nullptr));
     if (!window_) throw DeviceError("no window can be opened: " + last_error());
+    glfwSetWindowUserPointer(window_.get(), this);
+    glfwSetKeyCallback(window_.get(), note_key);  // the panel's own, made later, calls it first
+}
+
+void GlfwWindow::note_key(GLFWwindow* window, int key, int, int action, int) {
+    if (action == GLFW_PRESS) static_cast<GlfwWindow*>(glfwGetWindowUserPointer(window))->pressed_.push_back(key);
 }
 
 std::vector<const char*> GlfwWindow::instance_extensions() const {

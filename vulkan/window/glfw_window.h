@@ -3,6 +3,7 @@
 
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 #include <vulkan/vulkan_raii.hpp>
 
@@ -14,6 +15,8 @@ class GlfwWindow {
 public:
     // Throws DeviceError where there is no display, or none that Vulkan can show on.
     GlfwWindow(const std::string& title, std::uint32_t width, std::uint32_t height);
+    GlfwWindow(const GlfwWindow&) = delete;  // its callbacks know its address
+    GlfwWindow& operator=(const GlfwWindow&) = delete;
 
     // That an instance needs for a surface.
     [[nodiscard]] std::vector<const char*> instance_extensions() const;
@@ -24,7 +27,9 @@ public:
     [[nodiscard]] vk::Extent2D size() const;
     [[nodiscard]] bool closing() const;
     void close();
-    [[nodiscard]] bool key(int glfw_key) const;
+    [[nodiscard]] bool key(int glfw_key) const;  // whether it is down
+    // Keys that went down since the last call, also those that are up again by now. Repeats do not count.
+    [[nodiscard]] std::vector<int> take_pressed() { return std::exchange(pressed_, {}); }
 
     [[nodiscard]] bool full_screen() const;
     void set_full_screen(bool wanted);
@@ -42,6 +47,8 @@ private:
     struct Destroy {
         void operator()(GLFWwindow* window) const;
     };
+    static void note_key(GLFWwindow* window, int key, int scancode, int action, int modifiers);
+
     struct Place {
         int x = 0, y = 0, width = 0, height = 0;
     };
@@ -49,6 +56,7 @@ private:
     Library library_;
     std::unique_ptr<GLFWwindow, Destroy> window_;
     Place before_full_screen_;
+    std::vector<int> pressed_;
 };
 
 }  // namespace tandem

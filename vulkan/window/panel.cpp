@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 #include <imgui.h>
 
+#include <algorithm>
 #include <numbers>
 
 #include "common/error.h"
@@ -89,12 +90,14 @@ void Panel::save(const WindowOptions& options) {
 }
 
 void Panel::take_keys(ViewSession& session, const WindowOptions& options) {
+    const std::vector<int> pressed = window_.take_pressed();
     if (ImGui::GetIO().WantTextInput) return;
-    if (ImGui::IsKeyPressed(GLFW_KEY_ESCAPE, false)) window_.close();
-    if (ImGui::IsKeyPressed(GLFW_KEY_H, false)) visible_ = !visible_;
-    if (ImGui::IsKeyPressed(GLFW_KEY_R, false)) session.reset_camera();
-    if (ImGui::IsKeyPressed(GLFW_KEY_F2, false)) save(options);
-    if (ImGui::IsKeyPressed(GLFW_KEY_F11, false)) window_.set_full_screen(!window_.full_screen());
+    const auto was = [&](int key) { return std::ranges::find(pressed, key) != pressed.end(); };
+    if (was(GLFW_KEY_ESCAPE)) window_.close();
+    if (was(GLFW_KEY_H)) visible_ = !visible_;
+    if (was(GLFW_KEY_R)) session.reset_camera();
+    if (was(GLFW_KEY_F2)) save(options);
+    if (was(GLFW_KEY_F11)) window_.set_full_screen(!window_.full_screen());
 }
 
 void Panel::move_camera(ViewSession& session) {
