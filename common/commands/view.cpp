@@ -17,11 +17,14 @@ namespace tandem {
 
 namespace {
 
+constexpr std::uint64_t most_samples = std::uint64_t{1} << 40;
+
 struct ViewArguments {
     std::string scene, backend = "vulkan", device, kernel, precision, output, save;
     std::string present_mode{present_mode_names[0]};
     RenderOptions options;
-    std::uint64_t samples = std::uint64_t{1} << 40, frames = 0;
+    std::optional<std::uint64_t> samples;
+    std::uint64_t frames = 0;
     unsigned threads = 0;
     bool split = false, full_screen = false, validation = false;
     double exposure = 1.0;
@@ -42,7 +45,8 @@ std::unique_ptr<ProgressiveView> make_view(const ViewArguments& arguments, const
         .kernel = vulkan ? arguments.kernel : "",
         .threads = name == "cpu" ? arguments.threads : 0,
         .validation = vulkan && arguments.validation};
-    return std::make_unique<ProgressiveView>(backend.create(options), scene, settings, arguments.samples);
+    return std::make_unique<ProgressiveView>(
+        backend.create(options), scene, settings, arguments.samples.value_or(most_samples));
 }
 
 // The files that F2 writes: the view as a scene, what is seen, and each backend's estimate.
@@ -153,6 +157,7 @@ WindowOptions window_options(const ViewArguments& arguments, const RenderSetting
     options.device = arguments.device;
     options.full_screen = arguments.full_screen;
     options.frames = arguments.frames;
+    options.frames_wait = arguments.samples.has_value();
     options.validation = arguments.validation;
     options.appearance.exposure = arguments.exposure;
     for (std::size_t i = 0; i < present_mode_names.size(); ++i)
@@ -204,7 +209,7 @@ void add_what(CLI::App& command, ViewArguments& arguments) {
     command
         .add_option(
             "--samples", arguments.samples, "Samples a pixel, at most; then the image stays (default: no limit)")
-        ->check(whole_between(1, std::uint64_t{1} << 40));
+        ->check(whole_between(1, most_samples));
     command.add_option("--exposure", arguments.exposure, "Factor of the radiance that is shown")
         ->check(above_zero(1e9))
         ->capture_default_str();

@@ -24,7 +24,8 @@ struct WindowOptions {
     bool full_screen = false;
     PresentMode present_mode = PresentMode::fifo;
     Appearance appearance;
-    std::uint64_t frames = 0;  // > 0: closes after so many, and not before the session has finished
+    std::uint64_t frames = 0;  // > 0: closes after so many
+    bool frames_wait = false;  // ... and not before the session has finished
     bool validation = false;   // any message of the layer is an Error
     // Writes the view and its picture; returns what to tell the user. Errors are told to him too.
     std::function<std::string(const Appearance&)> save;

@@ -71,6 +71,11 @@ class ViewTest(ProgramTest):
         self.assertGreaterEqual(report["frames"], 3)
         self.assertIn("100 samples a pixel of 16x16", result.stdout)
 
+    def test_frames_alone_close_the_window(self):
+        result = self.view("--frames", 7)
+        self.assertEqual(result.returncode, 0, result.stderr)
+        self.assertIn("window: 7 frames", result.stdout)
+
     def test_every_present_mode_shows(self):
         for mode in ["fifo", "fifo-relaxed", "mailbox", "immediate"]:
             result = self.view("--samples", 1, "--frames", 5, "--present-mode", mode)

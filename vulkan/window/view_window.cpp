@@ -65,7 +65,8 @@ public:
     WindowReport run(ViewSession& session, const WindowOptions& options, const std::stop_token& stop) {
         Pace pace;
         while (!window_.closing() && !stop.stop_requested()) {
-            if (options.frames > 0 && pace.frames() >= options.frames && session.finished()) break;
+            const bool shown = options.frames > 0 && pace.frames() >= options.frames;
+            if (shown && (!options.frames_wait || session.finished())) break;
             const bool minimised = window_.size().width == 0;
             const double rest = least_seconds_a_frame - pace.seconds_since_last();
             window_.poll(minimised ? 0.1 : std::max(0.0, rest));
