@@ -22,6 +22,16 @@ std::string last_line(std::string text) {
     return text.starts_with(program) ? text.substr(program.size()) : text;
 }
 
+// The program escapes line ends within its one line of error; and no space about them.
+std::string in_lines(std::string text) {
+    constexpr std::string_view end = "\\x0a", spaces = " \n";
+    for (std::size_t at = text.find(end); at != std::string::npos; at = text.find(end))
+        text.replace(at, end.size(), "\n");
+    const std::size_t begin = text.find_first_not_of(spaces);
+    if (begin == std::string::npos) return "";
+    return text.substr(begin, text.find_last_not_of(spaces) + 1 - begin);
+}
+
 }  // namespace
 
 const char* name_of(LayerPass::Outcome outcome) {
@@ -39,8 +49,7 @@ const char* name_of(LayerPass::Outcome outcome) {
 LayerPass layer_pass_from(int status, const std::string& errors) {
     if (status == static_cast<int>(ExitStatus::fine)) return {LayerPass::Outcome::clean, ""};
     if (const std::size_t at = errors.find(report); at != std::string::npos) {
-        const std::size_t begin = errors.find_first_not_of(" \n", at + report.size());
-        return {LayerPass::Outcome::messages, begin == std::string::npos ? "" : errors.substr(begin)};
+        return {LayerPass::Outcome::messages, in_lines(errors.substr(at + report.size()))};
     }
     if (status >= 128)
         return {LayerPass::Outcome::messages,

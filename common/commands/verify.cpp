@@ -177,7 +177,7 @@ struct LayerLooks {
     }
     void print() const {
         if (!wanted) return;
-        std::string text = fmt::format("{} scenes without a message", clean);
+        std::string text = fmt::format("{} {} without a message", clean, clean == 1 ? "scene" : "scenes");
         if (!messages.empty()) text += fmt::format(", {} with messages", messages.size());
         if (left_out > 0) text += fmt::format(", {} left out as their time is short", left_out);
         if (!not_run.empty()) text += "; not used: " + not_run;

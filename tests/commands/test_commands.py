@@ -434,17 +434,35 @@ class Commands(ProgramTest):
         noisy = ["verify", SCENES / "cornell-classic.json", self.scene, "--size", "16", "--margin", "1e-6", "--json", figures,
                  "--junit", report]
         began = time.monotonic()
-        result = tandem(*noisy, "--total-time", "8s")
+        result = tandem(*noisy, "--total-time", "12s")
         took = time.monotonic() - began
         self.assertEqual(result.returncode, 3, result.stdout + result.stderr)
-        self.assertLess(took, 1.1 * 8 + 3.0)  # what comes before: devices, scenes, self-tests
+        self.assertLess(took, 1.1 * 12 + 3.0)  # what comes before: devices, scenes, self-tests
         scenes = json.loads(figures.read_text())["scenes"]
         self.assertEqual(len(scenes), 2)
-        self.assertGreater(scenes[0]["forecast_seconds"], 8)
-        self.assertRegex(result.stdout, r"of 2 scenes are undecided after .*; they need about .* more: --total-time \d+min")
+        # On a machine under load a scene may have had no look, and no forecast then.
+        told = [scene["forecast_seconds"] for scene in scenes if scene["looks"]]
+        self.assertTrue(told, result.stdout)
+        for forecast in told:
+            self.assertGreater(forecast, 12)
+        needs = r"they need about .* more: --total-time \d+min" if len(told) == 2 else "some need more than can be foretold"
+        self.assertRegex(result.stdout, "of 2 scenes are undecided after .*; " + needs)
         self.assertIn("(margin 0.00010 %)", result.stdout)
         self.refused(tandem(*noisy, "--total-time", "8 parsec"), "write 600, 90s, 10min or 2h")
         self.refused(tandem(*noisy, "--total-time", "8s", "--convergence"), "--convergence")
+
+    def test_each_scene_is_looked_at_under_the_validation_layer_where_there_is_one(self):
+        figures = self.folder / "out.json"
+        short = ["verify", self.scene, "--oracle", "none", "--json", figures]
+        result = tandem(*short, "--time", "20")
+        self.assertEqual(result.returncode, 0, result.stdout + result.stderr)
+        self.assertIn("Validation layer: 1 scene without a message", result.stdout)
+        self.assertEqual(json.loads(figures.read_text())["validation_layer"], [])
+        result = tandem(*short, "--time", "20", env={**os.environ, "VK_LAYER_PATH": "/nonexistent"})
+        self.assertEqual(result.returncode, 0, result.stdout + result.stderr)
+        self.assertIn("not used: validation was asked for, but VK_LAYER_KHRONOS_validation is not installed", result.stdout)
+        self.assertIn("1 left out as their time is short", tandem(*short, "--time", "5").stdout)
+        self.assertNotIn("Validation layer", tandem(*short, "--time", "20", "--no-layer").stdout)
 
     def test_a_preset_has_its_scenes_and_names_may_take_their_place(self):
         self.refused(tandem("verify"), "--preset: smoke, driver or full")

@@ -135,12 +135,12 @@ TEST_CASE("sides that have the same sums in their first samples differ later, or
 TEST_CASE("patterns of pixels are named, through what rounding touches beside them") {
     CHECK(pattern(127, 83, [](auto, auto y) { return y == 82; }) == "the last row");
     CHECK(pattern(127, 83, [](auto x, auto) { return x >= 120; }) == "the last 7 columns");
-    CHECK(pattern(64, 64, [](auto x, auto) { return x % 8 == 7; }) == "number 7 of every 8 columns from 0");
-    CHECK(pattern(64, 64, [](auto, auto y) { return y % 4 < 2; }) == "numbers 0 to 1 of every 4 rows from 0");
+    CHECK(pattern(64, 64, [](auto x, auto) { return x % 8 == 7; }) == "column 7 of every 8, counted from 0");
+    CHECK(pattern(64, 64, [](auto, auto y) { return y % 4 < 2; }) == "rows 0 to 1 of every 4, counted from 0");
     CHECK(pattern(300, 300, [](auto x, auto y) { return y * 300 + x >= 65536; }) ==
           "all pixels from number 65536 = 2^16 on, counted along rows");
     CHECK(pattern(100, 90, [](auto x, auto y) { return (y * 100 + x) % 64 >= 48; }) ==
-          "numbers 48 to 63 of every 64 pixels, counted along rows, from 0");
+          "pixels 48 to 63 of every 64, counted from 0");
     CHECK(pattern(64, 64, [](auto x, auto y) { return x >= 16 && x < 32 && y >= 32 && y < 48; }) ==
           "x 16 to 31, y 32 to 47");
     CHECK(pattern(64, 64, [](auto, auto) { return true; }) == "nearly every pixel");

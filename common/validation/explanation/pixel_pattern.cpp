@@ -30,12 +30,12 @@ public:
         from_a_number_on();
         box();
         for (std::uint32_t period = 2; period <= 64; period *= 2) {
-            repeated(period, "columns", [&](std::size_t i) { return i % width_; });
-            repeated(period, "rows", [&](std::size_t i) { return i / width_; });
+            repeated(period, "column", [&](std::size_t i) { return i % width_; });
+            repeated(period, "row", [&](std::size_t i) { return i / width_; });
         }
         for (std::uint32_t period = 8; period <= 1024; period *= 2)
             if (width_ % period != 0)  // else these are columns
-                repeated(period, "pixels, counted along rows,", [](std::size_t i) { return i; });
+                repeated(period, "pixel", [](std::size_t i) { return i; });
         return found_.text;
     }
 
@@ -137,8 +137,8 @@ private:
         }
         if (count == 0 || count == period || last - first + 1 != count) return;
         const std::string which =
-            count == 1 ? fmt::format("number {}", first) : fmt::format("numbers {} to {}", first, last);
-        consider(fmt::format("{} of every {} {} from 0", which, period, what), [=](std::size_t i) {
+            count == 1 ? fmt::format("{} {}", what, first) : fmt::format("{}s {} to {}", what, first, last);
+        consider(fmt::format("{} of every {}, counted from 0", which, period), [=](std::size_t i) {
             const std::size_t r = coordinate(i) % period;
             return r >= first && r <= last;
         });
