@@ -143,12 +143,13 @@ void take_start_off(StoppingRule& rule, double seconds) {
 }
 
 // Why there is no image.
-Error without_sample(const StoppedRender& result, const RenderArguments& arguments, const CommandContext& context) {
+StoppedError without_sample(
+    const StoppedRender& result, const RenderArguments& arguments, const CommandContext& context) {
     if (context.stop.stop_requested() || !arguments.seconds)
-        return Error("stopped before every pixel had a sample; nothing is written");
+        return StoppedError("stopped before every pixel had a sample; nothing is written");
     const std::string done =
         result.begun > 0.0 ? fmt::format(": {:.2g} % of the first was done", 100.0 * result.begun) : std::string();
-    return Error(fmt::format(
+    return StoppedError(fmt::format(
         "--time: {:g} s do not suffice for a sample of every pixel{}; nothing is written; give more --time, a smaller "
         "--size or fewer --bounces",
         *arguments.seconds, done));
