@@ -380,6 +380,7 @@ void check_outputs(const CommandContext& context, std::vector<Output> outputs, c
         all.push_back({"--json -", fmt::format("/proc/self/fd/{}", context.json_descriptor), OutputKind::open});
     all.insert(all.end(), outputs.begin(), outputs.end());
     check_outputs(all, inputs);
+    for (const std::string& input : inputs) context.read.add(input);
 }
 
 void check_memory(const RenderSettings& settings) {
@@ -401,7 +402,7 @@ void check_memory(const RenderSettings& settings) {
 void write_json(const CommandContext& context, const nlohmann::json& report) {
     if (context.json_file.empty()) return;
     const std::string text = report.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
-    if (context.json_descriptor < 0) return write_text_file(context.json_file, text);
+    if (context.json_descriptor < 0) return write_text_file(context.json_file, text, context.read);
     if (!write_all(context.json_descriptor, text) && !nobody_reads(errno))
         throw Error(
             std::string("--json -: standard output cannot be written to its end (") + std::strerror(errno) + ")");
@@ -443,12 +444,14 @@ int run_program(int argc, char** argv, const Program& program) {
         "that was read.");
     std::string command_line = "tandem";
     for (int i = 1; i < argc; ++i) command_line += " " + without_folder(argv[i]);
+    FilesRead read;
     CommandContext context{.program = program,
         .command_line = command_line,
         .stop = interrupts.token(),
         .json_file = {},
         .action = {},
-        .interrupts = interrupts};
+        .interrupts = interrupts,
+        .read = read};
     add_render_command(app, context);
     add_view_command(app, context);
     add_verify_command(app, context);

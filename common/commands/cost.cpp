@@ -150,6 +150,7 @@ ExitStatus cost(const CostArguments& arguments, const CommandContext& context, c
         return ExitStatus::fine;
     }
     request.seconds = time.left();
+    request.read = &context.read;
     std::mutex mutex;  // no file is left half-written
     std::optional<CostReport> so_far;
     request.keep = [&](const CostReport& known) {
@@ -172,7 +173,7 @@ ExitStatus cost(const CostArguments& arguments, const CommandContext& context, c
         if (!arguments.resume.empty())
             control.save = [&](const CostSamples& samples) {
                 const std::lock_guard lock(mutex);
-                write_text_file(arguments.resume, to_bytes(samples));
+                write_text_file(arguments.resume, to_bytes(samples), context.read);
             };
         report = run_cost(scene, std::move(request), control);
     }

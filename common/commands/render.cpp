@@ -80,16 +80,16 @@ nlohmann::json describe(const RenderArguments& arguments, const RenderSettings& 
     return report;
 }
 
-void write_output(
-    const RenderArguments& arguments, const nlohmann::json& report, const FilmMoments& film, bool independent) {
+void write_output(const RenderArguments& arguments, const nlohmann::json& report, const FilmMoments& film,
+    bool independent, const FilesRead& read) {
     std::map<std::string, std::string> metadata;
     for (const auto& [key, value] : report.items())
         metadata["tandem:" + key] = value.is_string() ? value.get<std::string>() : value.dump();
     const Image image = image_of(film, metadata, independent);
     if (is_png(arguments.output))
-        write_png(arguments.output, image, arguments.exposure);
+        write_png(arguments.output, image, arguments.exposure, read);
     else
-        write_image(arguments.output, image);
+        write_image(arguments.output, image, read);
 }
 
 // For a target error also chooses what the user has left open of `settings`.
@@ -198,7 +198,7 @@ ExitStatus render(const RenderArguments& arguments, const CommandContext& contex
     if (result.film.count() == 0.0) throw without_sample(result, arguments, context);
 
     const nlohmann::json report = describe(arguments, settings, renderer->info(), scene, result);
-    write_output(arguments, report, result.film, independent);
+    write_output(arguments, report, result.film, independent, context.read);
     write_json(context, report);
     fmt::print("{}: {} samples a pixel in {:.2f} s, {:.3g} Mpaths/s{}{}\n", escaped(arguments.output),
         samples_text(result.film), result.seconds, report.at("paths_per_second").get<double>() / 1e6,

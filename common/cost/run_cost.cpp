@@ -96,7 +96,7 @@ CostReference make_reference(const Scene& scene, const CostRequest& request, con
             : "");
     if (!file.empty() && reference.seconds > before) {
         std::filesystem::create_directories(request.references);
-        write_text_file(file, to_bytes(reference));
+        write_text_file(file, to_bytes(reference), request.read == nullptr ? FilesRead{} : *request.read);
     }
     if (!(reference.image_mean() > 0.0))
         throw InputError("the image is black, so that no error is relative to anything");

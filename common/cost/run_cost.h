@@ -5,6 +5,7 @@
 #include <filesystem>
 
 #include "common/cost/cost.h"
+#include "common/files/write_file.h"
 
 namespace tandem {
 
@@ -18,6 +19,7 @@ struct CostRequest {
     MakeRenderer make, make_reference;
     std::vector<std::string> knobs;    // only these; empty: all
     std::filesystem::path references;  // folder of cached references, made if it is not there; empty: none
+    const FilesRead* read = nullptr;   // that are not to be replaced
     double seconds = 120.0;            // for everything, as planned; a stop cuts
     std::uint64_t seed = 1;
     std::optional<CostSamples> earlier;           // a measurement to continue
