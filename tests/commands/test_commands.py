@@ -641,8 +641,8 @@ class Commands(ProgramTest):
 
     def test_effects_tells_what_is_not_compiled_allocated_and_dispatched(self):
         report = self.folder / "effects.json"
-        result = tandem("effects", self.scene, "--backend", "vulkan", "--kernel", "stages", "--size", 8, "--integrator",
-                        "whitted", "--time", 110, "--json", report)
+        result = tandem("effects", self.scene, "--backend", "vulkan", "--kernel", "stages", "--size", 4, "--bounces", 2,
+                        "--integrator", "whitted", "--time", 110, "--json", report)
         self.assertEqual(result.returncode, 0, result.stderr)
         told = json.loads(report.read_text())
         for key in ["not_compiled", "not_allocated", "not_dispatched"]:
