@@ -4,12 +4,14 @@
 #include <algorithm>
 #include <filesystem>
 #include <limits>
+#include <mutex>
 #include <optional>
 #include <tuple>
 
 #include "common/commands/arguments.h"
 #include "common/commands/child_process.h"
 #include "common/commands/command.h"
+#include "common/commands/command_time.h"
 #include "common/commands/console.h"
 #include "common/commands/help.h"
 #include "common/error.h"
@@ -18,6 +20,7 @@
 #include "common/experiment/results.h"
 #include "common/experiment/thesis.h"
 #include "common/files/write_file.h"
+#include "common/stopwatch.h"
 #include "common/text.h"
 
 namespace tandem {
@@ -119,35 +122,71 @@ void keep(const CommandContext& context, const BenchTarget& target, const BenchR
         write_json(context, to_json(results, target.claims));
 }
 
-CampaignOptions campaign_options(const BenchArguments& arguments, const CommandContext& context) {
+// The results so far, for a command that must end without a driver's leave.
+class ResultsSoFar {
+public:
+    void take(const BenchResults& results) {
+        const std::lock_guard lock(mutex_);
+        results_ = results;
+    }
+    // No file is being written meanwhile.
+    void use(const std::function<void(const std::optional<BenchResults>&)>& user) {
+        const std::lock_guard lock(mutex_);
+        user(results_);
+    }
+
+private:
+    std::mutex mutex_;
+    std::optional<BenchResults> results_;
+};
+
+CampaignOptions campaign_options(const BenchArguments& arguments, const CommandTime& time) {
     CampaignOptions options;
-    options.seconds = arguments.seconds;
+    options.seconds = time.left();
     options.narrow = arguments.narrow;
     options.replicates = arguments.replicates;
     options.seed = arguments.seed;
     options.only = arguments.arms;
-    options.stop = context.stop;
+    options.stop = time.token();
     return options;
 }
 
 // Goes on from `earlier`, if any. A --json file gets what there is between experiments, so that a killed run loses
 // little.
-BenchResults measure(const BenchArguments& arguments, const CommandContext& context, const BenchTarget& target,
-    const std::vector<Family>& families, std::optional<BenchResults> earlier = {}) {
+BenchResults measure(const BenchArguments& arguments, const CommandContext& context, const CommandTime& time,
+    const BenchTarget& target, const std::vector<Family>& families, ResultsSoFar& so_far,
+    std::optional<BenchResults> earlier = {}) {
     BenchResults results = begin_results(arguments, context, target, families, std::move(earlier));
-    CampaignOptions options = campaign_options(arguments, context);
-    options.keep = [&](const BenchResults& so_far) { keep(context, target, so_far); };
+    CampaignOptions options = campaign_options(arguments, time);
+    Stopwatch since_kept;
+    options.keep = [&](const BenchResults& known) {
+        so_far.take(known);
+        constexpr double seconds_between_keeping = 20.0;
+        if (since_kept.seconds() < seconds_between_keeping) return;
+        so_far.use([&](const auto& all) { keep(context, target, *all); });
+        since_kept = {};
+    };
     unsigned rounds = 0;
     {
         ProgressLine line;
         options.progress = [&](double fraction, const std::string& text) { line.update(fraction, text); };
         rounds = run_campaign(families, options, results);
     }
-    if (rounds < arguments.replicates)
+    if (rounds < arguments.replicates && rounds > 0 && !context.stop.stop_requested())
         fmt::print(stderr,
             "tandem: --time was enough for {} replicate{}, not {}; from {} on, intervals hold for any replicate\n",
             rounds, rounds == 1 ? "" : "s", arguments.replicates, fewest_resampled_processes);
     return results;
+}
+
+// Prints and writes; the status says whether every arm that was asked for is told of.
+ExitStatus conclude(const BenchArguments& arguments, const CommandContext& context, const CommandTime& time,
+    const BenchTarget& target, const std::vector<Family>& families, const BenchResults& results) {
+    fmt::print("{}", to_text(results, target.claims));
+    write_json(context, to_json(results, target.claims));
+    const ArmCount arms = count_arms(families, arguments.arms, results);
+    if (arms.missing == 0) return ExitStatus::fine;
+    return time.too_short(fmt::format("{} of {} arms were not measured", arms.missing, arms.all));
 }
 
 // The same command in a process of its own, for its part of the campaign: goes on from the file `known`, and writes
@@ -170,26 +209,28 @@ int measure_in_child(
 // Process after process, each with the readings of those before. The --json file gets what there is after each, also
 // where one of them fails, so that --resume can go on from there.
 BenchResults measure_in_processes(const BenchArguments& arguments, const CommandContext& context,
-    const BenchTarget& target, const std::vector<Family>& families, std::optional<BenchResults> earlier) {
+    const CommandTime& time, const BenchTarget& target, const std::vector<Family>& families,
+    std::optional<BenchResults> earlier) {
     BenchResults results = begin_results(arguments, context, target, families, std::move(earlier));
-    const std::vector<CampaignPart> parts = parts_of(campaign_options(arguments, context), arguments.processes);
+    std::vector<CampaignPart> parts = parts_of(campaign_options(arguments, time), arguments.processes);
     ProgressLine line;
-    for (std::size_t i = 0; i < parts.size() && !context.stop.stop_requested(); ++i) {
+    for (std::size_t i = 0; i < parts.size() && !time.token().stop_requested(); ++i) {
         line.update(static_cast<double>(i) / static_cast<double>(parts.size()), fmt::format("process {}", i + 1));
         const TemporaryFile known, file;
         write_text_file(known.name(), to_json(results, {}).dump());
+        parts[i].seconds = std::max(1e-3, time.left() / static_cast<double>(parts.size() - i));
         const int status = measure_in_child(arguments, parts[i], known.name(), file.name());
         // It wrote while it ran, too.
         if (std::filesystem::file_size(file.name()) > 0) results.samples = load_results(file.name()).samples;
         keep(context, target, results);
-        if (status != 0)
+        if (status != 0 && status != static_cast<int>(ExitStatus::undecided))  // its time was short
             throw Error(fmt::format("process {} of --processes ended with status {}{}", i + 1, status,
                 context.json_file.empty() ? "" : "; the file of --json has what was measured: go on with --resume"));
     }
     return results;
 }
 
-ExitStatus measure_patterns(const BenchArguments& arguments, const CommandContext& context) {
+ExitStatus measure_patterns(const BenchArguments& arguments, const CommandContext& context, const CommandTime& time) {
     std::optional<BenchResults> earlier;
     if (!arguments.resume.empty()) earlier = load_results(arguments.resume);
     const BenchTarget target = make_target(arguments, context);
@@ -199,12 +240,21 @@ ExitStatus measure_patterns(const BenchArguments& arguments, const CommandContex
         print_list(families);
         return ExitStatus::fine;
     }
-    const BenchResults results = arguments.processes == 1
-                                     ? measure(arguments, context, target, families, std::move(earlier))
-                                     : measure_in_processes(arguments, context, target, families, std::move(earlier));
-    fmt::print("{}", to_text(results, target.claims));
-    write_json(context, to_json(results, target.claims));
-    return ExitStatus::fine;
+    ResultsSoFar so_far;
+    const auto last_resort = time.at_any_rate([&] {
+        ExitStatus status = ExitStatus::undecided;
+        so_far.use([&](const std::optional<BenchResults>& known) {
+            status = known ? conclude(arguments, context, time, target, families, *known)
+                           : time.too_short("nothing was measured");
+        });
+        return status;
+    });
+    if (arguments.processes > 1) last_resort->done();  // each has its own
+    const BenchResults results =
+        arguments.processes == 1 ? measure(arguments, context, time, target, families, so_far, std::move(earlier))
+                                 : measure_in_processes(arguments, context, time, target, families, std::move(earlier));
+    last_resort->done();
+    return conclude(arguments, context, time, target, families, results);
 }
 
 ExitStatus measure_thesis(const BenchArguments& arguments, const CommandContext& context) {
@@ -233,11 +283,12 @@ ExitStatus measure_thesis(const BenchArguments& arguments, const CommandContext&
 }
 
 // The runner on this device, with a known effect and with none.
-ExitStatus test_self(const BenchArguments& arguments, const CommandContext& context) {
+ExitStatus test_self(const BenchArguments& arguments, const CommandContext& context, const CommandTime& time) {
     const BenchTarget target = make_target(arguments, context);
-    const BenchResults results = measure(arguments, context, target, {target.self_test});
+    ResultsSoFar so_far;
+    const BenchResults results = measure(arguments, context, time, target, {target.self_test}, so_far);
     const std::vector<ArmResult> arms = analyse(results.samples);
-    if (arms.empty()) throw Error("--self-test was stopped before its first block");
+    if (arms.empty()) throw StoppedError("stopped before the self-test's first block");
     const auto arm = [&](const std::string& name) { return *std::ranges::find(arms, name, &ArmResult::arm); };
     const ArmResult twin = arm("twin"), busy = arm("busy");
     const double planted = busy.seconds.at("busy");  // what the wait really took
@@ -272,7 +323,10 @@ ExitStatus compare_files(const std::vector<std::string>& files, const CommandCon
 ExitStatus bench(const BenchArguments& arguments, const CommandContext& context) {
     if (!arguments.compare.empty()) return compare_files(arguments.compare, context);
     if (arguments.method == "thesis") return measure_thesis(arguments, context);
-    return arguments.self_test ? test_self(arguments, context) : measure_patterns(arguments, context);
+    const CommandTime time(context, arguments.seconds);
+    return time.work([&] {
+        return arguments.self_test ? test_self(arguments, context, time) : measure_patterns(arguments, context, time);
+    });
 }
 
 }  // namespace
@@ -295,7 +349,7 @@ void add_bench_command(CLI::App& app, CommandContext& context) {
         ->delimiter(',');
     command
         ->add_option("--time", arguments->seconds,
-            "Seconds for all experiments together. One replicate of every arm runs even where that takes longer")
+            "Seconds for the whole, making arms included. What there is no time for is said")
         ->check(above_zero(most_seconds))
         ->type_name("SECONDS")
         ->capture_default_str();
@@ -335,7 +389,7 @@ void add_bench_command(CLI::App& app, CommandContext& context) {
         "  tandem bench --compare old.json new.json\n"
         "  tandem bench --family submission --arm 1-a-submit --size 320x180 --time 20\n"
         "  tandem bench --method thesis --size 160x90 --json thesis.json\n"
-        "Exit status: 0; 1 where --compare finds an arm slower, or --self-test fails.");
+        "Exit status: 0; 1 where --compare finds an arm slower, or --self-test fails; 3 where arms were not measured.");
     command->callback(
         [&context, arguments] { context.action = [&context, arguments] { return bench(*arguments, context); }; });
 }

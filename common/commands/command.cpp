@@ -16,6 +16,7 @@
 #include "common/commands/console.h"
 #include "common/commands/help.h"
 #include "common/commands/old_names.h"
+#include "common/deadline.h"
 #include "common/error.h"
 #include "common/files/write_file.h"
 #include "common/scene/loader/scene_loader.h"
@@ -127,6 +128,9 @@ ExitStatus guarded(const std::function<ExitStatus()>& action) {
     } catch (const DeviceError& error) {
         complain(error.what());
         return ExitStatus::no_device;
+    } catch (const StoppedError& error) {
+        complain(error.what());
+        return ExitStatus::undecided;
     } catch (const std::bad_alloc&) {
         complain("out of memory; choose a smaller image");
         return ExitStatus::unusable_input;
@@ -376,6 +380,7 @@ void check_outputs(const CommandContext& context, std::vector<Output> outputs, c
         all.push_back({"--json -", fmt::format("/proc/self/fd/{}", context.json_descriptor), OutputKind::open});
     all.insert(all.end(), outputs.begin(), outputs.end());
     check_outputs(all, inputs);
+    for (const std::string& input : inputs) context.read.add(input);
 }
 
 void check_memory(const RenderSettings& settings) {
@@ -397,7 +402,7 @@ void check_memory(const RenderSettings& settings) {
 void write_json(const CommandContext& context, const nlohmann::json& report) {
     if (context.json_file.empty()) return;
     const std::string text = report.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
-    if (context.json_descriptor < 0) return write_text_file(context.json_file, text);
+    if (context.json_descriptor < 0) return write_text_file(context.json_file, text, context.read);
     if (!write_all(context.json_descriptor, text) && !nobody_reads(errno))
         throw Error(
             std::string("--json -: standard output cannot be written to its end (") + std::strerror(errno) + ")");
@@ -432,17 +437,21 @@ int run_program(int argc, char** argv, const Program& program) {
         "  tandem render scenes/cornell-classic.json -o box.png    an image, in seconds\n"
         "  tandem verify scenes/cornell-thesis.json                do CPU and Vulkan agree?\n"
         "  tandem COMMAND --help                                   options and examples of a command\n\n"
-        "Exit status: 0 fine or agree, 1 disagree or a failed case, 2 unusable input, 3 undecided, 4 no usable "
-        "device. A reader that goes away (| head -1) changes neither the status nor files. No output overwrites a file "
+        "Exit status: 0 fine or agree, 1 disagree or a failed case, 2 unusable input, 3 undecided or not all done in "
+        "the "
+        "--time, 4 no usable device. A reader that goes away (| head -1) changes neither the status nor files. No "
+        "output overwrites a file "
         "that was read.");
     std::string command_line = "tandem";
     for (int i = 1; i < argc; ++i) command_line += " " + without_folder(argv[i]);
+    FilesRead read;
     CommandContext context{.program = program,
         .command_line = command_line,
         .stop = interrupts.token(),
         .json_file = {},
         .action = {},
-        .interrupts = interrupts};
+        .interrupts = interrupts,
+        .read = read};
     add_render_command(app, context);
     add_view_command(app, context);
     add_verify_command(app, context);

@@ -11,6 +11,7 @@
 
 #include "common/experiment/bench.h"
 #include "common/files/outputs.h"
+#include "common/files/write_file.h"
 #include "common/render/renderer.h"
 #include "common/view/window.h"
 
@@ -40,6 +41,7 @@ struct CommandContext {
     bool verbose = false;                // -v
     std::function<ExitStatus()> action;  // set by the chosen subcommand
     InterruptWatch& interrupts;          // whose wish `stop` is
+    FilesRead& read;                     // since check_outputs; no writer replaces them
 };
 
 void add_render_command(CLI::App& app, CommandContext& context);

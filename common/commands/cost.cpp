@@ -5,14 +5,18 @@
 #include <cstdlib>
 #include <filesystem>
 #include <iterator>
+#include <mutex>
+#include <optional>
 
 #include "common/commands/command.h"
+#include "common/commands/command_time.h"
 #include "common/commands/console.h"
 #include "common/commands/help.h"
 #include "common/cost/run_cost.h"
 #include "common/error.h"
 #include "common/files/read_file.h"
 #include "common/files/write_file.h"
+#include "common/text.h"
 
 namespace tandem {
 
@@ -72,10 +76,11 @@ std::vector<std::pair<std::string, std::string>> baseline_options(const CostArgu
     return given;
 }
 
-CostRequest request_of(const CostArguments& arguments, const CommandContext& context, const Scene& scene) {
+CostRequest request_of(const CostArguments& arguments, const CommandContext& context, const Scene& scene,
+    const std::vector<std::string>& inputs) {
     CostRequest request;
     request.scene_file = arguments.scene;
-    request.scene_bytes = read_file(arguments.scene);
+    for (const std::string& file : inputs) request.scene_bytes += hash_of(read_file(file));
     request.program = git_version();
     RenderOptions options = arguments.options;
     if (options.size.empty()) options.size = default_size;
@@ -111,45 +116,75 @@ void list_arms(const CommandContext& context, const Scene& scene, const CostRequ
     write_json(context, list);
 }
 
-ExitStatus cost(const CostArguments& arguments, const CommandContext& context) {
+// What was not done for want of time; empty: all was.
+std::string not_done(const CostReport& report) {
+    const auto skipped = std::ranges::count_if(report.skipped, &SkippedArm::for_time);
+    std::string text = skipped == 0 ? "" : fmt::format("{} setting{} not measured", skipped, skipped == 1 ? "" : "s");
+    if (!report.whole)
+        text += std::string(text.empty() ? "" : "; ") +
+                (report.confirmations.empty() ? "nothing was measured anew" : "not all settings had their replicates");
+    return text;
+}
+
+ExitStatus conclude(const CostReport& report, const CommandContext& context, const CommandTime& time) {
+    nlohmann::json json = to_json(report);
+    json["command"] = context.command_line;
+    json["git"] = git_version();
+    fmt::print("{}", to_text(report));
+    write_json(context, json);
+    const std::string missing = not_done(report);
+    return missing.empty() ? ExitStatus::fine : time.too_short(missing);
+}
+
+ExitStatus cost(const CostArguments& arguments, const CommandContext& context, const CommandTime& time) {
     NothingToKeep until_reference(context.interrupts);
     std::vector<std::string> inputs;
     const Scene scene = scene_from(arguments.scene, inputs);
     // A file to go on from is written again.
     check_outputs(context,
         {{"--resume", arguments.resume}, {"--references", references_of(arguments), OutputKind::folder}}, inputs);
-    CostRequest request = request_of(arguments, context, scene);
+    CostRequest request = request_of(arguments, context, scene, inputs);
     check_memory(request.baseline.render);
     if (arguments.list) {
         list_arms(context, scene, request);
         return ExitStatus::fine;
     }
+    request.seconds = time.left();
+    request.read = &context.read;
+    std::mutex mutex;  // no file is left half-written
+    std::optional<CostReport> so_far;
+    request.keep = [&](const CostReport& known) {
+        const std::lock_guard lock(mutex);
+        so_far = known;
+    };
+    const auto last_resort = time.at_any_rate([&] {
+        const std::lock_guard lock(mutex);
+        return so_far ? conclude(*so_far, context, time) : time.too_short("nothing is known yet");
+    });
     CostReport report;
     {
         ProgressLine line;
         CostControl control;
-        control.stop = context.stop;
+        control.stop = time.token();
         control.progress = [&](double fraction, const std::string& text) {
             until_reference.end();
             line.update(fraction, text);
         };
         if (!arguments.resume.empty())
-            control.save = [&](const CostSamples& samples) { write_text_file(arguments.resume, to_bytes(samples)); };
+            control.save = [&](const CostSamples& samples) {
+                const std::lock_guard lock(mutex);
+                write_text_file(arguments.resume, to_bytes(samples), context.read);
+            };
         report = run_cost(scene, std::move(request), control);
     }
-    nlohmann::json json = to_json(report);
-    json["command"] = context.command_line;
-    json["git"] = git_version();
-    fmt::print("{}", to_text(report));
-    write_json(context, json);
-    return ExitStatus::fine;
+    last_resort->done();
+    return conclude(report, context, time);
 }
 
 void add_measuring(CLI::App& command, CostArguments& arguments) {
     command
         .add_option("--time", arguments.seconds,
-            "Seconds for the whole, the long reference included. Compiling kernels does not count. Four replicates of "
-            "each arm run even where that takes longer")
+            "Seconds for the whole, making kernels and the long reference included. What there is no time for is said")
         ->check(above_zero(most_seconds))
         ->type_name("SECONDS")
         ->capture_default_str();
@@ -197,9 +232,14 @@ void add_cost_command(CLI::App& app, CommandContext& context) {
         "The baseline is the scene's own settings, changed by the options given. Every other arm changes one knob. "
         "The last arms combine the best knobs. What is recommended is measured anew. "
         "Errors are against a long reference in double precision on the CPU, without a bounce limit. "
-        "Ctrl-C concludes from what is there.");
-    command->callback(
-        [&context, arguments] { context.action = [&context, arguments] { return cost(*arguments, context); }; });
+        "Ctrl-C concludes from what is there.\n"
+        "Exit status: 0; 3 where the time was too short for some of the settings.");
+    command->callback([&context, arguments] {
+        context.action = [&context, arguments] {
+            const CommandTime time(context, arguments->seconds);
+            return time.work([&] { return cost(*arguments, context, time); });
+        };
+    });
 }
 
 }  // namespace tandem

@@ -3,9 +3,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <mutex>
 
 #include "common/commands/arguments.h"
 #include "common/commands/command.h"
+#include "common/commands/command_time.h"
 #include "common/commands/console.h"
 #include "common/commands/help.h"
 #include "common/error.h"
@@ -19,7 +21,7 @@ namespace {
 struct EffectsArguments {
     std::string scene, backend = "vulkan", device, kernel, precision;
     RenderOptions options;
-    double seconds = 10.0;
+    double seconds = 40.0;
 };
 
 // What a side has no code for, no memory for, and does not do, for one sentence a part.
@@ -77,18 +79,21 @@ nlohmann::json to_json(const std::string& scene, const RendererInfo& info, const
     for (const EffectFinding& finding : report.findings)
         (finding.needed ? needed : absent)
             .push_back({{"effect", effect_name(finding.effect)}, {"reason", finding.reason}});
-    const LeftOut out = left_out(report.general.facts, report.specialised.facts);
     nlohmann::json json{{"scene", scene}, {"backend", info.backend}, {"device", info.device}, {"driver", info.driver},
-        {"needed", needed}, {"absent", absent}, {"identical", report.identical}, {"rounds", report.rounds},
-        {"clock", report.device_clock ? "device" : "wall"},
+        {"needed", needed}, {"absent", absent}, {"rounds", report.rounds}};
+    if (!report.made) return json;
+    const LeftOut out = left_out(report.general.facts, report.specialised.facts);
+    json.update(
+        {{"identical", report.identical}, {"bytes_per_path_specialised", report.specialised.facts.bytes_per_path},
+            {"bytes_per_path_general", report.general.facts.bytes_per_path}, {"not_compiled", out.compiled},
+            {"not_allocated", out.allocated}, {"not_dispatched", out.dispatched},
+            {"specialised", side_json(report.specialised)}, {"general", side_json(report.general)}});
+    if (report.rounds < fewest_timed_rounds) return json;
+    json.update({{"clock", report.device_clock ? "device" : "wall"},
         {"milliseconds_specialised", report.specialised.milliseconds},
         {"milliseconds_general", report.general.milliseconds}, {"speedup", report.speedup},
         {"speedup_low", report.interval.low}, {"speedup_high", report.interval.high},
-        {"bytes_per_path_specialised", report.specialised.facts.bytes_per_path},
-        {"bytes_per_path_general", report.general.facts.bytes_per_path}, {"not_compiled", out.compiled},
-        {"not_allocated", out.allocated}, {"not_dispatched", out.dispatched},
-        {"specialised", side_json(report.specialised)}, {"general", side_json(report.general)}};
-    json["samples_to_pay"] = report.samples_to_pay ? nlohmann::json(*report.samples_to_pay) : nlohmann::json();
+        {"samples_to_pay", report.samples_to_pay ? nlohmann::json(*report.samples_to_pay) : nlohmann::json()}});
     return json;
 }
 
@@ -136,17 +141,30 @@ void print_report(const std::string& scene, const RendererInfo& info, const Spec
             if (finding.needed == needed)
                 fmt::print("  {:22} {}\n", effect_name(finding.effect), escaped(finding.reason));
     }
+    if (!report.made) return;
     print_left_out(report.specialised.facts, report.general.facts);
+    fmt::print("Images: {}\n", report.identical ? "identical, bit for bit" : "NOT identical");
+    if (report.rounds < fewest_timed_rounds) return;
     fmt::print(
         "A sample of every pixel: {:.4g} ms specialised, {:.4g} ms general, {:.3f} times as fast "
         "(95 %: {:.3f} to {:.3f}; {} rounds, {} clock)\n",
         report.specialised.milliseconds, report.general.milliseconds, report.speedup, report.interval.low,
         report.interval.high, report.rounds, report.device_clock ? "device" : "wall");
     print_kernel_seconds(report);
-    fmt::print("Images: {}\n", report.identical ? "identical, bit for bit" : "NOT identical");
 }
 
-ExitStatus effects(const EffectsArguments& arguments, const CommandContext& context) {
+ExitStatus conclude(const std::string& scene, const RendererInfo& info, const SpecialisationReport& report,
+    const CommandContext& context, const CommandTime& time) {
+    print_report(escaped(scene), info, report);
+    write_json(context, to_json(scene, info, report));
+    ExitStatus status = ExitStatus::fine;
+    if (report.rounds < fewest_timed_rounds)
+        status = time.too_short(report.made ? "nothing was timed; a smaller --size has shorter rounds"
+                                            : "the kernels were not made; nothing was timed");
+    return report.made && !report.identical ? ExitStatus::disagree : status;
+}
+
+ExitStatus effects(const EffectsArguments& arguments, const CommandContext& context, const CommandTime& time) {
     if (arguments.options.effects != "needed")
         throw InputError("--effects: this command compares the needed effects with all of them; leave the option out");
     refuse_adaptive_sampling(arguments.options);
@@ -156,19 +174,28 @@ ExitStatus effects(const EffectsArguments& arguments, const CommandContext& cont
     const RenderSettings settings = settings_from(arguments.options, scene);
     check_memory(settings);
     check_outputs(context, {}, inputs);
-    RendererInfo info;
     const auto make_renderer = [&] {
-        auto renderer = find_backend(context.program.backends, arguments.backend)
-                            .create({.device = arguments.device,
-                                .precision = precision_from(arguments.precision),
-                                .kernel = arguments.kernel});
-        info = renderer->info();
-        return renderer;
+        return find_backend(context.program.backends, arguments.backend)
+            .create({.device = arguments.device,
+                .precision = precision_from(arguments.precision),
+                .kernel = arguments.kernel});
     };
+    const RendererInfo info = make_renderer()->info();
     SpecialisationOptions options;
-    options.seconds = arguments.seconds;
-    options.stop = context.stop;
+    options.seconds = time.left();
+    options.stop = time.token();
     SpecialisationReport report;
+    report.findings = find_effects(scene, settings);
+    std::mutex mutex;
+    SpecialisationReport so_far = report;
+    options.keep = [&](const SpecialisationReport& known) {
+        const std::lock_guard lock(mutex);
+        so_far = known;
+    };
+    const auto last_resort = time.at_any_rate([&] {
+        const std::lock_guard lock(mutex);
+        return conclude(scene.name, info, so_far, context, time);
+    });
     {
         ProgressLine line;
         options.progress = [&](double fraction) {
@@ -177,9 +204,8 @@ ExitStatus effects(const EffectsArguments& arguments, const CommandContext& cont
         };
         report = measure_specialisation(scene, settings, make_renderer, options);
     }
-    print_report(escaped(scene.name), info, report);
-    write_json(context, to_json(scene.name, info, report));
-    return report.identical ? ExitStatus::fine : ExitStatus::disagree;
+    last_resort->done();
+    return conclude(scene.name, info, report, context, time);
 }
 
 }  // namespace
@@ -195,7 +221,9 @@ void add_effects_command(CLI::App& app, CommandContext& context) {
     command->add_option("--device", arguments->device, device_help);
     command->add_option("--kernel", arguments->kernel, kernel_help)->group(rare_options);
     command->add_option("--precision", arguments->precision, precision_help);
-    command->add_option("--time", arguments->seconds, "Seconds of timing")
+    command
+        ->add_option(
+            "--time", arguments->seconds, "Seconds for the whole, making kernels included; timing gets a quarter")
         ->check(above_zero(most_seconds))
         ->type_name("SECONDS")
         ->capture_default_str();
@@ -206,9 +234,15 @@ void add_effects_command(CLI::App& app, CommandContext& context) {
         "  __GL_SHADER_DISK_CACHE=0 MESA_SHADER_CACHE_DISABLE=true tandem effects scenes/glass.json\n"
         "The last example compiles the kernels anew; drivers keep them from one run to the next. "
         "Ctrl-C concludes from the rounds that are done.\n"
-        "Exit status: 0, or 1 where the specialised image differs from the general one in any bit.");
-    command->callback(
-        [&context, arguments] { context.action = [&context, arguments] { return effects(*arguments, context); }; });
+        "Exit status: 0; 1 where the specialised image differs from the general one in any bit; 3 where the time was "
+        "too "
+        "short for two rounds.");
+    command->callback([&context, arguments] {
+        context.action = [&context, arguments] {
+            const CommandTime time(context, arguments->seconds);
+            return time.work([&] { return effects(*arguments, context, time); });
+        };
+    });
 }
 
 }  // namespace tandem

@@ -80,16 +80,16 @@ nlohmann::json describe(const RenderArguments& arguments, const RenderSettings& 
     return report;
 }
 
-void write_output(
-    const RenderArguments& arguments, const nlohmann::json& report, const FilmMoments& film, bool independent) {
+void write_output(const RenderArguments& arguments, const nlohmann::json& report, const FilmMoments& film,
+    bool independent, const FilesRead& read) {
     std::map<std::string, std::string> metadata;
     for (const auto& [key, value] : report.items())
         metadata["tandem:" + key] = value.is_string() ? value.get<std::string>() : value.dump();
     const Image image = image_of(film, metadata, independent);
     if (is_png(arguments.output))
-        write_png(arguments.output, image, arguments.exposure);
+        write_png(arguments.output, image, arguments.exposure, read);
     else
-        write_image(arguments.output, image);
+        write_image(arguments.output, image, read);
 }
 
 // For a target error also chooses what the user has left open of `settings`.
@@ -143,12 +143,13 @@ void take_start_off(StoppingRule& rule, double seconds) {
 }
 
 // Why there is no image.
-Error without_sample(const StoppedRender& result, const RenderArguments& arguments, const CommandContext& context) {
+StoppedError without_sample(
+    const StoppedRender& result, const RenderArguments& arguments, const CommandContext& context) {
     if (context.stop.stop_requested() || !arguments.seconds)
-        return Error("stopped before every pixel had a sample; nothing is written");
+        return StoppedError("stopped before every pixel had a sample; nothing is written");
     const std::string done =
         result.begun > 0.0 ? fmt::format(": {:.2g} % of the first was done", 100.0 * result.begun) : std::string();
-    return Error(fmt::format(
+    return StoppedError(fmt::format(
         "--time: {:g} s do not suffice for a sample of every pixel{}; nothing is written; give more --time, a smaller "
         "--size or fewer --bounces",
         *arguments.seconds, done));
@@ -197,7 +198,7 @@ ExitStatus render(const RenderArguments& arguments, const CommandContext& contex
     if (result.film.count() == 0.0) throw without_sample(result, arguments, context);
 
     const nlohmann::json report = describe(arguments, settings, renderer->info(), scene, result);
-    write_output(arguments, report, result.film, independent);
+    write_output(arguments, report, result.film, independent, context.read);
     write_json(context, report);
     fmt::print("{}: {} samples a pixel in {:.2f} s, {:.3g} Mpaths/s{}{}\n", escaped(arguments.output),
         samples_text(result.film), result.seconds, report.at("paths_per_second").get<double>() / 1e6,

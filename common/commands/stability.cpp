@@ -5,11 +5,13 @@
 
 #include <algorithm>
 #include <iterator>
+#include <mutex>
 #include <set>
 #include <span>
 
 #include "common/commands/arguments.h"
 #include "common/commands/command.h"
+#include "common/commands/command_time.h"
 #include "common/commands/console.h"
 #include "common/error.h"
 #include "common/scene/loader/scene_loader.h"
@@ -77,7 +79,8 @@ nlohmann::json to_json(const StabilityReport& report, const std::vector<stabilit
             {"device", info.device}, {"driver", info.driver}});
     }
     return {{"cases", cases}, {"unsupported", skipped}, {"devices", devices}, {"rays_aimed_at_seams", aimed},
-        {"complete", report.complete}, {"verdict", report.passed() ? "pass" : "fail"}};
+        {"complete", report.not_run == 0}, {"arms_not_run", report.not_run},
+        {"verdict", report.passed() ? "pass" : "fail"}};
 }
 
 void print_arm(const CaseResult& r) {
@@ -136,7 +139,8 @@ void print_report(const StabilityReport& report, bool verbose) {
             fmt::print("left out: {} {} {}: {}\n", s.backend, s.precision, s.kernel, s.reason);
     Counts counts{};
     for (const CaseResult& r : report.results) ++counts[static_cast<std::size_t>(r.outcome)];
-    fmt::print("Arms: {}{}\n", told(counts), report.complete ? "" : "; stopped early");
+    fmt::print("Arms: {}{}\n", told(counts),
+        report.not_run == 0 ? std::string() : fmt::format(", {} not run", report.not_run));
 }
 
 // Every backend in every precision that it has, as far as the options let it.
@@ -178,7 +182,23 @@ std::vector<std::string> files_of(const std::vector<stability::HardCase>& cases,
     return files;
 }
 
-ExitStatus stability_command(const StabilityArguments& arguments, const CommandContext& context) {
+ExitStatus conclude(const StabilityReport& report, const std::vector<stability::Bench>& benches,
+    const std::optional<DeviceSelfTest>& test, const CommandContext& context, const CommandTime& time) {
+    nlohmann::json json = to_json(report, benches);
+    json["device_self_test"] = to_json(test);
+    print_report(report, context.verbose);
+    if (test) fmt::print("Self-test of {}: {}\n", test->device, in_short(test->result));
+    write_json(context, json);
+    const bool failed =
+        std::ranges::any_of(report.results, [](const CaseResult& r) { return r.outcome == Outcome::fail; });
+    if (report.not_run == 0) return failed ? ExitStatus::disagree : ExitStatus::fine;
+    const ExitStatus status = time.too_short(
+        fmt::format("{} of {} arms were not run", report.not_run, report.not_run + report.results.size()));
+    return failed ? ExitStatus::disagree : status;
+}
+
+ExitStatus stability_command(
+    const StabilityArguments& arguments, const CommandContext& context, const CommandTime& time) {
     std::vector<stability::HardCase> cases = stability::load_catalogue(arguments.catalogue);
     std::vector<std::string> known;
     for (const stability::HardCase& hard_case : cases) known.push_back(hard_case.id);
@@ -195,23 +215,30 @@ ExitStatus stability_command(const StabilityArguments& arguments, const CommandC
         return make_benches(arguments, context);
     }();
     stability::StabilityOptions options = arguments.options;
-    options.stop = context.stop;
+    options.seconds = time.left();
+    options.stop = time.token();
+    const std::optional<DeviceSelfTest> test = test_device(benches);
+    std::mutex mutex;
+    StabilityReport so_far;
+    options.keep = [&](const StabilityReport& report) {
+        const std::lock_guard lock(mutex);
+        so_far = report;
+    };
+    const auto last_resort = time.at_any_rate([&] {
+        const std::lock_guard lock(mutex);
+        return conclude(so_far, benches, test, context, time);
+    });
     StabilityReport report;
     {
         ProgressLine line;
         options.progress = [&](double fraction, const std::string& now) { line.update(fraction, now); };
         report = run_cases(cases, benches, options);
     }
-    if (report.results.empty())
+    last_resort->done();
+    if (report.results.empty() && report.not_run == 0)
         throw InputError("--arm: no case has such an arm" +
                          (report.skipped.empty() ? std::string() : ": " + report.skipped.front().reason));
-    const std::optional<DeviceSelfTest> test = test_device(benches);
-    nlohmann::json json = to_json(report, benches);
-    json["device_self_test"] = to_json(test);
-    print_report(report, context.verbose);
-    if (test) fmt::print("Self-test of {}: {}\n", test->device, in_short(test->result));
-    write_json(context, json);
-    return report.passed() ? ExitStatus::fine : report.complete ? ExitStatus::disagree : ExitStatus::undecided;
+    return conclude(report, benches, test, context, time);
 }
 
 std::vector<std::string> arm_names() {
@@ -238,7 +265,9 @@ void add_stability_command(CLI::App& app, CommandContext& context) {
             "One arm alone: a triangle test, a convex test, a guard, or default (the arm of image cases)")
         ->check(one_of(arm_names()));
     command->add_option("--device", arguments->device, device_help);
-    command->add_option("--time", arguments->options.seconds, "Seconds, about. Slow arms shoot fewer rays")
+    command
+        ->add_option("--time", arguments->options.seconds,
+            "Seconds for the whole. Slow arms shoot fewer rays. What there is no time for is said")
         ->check(above_zero(most_seconds))
         ->type_name("SECONDS")
         ->capture_default_str();
@@ -250,9 +279,12 @@ void add_stability_command(CLI::App& app, CommandContext& context) {
         "  tandem stability --case 2,8-1e6 --backend cpu --json hard.json\n"
         "  tandem stability --arm moller-trumbore --time 20\n"
         "Printed is a line a case, and each arm that fails; -v prints all arms. "
-        "Exit status: 0; 1 where a case fails, or passes although a failure is expected; 3 stopped early.");
+        "Exit status: 0; 1 where a case fails, or passes although a failure is expected; 3 where arms were not run.");
     command->callback([&context, arguments] {
-        context.action = [&context, arguments] { return stability_command(*arguments, context); };
+        context.action = [&context, arguments] {
+            const CommandTime time(context, arguments->options.seconds);
+            return time.work([&] { return stability_command(*arguments, context, time); });
+        };
     });
 }
 

@@ -76,35 +76,37 @@ std::map<std::string, std::string> metadata_of(const ProgressiveView& view, cons
         {"tandem:device", view.info().device}};
 }
 
-void write_seen(const std::string& file, const ViewSession& session, const Appearance& appearance) {
+void write_seen(
+    const std::string& file, const ViewSession& session, const Appearance& appearance, const FilesRead& read) {
     const Image seen = session.seen(appearance.split);
     if (seen.width == 0) throw Error("there is no picture to save yet");
-    write_png(file, seen, appearance.exposure);
+    write_png(file, seen, appearance.exposure, read);
 }
 
 // What the user asks for in the window. Checked each time: until he asks, nothing of it need be writable.
 std::string save_all(const SavedFiles& files, const ViewArguments& arguments, const ViewSession& session,
     const Appearance& appearance, const CommandContext& context, const std::vector<std::string>& inputs) {
     check_outputs(context, outputs_of(arguments, files), inputs);
-    write_seen(files.picture, session, appearance);
-    write_text_file(files.scene, scene_text_with(arguments.scene, session.camera(), files.scene));
+    write_seen(files.picture, session, appearance, context.read);
+    write_text_file(files.scene, scene_text_with(arguments.scene, session.camera(), files.scene), context.read);
     std::string text = "saved: " + files.scene + ", " + files.picture;
     for (std::size_t i = 0; i < session.view_count(); ++i) {
         const Estimate estimate = session.view(i).estimate();
-        write_image(files.estimates[i], image_of(estimate, metadata_of(session.view(i), estimate)));
+        write_image(files.estimates[i], image_of(estimate, metadata_of(session.view(i), estimate)), context.read);
         text += ", " + files.estimates[i];
     }
     return text;
 }
 
-void write_output(const std::string& file, const ViewSession& session, const Appearance& appearance) {
+void write_output(
+    const std::string& file, const ViewSession& session, const Appearance& appearance, const FilesRead& read) {
     if (is_png(file)) {
-        write_seen(file, session, appearance);
+        write_seen(file, session, appearance, read);
         return;
     }
     const Estimate estimate = session.view(0).estimate();
     if (estimate.pixel_count() == 0) throw Error("-o: the window was closed before there was a picture");
-    write_image(file, image_of(estimate, metadata_of(session.view(0), estimate)));
+    write_image(file, image_of(estimate, metadata_of(session.view(0), estimate)), read);
 }
 
 nlohmann::json to_json(const ViewSession& session, const WindowReport& report) {
@@ -192,7 +194,7 @@ ExitStatus view(ViewArguments arguments, const CommandContext& context) {
     const WindowReport report = context.program.show(session, options, context.stop);
     session.stop();
 
-    if (!arguments.output.empty()) write_output(arguments.output, session, report.appearance);
+    if (!arguments.output.empty()) write_output(arguments.output, session, report.appearance, context.read);
     const nlohmann::json json = to_json(session, report);
     write_json(context, json);
     print_report(json);

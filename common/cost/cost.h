@@ -19,6 +19,7 @@ struct CostReport {
     std::vector<SkippedArm> skipped;
     std::vector<Confirmation> confirmations;  // of what is soonest; none for errors that were not measured anew
     double seconds = 0.0;
+    bool whole = true;  // no stop cut the measurements short
 };
 
 // Sentences that a person can act on: what each knob buys and costs, and the command to the errors of cost_errors, with

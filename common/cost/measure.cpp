@@ -21,6 +21,7 @@ constexpr std::size_t most_levels = 8;
 constexpr double chunk_seconds = 0.3;    // of the reference: so long at most (about) does a stop wait
 constexpr double most_overdrawn = 0.05;  // of the time, that an arm may take beyond its share
 constexpr double probe_seconds = 0.05;
+constexpr double probing_share = 0.5;  // of the time: arms whose turn to be tried comes later are left out
 constexpr std::uint64_t second_half = std::uint64_t{1} << 62;  // first sample of the reference's second half
 
 void tell(const CostControl& control, double fraction, const std::string& text) {
@@ -100,7 +101,7 @@ Errors errors_of(const PixelValues& image, const CostReference& reference) {
 
 // Seconds a sample, of the longest of growing trials, so that a fast device's time is not that of starting and ending a
 // render; a sample before them warms up.
-std::optional<double> seconds_per_sample(RenderJob& job, const CostControl& control) {
+std::optional<double> seconds_per_sample(RenderJob& job, double long_enough, const CostControl& control) {
     double seconds = 0.0;
     if (!render_all(job, {0, 1}, control)) return std::nullopt;
     constexpr std::uint64_t most = std::uint64_t{1} << 20;
@@ -108,18 +109,18 @@ std::optional<double> seconds_per_sample(RenderJob& job, const CostControl& cont
         const auto result = render_all(job, {0, samples}, control);
         if (!result) return std::nullopt;
         seconds = result->seconds / static_cast<double>(samples);
-        if (result->seconds > probe_seconds) break;
+        if (result->seconds > long_enough) break;
     }
     return seconds;
 }
 
 // Devices raise their clocks under load (an H200 was four times as fast after 0.1 s): until trials get no faster.
-void warm_up(RenderJob& job, const CostControl& control) {
+void warm_up(RenderJob& job, double long_enough, const CostControl& control) {
     constexpr double faster = 0.9;
     constexpr int most = 8;
-    std::optional<double> before = seconds_per_sample(job, control);
+    std::optional<double> before = seconds_per_sample(job, long_enough, control);
     for (int i = 1; before && i < most; ++i) {
-        const std::optional<double> now = seconds_per_sample(job, control);
+        const std::optional<double> now = seconds_per_sample(job, long_enough, control);
         if (!now || *now > faster * *before) return;
         before = now;
     }
@@ -194,6 +195,11 @@ bool does_not_adapt(const CostArm& arm, const CostArm& baseline, const ArmTrials
     return arm.settings.render.sampling != baseline.settings.render.sampling && trials.samples.back() <= least_alike;
 }
 
+std::size_t samples_known(const CostSamples& samples, const std::string& name) {
+    const auto found = std::ranges::find(samples.arms, name, &ArmTrials::name);
+    return found == samples.arms.end() ? 0 : found->samples.size();
+}
+
 ArmTrials& samples_named(CostSamples& samples, const std::string& name) {
     const auto found = std::ranges::find(samples.arms, name, &ArmTrials::name);
     if (found != samples.arms.end()) return *found;
@@ -265,6 +271,10 @@ CostExperiment::~CostExperiment() { jobs_.clear(); }
 
 RendererInfo CostExperiment::info() const { return renderers_->all.front().renderer->info(); }
 
+void CostExperiment::skip_for_time(const CostArm& arm, const std::string& reason) {
+    skipped_.push_back({arm.knob, arm.setting, reason, true});
+}
+
 bool CostExperiment::add(const CostArm& arm) {
     try {
         RenderSettings settings = arm.settings.render;
@@ -278,18 +288,27 @@ bool CostExperiment::add(const CostArm& arm) {
     }
 }
 
-void CostExperiment::measure(
+bool CostExperiment::measure(
     const std::vector<std::string>& names, double seconds, CostSamples& samples, const CostControl& control) {
     const double start = now_by(control);
     std::vector<std::size_t> taking_part;
     std::uint64_t round = 0;
     for (const ArmTrials& arm : samples.arms)
         for (const Replicate& replicate : arm.replicates) round = std::max(round, replicate.round + 1);
-    warm_up(*jobs_.front(), control);
+    // Trials are quadrupled until they are long enough: all of them together take up to six times that.
+    const double long_enough =
+        std::min(probe_seconds, probing_share * seconds / (6.0 * static_cast<double>(names.size())));
+    warm_up(*jobs_.front(), long_enough, control);
+    const double warm = now_by(control);
     for (std::size_t i = 0; i < arms_.size(); ++i) {
         if (std::ranges::find(names, arms_[i].name()) == names.end()) continue;
-        const auto speed = seconds_per_sample(*jobs_[i], control);
-        if (!speed) return;
+        if (samples_known(samples, arms_[i].name()) == 0 && arms_[i].knob != "baseline" &&
+            now_by(control) - warm > probing_share * seconds) {
+            skip_for_time(arms_[i], "no time was left to try how fast it is");
+            continue;
+        }
+        const auto speed = seconds_per_sample(*jobs_[i], long_enough, control);
+        if (!speed) return false;
         ArmTrials& arm = samples_named(samples, arms_[i].name());
         if (arm.samples.empty())
             arm.samples = levels_for(*speed, seconds / static_cast<double>(names.size() * wanted_replicates));
@@ -298,7 +317,7 @@ void CostExperiment::measure(
         if (arm.samples.empty() && (arms_[i].knob == "baseline" || least <= most_overdrawn * seconds))
             arm.samples = {1};
         if (arm.samples.empty()) {
-            skipped_.push_back({arms_[i].knob, arms_[i].setting, "too slow for a sample in its share of the time"});
+            skip_for_time(arms_[i], "too slow for a sample in its share of the time");
             continue;
         }
         if (does_not_adapt(arms_[i], arms_.front(), arm)) {
@@ -312,7 +331,8 @@ void CostExperiment::measure(
         taking_part.push_back(i);
     }
     std::mt19937_64 order(seed_ + round);
-    for (std::size_t done = 0; !control.stop.stop_requested(); ++done, ++round) {
+    std::size_t done = 0;
+    for (; !control.stop.stop_requested(); ++done, ++round) {
         const double spent = now_by(control) - start;
         const double next = done == 0 ? 0.0 : spent / static_cast<double>(done);
         if (done >= fewest_replicates && spent + next > seconds) break;
@@ -321,10 +341,11 @@ void CostExperiment::measure(
             tell(control, (now_by(control) - start) / seconds, arms_[i].name());
             if (!render_replicate(*jobs_[i], arms_[i].settings.render.sampling, round, samples.reference, control,
                     samples_named(samples, arms_[i].name())))
-                return;
+                return done >= fewest_replicates;
         }
         if (control.save) control.save(samples);
     }
+    return done >= fewest_replicates;
 }
 
 }  // namespace tandem

@@ -25,6 +25,7 @@ struct CostArm {
 
 struct SkippedArm {
     std::string knob, setting, reason;
+    bool for_time = false;  // more of it would have measured the arm
 };
 
 using MakeRenderer = std::function<std::unique_ptr<Renderer>(const BackendOptions&)>;
@@ -54,14 +55,16 @@ public:
 
     // Makes an arm ready. False, with a SkippedArm, where the backend refuses it.
     bool add(const CostArm& arm);
+    void skip_for_time(const CostArm& arm, const std::string& reason);
     [[nodiscard]] const std::vector<CostArm>& arms() const { return arms_; }
     [[nodiscard]] RendererInfo info() const;  // of the first arm's renderer
     [[nodiscard]] const std::vector<SkippedArm>& skipped() const { return skipped_; }
 
     // Rounds over the arms of these names (all must have been added) for about `seconds`, but fewest_replicates at
-    // least. Arms without samples yet get the counts that their share of the time allows; those too slow for one sample
-    // a replicate are skipped. Results go to `samples`, whose reference is there.
-    void measure(
+    // least, if no stop comes before. Arms without samples yet get the counts that their share of the time allows;
+    // those too slow for one sample a replicate are skipped. Results go to `samples`, whose reference is there. False
+    // where a stop came before there were fewest_replicates.
+    bool measure(
         const std::vector<std::string>& names, double seconds, CostSamples& samples, const CostControl& control);
 
 private:

@@ -4,8 +4,11 @@
 
 #include <algorithm>
 #include <chrono>
+#include <iterator>
 #include <nlohmann/json.hpp>
+#include <utility>
 
+#include "common/deadline.h"
 #include "common/error.h"
 #include "common/experiment/experiment.h"
 #include "common/files/read_file.h"
@@ -18,6 +21,7 @@ namespace {
 
 // Shares of the time: the reference, and of the rest what the arms of mixed knobs get, and what is measured anew.
 constexpr double reference_share = 0.35, mix_share = 0.2, confirmation_share = 0.15;
+constexpr double making_share = 0.3;  // of the time after the reference, for the kernels of the arms
 constexpr double mix_begin = 1.0 - mix_share - confirmation_share, confirmation_begin = 1.0 - confirmation_share;
 constexpr std::uint64_t reference_seed = 0x7265666572656e63u;  // "referenc": unlike any that a user gives
 
@@ -37,12 +41,9 @@ std::string text_of(const ArmSettings& settings, const RendererInfo& info) {
         sampling_names[static_cast<std::size_t>(render.sampling)]);
 }
 
-// What the reference's bits depend on: the file, the settings, the machine, the program, and, for models and textures
-// that the file names, the bits of a first block of samples.
-std::string key_of(const CostRequest& request, const ArmSettings& settings, const RendererInfo& info, RenderJob& job) {
-    const RenderResult probe = job.render({0, samples_per_block});
-    return hash_of(fmt::format(
-        "{}\n{}\n{}\n{:x}", request.scene_bytes, text_of(settings, info), request.program, digest_of(probe.estimate)));
+// What the reference's bits depend on: the files, the settings, the machine and the program.
+std::string key_of(const CostRequest& request, const ArmSettings& settings, const RendererInfo& info) {
+    return hash_of(fmt::format("{}\n{}\n{}", request.scene_bytes, text_of(settings, info), request.program));
 }
 
 std::optional<CostReference> cached(const std::filesystem::path& file, const std::string& key, std::size_t size) {
@@ -68,17 +69,13 @@ InputError other_measurement() {
         "to begin anew");
 }
 
-// `making`: the seconds that its kernels took to be made are added.
-CostReference make_reference(
-    const Scene& scene, const CostRequest& request, const CostControl& control, double& making) {
-    const double before_making = now_by(control);
+CostReference make_reference(const Scene& scene, const CostRequest& request, const CostControl& control) {
     ArmSettings settings = reference_settings(scene, request.baseline, request.reference_backend);
     settings.render.seed = reference_seed;
     const std::unique_ptr<Renderer> renderer = request.make_reference(settings.backend);
     const std::unique_ptr<RenderJob> job = renderer->prepare(scene, settings.render);
-    making += now_by(control) - before_making;
     const RendererInfo info = renderer->info();
-    const std::string key = key_of(request, settings, info, *job);
+    const std::string key = key_of(request, settings, info);
     if (request.earlier && request.earlier->reference.key != key) throw other_measurement();
     if (request.earlier) return request.earlier->reference;
     const std::filesystem::path file =
@@ -87,7 +84,10 @@ CostReference make_reference(
     std::optional<CostReference> earlier = file.empty() ? std::nullopt : cached(file, key, size);
     const double before = earlier ? earlier->seconds : 0.0;
     CostReference reference = render_reference(*job, std::move(earlier), reference_share * request.seconds, control);
-    if (reference.samples == 0) throw Error("stopped before there was a reference; nothing is known yet");
+    if (reference.samples == 0)
+        throw StoppedError(fmt::format(
+            "stopped before there was a reference, of {} samples a pixel at least; a smaller --size has one sooner",
+            2 * samples_per_block));
     reference.key = key;
     reference.options = fmt::format("--integrator {} --bounces {} --roulette {}{}",
         integrator_name(settings.render.integrator), settings.render.bounces, settings.render.roulette_start,
@@ -96,7 +96,7 @@ CostReference make_reference(
             : "");
     if (!file.empty() && reference.seconds > before) {
         std::filesystem::create_directories(request.references);
-        write_text_file(file, to_bytes(reference));
+        write_text_file(file, to_bytes(reference), request.read == nullptr ? FilesRead{} : *request.read);
     }
     if (!(reference.image_mean() > 0.0))
         throw InputError("the image is black, so that no error is relative to anything");
@@ -168,32 +168,27 @@ CostReport run_cost(const Scene& scene, CostRequest request, const CostControl& 
     report.height = request.baseline.render.height;
 
     CostExperiment experiment(scene, request.make, request.seed);
-    // Kernels are made besides: on a GPU those of twenty arms take longer than many a time for measuring.
-    double making = 0.0;
-    const auto make = [&](const std::vector<CostArm>& arms) {
-        const double before = now();
-        bool made = true;
-        for (const CostArm& arm : arms) {
-            if (control.stop.stop_requested() && !experiment.arms().empty()) return false;
-            made = experiment.add(arm) && made;
-        }
-        making += now() - before;
-        return made;
-    };
-    const auto spent = [&] { return now() - start - making; };
-    if (!make({{"baseline", "", "", request.baseline, true}}))
+    const auto spent = [&] { return now() - start; };
+    if (!experiment.add({"baseline", "", "", request.baseline, true}))
         throw UnsupportedError(experiment.skipped().back().reason);  // nothing to hold the others against
     const RendererInfo info = experiment.info();
     check_knobs(knob_settings(scene, request.baseline, info, 0.0), request.knobs);
     CostSamples samples;
-    samples.reference = make_reference(scene, request, within(control, 0.0, reference_share), making);
+    samples.reference = make_reference(scene, request, within(control, 0.0, reference_share));
     samples.key = hash_of(samples.reference.key + text_of(request.baseline, info));
     if (request.earlier) {
         if (request.earlier->key != samples.key) throw other_measurement();
         samples = std::move(*request.earlier);
     }
     const double mean = samples.reference.image_mean();
-    (void)make(single_arms(scene, request, info, mean, report.skipped));
+    // On a GPU the kernels of twenty arms take longer than many a time for measuring.
+    const double making_end = spent() + making_share * std::max(0.0, request.seconds - spent());
+    for (const CostArm& arm : single_arms(scene, request, info, mean, report.skipped)) {
+        if (control.stop.stop_requested() || spent() > making_end)
+            experiment.skip_for_time(arm, "no time was left to make its kernels");
+        else
+            (void)experiment.add(arm);
+    }
     report.device = info.device;
     report.driver = info.driver;
     const double before = samples.seconds;
@@ -208,31 +203,46 @@ CostReport run_cost(const Scene& scene, CostRequest request, const CostControl& 
             control.save(samples);
         };
 
+    const auto tell = [&] {
+        if (!request.keep) return;
+        CostReport now_known = report;
+        std::ranges::copy(experiment.skipped(), std::back_inserter(now_known.skipped));
+        now_known.whole = false;
+        request.keep(now_known);
+    };
+    const auto take = [&](std::vector<ArmFigures> figures) {
+        report.figures = std::move(figures);
+        report.reference = samples.reference;
+        report.seconds = whole().seconds;
+    };
+
     const double left = request.seconds - spent();
-    experiment.measure(names_of(experiment.arms()), std::max(0.0, left * mix_begin), samples,
+    report.whole = experiment.measure(names_of(experiment.arms()), std::max(0.0, left * mix_begin), samples,
         within(saving, reference_share, mix_begin));
-    std::vector<ArmFigures> figures = analyse_cost(experiment.arms(), samples);
-    const CostArm mix = mixed(figures, knob_settings(scene, request.baseline, info, mean), request);
-    if (!mix.setting.empty() && !control.stop.stop_requested() && make({mix})) {
+    take(analyse_cost(experiment.arms(), samples));
+    if (report.figures.empty())
+        throw StoppedError(fmt::format(
+            "stopped before the baseline had {} replicates; a smaller --size has them sooner", fewest_replicates));
+    tell();
+    const CostArm mix = mixed(report.figures, knob_settings(scene, request.baseline, info, mean), request);
+    if (!mix.setting.empty() && !control.stop.stop_requested() && experiment.add(mix)) {
         std::vector<std::string> names{"baseline", mix.name()};
-        for (const std::size_t best : best_settings(figures)) names.push_back(figures[best].arm.name());
+        for (const std::size_t best : best_settings(report.figures)) names.push_back(report.figures[best].arm.name());
         const double rest = std::max(0.5 * mix_share * request.seconds, confirmation_begin * request.seconds - spent());
-        experiment.measure(names, rest, samples, within(saving, mix_begin, confirmation_begin));
-        figures = analyse_cost(experiment.arms(), samples);
+        report.whole =
+            experiment.measure(names, rest, samples, within(saving, mix_begin, confirmation_begin)) && report.whole;
+        take(analyse_cost(experiment.arms(), samples));
+        tell();
     }
-    if (figures.empty()) throw Error("stopped before the baseline was known; nothing to report");
-    if (const std::vector<std::string> names = arms_to_confirm(figures);
-        !names.empty() && !control.stop.stop_requested()) {
+    if (const std::vector<std::string> names = arms_to_confirm(report.figures); !names.empty()) {
         CostSamples anew = trials_to_confirm(names, samples);
         CostControl unsaved = control;  // it is of use to no later measurement
         unsaved.save = {};
         const double rest = std::max(0.5 * confirmation_share * request.seconds, request.seconds - spent());
-        experiment.measure(names, rest, anew, within(unsaved, confirmation_begin, 1.0));
-        report.confirmations = confirm(figures, experiment.arms(), anew);
+        report.whole = experiment.measure(names, rest, anew, within(unsaved, confirmation_begin, 1.0)) && report.whole;
+        report.confirmations = confirm(report.figures, experiment.arms(), anew);
     }
-    report.figures = std::move(figures);
     report.skipped.insert(report.skipped.end(), experiment.skipped().begin(), experiment.skipped().end());
-    report.reference = samples.reference;
     report.seconds = whole().seconds;
     if (control.save) control.save(samples);
     return report;

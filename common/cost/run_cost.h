@@ -5,12 +5,13 @@
 #include <filesystem>
 
 #include "common/cost/cost.h"
+#include "common/files/write_file.h"
 
 namespace tandem {
 
 struct CostRequest {
     std::string scene_file;   // as a command names it
-    std::string scene_bytes;  // the file's content, for the reference's key
+    std::string scene_bytes;  // the content of all files that were read, or hashes of it, for the reference's key
     std::string program;      // version, likewise
     ArmSettings baseline;
     std::vector<std::pair<std::string, std::string>> given;  // the options of `tandem render` that make the baseline
@@ -18,9 +19,11 @@ struct CostRequest {
     MakeRenderer make, make_reference;
     std::vector<std::string> knobs;    // only these; empty: all
     std::filesystem::path references;  // folder of cached references, made if it is not there; empty: none
-    double seconds = 120.0;            // for everything but making kernels
+    const FilesRead* read = nullptr;   // that are not to be replaced
+    double seconds = 120.0;            // for everything, as planned; a stop cuts
     std::uint64_t seed = 1;
-    std::optional<CostSamples> earlier;  // a measurement to continue
+    std::optional<CostSamples> earlier;           // a measurement to continue
+    std::function<void(const CostReport&)> keep;  // what is known before the mix, and before it is measured anew
 };
 
 // The single arms of a request, and those that cannot matter. `renderer`: the baseline's. `mean` of the image, 0: not
@@ -28,8 +31,8 @@ struct CostRequest {
 [[nodiscard]] std::vector<CostArm> single_arms(const Scene& scene, const CostRequest& request,
     const RendererInfo& renderer, double mean, std::vector<SkippedArm>& skipped);
 
-// Throws InputError for knobs that there are not, an earlier measurement of something else, a black image; Error where
-// a stop came before anything was known.
+// Throws InputError for knobs that there are not, an earlier measurement of something else, a black image;
+// StoppedError where a stop came before anything was known.
 [[nodiscard]] CostReport run_cost(const Scene& scene, CostRequest request, const CostControl& control);
 
 }  // namespace tandem

@@ -64,9 +64,13 @@ bool is_known(const BenchResults& results, const Experiment& experiment, const C
 std::vector<Experiment> unknown_experiments(
     const BenchResults& results, const std::vector<Family>& families, const CampaignOptions& options) {
     std::vector<Experiment> unknown;
-    for (const Family& family : families)
-        for (const Workload& workload : family.workloads)
-            if (const Experiment one{&family, &workload}; !is_known(results, one, options)) unknown.push_back(one);
+    std::size_t most = 0;
+    for (const Family& family : families) most = std::max(most, family.workloads.size());
+    for (std::size_t i = 0; i < most; ++i)
+        for (const Family& family : families)
+            if (i < family.workloads.size())
+                if (const Experiment one{&family, &family.workloads[i]}; !is_known(results, one, options))
+                    unknown.push_back(one);
     return unknown;
 }
 
@@ -90,10 +94,8 @@ LeastSeconds least_seconds(const BenchResults& results, const Experiment& experi
 }  // namespace
 
 unsigned run_campaign(const std::vector<Family>& families, const CampaignOptions& options, BenchResults& results) {
-    constexpr double seconds_between_keeping = 20.0;
     const auto now = options.now ? options.now : std::function<double()>(steady_seconds);
     const double start = now(), end = start + options.seconds;
-    double kept = start;
     std::uint64_t done = results.samples.size();
     for (unsigned replicate = 0; replicate < options.replicates; ++replicate) {
         const std::vector<Experiment> round = unknown_experiments(results, families, options);
@@ -102,7 +104,7 @@ unsigned run_campaign(const std::vector<Family>& families, const CampaignOptions
         double left_to_make = whole_round * (options.replicates - replicate);
         for (std::size_t i = 0; i < round.size(); ++i) {
             const auto& [family, workload] = round[i];
-            if (options.stop.stop_requested()) return options.replicates;
+            if (options.stop.stop_requested()) return replicate;
             const LeastSeconds least = least_seconds(results, round[i]);
             if (replicate > 0 && now() + least.all() > end) return replicate;
             const double rounds = options.replicates - replicate;
@@ -120,15 +122,32 @@ unsigned run_campaign(const std::vector<Family>& families, const CampaignOptions
             };
             ExperimentSamples samples =
                 run_experiment(replicate == 0 ? *family : without_gate(*family), *workload, runner);
-            if (samples.arms.front().seconds.empty()) return options.replicates;  // stopped before the first block
+            if (samples.arms.front().seconds.empty()) return replicate;  // stopped before the first block
             results.samples.push_back(std::move(samples));
             left_to_make -= least.preparation;
-            if (!options.keep || now() - kept < seconds_between_keeping) continue;
-            options.keep(results);
-            kept = now();
+            if (options.keep) options.keep(results);
         }
     }
     return options.replicates;
+}
+
+ArmCount count_arms(
+    const std::vector<Family>& families, const std::vector<std::string>& only, const BenchResults& results) {
+    ArmCount count;
+    for (const Family& family : families)
+        for (const Workload& workload : family.workloads) {
+            const std::vector<Arm> arms = family.arms(workload);
+            for (std::size_t i = 0; i < arms.size(); ++i) {
+                if (i > 0 && !asked_for(arms[i].name, only)) continue;
+                ++count.all;
+                const auto tells = [&](const ExperimentSamples& samples) {
+                    return Experiment{&family, &workload}.made(samples) &&
+                           std::ranges::find(samples.arms, arms[i].name, &ArmSamples::arm) != samples.arms.end();
+                };
+                if (std::ranges::none_of(results.samples, tells)) ++count.missing;
+            }
+        }
+    return count;
 }
 
 void merge(BenchResults& results, BenchResults other, const std::string& whose) {

@@ -20,7 +20,7 @@ struct CampaignOptions {
     std::vector<std::string> only;  // arms besides the baseline; empty: all
     std::stop_token stop;
     std::function<void(double fraction, const std::string& text)> progress;
-    // Takes what there is so far, between experiments and at most every 20 s.
+    // Takes what there is so far, after every experiment.
     std::function<void(const BenchResults&)> keep;
     std::function<double()> now;  // seconds; empty: the steady clock
 };
@@ -31,6 +31,13 @@ struct CampaignOptions {
 // round alone. Adds to `results`; returns for how many whole rounds there was time, `replicates` after a stop.
 [[nodiscard]] unsigned run_campaign(
     const std::vector<Family>& families, const CampaignOptions& options, BenchResults& results);
+
+// Arms at workloads, and those of them that `results` tells nothing of.
+struct ArmCount {
+    std::size_t all = 0, missing = 0;
+};
+[[nodiscard]] ArmCount count_arms(
+    const std::vector<Family>& families, const std::vector<std::string>& only, const BenchResults& results);
 
 // Takes over the readings of another file or process. Throws InputError, naming `whose`, where they are of another
 // device, driver, build or scene.

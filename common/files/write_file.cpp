@@ -68,6 +68,19 @@ std::filesystem::path end_of_links(const std::filesystem::path& path) {
     return end;
 }
 
+void FilesRead::add(const std::filesystem::path& path) {
+    struct stat facts {};
+    if (::stat(path.c_str(), &facts) == 0) files_.push_back({facts.st_dev, facts.st_ino, path.string()});
+}
+
+std::optional<std::string> FilesRead::name_of(const std::filesystem::path& path) const {
+    struct stat facts {};
+    if (files_.empty() || ::stat(path.c_str(), &facts) != 0) return std::nullopt;
+    for (const File& file : files_)
+        if (file.device == facts.st_dev && file.number == facts.st_ino) return file.name;
+    return std::nullopt;
+}
+
 bool Descriptor::close() { return descriptor_ < 0 || ::close(std::exchange(descriptor_, -1)) == 0; }
 
 ReplacementFile::ReplacementFile(const std::filesystem::path& target) : shown_(target), target_(end_of_links(target)) {
@@ -99,12 +112,16 @@ ReplacementFile::~ReplacementFile() {
     std::filesystem::remove(temporary_, ignored);
 }
 
-void ReplacementFile::commit(std::string_view bytes) {
+void ReplacementFile::commit(std::string_view bytes, const FilesRead& read) {
     if (!write_all(file_.get(), bytes)) throw not_written(shown_);
     // Space may run out, and a disk fail, as late as here: only then is the old content given up. Some file systems
     // have nothing to synchronise and say so.
     if (::fsync(file_.get()) != 0 && errno != EINVAL && errno != ENOTSUP && errno != EROFS) throw not_written(shown_);
     if (!file_.close()) throw not_written(shown_);
+    // As late as can be: links may have been made while the command worked.
+    if (const auto name = read.name_of(target_))
+        throw input_error(shown_.string(), "",
+            "has become a name of " + *name + ", which was read; it is left as it is", "name another output");
     std::error_code error;
     std::filesystem::rename(temporary_, target_, error);
     if (error)
@@ -164,8 +181,8 @@ void check_writable_folder(const std::filesystem::path& folder, const std::vecto
     for (const std::string& file : files) const ReplacementFile probe(folder / file);
 }
 
-void write_text_file(const std::filesystem::path& path, std::string_view text) {
-    if (!is_stream(path)) return ReplacementFile(path).commit(text);
+void write_text_file(const std::filesystem::path& path, std::string_view text, const FilesRead& read) {
+    if (!is_stream(path)) return ReplacementFile(path).commit(text, read);
     Descriptor stream(::open(path.c_str(), O_WRONLY | O_CLOEXEC));
     if (stream.get() < 0 || !write_all(stream.get(), text) || !stream.close()) throw not_written(path);
 }

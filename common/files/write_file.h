@@ -1,7 +1,9 @@
 // Files and folders that appear whole or not at all, for every room that writes.
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -28,6 +30,21 @@ private:
     int descriptor_;
 };
 
+// The files that a command has read, by what they are, whatever their names become. None of them is to be replaced.
+class FilesRead {
+public:
+    void add(const std::filesystem::path& path);
+    // The name by which the file that `path` leads to was read; nothing where it was not.
+    [[nodiscard]] std::optional<std::string> name_of(const std::filesystem::path& path) const;
+
+private:
+    struct File {
+        std::uint64_t device, number;
+        std::string name;
+    };
+    std::vector<File> files_;
+};
+
 // An empty file beside `target`, which takes its place on commit() and vanishes otherwise. A link is followed: what it
 // points to is replaced.
 class ReplacementFile {
@@ -39,8 +56,9 @@ public:
     ReplacementFile(const ReplacementFile&) = delete;
     ReplacementFile& operator=(const ReplacementFile&) = delete;
 
-    // Writes `bytes` to the disk and gives them the target's name. Throws InputError, and then the target is as it was.
-    void commit(std::string_view bytes);
+    // Writes `bytes` to the disk and gives them the target's name. Throws InputError, also where that name has become
+    // one of a file of `read`, and then the target is as it was.
+    void commit(std::string_view bytes, const FilesRead& read = {});
 
 private:
     std::filesystem::path shown_, target_, temporary_;
@@ -80,8 +98,8 @@ void check_writable_text(const std::filesystem::path& path);
 // Throws InputError unless the folder, if need be made, takes files of these names. Leaves nothing behind.
 void check_writable_folder(const std::filesystem::path& folder, const std::vector<std::string>& files = {"probe"});
 
-// Writes text whole or not at all. Throws InputError.
-void write_text_file(const std::filesystem::path& path, std::string_view text);
+// Writes text whole or not at all. Throws InputError, also where `path` leads to a file of `read`.
+void write_text_file(const std::filesystem::path& path, std::string_view text, const FilesRead& read = {});
 
 // Writes all of it to an open file; false, and errno, where that fails.
 [[nodiscard]] bool write_all(int descriptor, std::string_view bytes);

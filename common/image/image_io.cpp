@@ -99,22 +99,22 @@ Image read_texture_image(const std::filesystem::path& path, std::string_view byt
     return read_any({path, bytes, true}, limit);
 }
 
-void write_image(const std::filesystem::path& path, const Image& image) {
+void write_image(const std::filesystem::path& path, const Image& image, const FilesRead& read) {
     require_consistent(image);
     check_image_ending(path);
     if (is_png(path))
         throw input_error(
             path.string(), "", "a .png file cannot hold these floating-point channels", "end the name in .exr");
-    ReplacementFile(path).commit(ending(path) == ".exr" ? exr_bytes(image, path) : pfm_bytes(image));
+    ReplacementFile(path).commit(ending(path) == ".exr" ? exr_bytes(image, path) : pfm_bytes(image), read);
 }
 
 bool is_png(const std::filesystem::path& path) { return ending(path) == ".png"; }
 
-void write_png(const std::filesystem::path& path, const Image& image, double exposure) {
+void write_png(const std::filesystem::path& path, const Image& image, double exposure, const FilesRead& read) {
     require_consistent(image);
     check_image_ending(path);
     if (!is_png(path)) throw input_error(path.string(), "", "an 8-bit picture is a .png file", "end the name in .png");
-    ReplacementFile(path).commit(srgb8_png_bytes(to_srgb8(image, exposure), image.width, image.height, path));
+    ReplacementFile(path).commit(srgb8_png_bytes(to_srgb8(image, exposure), image.width, image.height, path), read);
 }
 
 Image image_of(const FilmMoments& film, const std::map<std::string, std::string>& metadata, bool independent) {

@@ -9,6 +9,7 @@
 #include <string_view>
 #include <vector>
 
+#include "common/files/write_file.h"
 #include "common/render/estimate.h"
 
 namespace tandem {
@@ -36,8 +37,8 @@ inline constexpr std::uint64_t greatest_float_count = std::uint64_t{1} << 30;
 [[nodiscard]] Image read_texture_image(const std::filesystem::path& path, std::string_view bytes, std::uint64_t limit);
 
 // Float32 EXR (or PFM: first three channels) with every channel and all metadata. Throws InputError when it cannot be
-// written; an existing file is replaced only by a complete one.
-void write_image(const std::filesystem::path& path, const Image& image);
+// written; an existing file is replaced only by a complete one, and one of `read` by none.
+void write_image(const std::filesystem::path& path, const Image& image, const FilesRead& read = {});
 
 // R, G, B (mean), variance.R/G/B (of one sample, MODEL.md section 11) and count, with `metadata` beside. Without
 // variance and count where samples are not `independent`: they would not say how well the mean is known.
@@ -52,7 +53,8 @@ void write_image(const std::filesystem::path& path, const Image& image);
 
 // 8-bit sRGB PNG of the first three channels of linear `image`, multiplied by `exposure`, clipped to [0, 1].
 // The transfer function is that of IEC 61966-2-1.
-void write_png(const std::filesystem::path& path, const Image& image, double exposure = 1.0);
+void write_png(
+    const std::filesystem::path& path, const Image& image, double exposure = 1.0, const FilesRead& read = {});
 
 // Throws InputError unless the name ends as write_image or write_png want it.
 void check_image_ending(const std::filesystem::path& path);

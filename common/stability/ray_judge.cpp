@@ -128,7 +128,10 @@ RayTally shoot(const std::vector<RayWork>& work, Renderer& renderer, const Rende
         const std::uint64_t share = (rays + work.size() - 1) / work.size();
         const double end = seconds * static_cast<double>(i + 1) / static_cast<double>(work.size());
         for (std::uint64_t done = 0; done < share && !stop.stop_requested();) {
-            if (done > 0 && watch.seconds() > end) break;
+            if (done > 0 && watch.seconds() > end) {
+                tally.cut = true;
+                break;
+            }
             const std::uint64_t count = std::min(done == 0 ? first_batch_rays : batch_rays, share - done);
             shooter.shoot(count, dice, tally);
             done += count;

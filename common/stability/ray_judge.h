@@ -11,6 +11,7 @@ namespace tandem::stability {
 struct RayTally {
     std::uint64_t rays = 0, misses = 0, false_hits = 0, self_hits = 0;
     double worst_ulp = 0.0, seconds = 0.0;
+    bool cut = false;  // by the time
 };
 
 // Shoots about `rays` rays, spread over the scenes of `work`, but no longer than `seconds`, one batch of every scene

@@ -29,6 +29,7 @@ struct CaseResult {
     double worst_ulp = 0.0, bound = 0.0;
     double nanoseconds_per_ray = 0.0;
     bool aimed = false;  // at edges and vertices
+    bool cut = false;    // its share of the time was too short for all its rays
     Outcome outcome = Outcome::pass;
     std::string remark;  // why, where it fails
 };
@@ -40,18 +41,19 @@ struct Skipped {
 struct StabilityReport {
     std::vector<CaseResult> results;
     std::vector<Skipped> skipped;  // combinations that a backend lacks
-    bool complete = true;          // no stop request cut it short
+    std::size_t not_run = 0;       // arms that a stop request came before, or cut short
     [[nodiscard]] bool passed() const;
 };
 
 struct StabilityOptions {
     std::string kernel;      // of triangles, of convex bodies or a guard: that one alone; empty: all
-    double seconds = 120.0;  // about so long; what is slow shoots fewer rays, but some of every scene
-    std::stop_token stop;
+    double seconds = 300.0;  // planned; what is slow shoots fewer rays, but some of every scene
+    std::stop_token stop;    // cuts where that takes longer
+    std::function<void(const StabilityReport&)> keep;  // what there is after each arm
     std::function<void(double fraction, const std::string& now)> progress;
 };
 
-// Throws InputError where an image case's scene cannot be used.
+// The default arms of all cases first. Throws InputError where an image case's scene cannot be used.
 [[nodiscard]] StabilityReport run_cases(
     const std::vector<HardCase>& cases, const std::vector<Bench>& benches, const StabilityOptions& options);
 

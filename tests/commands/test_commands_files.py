@@ -74,9 +74,9 @@ class FilesTest(ProgramTest):
         return {
             "render": (["render", scene, "--samples", "1"], {"-o": ".exr", "--json": ".json"}),
             "verify": (["verify", scene, *pair, "--oracle", "none", "--samples", "64"], verdict),
-            "effects": (["effects", scene, "--backend", "cpu", "--time", "0.01"], text),
+            "effects": (["effects", scene, "--backend", "cpu", "--time", "2"], text),
             "trace": (["trace", scene, "--pixel", "4,4", "--backends", "cpu"], text),
-            "cost": (["cost", scene, "--time", "0.1", "--size", "4", "--knob", "bounces", "--no-cache"],
+            "cost": (["cost", scene, "--time", "2", "--size", "4", "--knob", "bounces", "--no-cache"],
                      {"--json": ".json", "--resume": ".samples"}),
             "bench": (["bench", "--scene", scene, "--list"], text),
             "stability": (["stability", "--catalogue", self.catalogue, "--backend", "cpu", "--precision", "single"], text),
@@ -147,6 +147,22 @@ class OutputsSpareInputs(FilesTest):
         sky = self.folder / "01-scene-p.png"
         sky.hardlink_to(self.folder / "sky.pfm")
         self.refused(tandem(*verify, "--report", self.folder), "01-scene-p.png", "which is read")
+
+    def test_nor_by_a_link_that_is_made_while_it_works(self):
+        before = self.snapshot()
+        for option, other in (("-o", []), ("--json", ["-o", self.folder / "image.exr"])):
+            output = self.folder / "late.exr"
+            with subprocess.Popen([TANDEM, "render", self.scene, option, output, *other, "--size", "64", "--samples",
+                                   "100000000"], stderr=subprocess.PIPE, text=True) as running:
+                time.sleep(2.0)
+                output.symlink_to(self.folder / "sky.pfm")
+                running.send_signal(signal.SIGINT)
+                _, errors = running.communicate(timeout=60)
+            self.assertEqual(running.returncode, 2, errors)
+            self.assertIn("sky.pfm, which was read; it is left as it is", errors)
+            output.unlink()
+            (self.folder / "image.exr").unlink(missing_ok=True)
+        self.assertEqual(self.snapshot(), before)
 
     def test_a_file_to_go_on_from_is_no_scene(self):
         cost, _ = self.commands()["cost"]

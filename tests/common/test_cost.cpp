@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "common/cost/run_cost.h"
+#include "common/deadline.h"
 #include "common/error.h"
 #include "tests/common/synthetic_renderer.h"
 #include "tests/temporary_folder.h"
@@ -365,7 +366,7 @@ TEST_CASE("cost: adaptive sampling is measured where it has samples to share out
     }
 }
 
-TEST_CASE("cost: however long kernels take to be made, every arm is measured") {
+TEST_CASE("cost: kernels that take long to be made leave time for measuring, and the arms left out are told") {
     int looks = 0;
     double made = 0.0;
     CostRequest request = request_for(0.0);
@@ -373,7 +374,7 @@ TEST_CASE("cost: however long kernels take to be made, every arm is measured") {
         struct Slow : KnownRenderer {
             Slow(const BackendOptions& options, double& made) : KnownRenderer(options, 0.0), made_(made) {}
             std::unique_ptr<RenderJob> prepare(const Scene& scene, const RenderSettings& settings) override {
-                made_ += 10.0;  // the time for measuring is 6 s
+                made_ += 5.0;
                 return KnownRenderer::prepare(scene, settings);
             }
             double& made_;
@@ -381,15 +382,43 @@ TEST_CASE("cost: however long kernels take to be made, every arm is measured") {
         return std::make_unique<Slow>(options, made);
     };
     request.make_reference = request.make;
+    request.seconds = 30.0;
     CostControl control;
     control.now = [&] { return made + 0.1 * looks++; };
-    const CostReport slow = run_cost(Scene{}, request, control);
-    looks = 0;
-    const CostReport quick = run_cost(Scene{}, request_for(0.0), control_of(looks));
-    REQUIRE(slow.figures.size() == quick.figures.size());
-    for (std::size_t i = 0; i < slow.figures.size(); ++i)
-        CHECK(slow.figures[i].points.size() == quick.figures[i].points.size());
-    CHECK(slow.seconds > made);
+    const CostReport report = run_cost(Scene{}, request, control);
+    CHECK(report.figures.front().replicates >= fewest_replicates);
+    const auto left_out = std::ranges::count_if(report.skipped, &SkippedArm::for_time);
+    CHECK(left_out > 0);
+    CHECK(report.figures.size() > 1);
+    CHECK(report.seconds < 1.1 * request.seconds);
+}
+
+TEST_CASE("cost: a stop is told wherever it comes, and what was measured before it stays") {
+    bool nothing = false, part = false, whole = false;
+    for (int at = 1; at < 400 && !whole; at += 3) {
+        CAPTURE(at);
+        int looks = 0;
+        std::stop_source stop;
+        CostControl control;
+        control.stop = stop.get_token();
+        control.now = [&] {
+            if (looks == at) stop.request_stop();
+            return 0.1 * looks++;
+        };
+        try {
+            const CostReport report = run_cost(Scene{}, request_for(0.0), control);
+            REQUIRE_FALSE(report.figures.empty());
+            for (const ArmFigures& figures : report.figures) CHECK(figures.replicates >= fewest_replicates);
+            const bool cut = !report.whole || std::ranges::any_of(report.skipped, &SkippedArm::for_time);
+            (cut ? part : whole) = true;
+            whole = whole && !stop.stop_requested();
+        } catch (const StoppedError&) {
+            nothing = true;
+        }
+    }
+    CHECK(nothing);
+    CHECK(part);
+    CHECK(whole);
 }
 
 TEST_CASE("cost: a device that is slow until it is warm gets the samples of one that is warm") {

@@ -413,6 +413,33 @@ TEST_CASE("a campaign without time makes one round") {
     CHECK(results.samples.size() == 1);
 }
 
+TEST_CASE("a campaign that is stopped tells which arms it has not measured, the first workloads being first") {
+    SyntheticClock clock(4);
+    Family family = family_of(clock, {0.0});
+    family.workloads.push_back(family.workloads.front());
+    family.workloads.back().name = "larger";
+    Family other = family;
+    other.name = "other";
+    std::stop_source stop;
+    CampaignOptions options = campaign_on(clock, 100.0, 3);
+    options.stop = stop.get_token();
+    options.keep = [&](const BenchResults&) { stop.request_stop(); };
+    BenchResults results;
+    CHECK(count_arms({family, other}, {}, results).missing == count_arms({family, other}, {}, results).all);
+    CHECK(run_campaign({family, other}, options, results) == 0);
+    CHECK(results.samples.size() == 1);
+    const ArmCount count = count_arms({family, other}, {}, results);
+    CHECK(count.all == 8);
+    CHECK(count.missing == 6);
+    options.stop = {};
+    options.keep = {};
+    options.replicates = 1;
+    CHECK(run_campaign({family, other}, options, results) == 1);
+    CHECK(count_arms({family, other}, {}, results).missing == 0);
+    CHECK(results.samples[1].workload.name == results.samples[2].workload.name);
+    CHECK(results.samples[1].family != results.samples[2].family);
+}
+
 TEST_CASE("processes share a campaign's time and replicates, and draw from seeds of their own") {
     CampaignOptions options;
     options.seconds = 90.0;

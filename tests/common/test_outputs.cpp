@@ -5,12 +5,16 @@
 
 #include <filesystem>
 #include <fstream>
+#include <functional>
 #include <string>
 
 #include "common/error.h"
 #include "common/files/outputs.h"
+#include "common/files/read_file.h"
 #include "common/files/write_file.h"
+#include "common/image/image_io.h"
 #include "common/text.h"
+#include "common/validation/report/report.h"
 #include "tests/temporary_folder.h"
 
 using namespace tandem;
@@ -53,6 +57,47 @@ TEST_CASE("an output is no input by any name, and outputs are files of their own
             {}) != "");
     CHECK(refusal({{"--json", "/dev/null"}, {"--junit", "/dev/null"}}, {}) == "");
     CHECK(folder.file_count() == 5);
+}
+
+TEST_CASE("what becomes a name of a file that was read, while a command works, is written by no writer") {
+    const TemporaryFolder folder;
+    Image image;
+    image.width = image.height = 1;
+    image.channels = {"R", "G", "B"};
+    image.pixels = {1, 1, 1};
+    const std::function<void(const std::filesystem::path&, const FilesRead&)> writers[] = {
+        [](const auto& path, const FilesRead& read) { write_text_file(path, "text", read); },
+        [&](const auto& path, const FilesRead& read) { write_image(path, image, read); },
+        [&](const auto& path, const FilesRead& read) {
+            write_png(std::filesystem::path(path).replace_extension(".png"), image, 1.0, read);
+        },
+        [&](const auto& path, const FilesRead& read) { write_report(path.parent_path(), {}, {}, {}, read); },
+    };
+    for (const char* way : {"soft link", "hard link", "moved"}) {
+        CAPTURE(way);
+        for (const auto& write : writers) {
+            std::filesystem::remove_all(folder / "work");
+            std::filesystem::create_directory(folder / "work");
+            const std::filesystem::path input = folder / "in.txt";
+            std::ofstream(input) << "read";
+            FilesRead read;
+            read.add(input);
+            write(folder / "work/out.pfm", read);  // nothing is in the way yet
+            for (const char* output : {"out.pfm", "out.png", "report.json"}) {
+                const std::filesystem::path target = folder / "work" / output;
+                std::filesystem::remove(target);
+                if (way == std::string("soft link")) std::filesystem::create_symlink(input, target);
+                if (way != std::string("soft link")) std::filesystem::create_hard_link(input, target);
+            }
+            if (way == std::string("moved")) std::filesystem::remove(input);
+            const std::size_t files = folder.file_count();
+            CHECK_THROWS_WITH_AS(write(folder / "work/out.pfm", read), doctest::Contains("which was read"), InputError);
+            CHECK(read_file(folder / "work/out.pfm") == "read");
+            CHECK(read_file(folder / "work/out.png") == "read");
+            CHECK(read_file(folder / "work/report.json") == "read");
+            CHECK(folder.file_count() == files);
+        }
+    }
 }
 
 TEST_CASE("a folder that was made goes again unless it is kept, and one that was there stays") {

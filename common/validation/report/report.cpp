@@ -116,21 +116,23 @@ std::string file_of(std::size_t index, const std::string& scene, const std::stri
     return file + "-" + picture + ".png";
 }
 
-json write_pictures(FolderToFill& folder, std::size_t index, const SceneVerdict& verdict) {
+json write_pictures(FolderToFill& folder, std::size_t index, const SceneVerdict& verdict, const FilesRead& read) {
     const std::uint32_t width = verdict.reference.width, height = verdict.reference.height;
     const double mean = grey_mean(verdict.reference);
     const double exposure = exposure_of(mean > 0.0 ? verdict.reference : verdict.candidate);
     const auto file = [&](const std::string& what) { return file_of(index, verdict.scene, what); };
-    write_png(folder.file(file("reference")), picture(verdict.reference), exposure);
-    write_png(folder.file(file("candidate")), picture(verdict.candidate), exposure);
+    const auto write = [&](const char* what, const Image& image, double brightness = 1.0) {
+        write_png(folder.file(file(what)), image, brightness, read);
+    };
+    write("reference", picture(verdict.reference), exposure);
+    write("candidate", picture(verdict.candidate), exposure);
 
     std::vector<double> differences = grey_differences(verdict);
     const double range = range_of(differences);
     for (double& difference : differences) difference /= range > 0.0 ? range : 1.0;
-    write_png(folder.file(file("difference")), false_colour_image(width, height, differences, diverging_colour));
-    write_png(
-        folder.file(file("tiles")), false_colour_image(width, height, tile_differences(verdict), diverging_colour));
-    write_png(folder.file(file("p")), false_colour_image(width, height, p_decades(verdict), sequential_colour));
+    write("difference", false_colour_image(width, height, differences, diverging_colour));
+    write("tiles", false_colour_image(width, height, tile_differences(verdict), diverging_colour));
+    write("p", false_colour_image(width, height, p_decades(verdict), sequential_colour));
     return {{"reference", file("reference")}, {"candidate", file("candidate")}, {"difference", file("difference")},
         {"tiles", file("tiles")}, {"p", file("p")}, {"exposure", exposure},
         {"difference_range_relative", mean > 0.0 ? json(range / mean) : json(nullptr)},
@@ -147,15 +149,15 @@ std::vector<std::string> report_files(const std::vector<std::string>& scenes) {
 }
 
 void write_report(const std::filesystem::path& path, std::span<const SceneVerdict> verdicts,
-    const std::vector<DeviceSelfTest>& self_tests, const std::vector<std::string>& not_run) {
+    const std::vector<DeviceSelfTest>& self_tests, const std::vector<std::string>& not_run, const FilesRead& read) {
     FolderToFill folder(path);
     json report = to_json(verdicts, not_run);
     report["device_self_tests"] = to_json(self_tests);
     for (std::size_t i = 0; i < verdicts.size(); ++i)
         report["scenes"][i]["images"] = verdicts[i].looks.empty() || verdicts[i].judgement.black
                                             ? json(nullptr)
-                                            : write_pictures(folder, i, verdicts[i]);
-    write_text_file(folder.file(report_file), report.dump(2, ' ', false, json::error_handler_t::replace) + "\n");
+                                            : write_pictures(folder, i, verdicts[i], read);
+    write_text_file(folder.file(report_file), report.dump(2, ' ', false, json::error_handler_t::replace) + "\n", read);
     folder.keep();
 }
 

@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "common/files/write_file.h"
 #include "common/self_test/self_test.h"
 #include "common/validation/verify/scene_verdict.h"
 
@@ -15,8 +16,9 @@ namespace tandem {
 
 // Writes DIR/report.json (verdict_json.h, "device_self_tests", and for each scene "images": file names and the ranges
 // of the maps) and the PNGs it names. Makes the folder if need be. Throws InputError
-// where it cannot be written, and then a folder that it made is gone again.
+// where it cannot be written or a file of `read` is in the way, and then a folder that it made is gone again.
 void write_report(const std::filesystem::path& folder, std::span<const SceneVerdict> verdicts,
-    const std::vector<DeviceSelfTest>& self_tests = {}, const std::vector<std::string>& not_run = {});
+    const std::vector<DeviceSelfTest>& self_tests = {}, const std::vector<std::string>& not_run = {},
+    const FilesRead& read = {});
 
 }  // namespace tandem

@@ -1,6 +1,7 @@
 #include "common/validation/verify/specialisation.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numeric>
 #include <random>
@@ -20,19 +21,14 @@ double median(std::vector<double> values) {
     return *middle;
 }
 
-template <class Value>
-Value unless_stopped(std::optional<Value> value) {
-    if (!value) throw Error("stopped before the kernels were timed; nothing to report");
-    return *std::move(value);
-}
-
 // One job and the times of its rounds.
 struct Contender {
     explicit Contender(std::optional<EffectSet> simulated) : effects(simulated) {}
 
     std::optional<EffectSet> effects;  // empty: those that the scene calls for
     std::unique_ptr<RenderJob> job;
-    Estimate estimate;  // of the first samples
+    Estimate first;     // a sample of every pixel
+    Estimate estimate;  // of the last round
     std::vector<double> kernel_replicates, replicates;
     std::vector<double> seconds;  // a round
     bool device_clock = true;
@@ -46,15 +42,23 @@ struct Contender {
         return result;
     }
 
-    void make(const Scene& scene, RenderSettings settings, Renderer& renderer, const std::stop_token& stop) {
+    // False after a stop.
+    bool make(const Scene& scene, RenderSettings settings, Renderer& renderer, const std::stop_token& stop) {
+        if (stop.stop_requested()) return false;
         settings.effects = effects;
         const Stopwatch watch;
         job = renderer.prepare(scene, settings);
-        const double first = unless_stopped(render({0, 1}, stop)).seconds;
-        replicates.push_back(watch.seconds());
-        const double again = unless_stopped(render({0, 1}, stop)).seconds;
+        const std::optional<RenderResult> once = render({0, 1}, stop);
+        if (!once) return false;
+        const double made_seconds = watch.seconds();
+        const std::optional<RenderResult> again = render({0, 1}, stop);
+        if (!again) return false;
+        first = again->estimate;
+        replicates.push_back(made_seconds);
         const JobFacts facts = job->facts();
-        kernel_replicates.push_back(facts.variant.empty() ? facts.kernel_seconds + std::max(0.0, first - again) : 0.0);
+        kernel_replicates.push_back(
+            facts.variant.empty() ? facts.kernel_seconds + std::max(0.0, once->seconds - again->seconds) : 0.0);
+        return true;
     }
 
     std::optional<double> time(SampleRange range, const std::stop_token& stop) {
@@ -68,7 +72,7 @@ struct Contender {
     [[nodiscard]] SpecialisationSide side(double samples) const {
         const double sum = std::accumulate(replicates.begin(), replicates.end(), 0.0);
         return {job->facts(), *std::ranges::max_element(kernel_replicates), kernel_replicates,
-            sum / static_cast<double>(replicates.size()), 1e3 * median(seconds) / samples};
+            sum / static_cast<double>(replicates.size()), seconds.empty() ? 0.0 : 1e3 * median(seconds) / samples};
     }
 };
 
@@ -84,8 +88,8 @@ struct Contenders {
     std::unique_ptr<Renderer> renderer;  // outlives the jobs
     Contender specialised{std::nullopt}, general{EffectSet::all()};
 
-    // With a new renderer, as one may keep its kernels.
-    void make(const Scene& scene, const RenderSettings& settings,
+    // With a new renderer, as one may keep its kernels. False after a stop.
+    bool make(const Scene& scene, const RenderSettings& settings,
         const std::function<std::unique_ptr<Renderer>()>& make_renderer, bool general_first,
         const std::stop_token& stop) {
         specialised.job.reset();
@@ -95,58 +99,80 @@ struct Contenders {
         RenderSettings small;
         small.width = small.height = 1;
         (void)renderer->prepare(Scene{}, small)->render({0, 1});
-        for (const bool second : {false, true})
-            (second != general_first ? general : specialised).make(scene, settings, *renderer, stop);
+        return std::ranges::all_of(std::array{false, true}, [&](bool second) {
+            return (second != general_first ? general : specialised).make(scene, settings, *renderer, stop);
+        });
+    }
+
+    // Samples a round, which is long enough for a device to be as busy as it is in a render, and short enough for many
+    // rounds: general kernels may be a hundred times as slow.
+    [[nodiscard]] SampleRange round(const SpecialisationOptions& options, double seconds_left) {
+        constexpr double most_general_seconds = 1.0;
+        const double least = std::min(0.1, 0.1 * seconds_left / static_cast<double>(options.least_rounds));
+        SampleRange range{0, 1};
+        const auto below = [](std::optional<double> seconds, double limit) { return seconds && *seconds < limit; };
+        while (below(specialised.time(range, options.stop), least) &&
+               below(general.time(range, options.stop), most_general_seconds) && range.end < (std::uint64_t{1} << 20))
+            range.end *= 2;
+        return range;
     }
 };
+
+// What the rounds say of time.
+void conclude(const Contenders& contenders, const SampleMoments& logarithms, SpecialisationReport& report) {
+    report.device_clock = contenders.specialised.device_clock && contenders.general.device_clock;
+    const double half = student_quantile(0.975, logarithms.count - 1.0) * std::sqrt(logarithms.variance_of_mean());
+    report.speedup = std::exp(logarithms.mean);
+    report.interval = {std::exp(logarithms.mean - half), std::exp(logarithms.mean + half)};
+    const double saved = 1e-3 * (report.general.milliseconds - report.specialised.milliseconds);
+    if (report.interval.low > 1.0 && saved > 0.0) report.samples_to_pay = report.specialised.kernel_seconds / saved;
+}
 
 }  // namespace
 
 SpecialisationReport measure_specialisation(const Scene& scene, const RenderSettings& settings,
     const std::function<std::unique_ptr<Renderer>()>& make_renderer, const SpecialisationOptions& options) {
+    const Stopwatch watch;
+    const auto seconds_left = [&] { return options.seconds - watch.seconds(); };
     SpecialisationReport report;
     report.findings = find_effects(scene, settings);
     Contenders contenders;
-    for (std::size_t replicate = 0; replicate < options.replicates; ++replicate)
-        contenders.make(scene, settings, make_renderer, replicate % 2 != 0, options.stop);
     auto& [renderer, specialised, general] = contenders;
-
-    // A round is long enough for a device to be as busy as it is in a render, and short enough for many rounds: general
-    // kernels may be a hundred times as slow.
-    constexpr double least_round_seconds = 0.1, most_general_seconds = 1.0;
-    SampleRange range{0, 1};
-    while (unless_stopped(specialised.time(range, options.stop)) < least_round_seconds &&
-           unless_stopped(general.time(range, options.stop)) < most_general_seconds &&
-           range.end < (std::uint64_t{1} << 20))
-        range.end *= 2;
+    for (std::size_t replicate = 0; replicate < options.replicates; ++replicate) {
+        const double before = watch.seconds();
+        if (!contenders.make(scene, settings, make_renderer, replicate % 2 != 0, options.stop)) return report;
+        report.made = true;
+        report.identical = same_bits(specialised.first, general.first);
+        report.specialised = specialised.side(1.0);
+        report.general = general.side(1.0);
+        if (options.keep) options.keep(report);
+        // Timing says more than another replicate does.
+        if (3.0 * (watch.seconds() - before) > seconds_left()) break;
+    }
+    const SampleRange range = contenders.round(options, std::max(0.0, seconds_left()));
     std::mt19937_64 order(options.seed);
     SampleMoments logarithms;
-    const Stopwatch watch;
-    while (report.rounds < options.most_rounds &&
-           (report.rounds < options.least_rounds || watch.seconds() < options.seconds)) {
+    constexpr double timing_share = 0.25;
+    const double rounds_end = std::min(options.seconds, watch.seconds() + timing_share * options.seconds);
+    while (
+        report.rounds < options.most_rounds && (report.rounds < options.least_rounds || watch.seconds() < rounds_end)) {
         const bool general_first = (order() & 1) != 0;
         std::optional<double> own, all;
         if (general_first) all = general.time(range, options.stop);
         own = specialised.time(range, options.stop);
         if (!general_first) all = general.time(range, options.stop);
         if (!own || !all) break;
+        report.identical = report.identical && same_bits(specialised.estimate, general.estimate);
         specialised.seconds.push_back(*own);
         general.seconds.push_back(*all);
         logarithms.add(std::log(*all / *own));
         ++report.rounds;
         if (options.progress) options.progress(std::min(1.0, watch.seconds() / options.seconds));
     }
-    if (report.rounds < options.least_rounds) throw Error("stopped before enough rounds were timed; nothing to report");
     const double samples = static_cast<double>(range.count());
-    report.identical = same_bits(specialised.estimate, general.estimate);
     report.specialised = specialised.side(samples);
     report.general = general.side(samples);
-    report.device_clock = specialised.device_clock && general.device_clock;
-    const double half = student_quantile(0.975, logarithms.count - 1.0) * std::sqrt(logarithms.variance_of_mean());
-    report.speedup = std::exp(logarithms.mean);
-    report.interval = {std::exp(logarithms.mean - half), std::exp(logarithms.mean + half)};
-    const double saved = 1e-3 * (report.general.milliseconds - report.specialised.milliseconds);
-    if (report.interval.low > 1.0 && saved > 0.0) report.samples_to_pay = report.specialised.kernel_seconds / saved;
+    if (report.rounds >= fewest_timed_rounds) conclude(contenders, logarithms, report);
     return report;
 }
 

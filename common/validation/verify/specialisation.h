@@ -14,14 +14,20 @@
 
 namespace tandem {
 
+struct SpecialisationReport;
+
 struct SpecialisationOptions {
-    double seconds = 10.0;  // of timing, after the kernels are made
+    double seconds = 10.0;  // for making kernels and timing; least_rounds are planned even where they take longer
     std::size_t least_rounds = 5, most_rounds = 200;
-    std::size_t replicates = 2;  // >= 1, of the kernels, each by a new renderer
+    std::size_t replicates = 2;  // >= 1, of the kernels, each by a new renderer; of more than one, what time allows
     std::uint64_t seed = 1;      // of the order within a round
-    std::stop_token stop;
+    std::stop_token stop;        // cuts all of it
+    std::function<void(const SpecialisationReport&)> keep;  // what there is before the rounds
     std::function<void(double fraction)> progress;
 };
+
+// Rounds without which nothing is said of time: one interval needs two.
+inline constexpr std::size_t fewest_timed_rounds = 2;
 
 struct SpecialisationSide {
     JobFacts facts;
@@ -38,8 +44,9 @@ struct SpecialisationSide {
 struct SpecialisationReport {
     std::vector<EffectFinding> findings;
     SpecialisationSide specialised, general;
-    bool identical = false;  // the two estimates of the same samples, bit for bit
-    std::size_t rounds = 0;
+    bool made = false;          // both kinds of kernels; otherwise findings are all that is known
+    bool identical = false;     // the two estimates of the same samples, bit for bit
+    std::size_t rounds = 0;     // below fewest_timed_rounds: nothing is known of time
     bool device_clock = false;  // times are the device's own
     double speedup = 1.0;       // general over specialised time, geometric mean of the rounds
     Interval interval;          // of the speed-up, 95 %
@@ -49,8 +56,7 @@ struct SpecialisationReport {
 };
 
 // Makes both kinds of kernels in alternate order, after a small job that takes the driver's own start upon itself.
-// After a stop it concludes from the rounds that are done. Throws what prepare() throws, and Error where those are
-// fewer than least_rounds; settings.effects is replaced.
+// After a stop it concludes from what is done. Throws what prepare() throws; settings.effects is replaced.
 [[nodiscard]] SpecialisationReport measure_specialisation(const Scene& scene, const RenderSettings& settings,
     const std::function<std::unique_ptr<Renderer>()>& make_renderer, const SpecialisationOptions& options);
 
