@@ -365,14 +365,33 @@ class Scene:
                 else:
                     self.add_mesh(where, [c, c + e, c + e + g, c + g], [(0, 1, 2), (0, 2, 3)], self.material(name), matrix,
                                   [(0, 0), (1, 0), (1, 1), (0, 1)])
+            elif kind == "obj":
+                points, faces = self.read_obj(value, where)
+                self.add_mesh(where, points, faces, self.material(name), matrix)
             else:
                 raise Refusal(f"{where}: the primitive {kind}")
+
+    def read_obj(self, value, where):
+        """Points and faces alone: the entity has the material."""
+        points, faces = [], []
+        with open(os.path.join(self.folder, value["file"])) as file:
+            for kind, *words in (line.split() for line in file if line.strip()):
+                if kind == "vn" and value.get("normals") != "flat":
+                    raise Refusal(f"{where}: a model with vertex normals, which Cycles uses by another rule than MODEL.md 5.4")
+                if kind == "v":
+                    points.append(tuple(map(float, words[:3])))
+                elif kind == "f":
+                    corners = [int(word.split("/")[0]) for word in words]
+                    corners = [i - 1 if i > 0 else len(points) + i for i in corners]
+                    faces += [(corners[0], a, b) for a, b in zip(corners[1:], corners[2:])]
+        return points, faces
 
     def add_sphere(self, where, value, material, matrix, data):
         """Cycles has no spheres whose inside can be seen. The mesh's points are off by 4e-5 of the radius at most."""
         import bmesh
-        if isinstance(data.get("colour"), dict):
-            raise Refusal(f"{where}: a textured sphere")
+        texture = data.get("colour")
+        if isinstance(texture, dict) and self.data["textures"][texture["texture"]].get("space", "coordinates") != "object":
+            raise Refusal(f"{where}: a sphere with texture coordinates")
         made = bmesh.new()
         bmesh.ops.create_icosphere(made, subdivisions=7, radius=value["radius"])
         points = [vertex.co + mathutils.Vector(value["centre"]) for vertex in made.verts]

@@ -231,6 +231,62 @@ numpy.save(out, numpy.concatenate([values.mean(0), values.var(0, ddof=1)], axis=
         self.assertFalse((self.folder / "owned.json").exists())
 
 
+# Two bodies on a floor under the sky: edges, and all light by scattering, so that the oracle can judge soon.
+GARDEN = {
+    "film": {"width": 32, "height": 32},
+    "camera": {"position": [0.5, 2, 6], "target": [0, 0.6, 0], "up": [0, 1, 0], "vertical_field_degrees": 32},
+    "background": {"down": [0.2, 0.2, 0.2], "up": [0.6, 0.8, 1]},
+    "render": {"bounces": 4},
+    "materials": {"floor": {"kind": "diffuse", "colour": [0.3, 0.3, 0.3]}, "red": {"kind": "diffuse", "colour": [0.8, 0.2, 0.1]},
+                  "blue": {"kind": "diffuse", "colour": [0.1, 0.3, 0.8]}},
+    "entities": [
+        {"material": "floor", "primitives": [{"quad": {"corner": [-4, 0, 4], "edges": [[8, 0, 0], [0, 0, -8]]}}]},
+        {"material": "red", "primitives": [{"sphere": {"centre": [-0.8, 0.71, 0], "radius": 0.7}}]},
+        {"material": "blue", "transform": [{"rotate": {"axis": [0, 1, 0], "degrees": 30}}, {"translate": [0.9, 0.01, 0]}],
+         "primitives": [{"cuboid": {"minimum": [-0.5, 0, -0.5], "maximum": [0.5, 1.4, 0.5]}}]}],
+}
+
+
+class FirstPathTracer(ProgramTest):
+    SOURCE = (SOURCE / "scripts/adapters/first_path_tracer.py").read_text()
+
+    def verify(self, *changes):
+        text = self.SOURCE
+        for before, after in changes:
+            self.assertEqual(text.count(before), 1, before)
+            text = text.replace(before, after)
+        tracer = self.write(text, "tracer.py")
+        return tandem("verify", self.write(GARDEN, "garden.json"), "--time", 60, "--samples", 256, "--margin", "2%", "--tile-margin", "20%",
+                      "--candidate", f"exec:/usr/bin/python3 {tracer} {{scene}} {{width}} {{height}} {{samples}} {{seed}} {{out:npy}}")
+
+    def test_it_agrees(self):
+        result = self.verify()
+        self.assertEqual(result.returncode, 0, result.stdout + result.stderr)
+
+    def test_its_bugs_are_found_and_blamed(self):
+        bugs = {
+            "cosine dropped": ([("r, phi = np.sqrt(u), ", "r, phi = np.sqrt(1 - u * u), "), ("+ np.sqrt(1 - u)[:, None] * n)", "+ u[:, None] * n)")],
+                               "differs"),
+            "half a pixel aside": ([("reshape(2, -1) + random", "reshape(2, -1) + [[0], [0.5]] + random")], "about half a pixel"),
+            "gamma": ([("np.save(out, np.concatenate([mean, np.maximum(variance, 0)], axis=2))", "np.save(out, mean ** (1 / 2.2))")],
+                      "it looks like a gamma"),
+            "three bounces too few": ([('.get("bounces", 12)', '.get("bounces", 12) - 3')], "differs")}
+        for name, (changes, blame) in bugs.items():
+            with self.subTest(bug=name):
+                result = self.verify(*changes)
+                self.assertEqual(result.returncode, 1, result.stdout + result.stderr)
+                self.assertIn(blame, result.stdout)
+                self.assertIn("the oracle sides with CPU: tracer.py is off by ", result.stdout)
+
+    def test_it_says_what_it_refuses(self):
+        for scene, mention in [("glass", "refuses 'focus_distance' in the camera"), ("textures", "refuses 'textures' in the scene"),
+                               ("nested-glass", "first_path_tracer refuses ")]:
+            result = tandem("verify", SCENES / f"{scene}.json", "--size", 16, "--time", 5, "--candidate",
+                            f"exec:{SOURCE}/scripts/adapters/first_path_tracer.py {{scene}} {{width}} {{height}} {{samples}} {{seed}} {{out:npy}}")
+            self.assertEqual(result.returncode, 1, result.stdout)
+            self.assertIn(mention, result.stdout)
+
+
 class Page(unittest.TestCase):
     """What common/external/README.md tells a reader to type, with the statuses that it promises."""
     def test_every_command_of_the_page_runs(self):
