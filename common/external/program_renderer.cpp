@@ -87,6 +87,7 @@ public:
 private:
     [[nodiscard]] std::optional<NamedImage> image(SampleRange range, const RenderControl& control);
     [[nodiscard]] std::optional<SampledImage> sampled(SampleRange range, const RenderControl& control);
+    [[nodiscard]] std::optional<SampledImage> without_variance(SampleRange range, const RenderControl& control);
     void check_new(const Image& image, std::uint64_t seed);
     [[nodiscard]] Estimate estimate_of(const SampledImage& sampled, SampleRange range) const;
 
@@ -135,7 +136,17 @@ void ProgramJob::check_new(const Image& image, std::uint64_t seed) {
                              : fmt::format("the seeds {} and {}", last_seed_, seed)));
 }
 
+// Few samples, looked at one by one: their sums are all that is asked of them.
+std::optional<SampledImage> ProgramJob::without_variance(SampleRange range, const RenderControl& control) {
+    const std::optional<NamedImage> one = image(range, control);
+    if (!one) return std::nullopt;
+    SampledImage twice = sampled_image_of({*one, *one}, VarianceOf::sample);
+    twice.invalid /= 2;
+    return twice;
+}
+
 std::optional<SampledImage> ProgramJob::sampled(SampleRange range, const RenderControl& control) {
+    if (range.count() < ProgramRenderer::images_a_call) return without_variance(range, control);
     if (tells_variance_.value_or(true)) {
         const Stopwatch watch;
         std::optional<NamedImage> whole = image(range, control);
@@ -147,6 +158,7 @@ std::optional<SampledImage> ProgramJob::sampled(SampleRange range, const RenderC
         if (tells) return sampled_image_of({*whole}, VarianceOf::sample);
         unused_seconds_ = watch.seconds();
     }
+    if (range.count() % ProgramRenderer::images_a_call != 0) return without_variance(range, control);
     std::vector<NamedImage> images;
     const std::uint64_t part = range.count() / ProgramRenderer::images_a_call;
     for (std::uint64_t i = 0; i < ProgramRenderer::images_a_call; ++i) {
@@ -160,24 +172,29 @@ std::optional<SampledImage> ProgramJob::sampled(SampleRange range, const RenderC
 
 // Every block gets an equal part of the range's moments.
 Estimate ProgramJob::estimate_of(const SampledImage& sampled, SampleRange range) const {
-    const double samples = static_cast<double>(range.count()), block = double{samples_per_block};
-    Estimate::Plane plane;
-    plane.reserve(sampled.pixels.size());
-    for (const PixelStatistics& pixel : sampled.pixels) {
-        const double variance = pixel.variance / pixel.count * samples;  // of one sample
-        const double square = pixel.mean * pixel.mean + variance * (samples - 1.0) / samples;
-        plane.push_back({block * pixel.mean, block * square});
-    }
+    const double samples = static_cast<double>(range.count());
+    const auto plane = [&](double part) {
+        Estimate::Plane moments;
+        moments.reserve(sampled.pixels.size());
+        for (const PixelStatistics& pixel : sampled.pixels) {
+            const double variance = pixel.variance / pixel.count * samples;  // of one sample
+            const double square = pixel.mean * pixel.mean + variance * (samples - 1.0) / samples;
+            moments.push_back({part * pixel.mean, part * square});
+        }
+        return moments;
+    };
     Estimate estimate(sampled.width, sampled.height);
-    for (std::uint64_t begin = range.begin; begin < range.end; begin += samples_per_block)
-        estimate.add_block({begin, begin + samples_per_block}, plane);
+    for (std::uint64_t begin = range.begin; begin < range.end; begin += samples_per_block) {
+        const std::uint64_t end = std::min(begin + samples_per_block, range.end);
+        estimate.add_block({begin, end}, plane(static_cast<double>(end - begin)));
+    }
     estimate.add_invalid(sampled.invalid);
     return estimate;
 }
 
 RenderResult ProgramJob::render(SampleRange range, const RenderControl& control) {
-    if (range.begin % samples_per_block != 0 || range.end % samples_per_block != 0 || range.count() == 0)
-        throw Error(fmt::format("exec: samples are asked for by whole blocks of {}", samples_per_block));
+    if (range.begin % samples_per_block != 0 || range.end <= range.begin)
+        throw Error(fmt::format("exec: samples are asked for from the begin of a block of {}", samples_per_block));
     const Stopwatch watch;
     unused_seconds_ = 0.0;
     RenderResult result;
