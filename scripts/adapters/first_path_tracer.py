@@ -15,7 +15,7 @@ def refuse(what):
 
 
 def only(thing, known, where):
-    for key in set(thing) - set(known):
+    for key in (key for key in thing if key not in known):
         refuse(f"'{key}' in {where}")
 
 

@@ -279,7 +279,7 @@ class FirstPathTracer(ProgramTest):
                 self.assertIn("the oracle sides with CPU: tracer.py is off by ", result.stdout)
 
     def test_it_says_what_it_refuses(self):
-        for scene, mention in [("glass", "refuses 'focus_distance' in the camera"), ("textures", "refuses 'textures' in the scene"),
+        for scene, mention in [("glass", "refuses 'lens_radius' in the camera"), ("textures", "refuses 'textures' in the scene"),
                                ("nested-glass", "first_path_tracer refuses ")]:
             result = tandem("verify", SCENES / f"{scene}.json", "--size", 16, "--time", 5, "--candidate",
                             f"exec:{SOURCE}/scripts/adapters/first_path_tracer.py {{scene}} {{width}} {{height}} {{samples}} {{seed}} {{out:npy}}")
