@@ -21,6 +21,8 @@ constexpr double poll_seconds = 0.05;  // how late a stop may be heeded
 constexpr std::size_t most_lines = 20, most_chatter = 8192;
 // A request that takes longer than this, and so many times as long as others of its size, hangs.
 constexpr double least_hang_seconds = 5.0, hang_factor = 10.0;
+// A budget may end before the limit of a first request, which began later; that is no less a hang.
+constexpr double most_of_limit = 0.5;
 
 std::vector<std::string> lines_of(const std::string& text) {
     std::vector<std::string> lines;
@@ -168,6 +170,8 @@ std::optional<Image> ExternalProgram::render(
             throw failure(fmt::format("gave no image within {:g} s, and was ended", limit_seconds_));
         if (tick) tick();
         if (!stop.stop_requested()) return true;
+        if (slowest_ == 0.0 && watch.seconds() > most_of_limit * limit_seconds_)
+            throw failure(fmt::format("gave no image within {:.2g} s, and was ended", watch.seconds()));
         const double expected = slowest_ * std::max(1.0, work / std::max(most_, 1.0));
         if (slowest_ > 0.0 && watch.seconds() > std::max(least_hang_seconds, hang_factor * expected))
             throw failure(fmt::format("gave no image for {:.0f} s where it took at most {:.2g} s before, and was ended",
