@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <exception>
@@ -67,8 +68,9 @@ void print_verdict(const SceneVerdict& verdict, bool verbose) {
     for (const std::string& note : verdict.notes) fmt::print("    note: {}\n", escaped(note));
     if (verdict.worst && (verdict.verdict == Verdict::disagree || verbose)) {
         const WorstPixel& worst = *verdict.worst;
-        fmt::print("    worst pixel: ({}, {}){}{}\n        {}\n", worst.x, worst.y, worst.reason.empty() ? "" : "; ",
-            escaped(worst.reason), escaped(worst.command));
+        fmt::print("    worst pixel: ({}, {}){}{}\n", worst.x, worst.y, worst.reason.empty() ? "" : "; ",
+            escaped(worst.reason));
+        if (!worst.command.empty()) fmt::print("        {}\n", escaped(worst.command));
     }
     if (!verdict.closed_form.skipped.empty())
         fmt::print("    the scene's closed form is left out: {}\n", verdict.closed_form.skipped);
@@ -86,6 +88,8 @@ ExitStatus conclude(const std::string& command, const std::vector<SceneVerdict>&
     const CriteriaArguments& arguments, const CommandContext& context, const std::vector<std::string>& not_run,
     const std::vector<DeviceSelfTest>& self_tests, const LayerMessages& layer) {
     std::vector<Verdict> each;
+    const bool failed =
+        std::ranges::any_of(verdicts, [](const SceneVerdict& verdict) { return !verdict.failure.empty(); });
     for (const SceneVerdict& verdict : verdicts) each.push_back(verdict.verdict);
     nlohmann::json report = to_json(verdicts, not_run);
     report["device_self_tests"] = to_json(self_tests);
@@ -93,7 +97,8 @@ ExitStatus conclude(const std::string& command, const std::vector<SceneVerdict>&
     for (const auto& [scene, text] : layer)
         report["validation_layer"].push_back({{"scene", scene}, {"messages", text}});
     const Verdict all = combined(each, not_run.empty());
-    fmt::print("Verdict: {}{}\n", name_of(all), layer.empty() ? "" : "; failed by messages of the validation layer");
+    fmt::print("Verdict: {}{}\n", failed && all != Verdict::disagree ? "failed" : name_of(all),
+        layer.empty() ? "" : "; failed by messages of the validation layer");
     std::exception_ptr failure;  // one file that cannot be written takes no other with it
     const auto attempt = [&](const std::function<void()>& write) {
         try {
@@ -108,7 +113,7 @@ ExitStatus conclude(const std::string& command, const std::vector<SceneVerdict>&
     if (!arguments.report.empty())
         attempt([&] { write_report(arguments.report, verdicts, self_tests, not_run, context.read); });
     if (failure) std::rethrow_exception(failure);
-    return layer.empty() ? status_of(all) : ExitStatus::disagree;
+    return failed || !layer.empty() ? ExitStatus::disagree : status_of(all);
 }
 
 }  // namespace tandem

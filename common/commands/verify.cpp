@@ -1,4 +1,4 @@
-// tandem verify: two backends, one verdict a scene.
+// tandem verify: two renderers, one verdict a scene.
 #include "common/validation/verify/verify.h"
 
 #include <fmt/format.h>
@@ -11,6 +11,7 @@
 #include "common/commands/console.h"
 #include "common/commands/help.h"
 #include "common/commands/layer_pass.h"
+#include "common/commands/programs.h"
 #include "common/commands/verdict_options.h"
 #include "common/commands/verify_presets.h"
 #include "common/deadline.h"
@@ -37,6 +38,7 @@ struct VerifyArguments {
     std::optional<std::uint64_t> samples;
     std::string oracle = "oracle";
     bool no_paired = false, no_layer = false, strict = false, validation = false, convergence = false;
+    bool follows_model = false;
 };
 
 // Says in a line how exactly each side's device computes, where it has an arithmetic of its own.
@@ -192,6 +194,7 @@ struct Work {
     const std::vector<Scene>& scenes;
     const std::vector<RenderSettings>& settings;
     Renderer &reference, &candidate;
+    const Programs& programs;
     VerifyOptions options;
     LayerLooks layer;
 
@@ -217,9 +220,15 @@ struct Work {
         options.progress = [&](double fraction, const std::string& what) {
             line.update(fraction, text + scenes[i].name + ": " + what);
         };
-        SceneVerdict verdict = verify_scene(scenes[i], reference, candidate, options);
+        for (ProgramRenderer* const program : programs) program->set_scene_file(arguments.scenes[i]);
+        SceneVerdict verdict;
+        try {
+            verdict = verify_scene(scenes[i], reference, candidate, options);
+        } catch (const ProgramFailure& error) {
+            return failed_verdict(scenes[i], options, reference.info(), candidate.info(), error);
+        }
         verdict.forecast_seconds = forecast_seconds(verdict);
-        if (verdict.worst)
+        if (verdict.worst && programs.empty())
             verdict.worst->command = trace_command(arguments, arguments.scenes[i], settings[i], *verdict.worst);
         return verdict;
     }
@@ -239,7 +248,7 @@ Outcome verify_each(Work& work) {
         try {
             outcome.verdicts.push_back(work.verdict_on(i, work.look_under_the_layer(i, seconds), ""));
             print_verdict(outcome.verdicts.back(), work.context.verbose);
-            if (work.arguments.convergence)
+            if (work.arguments.convergence && outcome.verdicts.back().failure.empty())
                 add_convergence(work.scenes[i], work.reference, work.candidate, work.arguments, work.context,
                     outcome.verdicts.back());
         } catch (const std::exception&) {
@@ -253,7 +262,7 @@ Outcome verify_each(Work& work) {
 
 // A scene whose turn comes again is told in a line.
 void print_so_far(const SceneVerdict& verdict, bool verbose) {
-    if (verdict.verdict != Verdict::undecided) return print_verdict(verdict, verbose);
+    if (verdict.verdict != Verdict::undecided || !verdict.failure.empty()) return print_verdict(verdict, verbose);
     fmt::print("{}: undecided after {}{}\n", escaped(verdict.scene), duration(verdict.seconds),
         verdict.forecast_seconds ? fmt::format(", needs about {}", duration(*verdict.forecast_seconds))
                                  : ", too soon to foretell what it needs");
@@ -318,6 +327,35 @@ std::unique_ptr<Renderer> in_other_precision(const VerifyArguments& arguments, c
     return find_backend(backends, arguments.reference).create(options);
 }
 
+struct Sides {
+    std::unique_ptr<Renderer> reference, candidate;
+    Programs programs;
+};
+
+// Programs that stay up are started here.
+Sides sides_of(const VerifyArguments& arguments, const CommandContext& context) {
+    const BackendList& backends = context.program.backends;
+    ProgramOptions of_programs;
+    of_programs.follows_numbers = arguments.follows_model;
+    of_programs.limit_seconds = arguments.seconds.value_or(
+        arguments.total_time.empty() ? default_seconds : duration_from(arguments.total_time, "--total-time"));
+    Sides sides;
+    sides.reference = renderer_of(arguments.reference,
+        {.device = arguments.reference_device,
+            .precision = precision_from(arguments.reference_precision),
+            .kernel = arguments.reference_kernel},
+        of_programs, backends, sides.programs);
+    sides.candidate = renderer_of(arguments.candidate,
+        {.device = arguments.device,
+            .precision = precision_from(arguments.precision),
+            .kernel = arguments.kernel,
+            .validation = arguments.validation},
+        of_programs, backends, sides.programs);
+    if (arguments.follows_model && sides.programs.empty())
+        throw InputError("--follows-model: says it of a program; add --candidate exec:'COMMAND', or leave it out");
+    return sides;
+}
+
 ExitStatus verify(const VerifyArguments& given, const CommandContext& context) {
     NothingToKeep starting(context.interrupts);
     const VerifyArguments arguments = completed(given);
@@ -332,19 +370,10 @@ ExitStatus verify(const VerifyArguments& given, const CommandContext& context) {
     }
     std::vector<RenderSettings> settings;
     for (const Scene& scene : scenes) settings.push_back(verification_settings_from(arguments.render, scene));
-    Criteria criteria = criteria_from(arguments.criteria, {});
-    criteria.strict = arguments.strict;
+    static_cast<void>(criteria_from(arguments.criteria, {}));  // bad margins are told before a program starts
     check_outputs(arguments.criteria, context, names, inputs);
     const BackendList& backends = context.program.backends;
-    const auto reference = find_backend(backends, arguments.reference)
-                               .create({.device = arguments.reference_device,
-                                   .precision = precision_from(arguments.reference_precision),
-                                   .kernel = arguments.reference_kernel});
-    const auto candidate = find_backend(backends, arguments.candidate)
-                               .create({.device = arguments.device,
-                                   .precision = precision_from(arguments.precision),
-                                   .kernel = arguments.kernel,
-                                   .validation = arguments.validation});
+    const auto [reference, candidate, programs] = sides_of(arguments, context);
     const auto oracle =
         arguments.oracle == "none" ? nullptr : find_backend(backends, arguments.oracle).create(BackendOptions{});
     const auto other_precision = in_other_precision(arguments, backends);
@@ -355,10 +384,11 @@ ExitStatus verify(const VerifyArguments& given, const CommandContext& context) {
     starting.end();
 
     VerifyOptions options;
-    options.criteria = criteria;
+    options.criteria = criteria_from(arguments.criteria, criteria_for({reference.get(), candidate.get()}, programs));
+    options.criteria.strict = arguments.strict;
     options.max_samples = arguments.samples.value_or(0);
     options.seed = arguments.render.seed;
-    options.paired = !arguments.no_paired;
+    options.paired = !arguments.no_paired && all_follow_numbers(programs);
     options.oracle = oracle.get();
     options.other_precision = other_precision.get();
     options.scenes = scenes.size();
@@ -370,13 +400,14 @@ ExitStatus verify(const VerifyArguments& given, const CommandContext& context) {
                     {.device = arguments.device, .precision = precision_from(arguments.precision), .kernel = kernel});
         };
     }
-    Work work{arguments, context, scenes, settings, *reference, *candidate, options, {}};
+    Work work{arguments, context, scenes, settings, *reference, *candidate, programs, options, {}};
     work.layer.wanted = arguments.candidate == "vulkan" && !arguments.validation && !arguments.no_layer;
     const Stopwatch watch;
     const Outcome outcome = total_seconds ? verify_within(work, *total_seconds) : verify_each(work);
     if (total_seconds) {
         for (const SceneVerdict& verdict : outcome.verdicts)
-            if (verdict.verdict == Verdict::undecided) print_verdict(verdict, context.verbose);
+            if (verdict.verdict == Verdict::undecided && verdict.failure.empty())
+                print_verdict(verdict, context.verbose);
         print_what_is_needed(outcome.verdicts, watch.seconds());
     }
     work.layer.print();
@@ -397,6 +428,10 @@ void add_rare_options(CLI::App& command, VerifyArguments& arguments) {
     add("--reference-device", arguments.reference_device, "Vulkan device of the reference");
     add("--reference-precision", arguments.reference_precision,
         fmt::format("Precision of the reference: {}", precision_help));
+    command
+        .add_flag("--follows-model", arguments.follows_model,
+            "The programs of exec: draw the random numbers of MODEL.md section 3, so paired seeds are compared too")
+        ->group(rare_options);
     command.add_flag("--no-paired", arguments.no_paired, "Leave out the paired seeds. They find small faults sooner")
         ->group(rare_options);
     command
@@ -410,7 +445,7 @@ void add_rare_options(CLI::App& command, VerifyArguments& arguments) {
 }  // namespace
 
 void add_verify_command(CLI::App& app, CommandContext& context) {
-    CLI::App* command = app.add_subcommand("verify", "Decide whether two backends agree on scenes");
+    CLI::App* command = app.add_subcommand("verify", "Decide whether two renderers agree on scenes");
     const auto arguments = std::make_shared<VerifyArguments>();
     arguments->render.seed = 1;
     command->add_option("scenes", arguments->scenes, "Scene files")->type_name("SCENE");
@@ -458,6 +493,7 @@ void add_verify_command(CLI::App& app, CommandContext& context) {
         "  tandem verify scenes/furnace.json scenes/glass.json --json verdict.json --report report\n"
         "  tandem verify --preset driver --junit driver.xml\n"
         "  tandem verify scenes/furnace.json --reference oracle --candidate cpu --precision double\n"
+        "  tandem verify scenes/furnace.json --candidate 'exec:./mine {scene} {samples} {seed} {out}'\n"
         "Exit status: 0 agree, 1 disagree or a message of the validation layer, 3 undecided within the time.");
     command->callback(
         [&context, arguments] { context.action = [&context, arguments] { return verify(*arguments, context); }; });

@@ -79,9 +79,11 @@ void check_image_ending(const std::filesystem::path& path) {
 namespace {
 
 Image read_any(const image_files::LibrarySource& source, std::uint64_t limit) {
-    const bool plain = source.bytes.empty() && ending(source.path) == ".pfm";
+    const std::string kind = source.bytes.empty() ? ending(source.path) : "";
     if (source.bytes.empty()) require_regular_file(source.path);
-    Image image = plain ? read_pfm(source.path, limit) : read_with_library(source, limit);
+    Image image = kind == ".pfm"   ? read_pfm(source.path, limit)
+                  : kind == ".npy" ? read_npy(source.path, limit)
+                                   : read_with_library(source, limit);
     if (image.full_width == 0 || image.full_height == 0) {
         image.full_x = image.data_x;
         image.full_y = image.data_y;

@@ -21,6 +21,9 @@ void require_regular_file(const std::filesystem::path& path);
 [[nodiscard]] Image read_pfm(const std::filesystem::path& path, std::uint64_t limit);
 [[nodiscard]] std::string pfm_bytes(const Image& image);
 
+// What numpy.save wrote.
+[[nodiscard]] Image read_npy(const std::filesystem::path& path, std::uint64_t limit);
+
 // The first three channels (a single one thrice) times `exposure`, clipped to [0, 1], encoded as sRGB in 8 bits
 // [IEC 61966-2-1]; what is not a number becomes 0.
 [[nodiscard]] std::vector<std::uint8_t> to_srgb8(const Image& image, double exposure);

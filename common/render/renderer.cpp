@@ -60,6 +60,10 @@ std::vector<PathTrace> RenderJob::trace(std::uint32_t /*x*/, std::uint32_t /*y*/
 const Backend& find_backend(const BackendList& backends, const std::string& name) {
     const auto found = std::ranges::find(backends, name, &Backend::name);
     if (found != backends.end()) return *found;
+    if (name.starts_with("exec:"))
+        throw InputError(
+            "exec: only verify takes a command, as --reference or --candidate; other commands need a backend of their "
+            "own");
     std::vector<std::string> names;
     for (const Backend& backend : backends) names.push_back(backend.name);
     const std::string meant = name == "gpu" ? "did you mean vulkan? " : did_you_mean(name, names);

@@ -123,6 +123,60 @@ TEST_CASE("a PFM that is cut, padded or not one is refused") {
     }
 }
 
+namespace {
+
+// As numpy.save writes it; `rest`: what follows the header.
+std::string npy(const std::string& dictionary, const std::string& rest) {
+    std::string header = dictionary;
+    while ((10 + header.size()) % 64 != 63) header += ' ';
+    header += '\n';
+    return std::string("\x93NUMPY\x01\x00", 8) + static_cast<char>(header.size() & 0xff) +
+           static_cast<char>(header.size() >> 8) + header + rest;
+}
+
+template <class Value>
+std::string bytes_of(const std::vector<Value>& values) {
+    return {reinterpret_cast<const char*>(values.data()), values.size() * sizeof(Value)};
+}
+
+}  // namespace
+
+TEST_CASE("NumPy arrays of 3 and 6 channels are read, of single and double precision") {
+    const TemporaryFolder folder;
+    put(folder / "a.npy",
+        npy("{'descr': '<f4', 'fortran_order': False, 'shape': (1, 2, 3), }", bytes_of<float>({1, 2, 3, 4, 5, 6.5f})));
+    const Image three = read_image(folder / "a.npy");
+    CHECK(three.width == 2);
+    CHECK(three.height == 1);
+    CHECK(three.channels == std::vector<std::string>{"R", "G", "B"});
+    CHECK(three.pixels == std::vector<float>{1, 2, 3, 4, 5, 6.5f});
+    put(folder / "b.npy",
+        npy("{'descr': '<f8', 'fortran_order': False, 'shape': (1, 1, 6), }", bytes_of<double>({1, 2, 3, 4, 5, 0.5})));
+    const Image six = read_image(folder / "b.npy");
+    CHECK(six.channels.back() == "variance.B");
+    CHECK(six.pixels == std::vector<float>{1, 2, 3, 4, 5, 0.5f});
+}
+
+TEST_CASE("a NumPy array that is no image is refused with the mend") {
+    const TemporaryFolder folder;
+    const std::string three = bytes_of<float>({1, 2, 3});
+    const std::string good = "{'descr': '<f4', 'fortran_order': False, 'shape': (1, 1, 3), }";
+    const std::vector<std::pair<std::string, std::string>> cases{
+        {npy("{'descr': '<f4', 'fortran_order': True, 'shape': (1, 1, 3), }", three), "ascontiguousarray"},
+        {npy("{'descr': '<i4', 'fortran_order': False, 'shape': (1, 1, 3), }", three), "save an array of float32"},
+        {npy("{'descr': '<f4', 'fortran_order': False, 'shape': (1, 1, 4), }", three), "(1, 1, 4)"},
+        {npy("{'descr': '<f4', 'fortran_order': False, 'shape': (), }", three), "shape is ()"},
+        {npy(good, three.substr(1)), "does not hold 3 values"}, {npy(good, three + "x"), "does not hold 3 values"},
+        {npy(good, three).substr(0, 30), "ends early"}, {"NUMPY", "numpy.save"}};
+    for (const auto& [text, mention] : cases) {
+        put(folder / "a.npy", text);
+        const std::string line = refusal([&] { (void)read_image(folder / "a.npy"); });
+        CAPTURE(line);
+        CHECK(names(line, "a.npy: is no image: "));
+        CHECK(names(line, mention));
+    }
+}
+
 TEST_CASE("an estimate becomes mean, variance of one sample and count") {
     Estimate estimate(1, 1);
     estimate.add_block({0, 64}, {{64.0, 128.0}, {0.0, 0.0}, {32.0, 16.0}});

@@ -171,6 +171,21 @@ TEST_CASE("two images of one value without noise agree, and it is said that no m
     CHECK_FALSE(judge(noisy, other, nullptr, Criteria{}, {}).constant);
 }
 
+TEST_CASE("where calls cost time, batches grow until that is a small part, as long as there are some") {
+    ScheduleRequest request;
+    request.seconds_per_sample_reference = request.seconds_per_sample_candidate = 0.005;
+    request.max_samples = 1u << 20;
+    request.paired = false;
+    CHECK(make_schedule(request).batch_samples == 256);  // 64 batches of 108 s
+    request.seconds_a_call = 4.0;
+    const Schedule schedule = make_schedule(request);
+    const std::uint64_t last = schedule.looks.back();
+    CHECK(schedule.batch_samples == 256);  // twice that would leave fewer than 16 batches
+    CHECK(0.01 * static_cast<double>(last) + 4.0 * static_cast<double>(last / 256) <= 108.0);
+    request.budget_seconds = 1200.0;
+    CHECK(make_schedule(request).batch_samples == 2048);  // 20 % of the samples' time
+}
+
 TEST_CASE("the schedule doubles up to what the budget affords, in whole batches") {
     ScheduleRequest request;
     request.seconds_per_sample_reference = 0.01;

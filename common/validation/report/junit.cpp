@@ -61,8 +61,8 @@ std::string case_of(const std::string& command, const SceneVerdict& verdict) {
     std::string reasons;
     for (const std::string& reason : verdict.judgement.reasons) reasons += escaped(reason) + "\n";
     const auto outcome = [&](const char* element) {
-        text += fmt::format("      <{0} type=\"{1}\" message=\"{2}\">{3}</{0}>\n", element, name_of(verdict.verdict),
-            escaped(verdict.sentence), reasons);
+        text += fmt::format("      <{0} type=\"{1}\" message=\"{2}\">{3}</{0}>\n", element,
+            verdict.failure.empty() ? name_of(verdict.verdict) : "failed", escaped(verdict.sentence), reasons);
     };
     if (verdict.verdict == Verdict::disagree) outcome("failure");
     if (verdict.verdict == Verdict::undecided) outcome("error");

@@ -208,6 +208,7 @@ json promised(const SceneVerdict& v) {
 json to_json(const SceneVerdict& v) {
     json result = promised(v);
     result["sentence"] = v.sentence;
+    result["failure"] = v.failure.empty() ? json(nullptr) : json(v.failure);
     result["reasons"] = v.judgement.reasons;
     result["notes"] = v.notes;
     result["black"] = v.judgement.black;

@@ -11,6 +11,7 @@
 #include "common/stopwatch.h"
 #include "common/text.h"
 #include "common/validation/verdict/greatest_sample.h"
+#include "common/validation/verify/foreign_side.h"
 
 namespace tandem {
 
@@ -44,7 +45,7 @@ struct SampledRenderer {
         batches.push_back(batch_of(batch, TileGrid(batch.width(), batch.height(), standard_tile_edge)));
         estimate.merge(batch);
     }
-    [[nodiscard]] SampledImage sampled() const { return sampled_image_of(estimate, batches); }
+    [[nodiscard]] SampledImage sampled() const { return sampled_by(*job, estimate, batches); }
 };
 
 class Arbitration {
@@ -104,19 +105,21 @@ std::optional<Estimate> Arbitration::render(
 
 // Throws UnsupportedError where the oracle cannot do the scene at all.
 void Arbitration::choose_integrator() {
+    bool samples_otherwise = false;
     try {
         (void)request_.oracle.prepare(request_.scene, scaled_to(report_.settings, probe_side));
     } catch (const UnsupportedError&) {
         if (oracle_integrator_ == Integrator::path) throw;
         oracle_integrator_ = Integrator::path;
-        criteria_.same_estimator = false;
+        samples_otherwise = true;
     }
-    if (!same_estimator(report_.info, RendererInfo{}, oracle_integrator_)) criteria_.same_estimator = false;
+    if (!same_estimator(report_.info, RendererInfo{}, oracle_integrator_)) samples_otherwise = true;
     report_.settings.integrator = oracle_integrator_;
     if (oracle_integrator_ != Integrator::next_event) report_.settings.mis = true;
-    if (!criteria_.same_estimator)
-        criteria_.greatest = {
-            greatest_sample(request_.scene, report_.settings), greatest_sample(request_.scene, request_.settings)};
+    if (!samples_otherwise) return;
+    criteria_.same_estimator = false;
+    criteria_.greatest = {
+        greatest_sample(request_.scene, report_.settings), greatest_sample(request_.scene, request_.settings)};
 }
 
 bool Arbitration::choose_size() {
@@ -157,7 +160,9 @@ void Arbitration::judge_sides(const std::vector<SampledRenderer>& renderers,
     const SampledImage oracle = renderers.back().sampled();
     const auto against = [&](std::size_t side) {
         const PairedResult paired = differences[side].result(criteria, share.doubt / 2.0);
-        return judge(oracle, renderers[side].sampled(), &paired, criteria, share);
+        SampledImage by_oracle = oracle, by_side = renderers[side].sampled();
+        count_alike(by_oracle, by_side);
+        return judge(by_oracle, by_side, &paired, criteria, share);
     };
     report_.reference = against(0);
     report_.candidate = against(1);

@@ -31,6 +31,7 @@ struct SceneVerdict {
     std::string scene;
     Verdict verdict = Verdict::undecided;
     std::string sentence;
+    std::string failure;             // why one side is no image to judge: a program that crashed; empty: both are
     std::vector<std::string> notes;  // what a reader must know of the images that were compared
     Judgement judgement;             // of the last look
     PairedResult paired;

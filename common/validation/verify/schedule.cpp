@@ -12,6 +12,10 @@ namespace {
 constexpr std::uint64_t least_batches = 2;  // to have a variance between batches
 constexpr std::uint64_t most_batches = 64;  // at the last look; more would only cost calls
 constexpr std::uint64_t most_paired_batches = 4;
+// Where calls cost time of their own, batches grow until that is less than so much of the samples' time, as long as
+// there are so many batches.
+constexpr double most_of_calls = 0.25;
+constexpr std::uint64_t few_batches = 16;
 constexpr std::size_t most_spare_looks = 2;
 constexpr std::size_t most_paired_looks = 6;
 constexpr double part_of_budget = 0.9;  // the rest is for judging and for uneven speed
@@ -25,12 +29,23 @@ std::uint64_t round_down(double samples, std::uint64_t multiple) {
 
 Schedule make_schedule(const ScheduleRequest& request) {
     Schedule schedule;
-    const double both = request.seconds_per_sample_reference + request.seconds_per_sample_candidate;
-    double affordable = part_of_budget * std::max(0.0, request.budget_seconds) / std::max(both, 1e-12);
+    const double sample = request.seconds_per_sample_reference + request.seconds_per_sample_candidate;
+    const double budget = part_of_budget * std::max(0.0, request.budget_seconds);
 
     schedule.batch_samples = samples_per_block;
-    const double wanted = std::min(affordable, static_cast<double>(request.max_samples));
-    while (wanted > static_cast<double>(schedule.batch_samples * most_batches)) schedule.batch_samples *= 2;
+    const auto of_batch = [&] { return sample + request.seconds_a_call / static_cast<double>(schedule.batch_samples); };
+    const auto samples_wanted = [&] {
+        return std::min(budget / std::max(of_batch(), 1e-12), static_cast<double>(request.max_samples));
+    };
+    while (samples_wanted() > static_cast<double>(schedule.batch_samples * most_batches)) schedule.batch_samples *= 2;
+    while (of_batch() > (1.0 + most_of_calls) * sample) {
+        schedule.batch_samples *= 2;
+        if (samples_wanted() >= static_cast<double>(schedule.batch_samples * few_batches)) continue;
+        schedule.batch_samples /= 2;
+        break;
+    }
+    const double both = of_batch();
+    double affordable = budget / std::max(both, 1e-12);
 
     const std::uint64_t batch = schedule.batch_samples;
     // The paired phase costs the candidate's time alone; an eighth of the budget at most.

@@ -22,6 +22,7 @@ struct Schedule {
 struct ScheduleRequest {
     double seconds_per_sample_reference = 0.0;  // a sample of every pixel
     double seconds_per_sample_candidate = 0.0;
+    double seconds_a_call = 0.0;    // of both, beside: that a program takes to start
     double budget_seconds = 120.0;  // what is left of it
     std::uint64_t max_samples = 0;
     std::size_t max_looks = 6;

@@ -28,7 +28,8 @@ struct Waiting {
 std::vector<Waiting> undecided_of(const Verdicts& verdicts) {
     std::vector<Waiting> waiting;
     for (std::size_t i = 0; i < verdicts.size(); ++i)
-        if (verdicts[i] && verdicts[i]->verdict == Verdict::undecided && !verdicts[i]->judgement.black)
+        if (verdicts[i] && verdicts[i]->verdict == Verdict::undecided && !verdicts[i]->judgement.black &&
+            verdicts[i]->failure.empty())
             waiting.push_back({i, forecast_seconds(*verdicts[i])});
     std::ranges::stable_sort(waiting, {}, &Waiting::rank);
     return waiting;

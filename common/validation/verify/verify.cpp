@@ -6,10 +6,12 @@
 #include <utility>
 
 #include "common/error.h"
+#include "common/render/foreign_job.h"
 #include "common/scene/coincident_faces.h"
 #include "common/statistics/multiple_tests.h"
 #include "common/stopwatch.h"
 #include "common/validation/verify/fault_place.h"
+#include "common/validation/verify/foreign_side.h"
 #include "common/validation/verify/sample_looks.h"
 #include "common/validation/verify/schedule.h"
 
@@ -35,13 +37,15 @@ public:
         verdict_.scene = scene.name;
         verdict_.settings = options.settings.value_or(verification_settings(scene));
         verdict_.criteria = options.criteria;
-        verdict_.criteria.fixed_tolerance = float_transport_tolerance(verdict_.settings.bounces);
+        verdict_.criteria.fixed_tolerance =
+            std::max(options.criteria.fixed_tolerance, float_transport_tolerance(verdict_.settings.bounces));
         verdict_.closed_form = closed_form_of(scene, verdict_.settings);
         verdict_.reference_seed = options.seed;
         verdict_.candidate_seed = options.seed + 1;
         verdict_.reference_info = reference.info();
         verdict_.candidate_info = candidate.info();
         verdict_.criteria.same_estimator =
+            options.criteria.same_estimator &&
             same_estimator(verdict_.reference_info, verdict_.candidate_info, verdict_.settings.integrator);
         set_names();
     }
@@ -63,6 +67,7 @@ private:
     void judge_pairs();
     void resolve_pairs();
     [[nodiscard]] std::optional<double> measure_speed_of(Side& side);
+    [[nodiscard]] bool measure_calls_of(Side& side, double& seconds_per_sample, double& seconds_a_call);
     void measure_speed();
     [[nodiscard]] static double seconds_to(const Side& side, std::uint64_t samples);
     void run_looks();
@@ -258,8 +263,9 @@ void Verification::resolve_pairs() {
 }
 
 void Verification::judge_look(const LookShare& share) {
-    verdict_.reference = sampled_image_of(reference_.estimate, reference_.batches);
-    verdict_.candidate = sampled_image_of(candidate_.estimate, candidate_.batches);
+    verdict_.reference = sampled_by(*reference_.job, reference_.estimate, reference_.batches);
+    verdict_.candidate = sampled_by(*candidate_.job, candidate_.estimate, candidate_.batches);
+    count_alike(verdict_.reference, verdict_.candidate);
     if (verdict_.reference.samples < 2 || verdict_.candidate.samples < 2) return;
     const std::optional<ClosedForm>& form = verdict_.closed_form.form;
     verdict_.judgement = judge(
@@ -315,12 +321,29 @@ std::optional<double> Verification::measure_speed_of(Side& side) {
     }
 }
 
+// Another program takes time to start, which more samples show apart from theirs. False: stopped.
+bool Verification::measure_calls_of(Side& side, double& seconds_per_sample, double& seconds_a_call) {
+    constexpr std::uint64_t samples = 4 * samples_per_block;
+    if (dynamic_cast<const ForeignJob*>(side.job.get()) == nullptr || samples > max_samples()) return true;
+    const double block = seconds_per_sample * samples_per_block;
+    if (7.0 * block > options_.budget_seconds) return true;  // what is left is for judging
+    const double before = side.seconds;
+    if (!render(side, {0, samples}, "measuring speed")) return false;
+    const double more = (side.seconds - before - block) / (samples - samples_per_block);
+    seconds_per_sample = std::clamp(more, 1e-3 * seconds_per_sample, seconds_per_sample);
+    seconds_a_call += block - seconds_per_sample * samples_per_block;
+    return true;
+}
+
 void Verification::measure_speed() {
-    const std::optional<double> reference = measure_speed_of(reference_);
-    const std::optional<double> candidate = reference ? measure_speed_of(candidate_) : std::nullopt;
-    verdict_.stopped = !candidate;
-    if (verdict_.stopped) return;
     ScheduleRequest request;
+    std::optional<double> reference = measure_speed_of(reference_);
+    std::optional<double> candidate = reference ? measure_speed_of(candidate_) : std::nullopt;
+    const double reference_block = reference.value_or(0.0) * samples_per_block;
+    const double candidate_block = candidate.value_or(0.0) * samples_per_block;
+    verdict_.stopped = !candidate || !measure_calls_of(reference_, *reference, request.seconds_a_call) ||
+                       !measure_calls_of(candidate_, *candidate, request.seconds_a_call);
+    if (verdict_.stopped) return;
     request.seconds_per_sample_reference = *reference;
     request.seconds_per_sample_candidate = *candidate;
     request.budget_seconds = options_.budget_seconds - watch_.seconds();
@@ -332,8 +355,8 @@ void Verification::measure_speed() {
         side->seconds = 0.0;
         if (schedule_.batch_samples != samples_per_block) side->first_block.reset();
     }
-    if (reference_.first_block) reference_.seconds = *reference * static_cast<double>(samples_per_block);
-    if (candidate_.first_block) candidate_.seconds = *candidate * static_cast<double>(samples_per_block);
+    if (reference_.first_block) reference_.seconds = reference_block;
+    if (candidate_.first_block) candidate_.seconds = candidate_block;
 }
 
 // The standard tile about what differs most surely.

@@ -16,7 +16,7 @@ namespace tandem {
 
 struct VerifyOptions {
     std::optional<RenderSettings> settings;  // empty: verification_settings(scene); the seed is replaced by `seed`
-    Criteria criteria;                       // fixed_tolerance is derived from the settings' bounces
+    Criteria criteria;                       // fixed_tolerance: at least what the settings' bounces let rounding do
     double budget_seconds = 120.0;           // of wall clock, both sides together
     std::uint64_t max_samples = 0;           // a pixel and side; 0: default_max_samples
     std::size_t max_looks = 6;
