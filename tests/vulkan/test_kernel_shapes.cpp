@@ -130,19 +130,25 @@ TEST_CASE("a job tells of the kernels that it dispatches: its shape's, and its w
 }
 
 // Lavapipe leaves loops after 65535 turns: such paths are refused, and never come out short.
-TEST_CASE("a path of a hundred thousand segments is whole or refused") {
+TEST_CASE("paths of so many segments that no kernel could stop within them are refused, or go by stages") {
     SceneBuilder builder;
     builder.camera({0.1, 0.2, 0.3}, {1.0, 0.4, -0.3}, 70.0);
     Material white = diffuse(glm::dvec3(1.0));
     white.radiance = glm::dvec3(0.5);
     builder.cuboid(builder.material(white), glm::dvec3(-1.0), glm::dvec3(1.0));
-    const auto job = renderer_with_kernel("megakernel").prepare(builder.scene(), settings_of(2, 99'999));
-    try {
-        for (const double mean : mean_of(job->render({0, 1}).estimate))
-            CHECK(mean == 50'000.0);  // sums of 0.5 are exact
-    } catch (const UnsupportedError& refusal) {
-        CHECK(std::string(refusal.what()).find("--kernel stages") != std::string::npos);
+    for (const char* kernel : {"megakernel", "fragment"}) {
+        Renderer& renderer = renderer_with_kernel(kernel);
+        CHECK_THROWS_WITH_AS(static_cast<void>(renderer.prepare(builder.scene(), settings_of(2, 99'999))),
+            doctest::Contains("use --kernel stages, --roulette, or at most 16382 bounces"), UnsupportedError);
+        const auto job = renderer.prepare(builder.scene(), settings_of(2, 16'382));
+        for (const double mean : mean_of(job->render({0, 1}).estimate)) CHECK(mean == 8191.5);  // sums of 0.5 are exact
+        RenderSettings roulette = settings_of(2, 99'999);
+        roulette.roulette_start = 2;
+        CHECK_NOTHROW(static_cast<void>(renderer.prepare(builder.scene(), roulette)));
     }
+    const auto usual = vulkan_backend().create({});
+    const auto job = usual->prepare(builder.scene(), settings_of(2, 19'999));
+    for (const double mean : mean_of(job->render({0, 1}).estimate)) CHECK(mean == 10'000.0);
 }
 
 TEST_CASE("an unknown kernel shape is refused, naming those there are") {

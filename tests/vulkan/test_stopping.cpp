@@ -1,6 +1,8 @@
 // Work between two looks at a wish to stop: how large it is, and that cutting work up changes no bit.
 #include <doctest/doctest.h>
 
+#include <cmath>
+
 #include "common/stopwatch.h"
 #include "tests/vulkan/machine.h"
 #include "vulkan/renderer/kernels/megakernel_plan.h"
@@ -86,6 +88,38 @@ TEST_CASE("paths that have all ended leave the rest of a high bounce limit out, 
     const Stopwatch watch;
     CHECK(open.render({0, 16}, {}).estimate.count() == 16);
     CHECK(watch.seconds() < 60.0);  // sixteen million empty dispatches took minutes
+}
+
+TEST_CASE("invalid samples of what a stop drops are not counted") {
+    Machine machine(true);
+    SceneBuilder builder;
+    builder.camera({0.1, 0.2, 0.3}, {1.0, 0.4, -0.3}, 70.0);
+    Material dazzling = diffuse(glm::dvec3(1.0));
+    dazzling.radiance = glm::dvec3(3e38);  // twice that is infinite
+    builder.cuboid(builder.material(dazzling), glm::dvec3(-1.0), glm::dvec3(1.0));
+    const Scene scene = builder.scene();
+    for (const KernelShape kernel : {KernelShape::stages, KernelShape::megakernel, KernelShape::fragment})
+        for (const double stop_at : {1e-9, 1.01})
+            for (const std::uint32_t tile : {0u, 10'000u}) {
+                CAPTURE(static_cast<int>(kernel));
+                CAPTURE(stop_at);
+                CAPTURE(tile);
+                JobPatterns patterns = with_kernel(kernel);
+                patterns.tracer.tile_pixels = tile;
+                if (tile > 0 && kernel == KernelShape::fragment) continue;
+                VulkanJob job = machine.job(patterns, scene, settings_of(128, 300));
+                std::stop_source source;
+                bool within = false;
+                const RenderControl control{.stop = source.get_token(), .progress = [&](double done) {
+                                                if (done < stop_at) return;
+                                                within = within || done != std::floor(done);
+                                                source.request_stop();
+                                            }};
+                const Estimate cut = job.render({0, 64}, control).estimate;
+                CHECK((within || stop_at > 1.0));  // later shares may be whole samples; else nothing was dropped
+                CHECK(cut.invalid() == cut.count() * 128 * 128);
+                CHECK(job.render({0, 1}, {}).estimate.invalid() == 128 * 128);
+            }
 }
 
 TEST_CASE("tiles that share buffers keep what every pixel has at a stop") {

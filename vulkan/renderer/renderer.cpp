@@ -73,8 +73,9 @@ public:
         JobPatterns patterns;
         patterns.tracer.tile_pixels = tile_pixels;
         const bool in_double = geometry_ != GeometryPrecision::single_precision;  // by the megakernel alone
-        patterns.tracer.kernel =
-            shape_.value_or(in_double ? KernelShape::megakernel : fastest_shape(device_->description().type));
+        const KernelShape fastest =
+            fits_whole_paths(settings) ? fastest_shape(device_->description().type) : KernelShape::stages;
+        patterns.tracer.kernel = shape_.value_or(in_double ? KernelShape::megakernel : fastest);
         return prepare_near_origin(changed ? *changed : given, settings, [&](const Scene& scene) {
             return std::make_unique<VulkanJob>(
                 instance_, *device_, *stages_, scene, settings, acceleration_, planted_bug_, patterns, geometry_);

@@ -6,6 +6,7 @@
 #include <array>
 #include <bit>
 #include <limits>
+#include <optional>
 #include <utility>
 
 #include "common/error.h"
@@ -13,6 +14,7 @@
 #include "vulkan/framework/spirv_optimizer.h"
 #include "vulkan/renderer/job/job_settings.h"
 #include "vulkan/renderer/kernels/kernel_shape.h"
+#include "vulkan/renderer/kernels/megakernel_plan.h"
 
 namespace tandem {
 
@@ -58,6 +60,13 @@ VulkanJob::VulkanJob(const Instance& instance, const Device& device, Stages& sta
           {device, stages, scene, scene_, settings_, specialisation_, patterns_, segments_, kernels_, submission_})) {
     if (patterns_.tracer.parts == 0 || patterns_.tracer.part >= patterns_.tracer.parts || part().pixel_count == 0)
         throw UnsupportedError("the image has too few pixels for so many parts");
+    if (traces_whole_paths(patterns_.tracer.kernel) && !fits_whole_paths(settings_))
+        throw UnsupportedError(fmt::format(
+            "kernels that follow whole paths cannot stop within one: {} bounces may take longer than 2 s; use {}, "
+            "--roulette, or at most {} bounces",
+            settings_.bounces,
+            precision_ == GeometryPrecision::single_precision ? "--kernel stages" : "--precision single",
+            most_whole_path_segments - 1));
     if (accumulation_ == Accumulation::plain && tile_pixels_ < part().pixel_count)
         throw UnsupportedError(
             "plain sums go on from block to block on the device, where this image does not fit at once; choose a "
@@ -120,20 +129,36 @@ double VulkanJob::run(Progress& progress) {
     return watch.seconds();
 }
 
+// The device's running count of invalid samples.
+std::uint32_t VulkanJob::count_invalid() {
+    submission_.add(recording_key(RecordingKind::counting, 0),
+        [this](const vk::raii::CommandBuffer& commands) { resources_.record_counters(commands); });
+    (void)submit();
+    instance_.log().raise();
+    return resources_.downloaded_counters().invalid;
+}
+
 // Renders samples of one block for one tile and leaves the sums downloaded; returns how many it did before a stop.
 std::uint64_t VulkanJob::render_tile_block(const Tile& tile, SampleRange block, Progress& progress, bool keeps_sums) {
     recorder_->begin(tile, block, keeps_sums);
-    while (recorder_->done() < block.count()) {
+    std::optional<std::uint32_t> before_parts;  // invalid samples, while parts of a sample are counted
+    for (bool begun = false; recorder_->done() < block.count(); begun = true) {
         if (progress.control.stop.stop_requested()) break;  // what was begun of a sample is dropped
+        if (recorder_->counts_part_of_next()) before_parts = begun ? count_invalid() : invalid_before_;
         recorder_->add_portion();
         recorder_->took(run(progress));
+        if (recorder_->done_of_next() == 0.0) before_parts.reset();
         progress.report(static_cast<double>(recorder_->done()) + recorder_->done_of_next());
     }
     const std::uint64_t done = recorder_->done();
-    if (done == 0) return 0;  // nothing to fetch; what was added but not submitted goes with what is next
-    download(tile);
+    if (done > 0)
+        download(tile);
+    else if (before_parts)
+        (void)count_invalid();
+    else
+        return 0;  // nothing to fetch; what was added but not submitted goes with what is next
     const std::uint32_t invalid = resources_.downloaded_counters().invalid;
-    progress.invalid += invalid - std::exchange(invalid_before_, invalid);
+    progress.invalid += before_parts.value_or(invalid) - std::exchange(invalid_before_, invalid);
     return done;
 }
 
@@ -235,7 +260,11 @@ std::uint64_t VulkanJob::render_block(
         const std::uint64_t count = std::min(std::max<std::uint64_t>(1, done), block.count() - done);
         const SampleRange pass{block.begin + done, block.begin + done + count};
         std::vector<Estimate::Plane> next = planes;
-        if (render_tiles(pass, film, progress, next, &sums) == 0) break;
+        const std::uint64_t invalid = progress.invalid;
+        if (render_tiles(pass, film, progress, next, &sums) == 0) {
+            progress.invalid = invalid;  // without those of the tiles that were done
+            break;
+        }
         planes = std::move(next);
         done += count;
     }

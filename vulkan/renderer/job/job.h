@@ -54,6 +54,7 @@ private:
     // Sends the part of the list that the tile holds.
     void add_pixel_list(Tile& tile, std::span<const std::uint32_t> listed);
     void download(const Tile& tile);
+    [[nodiscard]] std::uint32_t count_invalid();
     void collect(const Tile& tile, bool went_on, std::vector<Estimate::Plane>& planes);
     [[nodiscard]] Moments moments_of(const gpu::Vec4& sums) const;
 
@@ -86,7 +87,7 @@ private:
     Submission submission_;
     std::unique_ptr<FrameRecorder> recorder_;
     RunningSums running_sums_;
-    std::uint32_t invalid_before_ = 0;      // of the device's running count
+    std::uint32_t invalid_before_ = 0;      // of the device's running count, what estimates know of or have dropped
     std::unique_ptr<PathTracing> tracing_;  // made when a path is to be traced
 };
 

@@ -13,6 +13,7 @@
 #include "vulkan/renderer/job/ray_batch.h"
 #include "vulkan/renderer/kernels/bindings.h"
 #include "vulkan/renderer/kernels/kernel_shape.h"
+#include "vulkan/renderer/kernels/megakernel_plan.h"
 #include "vulkan/renderer/scene/double_geometry.h"
 
 namespace tandem {
@@ -87,6 +88,11 @@ void check_workgroup(const Device& device, std::uint32_t workgroup) {
 }
 
 }  // namespace
+
+// Roulette ends paths long before, except where nothing is absorbed.
+bool fits_whole_paths(const RenderSettings& settings) {
+    return settings.bounces < most_whole_path_segments || settings.roulette_start < most_whole_path_segments;
+}
 
 float to_distance(double distance) {
     return static_cast<float>(std::min(distance, double{std::numeric_limits<float>::max()}));

@@ -17,6 +17,9 @@ namespace tandem {
 // What a device does where settings leave it open: in double where it and this build can.
 [[nodiscard]] Accumulation own_accumulation(const Device& device);
 
+// Whether kernels that follow whole paths may have such settings: they cannot stop within a path (megakernel_plan.h).
+[[nodiscard]] bool fits_whole_paths(const RenderSettings& settings);
+
 // Infinity becomes the greatest float: Vulkan need not keep infinities.
 [[nodiscard]] float to_distance(double distance);
 

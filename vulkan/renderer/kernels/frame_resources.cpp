@@ -302,6 +302,11 @@ void FrameResources::record_download(
     barrier(commands, compute_write, transfer_read);
     commands.copyBuffer(image_[sum_parity], readback_[0],
         vk::BufferCopy(image_.offset(sum_parity), readback_.offset(0), tile_pixels * sums_per_pixel * element));
+    record_counters(commands);
+}
+
+void FrameResources::record_counters(const vk::raii::CommandBuffer& commands) const {
+    barrier(commands, compute_write, transfer_read);
     commands.copyBuffer(image_[2], readback_[1], vk::BufferCopy(image_.offset(2), readback_.offset(1), element));
     barrier(commands, transfer_write, host_read);
 }

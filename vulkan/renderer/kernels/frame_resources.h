@@ -44,6 +44,8 @@ public:
     // Copies the sums that parity `sum_parity` reads, and the counters, to the host.
     void record_download(
         const vk::raii::CommandBuffer& commands, std::uint32_t sum_parity, std::uint32_t tile_pixels) const;
+    // The counters alone.
+    void record_counters(const vk::raii::CommandBuffer& commands) const;
     // The reverse: sums that were downloaded before, for record_sums to copy to the device. They take the place of what
     // was downloaded last.
     void set_sums(std::span<const gpu::Vec4> sums);

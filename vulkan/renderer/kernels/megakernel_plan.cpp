@@ -47,14 +47,24 @@ void MegakernelPlan::begin(std::uint32_t pixels, std::uint64_t samples) {
     first_ = 0;
 }
 
-MegakernelShare MegakernelPlan::next() {
-    if (first_ == 0)
-        samples_ = std::clamp<std::uint64_t>(batch_ / pixels_, 1, std::min(most_samples_, wanted_ - done_));
-    const std::uint64_t most = std::max<std::uint64_t>(batch_ / samples_, workgroup_size);
-    MegakernelShare share{
-        done_, samples_, first_, static_cast<std::uint32_t>(std::min<std::uint64_t>(pixels_ - first_, most))};
+std::uint64_t MegakernelPlan::samples_of_next() const {
+    if (first_ > 0) return samples_;
+    return std::clamp<std::uint64_t>(batch_ / pixels_, 1, std::min(most_samples_, wanted_ - done_));
+}
+
+std::uint32_t MegakernelPlan::invocations_of_next(std::uint64_t samples) const {
+    const std::uint64_t most = std::max<std::uint64_t>(batch_ / samples, workgroup_size);
+    const std::uint32_t left = pixels_ - first_;
+    const auto some = static_cast<std::uint32_t>(std::min<std::uint64_t>(left, most));
     // A remainder that is small beside the share goes with it.
-    if (pixels_ - first_ - share.invocations < share.invocations / 2) share.invocations = pixels_ - first_;
+    return left - some < some / 2 ? left : some;
+}
+
+bool MegakernelPlan::cuts_next() const { return first_ == 0 && invocations_of_next(samples_of_next()) < pixels_; }
+
+MegakernelShare MegakernelPlan::next() {
+    samples_ = samples_of_next();
+    MegakernelShare share{done_, samples_, first_, invocations_of_next(samples_)};
     last_ = share.invocations * samples_;
     first_ += share.invocations;
     share.completes = first_ == pixels_;

@@ -15,6 +15,10 @@ inline constexpr double shortest_submission = 0.1, longest_submission = 0.3;  //
 // Of a path, where first submissions were measured.
 inline constexpr std::uint32_t usual_segments = 13;
 
+// Of a path at most, where nothing but the limit of bounces ends it: no dispatch can stop within a path. Such paths
+// take at most 16383 / 13 x 1.1 ms = 1.4 s of an H200 (longest_residence), and lavapipe leaves loops after 65535 turns.
+inline constexpr std::uint32_t most_whole_path_segments = 16383;
+
 // One dispatch.
 struct MegakernelShare {
     std::uint64_t first_sample = 0, samples = 0;
@@ -31,6 +35,8 @@ public:
     void begin(std::uint32_t pixels, std::uint64_t samples);
     // The next share of them.
     [[nodiscard]] MegakernelShare next();
+    // Whether the next share begins samples and does not complete them.
+    [[nodiscard]] bool cuts_next() const;
     // Its dispatch took so long: later shares grow or shrink.
     void took(double seconds);
 
@@ -42,6 +48,9 @@ public:
     [[nodiscard]] double done_of_next() const;
 
 private:
+    [[nodiscard]] std::uint64_t samples_of_next() const;
+    [[nodiscard]] std::uint32_t invocations_of_next(std::uint64_t samples) const;
+
     std::uint64_t most_samples_;  // a dispatch
     std::uint64_t batch_;         // samples of single pixels a dispatch
     std::uint32_t pixels_ = 0;

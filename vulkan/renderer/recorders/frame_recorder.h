@@ -21,7 +21,8 @@ enum class RecordingKind : std::uint32_t {
     listing,
     asking,
     restoring,
-    downloading
+    downloading,
+    counting
 };
 
 [[nodiscard]] inline Submission::Key recording_key(RecordingKind kind, std::uint64_t first, std::uint64_t second = 0,
@@ -46,6 +47,8 @@ public:
     // Samples that are done for every pixel, the last portion counting as done; and of the next sample the part done.
     [[nodiscard]] virtual std::uint64_t done() const = 0;
     [[nodiscard]] virtual double done_of_next() const = 0;
+    // Whether the next portion counts invalid samples of a sample that later ones complete.
+    [[nodiscard]] virtual bool counts_part_of_next() const { return false; }
 
     // Adds samples [0, samples) of a tile, all at once.
     virtual void add_frame(const Tile& tile, std::uint64_t samples) = 0;

@@ -17,6 +17,7 @@ public:
     void took(double seconds) override { plan_.took(seconds); }
     [[nodiscard]] std::uint64_t done() const override { return plan_.done(); }
     [[nodiscard]] double done_of_next() const override { return plan_.done_of_next(); }
+    [[nodiscard]] bool counts_part_of_next() const override { return plan_.cuts_next(); }
     void add_frame(const Tile& tile, std::uint64_t samples) override;
     [[nodiscard]] bool cuts_frames() const override { return false; }
     [[nodiscard]] std::uint64_t side_by_side() const override { return plan_.batch(); }
