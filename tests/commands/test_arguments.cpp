@@ -19,7 +19,8 @@ namespace {
 struct Commands {
     Program program{};
     InterruptWatch interrupts;
-    CommandContext context{program, "", {}, "", -1, false, {}, interrupts};
+    FilesRead read;
+    CommandContext context{program, "", {}, "", -1, false, {}, interrupts, read};
     CLI::App app{"", "tandem"};
     Commands() {
         for (const auto add : {add_render_command, add_verify_command, add_compare_command, add_effects_command,
