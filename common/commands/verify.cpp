@@ -451,16 +451,16 @@ void add_verify_command(CLI::App& app, CommandContext& context) {
     command->add_option("scenes", arguments->scenes, "Scene files")->type_name("SCENE");
     command
         ->add_option("--preset", arguments->preset,
-            "smoke: six small scenes, 1 minute. driver: all scenes at 64 pixels, 10 minutes. full: closed forms too, 2 "
-            "hours. Scenes, --size and --total-time may be named beside it")
+            "smoke: six small scenes, 1 minute. driver: all of scenes/ at 64 pixels, 10 minutes. full: closed forms "
+            "too, 2 hours")
         ->check(one_of({"smoke", "driver", "full"}));
     command
-        ->add_option("--total-time", arguments->total_time,
-            "Time for all scenes together, as 90s, 10min or 2h. Scenes that are soon decided leave theirs to the "
-            "others")
+        ->add_option(
+            "--total-time", arguments->total_time, "Time for all scenes together, as 90s, 10min or 2h, shared by need")
         ->type_name("TIME");
     command->add_option("--reference", arguments->reference, "Backend that is trusted")->capture_default_str();
-    command->add_option("--candidate", arguments->candidate, "Backend that is judged")->capture_default_str();
+    command->add_option("--candidate", arguments->candidate, "Backend that is judged, or 'exec:COMMAND'")
+        ->capture_default_str();
     command->add_option(
         "--device", arguments->device, "Vulkan device of the candidate: its index, or part of its name");
     command->add_option(
@@ -473,19 +473,23 @@ void add_verify_command(CLI::App& app, CommandContext& context) {
     command
         ->add_option("--samples", arguments->samples,
             "Samples a pixel and side, at most (default: 1048576; more below 128x128 pixels)")
-        ->check(whole_between(64, std::uint64_t{1} << 40));
+        ->check(whole_between(64, std::uint64_t{1} << 40))
+        ->group(rare_options);
     command
         ->add_option("--oracle", arguments->oracle,
             "Reference oracle that says which side is wrong where they disagree: oracle or none")
         ->check(one_of({"oracle", "none"}))
-        ->capture_default_str();
-    command->add_flag("--convergence", arguments->convergence,
-        "Also measure how the errors of both fall with samples. This takes as much --time again");
+        ->capture_default_str()
+        ->group(rare_options);
+    command
+        ->add_flag("--convergence", arguments->convergence,
+            "Also measure how the errors of both fall with samples. This takes as much --time again")
+        ->group(rare_options);
     add_render_options(*command, arguments->render);
     command->get_option("--size")->description(
         "Image size in pixels, WxH or the longer side (default: the scene's, at most 128)");
-    command->add_flag("--strict", arguments->strict,
-        "Disagree where the candidate's arithmetic is coarser than single precision. Without, an agreement says so");
+    command->add_flag(
+        "--strict", arguments->strict, "Disagree where the candidate's arithmetic is coarser than single precision");
     add_rare_options(*command, *arguments);
     add_criteria(*command, arguments->criteria, {});
     add_common_options(*command, context,
