@@ -5,16 +5,38 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include <cerrno>
+#include <chrono>
 #include <csignal>
 #include <cstring>
 #include <filesystem>
+#include <optional>
+#include <thread>
 
 #include "common/error.h"
 
 namespace tandem {
 
-int run_self(const std::vector<std::string>& words, const std::string& errors) {
+namespace {
+
+// Its status. A stop asks it to end, and after a second ends it.
+int wait_for(pid_t child, const std::stop_token& stop) {
+    using std::chrono::steady_clock;
+    constexpr std::chrono::milliseconds between(10);
+    std::optional<steady_clock::time_point> asked;
+    int status = 0;
+    while (waitpid(child, &status, WNOHANG) == 0) {
+        std::this_thread::sleep_for(between);
+        if (!stop.stop_requested()) continue;
+        if (!asked) kill(child, SIGTERM);
+        asked = asked.value_or(steady_clock::now());
+        if (steady_clock::now() - *asked > std::chrono::seconds(1)) kill(child, SIGKILL);
+    }
+    return status;
+}
+
+}  // namespace
+
+int run_self(const std::vector<std::string>& words, const std::string& errors, const std::stop_token& stop) {
     std::vector<std::string> all{"tandem"};
     all.insert(all.end(), words.begin(), words.end());
     std::vector<char*> arguments;
@@ -36,9 +58,7 @@ int run_self(const std::vector<std::string>& words, const std::string& errors) {
     posix_spawn_file_actions_destroy(&files);
     posix_spawnattr_destroy(&attributes);
     if (failure != 0) throw Error(std::string("cannot start a process of its own: ") + std::strerror(failure));
-    int status = 0;
-    while (waitpid(child, &status, 0) < 0 && errno == EINTR) {
-    }
+    const int status = wait_for(child, stop);
     return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
 }
 

@@ -40,6 +40,8 @@ const char* name_of(LayerPass::Outcome outcome) {
             return "clean";
         case LayerPass::Outcome::messages:
             return "messages";
+        case LayerPass::Outcome::too_slow:
+            return "too slow";
         case LayerPass::Outcome::not_run:
             break;
     }
@@ -57,14 +59,17 @@ LayerPass layer_pass_from(int status, const std::string& errors) {
     return {LayerPass::Outcome::not_run, last_line(errors)};
 }
 
-LayerPass look_under_layer(const std::string& scene, const std::vector<std::string>& options) {
+LayerPass look_under_layer(
+    const std::string& scene, const std::vector<std::string>& options, double seconds, const std::stop_token& stop) {
     const TemporaryFile errors, image;
     const std::string picture = image.name() + ".pfm";
-    std::vector<std::string> words{
-        "render", scene, "-o", picture, "--backend", "vulkan", "--validation", "--size", "64", "--samples", "2"};
+    std::vector<std::string> words{"render", scene, "-o", picture, "--backend", "vulkan", "--validation", "--size",
+        "64", "--samples", "2", "--time", fmt::format("{}", seconds)};
     words.insert(words.end(), options.begin(), options.end());
-    const int status = run_self(words, errors.name());
+    const int status = run_self(words, errors.name(), stop);
     std::remove(picture.c_str());
+    if (stop.stop_requested() || status == static_cast<int>(ExitStatus::undecided))
+        return {LayerPass::Outcome::too_slow, ""};
     std::ifstream file(errors.name());
     return layer_pass_from(status, {std::istreambuf_iterator<char>(file), {}});
 }

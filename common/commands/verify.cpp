@@ -171,6 +171,7 @@ struct LayerLooks {
 
     void add(const Scene& scene, const LayerPass& pass) {
         if (pass.outcome == LayerPass::Outcome::clean) ++clean;
+        if (pass.outcome == LayerPass::Outcome::too_slow) ++left_out;
         if (pass.outcome == LayerPass::Outcome::not_run) not_run = pass.text;
         if (pass.outcome != LayerPass::Outcome::messages) return;
         messages.emplace_back(scene.name, pass.text);
@@ -207,7 +208,9 @@ struct Work {
             return seconds;
         }
         const Stopwatch watch;
-        layer.add(scenes[i], look_under_layer(arguments.scenes[i], candidate_words(arguments)));
+        constexpr double share = 0.2;
+        layer.add(scenes[i],
+            look_under_layer(arguments.scenes[i], candidate_words(arguments), share * seconds, context.stop));
         return seconds - watch.seconds();
     }
 

@@ -411,8 +411,8 @@ class Commands(ProgramTest):
             out.unlink()
 
     def test_wrong_arguments_say_what_is_wrong_and_where_to_read(self):
-        self.refused(tandem(), "no command is named; there are render, verify")
-        self.refused(tandem("rendr", self.scene), "'rendr' is no command; there are render, verify")
+        self.refused(tandem(), "no command is named; there are render, view, verify")
+        self.refused(tandem("rendr", self.scene), "'rendr' is no command; there are render, view, verify")
         self.refused(tandem("render"), "see tandem render --help")
         for samples in ["0", "-3", "abc", "1.5", "1e3"]:
             self.refused(tandem("render", self.scene, "-o", self.folder / "a.png", "--samples", samples),
