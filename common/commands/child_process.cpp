@@ -5,38 +5,16 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include <chrono>
+#include <cerrno>
 #include <csignal>
 #include <cstring>
 #include <filesystem>
-#include <optional>
-#include <thread>
 
 #include "common/error.h"
 
 namespace tandem {
 
-namespace {
-
-// Its status. A stop asks it to end, and after a second ends it.
-int wait_for(pid_t child, const std::stop_token& stop) {
-    using std::chrono::steady_clock;
-    constexpr std::chrono::milliseconds between(10);
-    std::optional<steady_clock::time_point> asked;
-    int status = 0;
-    while (waitpid(child, &status, WNOHANG) == 0) {
-        std::this_thread::sleep_for(between);
-        if (!stop.stop_requested()) continue;
-        if (!asked) kill(child, SIGTERM);
-        asked = asked.value_or(steady_clock::now());
-        if (steady_clock::now() - *asked > std::chrono::seconds(1)) kill(child, SIGKILL);
-    }
-    return status;
-}
-
-}  // namespace
-
-int run_self(const std::vector<std::string>& words, const std::string& errors, const std::stop_token& stop) {
+int run_self(const std::vector<std::string>& words) {
     std::vector<std::string> all{"tandem"};
     all.insert(all.end(), words.begin(), words.end());
     std::vector<char*> arguments;
@@ -45,7 +23,6 @@ int run_self(const std::vector<std::string>& words, const std::string& errors, c
     posix_spawn_file_actions_t files;
     posix_spawn_file_actions_init(&files);
     posix_spawn_file_actions_addopen(&files, STDOUT_FILENO, "/dev/null", O_WRONLY, 0);
-    if (!errors.empty()) posix_spawn_file_actions_addopen(&files, STDERR_FILENO, errors.c_str(), O_WRONLY | O_TRUNC, 0);
     // The parent's signals are blocked for its watching thread; the child must hear Ctrl-C itself.
     posix_spawnattr_t attributes;
     posix_spawnattr_init(&attributes);
@@ -58,7 +35,9 @@ int run_self(const std::vector<std::string>& words, const std::string& errors, c
     posix_spawn_file_actions_destroy(&files);
     posix_spawnattr_destroy(&attributes);
     if (failure != 0) throw Error(std::string("cannot start a process of its own: ") + std::strerror(failure));
-    const int status = wait_for(child, stop);
+    int status = 0;
+    while (waitpid(child, &status, 0) < 0 && errno == EINTR) {
+    }
     return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
 }
 

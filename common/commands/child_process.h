@@ -1,17 +1,14 @@
 // The program once more, in a process of its own, and files to hear from it.
 #pragma once
 
-#include <stop_token>
 #include <string>
 #include <vector>
 
 namespace tandem {
 
-// Runs this program with `words` as arguments, its standard output dropped, and waits. Its error output goes to the
-// file `errors`, or to this program's where that is empty. Returns its exit status; 128 and more: it was ended by a
-// signal, as it is when `stop` is requested. Throws Error where it cannot be started.
-[[nodiscard]] int run_self(
-    const std::vector<std::string>& words, const std::string& errors = "", const std::stop_token& stop = {});
+// Runs this program with `words` as arguments, its standard output dropped, and waits. Returns its exit status; 128 and
+// more: it was ended by a signal. Throws Error where it cannot be started.
+[[nodiscard]] int run_self(const std::vector<std::string>& words);
 
 // An empty file with a name of its own, removed with the object.
 class TemporaryFile {

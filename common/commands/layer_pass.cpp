@@ -8,6 +8,7 @@
 
 #include "common/commands/child_process.h"
 #include "common/commands/command.h"
+#include "common/external/child.h"
 
 namespace tandem {
 
@@ -61,17 +62,19 @@ LayerPass layer_pass_from(int status, const std::string& errors) {
 
 LayerPass look_under_layer(
     const std::string& scene, const std::vector<std::string>& options, double seconds, const std::stop_token& stop) {
-    const TemporaryFile errors, image;
+    const TemporaryFile log, image;
     const std::string picture = image.name() + ".pfm";
-    std::vector<std::string> words{"render", scene, "-o", picture, "--backend", "vulkan", "--validation", "--size",
-        "64", "--samples", "2", "--time", fmt::format("{}", seconds)};
+    std::vector<std::string> words{"/proc/self/exe", "render", scene, "-o", picture, "--backend", "vulkan",
+        "--validation", "--size", "64", "--samples", "2", "--time", fmt::format("{}", seconds)};
     words.insert(words.end(), options.begin(), options.end());
-    const int status = run_self(words, errors.name(), stop);
+    constexpr double poll_seconds = 0.02;  // how late a stop may be heeded
+    Child child(words, log.name(), false);
+    while (!child.ended_within(poll_seconds))
+        if (stop.stop_requested()) return {LayerPass::Outcome::too_slow, ""};
     std::remove(picture.c_str());
-    if (stop.stop_requested() || status == static_cast<int>(ExitStatus::undecided))
-        return {LayerPass::Outcome::too_slow, ""};
-    std::ifstream file(errors.name());
-    return layer_pass_from(status, {std::istreambuf_iterator<char>(file), {}});
+    if (child.exit_status() == static_cast<int>(ExitStatus::undecided)) return {LayerPass::Outcome::too_slow, ""};
+    std::ifstream file(log.name());
+    return layer_pass_from(child.exit_status(), {std::istreambuf_iterator<char>(file), {}});
 }
 
 }  // namespace tandem

@@ -133,6 +133,11 @@ bool Child::ended_within(double seconds) {
     return true;
 }
 
+int Child::exit_status() const {
+    const int status = status_.value_or(0);
+    return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
+}
+
 std::string Child::how_it_ended() const {
     const int status = status_.value_or(0);
     if (WIFEXITED(status)) return "ended with status " + std::to_string(WEXITSTATUS(status));

@@ -22,6 +22,8 @@ public:
     // Waits so long at most. Whether it has ended.
     [[nodiscard]] bool ended_within(double seconds);
     [[nodiscard]] bool succeeded() const { return status_ == 0; }
+    // Its exit status, or 128 and the signal that ended it, as shells count; it must have ended.
+    [[nodiscard]] int exit_status() const;
     // "ended with status 3", "was ended by signal 11 (Segmentation fault)"; it must have ended.
     [[nodiscard]] std::string how_it_ended() const;
 

@@ -24,7 +24,7 @@ constexpr std::uint64_t samples_at_once = 2;
 constexpr std::array<std::uint64_t, 9> counters{0, 1u << 8, 1u << 16, 1u << 24, (1u << 24) + 64, 1u << 31,
     (std::uint64_t{1} << 32) - 64, std::uint64_t{1} << 32, (std::uint64_t{1} << 40) + 64};
 constexpr std::array<std::uint64_t, 4> arithmetic_counters{64, 1u << 10, 1u << 20, std::uint64_t{3} << 32};
-// Seven times seven times, a prime: no row, column, workgroup or tile is whole.
+// Primes, so that no workgroup or tile is whole at an edge; and more pixels than 16 bits count.
 constexpr std::array<std::array<std::uint32_t, 2>, 2> sizes{{{127, 83}, {307, 263}}};
 constexpr std::uint32_t small_tile = 1009;  // pixels, a prime
 constexpr std::uint32_t run_pixels = 64;    // consecutive pixels that are counted together

@@ -1,0 +1,93 @@
+// A renderer whose errors and times are known by construction, and runs of `tandem cost` on it.
+#pragma once
+
+#include <doctest/doctest.h>
+
+#include <cmath>
+
+#include "common/cost/run_cost.h"
+#include "common/error.h"
+#include "tests/common/synthetic_renderer.h"
+
+namespace tandem::known_cost {
+
+inline constexpr double level = 4.0, seconds_a_sample = 1e-3;
+
+// Noise of variance 1 about `level`; the whitted integrator is off by `bias` in every other column, next-event has a
+// quarter of the variance at half the speed, and double precision takes thrice the time.
+class KnownRenderer : public Renderer {
+public:
+    KnownRenderer(BackendOptions options, double bias) : options_(std::move(options)), bias_(bias) {
+        if (options_.precision == Precision::mixed || options_.precision == Precision::contracted)
+            throw UnsupportedError("not here");
+    }
+    RendererInfo info() const override { return {"known", "no device", "no driver", "C++"}; }
+    std::unique_ptr<RenderJob> prepare(const Scene&, const RenderSettings& settings) override {
+        if (settings.integrator == Integrator::bidirectional) throw UnsupportedError("no bidirectional paths here");
+        const double bias = settings.integrator == Integrator::whitted ? bias_ : 0.0;
+        const double scale = settings.integrator == Integrator::next_event ? 0.5 : 1.0;
+        double seconds = seconds_a_sample / (scale == 0.5 ? 0.5 : 1.0);
+        if (options_.precision == Precision::double_precision) seconds *= 3.0;
+        return std::make_unique<Job>(
+            settings,
+            [=](std::uint32_t x, std::uint32_t, SampleRandom& random) {
+                const double value = level + scale * random.triangular() + (x % 2 == 0 ? bias : -bias);
+                return Radiance{value, value, value};
+            },
+            seconds);
+    }
+
+private:
+    struct Job : SyntheticJob {
+        Job(RenderSettings settings, Sampler sampler, double seconds)
+            : SyntheticJob(settings, std::move(sampler)), seconds_(seconds) {}
+        RenderResult render(SampleRange range, const RenderControl& control) override {
+            RenderResult result = SyntheticJob::render(range, control);
+            result.seconds = seconds_ * static_cast<double>(range.count());
+            return result;
+        }
+        double seconds_;
+    };
+    BackendOptions options_;
+    double bias_;
+};
+
+// A clock that moves on by a tenth of a second at every look, so that what is done does not depend on the machine.
+inline CostControl control_of(int& looks) {
+    CostControl control;
+    control.now = [&looks] { return 0.1 * looks++; };
+    return control;
+}
+
+inline CostRequest request_for(double bias, std::uint64_t seed = 1) {
+    CostRequest request;
+    request.scene_file = "scene.json";
+    request.backend = request.reference_backend = "known";
+    request.baseline.render.width = request.baseline.render.height = 16;
+    request.make = request.make_reference = [bias](const BackendOptions& options) {
+        return std::make_unique<KnownRenderer>(options, bias);
+    };
+    request.knobs = {"integrator", "precision"};
+    request.seconds = 6.0;
+    request.seed = seed;
+    return request;
+}
+
+inline CostReport measured(double bias, std::uint64_t seed = 1) {
+    int looks = 0;
+    return run_cost(Scene{}, request_for(bias, seed), control_of(looks));
+}
+
+inline const ArmFigures& arm(const CostReport& report, const std::string& name) {
+    for (const ArmFigures& figures : report.figures)
+        if (figures.arm.name() == name) return figures;
+    FAIL("no arm " << name);
+    return report.figures.front();
+}
+
+// Three times the 95 % interval: a false alarm once in 10^8 for normal errors.
+inline bool holds(const Estimated& figure, double truth) {
+    return std::abs(truth - figure.value) <= 3.0 * std::max(figure.high - figure.value, figure.value - figure.low);
+}
+
+}  // namespace tandem::known_cost

@@ -1,0 +1,297 @@
+// How `tandem cost` samples: rounds, floors, references, what is kept, mixes of knobs.
+#include <cmath>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "tests/common/known_cost.h"
+#include "tests/temporary_folder.h"
+
+namespace tandem {
+namespace {
+
+using namespace known_cost;
+
+TEST_CASE("cost: a device that is slow until it is warm gets the samples of one that is warm") {
+    double busy = 0.0;
+    CostRequest request = request_for(0.0);
+    request.make = [&](const BackendOptions& options) {
+        struct Cold : KnownRenderer {
+            Cold(const BackendOptions& options, double& busy) : KnownRenderer(options, 0.0), busy_(busy) {}
+            std::unique_ptr<RenderJob> prepare(const Scene& scene, const RenderSettings& settings) override {
+                struct ColdJob : RenderJob {
+                    ColdJob(std::unique_ptr<RenderJob> job, double& busy) : job_(std::move(job)), busy_(busy) {}
+                    RenderResult render(SampleRange range, const RenderControl& control) override {
+                        RenderResult result = job_->render(range, control);
+                        if (busy_ < 0.15) result.seconds *= 4.0;
+                        busy_ += result.seconds;
+                        return result;
+                    }
+                    std::unique_ptr<RenderJob> job_;
+                    double& busy_;
+                };
+                return std::make_unique<ColdJob>(KnownRenderer::prepare(scene, settings), busy_);
+            }
+            double& busy_;
+        };
+        return std::make_unique<Cold>(options, busy);
+    };
+    int looks = 0;
+    const CostReport cold = run_cost(Scene{}, request, control_of(looks));
+    looks = 0;
+    const CostReport warm = run_cost(Scene{}, request_for(0.0), control_of(looks));
+    REQUIRE(cold.figures.size() == warm.figures.size());
+    for (std::size_t i = 0; i < cold.figures.size(); ++i)
+        CHECK(cold.figures[i].points.back().samples == warm.figures[i].points.back().samples);
+}
+
+TEST_CASE("cost: arms of unlike numbers of samples are held against each other at one that both have") {
+    const auto trials = [](std::vector<std::uint64_t> samples) {
+        ArmTrials arm;
+        arm.samples = std::move(samples);
+        for (std::uint64_t round = 0; round < 5; ++round) {
+            Replicate replicate;
+            replicate.round = round;
+            for (const std::uint64_t count : arm.samples)
+                replicate.seconds.push_back(1.0 + 0.01 * static_cast<double>(count));
+            arm.replicates.push_back(replicate);
+        }
+        return arm;
+    };
+    CHECK(paired_seconds(trials({8, 16, 32}), trials({16, 32, 64, 128})).value == doctest::Approx(0.0));
+    CHECK(paired_seconds(trials({1, 2}), trials({32, 64})).value == doctest::Approx(std::log(0.51 / (1.64 / 64.0))));
+}
+
+TEST_CASE("cost: floors are found where there are none no more often than 5 % of the runs") {
+    unsigned false_floors = 0, intervals = 0, held = 0;
+    for (std::uint64_t seed = 1; seed <= 12; ++seed) {
+        CostRequest request = request_for(0.0, seed);
+        request.seconds = 3.0;
+        int looks = 0;
+        const CostReport report = run_cost(Scene{}, std::move(request), control_of(looks));
+        bool any = false;
+        for (const ArmFigures& figures : report.figures) {
+            any = any || figures.has_floor;
+            ++intervals;
+            held += figures.squared_bias.high >= 0.0 && figures.squared_bias.low <= 0.0 ? 1 : 0;
+        }
+        false_floors += any ? 1 : 0;
+    }
+    // More than 3 of 12 at 5 %: once in 450.
+    CHECK(false_floors <= 3);
+    CHECK(held >= intervals * 8 / 10);
+}
+
+TEST_CASE("cost: the reference's noise is known and does not enter the floors") {
+    const CostReport report = measured(0.0);
+    const CostReference& reference = report.reference;
+    const double expected = std::sqrt(1.0 / static_cast<double>(reference.samples)) / level;
+    CHECK(reference.relative_uncertainty() == doctest::Approx(expected).epsilon(0.2));
+    for (const double variance : reference.half_variance)
+        CHECK(variance == doctest::Approx(2.0 / static_cast<double>(reference.samples)).epsilon(0.25));
+    CHECK(reference.image_mean() == doctest::Approx(level).epsilon(0.01));
+}
+
+TEST_CASE("cost: a reference is continued to the same bits but for rounding, by its own account of time") {
+    RenderSettings settings;
+    settings.width = settings.height = 4;
+    KnownRenderer renderer({}, 0.0);
+    const auto job = renderer.prepare(Scene{}, settings);
+    int looks = 0;
+    const CostReference part = render_reference(*job, std::nullopt, 0.3, control_of(looks));
+    const CostReference whole = render_reference(*job, part, 0.9, control_of(looks));
+    CHECK(whole.samples > part.samples);
+    CHECK(whole.seconds >= 0.9);
+    // In one go.
+    const RenderResult first = job->render({0, whole.samples / 2});
+    const PixelValues mean = mean_of(first.estimate), variance = variance_of(first.estimate);
+    for (std::size_t i = 0; i < mean.size(); ++i)
+        CHECK(whole.mean[i] + whole.half_difference[i] == doctest::Approx(mean[i]).epsilon(1e-12));
+    CHECK(whole.half_variance[0] == doctest::Approx(variance[0] / static_cast<double>(whole.samples / 2)).epsilon(0.1));
+}
+
+TEST_CASE("cost: a measurement is saved after every round, continued, and refused where it is of something else") {
+    CostRequest request = request_for(0.1);
+    int looks = 0;
+    CostControl control = control_of(looks);
+    std::string saved;
+    control.save = [&](const CostSamples& samples) { saved = to_bytes(samples); };
+    const CostReport first = run_cost(Scene{}, request, control);
+    request.earlier = samples_from_bytes(saved, "saved");
+    const std::size_t replicates = request.earlier->arms.front().replicates.size();
+    const CostReport second = run_cost(Scene{}, request, control);
+    CHECK(second.figures.front().replicates >= replicates + fewest_replicates);
+    CHECK(second.figures.front().efficiency->high - second.figures.front().efficiency->low <
+          first.figures.front().efficiency->high - first.figures.front().efficiency->low);
+    CHECK(second.seconds > first.seconds);
+
+    request.earlier = samples_from_bytes(saved, "saved");
+    request.baseline.render.bounces = 3;
+    CHECK_THROWS_AS((void)run_cost(Scene{}, request, control), InputError);
+    request.earlier = samples_from_bytes(saved, "saved");
+    request.baseline.render.bounces = RenderSettings{}.bounces;
+    request.program = "another";
+    CHECK_THROWS_AS((void)run_cost(Scene{}, request, control), InputError);
+    CHECK_THROWS_AS((void)samples_from_bytes(saved.substr(0, saved.size() / 2), "half"), InputError);
+    CHECK_THROWS_AS((void)samples_from_bytes("", "empty"), InputError);
+    CHECK_THROWS_AS((void)reference_from_bytes(saved, "other"), InputError);
+    for (std::size_t i = 0; i < saved.size(); i += 7) {  // a bit of a figure makes another figure
+        std::string damaged = saved;
+        damaged[i] = static_cast<char>(damaged[i] ^ (1 << (i % 8)));
+        CHECK_THROWS_AS((void)samples_from_bytes(damaged, "damaged"), InputError);
+    }
+}
+
+TEST_CASE("cost: references are cached by what they depend on") {
+    const TemporaryFolder folder;
+    CostRequest request = request_for(0.0);
+    request.references = folder / "references";
+    const auto files = [&] {
+        std::size_t count = 0;
+        for (const auto& entry : std::filesystem::directory_iterator(request.references))
+            count += entry.exists() ? 1 : 0;
+        return count;
+    };
+    int looks = 0;
+    const CostReport first = run_cost(Scene{}, request, control_of(looks));
+    CHECK(files() == 1);
+    const CostReport second = run_cost(Scene{}, request, control_of(looks));
+    CHECK(second.reference.samples == first.reference.samples);  // it has had its share of the time
+    CHECK(files() == 1);
+    request.scene_bytes = "another scene";
+    (void)run_cost(Scene{}, request, control_of(looks));
+    CHECK(files() == 2);
+    for (const auto& entry : std::filesystem::directory_iterator(request.references))
+        std::ofstream(entry.path()) << "rubbish";
+    CHECK_THROWS_AS((void)run_cost(Scene{}, request, control_of(looks)), InputError);
+}
+
+TEST_CASE("cost: an unknown knob and a black image are refused") {
+    CostRequest request = request_for(0.0);
+    int looks = 0;
+    request.knobs = {"colour"};
+    CHECK_THROWS_AS((void)run_cost(Scene{}, request, control_of(looks)), InputError);
+    request = request_for(0.0);
+    request.make = request.make_reference = [](const BackendOptions&) {
+        return std::make_unique<SyntheticRenderer>(
+            [](std::uint32_t, std::uint32_t, SampleRandom&) { return Radiance{}; });
+    };
+    request.baseline.render.width = request.baseline.render.height = 1;
+    request.seconds = 1.0;
+    CHECK_THROWS_AS((void)run_cost(Scene{}, request, control_of(looks)), InputError);
+}
+
+TEST_CASE("cost: a mix has a limit of bounces or roulette, whichever is better, as either undoes the other") {
+    const auto figure = [](const char* knob, const char* setting, double cost) {
+        ArmFigures arm;
+        arm.arm = {knob, setting, "", {}, true};
+        arm.cost_ratio = {cost, cost, cost};
+        arm.cost_differs = true;
+        return arm;
+    };
+    const std::vector<ArmFigures> figures{figure("baseline", "", 1.0), figure("bounces", "16", 0.8),
+        figure("generator", "sobol", 0.5), figure("roulette", "4", 0.7), figure("roulette", "8", 0.9)};
+    CHECK(best_settings(figures) == std::vector<std::size_t>{3, 2});
+    const std::vector<ArmFigures> lights{figure("baseline", "", 1.0), figure("integrator", "next-event", 0.8),
+        figure("mis", "off", 0.7), figure("generator", "hash", 0.9)};
+    CHECK(best_settings(lights) == std::vector<std::size_t>{2, 3});
+    const std::vector<ArmFigures> noise{figure("baseline", "", 1.0), figure("generator", "sobol", 0.6),
+        figure("sampling", "adaptive", 0.5), figure("integrator", "next-event", 0.8)};
+    CHECK(best_settings(noise) == std::vector<std::size_t>{2, 3});  // which refuses Sobol points
+}
+
+TEST_CASE("cost: of a setting without noise it is said that there is none") {
+    CostPoint point;
+    point.samples = 4;
+    point.seconds = {1.0, 1.0, 1.0};
+    CostReport report;
+    for (const double variance : {0.25, 0.0, 0.5}) {
+        ArmFigures& arm = report.figures.emplace_back();
+        arm.arm.knob = "bounces";
+        arm.points.push_back(point);
+        arm.variance = variance;
+    }
+    const std::vector<std::string> sentences = recommendations(report);
+    const std::string without = sentences.at(sentences.size() - 2), with = sentences.back();
+    CHECK(without.find("time; there is no noise.") != std::string::npos);
+    CHECK(with.find("; the noise is down as soon as the baseline's") != std::string::npos);
+}
+
+TEST_CASE("cost: leaving out MIS brings next events with it, and other integrators bring MIS") {
+    ArmSettings baseline;
+    const auto setting_of = [&](const std::string& knob, const std::string& setting) {
+        const std::vector<KnobSetting> all = knob_settings(Scene{}, baseline, RendererInfo{}, 1.0);
+        const auto found = std::ranges::find_if(
+            all, [&](const KnobSetting& one) { return one.knob == knob && one.setting == setting; });
+        REQUIRE(found != all.end());
+        return *found;
+    };
+    ArmSettings arm = baseline;
+    const KnobSetting off = setting_of("mis", "off");
+    CHECK(off.options == "--integrator next-event --mis off");
+    off.apply(arm);
+    CHECK(arm.render.integrator == Integrator::next_event);
+    CHECK_FALSE(arm.render.mis);
+    CHECK(off.keeps_estimate);
+    baseline = arm;
+    CHECK(setting_of("mis", "on").options == "--mis on");
+    const KnobSetting path = setting_of("integrator", "path");
+    CHECK(path.options == "--integrator path --mis on");
+    path.apply(arm);
+    CHECK(arm.render.mis);
+    CHECK(reference_settings(Scene{}, baseline, "cpu").render.mis);
+}
+
+TEST_CASE(
+    "cost: ways of adding samples up are arms, but for the backend's own, and plain sums are not taken for safe") {
+    const auto names = [](Accumulation own) {
+        std::vector<std::string> found;
+        RendererInfo renderer;
+        renderer.accumulation = own;
+        for (const KnobSetting& one : knob_settings(Scene{}, ArmSettings{}, renderer, 1.0)) {
+            if (one.knob != "accumulation") continue;
+            CHECK(one.options == "--accumulation " + one.setting);
+            CHECK(one.keeps_estimate == (one.setting != "plain"));
+            found.push_back(one.setting);
+        }
+        return found;
+    };
+    CHECK(names(Accumulation::in_double) == std::vector<std::string>{"plain", "compensated"});
+    CHECK(names(Accumulation::compensated) == std::vector<std::string>{"plain", "double"});
+}
+
+TEST_CASE("cost: the best settings of several knobs are measured together") {
+    CostRequest request = request_for(0.0);
+    request.knobs = {"integrator", "bounces"};
+    request.seconds = 30.0;
+    // Fewer bounces take half the time and cost nothing here: a renderer whose paths end by themselves.
+    request.make = [](const BackendOptions& options) -> std::unique_ptr<Renderer> {
+        struct Sooner : KnownRenderer {
+            using KnownRenderer::KnownRenderer;
+            std::unique_ptr<RenderJob> prepare(const Scene& scene, const RenderSettings& settings) override {
+                struct FasterJob : RenderJob {
+                    std::unique_ptr<RenderJob> job;
+                    double factor = 1.0;
+                    RenderResult render(SampleRange range, const RenderControl& control) override {
+                        RenderResult result = job->render(range, control);
+                        result.seconds *= factor;
+                        return result;
+                    }
+                };
+                auto faster = std::make_unique<FasterJob>();
+                faster->job = KnownRenderer::prepare(scene, settings);
+                faster->factor = settings.bounces == 8 ? 0.5 : 1.0;
+                return faster;
+            }
+        };
+        return std::make_unique<Sooner>(options, 0.3);
+    };
+    int looks = 0;
+    const CostReport report = run_cost(Scene{}, request, control_of(looks));
+    const ArmFigures& mix = arm(report, "mix integrator next-event + bounces 8");
+    CHECK(mix.arm.options == "--integrator next-event --bounces 8");
+    CHECK(mix.cost_ratio.value == doctest::Approx(0.25).epsilon(0.1));
+    CHECK(soonest(report.figures, 0.01) == &mix);
+}
+
+}  // namespace
+}  // namespace tandem
