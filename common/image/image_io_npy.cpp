@@ -28,7 +28,8 @@ std::string header_of(std::ifstream& stream, const std::filesystem::path& path) 
         throw refusal(path, "it does not begin as a NumPy array does", "write it by numpy.save");
     std::array<unsigned char, 4> length{};
     stream.read(reinterpret_cast<char*>(length.data()), magic[6] == 1 ? 2 : 4);
-    const std::size_t size = length[0] | length[1] << 8 | length[2] << 16 | std::size_t{length[3]} << 24;
+    std::size_t size = 0;
+    for (std::size_t byte = length.size(); byte-- > 0;) size = size << 8 | length[byte];
     constexpr std::size_t greatest_header = 1 << 16;
     std::string header(std::min(size, greatest_header), '\0');
     stream.read(header.data(), static_cast<std::streamsize>(header.size()));
