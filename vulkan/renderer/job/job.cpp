@@ -62,8 +62,8 @@ VulkanJob::VulkanJob(const Instance& instance, const Device& device, Stages& sta
         throw UnsupportedError("the image has too few pixels for so many parts");
     if (traces_whole_paths(patterns_.tracer.kernel) && !fits_whole_paths(settings_))
         throw UnsupportedError(fmt::format(
-            "kernels that follow whole paths cannot stop within one: {} bounces may take longer than 2 s; use {}, "
-            "--roulette, or at most {} bounces",
+            "kernels that follow whole paths cannot stop within one: {} bounces may take longer than 2 s; use {} "
+            "or at most {} bounces",
             settings_.bounces,
             precision_ == GeometryPrecision::single_precision ? "--kernel stages" : "--precision single",
             most_whole_path_segments - 1));

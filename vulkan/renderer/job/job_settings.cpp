@@ -89,9 +89,9 @@ void check_workgroup(const Device& device, std::uint32_t workgroup) {
 
 }  // namespace
 
-// Roulette ends paths long before, except where nothing is absorbed.
+// Whatever the roulette: it ends no path where nothing is absorbed.
 bool fits_whole_paths(const RenderSettings& settings) {
-    return settings.bounces < most_whole_path_segments || settings.roulette_start < most_whole_path_segments;
+    return settings.bounces < most_whole_path_segments;
 }
 
 float to_distance(double distance) {

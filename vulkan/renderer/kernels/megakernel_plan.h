@@ -15,8 +15,9 @@ inline constexpr double shortest_submission = 0.1, longest_submission = 0.3;  //
 // Of a path, where first submissions were measured.
 inline constexpr std::uint32_t usual_segments = 13;
 
-// Of a path at most, where nothing but the limit of bounces ends it: no dispatch can stop within a path. Such paths
-// take at most 16383 / 13 x 1.1 ms = 1.4 s of an H200 (longest_residence), and lavapipe leaves loops after 65535 turns.
+// The most that one path may have, as no dispatch can stop within a path: nothing but the limit of bounces may end it.
+// Such paths take at most 16383 / 13 x 1.1 ms = 1.4 s of an H200 (longest_residence), and lavapipe leaves loops after
+// 65535 turns.
 inline constexpr std::uint32_t most_whole_path_segments = 16383;
 
 // One dispatch.
