@@ -72,8 +72,7 @@ inline void check_traces_of_shipped_scenes(
         RenderSettings settings = default_settings(scene);
         settings.seed = 11;
         const bool whitted = settings.integrator == Integrator::whitted;
-        // The oracle has no whitted.
-        if (!whitted || renderer.info().backend != "oracle") check_traces(renderer, scene, settings, side, roundoff);
+        check_traces(renderer, scene, settings, side, roundoff);
         if (!with_roulette) return;
         settings.integrator = Integrator::next_event;
         settings.roulette_start = 2;

@@ -1,5 +1,5 @@
 // The reference oracle as a backend. It says which of two disagreeing tracers is wrong. Double precision, brute force
-// over all primitives, no acceleration structure, no light sampling. Slow by intention.
+// over all primitives, no acceleration structure, no light sampling but for `whitted`. Slow by intention.
 #include <algorithm>
 #include <atomic>
 #include <cmath>
@@ -207,10 +207,10 @@ public:
 
     std::unique_ptr<RenderJob> prepare(const Scene& scene, const RenderSettings& settings) override {
         check_settings(scene, settings);
-        if (settings.integrator == Integrator::whitted || settings.integrator == Integrator::bidirectional)
+        if (settings.integrator == Integrator::bidirectional)
             throw UnsupportedError(
-                "the oracle has the integrators path and next_event alone; bidirectional has the same mean, whitted "
-                "leaves light out");
+                "the oracle has the integrators path, next_event and whitted alone; bidirectional has the mean of "
+                "path");
         refuse_choices(settings);
         if (settings.sampling == Sampling::adaptive)
             throw UnsupportedError("the oracle gives every pixel as many samples; leave out --sampling");
@@ -244,8 +244,9 @@ std::unique_ptr<Renderer> create_oracle(const BackendOptions& options) {
 }  // namespace
 
 Backend oracle_backend() {
-    return {
-        "oracle", "brute force in double precision, no light sampling: slow, for judging the other two", create_oracle};
+    return {"oracle",
+        "brute force in double precision, no light sampling but for whitted: slow, for judging the other two",
+        create_oracle};
 }
 
 }  // namespace tandem

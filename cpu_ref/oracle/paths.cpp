@@ -1,5 +1,5 @@
 // MODEL.md sections 4 and 9, transcribed as plainly as possible: no light sampling but for lights that nothing else
-// finds, no multiple importance sampling.
+// finds and for `whitted`, no multiple importance sampling.
 #include "cpu_ref/oracle/paths.h"
 
 #include <algorithm>
@@ -59,8 +59,12 @@ struct PathSampler::Vertex {
     double rounding = 0.0;
 };
 
+struct PathSampler::VertexNumbers {
+    Numbers scatter, light;
+};
+
 PathSampler::PathSampler(const Scene& scene, const RenderSettings& settings)
-    : settings_(settings), scene_(scene), world_(scene) {}
+    : settings_(settings), scene_(scene), world_(scene), lights_(scene_) {}
 
 Ray PathSampler::camera_ray(std::uint32_t x, std::uint32_t y, std::uint64_t sample) const {
     const Camera& camera = scene_.camera;
@@ -93,34 +97,51 @@ dvec3 PathSampler::colour_at(const Hit& hit) const {
     return texture_colour(scene_.textures[material.colour_texture], hit.object_point, hit.coordinates);
 }
 
-// Section 9.2 with p = 1: as every light is summed, none is chosen. Lights that are infinitely far lie beyond any end
-// of the ray, as the background does.
-template <class Share>
-dvec3 PathSampler::punctual_light(const Path& path, const Vertex& vertex, const Share& share) const {
-    dvec3 sum(0.0);
+dvec3 PathSampler::arriving(
+    const Path& path, const Vertex& vertex, const dvec3& direction, double distance, std::uint32_t light) const {
+    if (std::isfinite(distance) && (distance < settings_.ray_min || distance > settings_.ray_max)) return dvec3(0.0);
+    const bool to_front = glm::dot(direction, vertex.front_normal) > 0.0;
+    const dvec3 origin = vertex.position + (to_front ? vertex.rounding : -vertex.rounding) * vertex.front_normal;
+    const Ray shadow_ray{origin, direction, vertex.primitive, to_front, path.ray.time};
+    const double end = std::min(settings_.ray_max, distance);
+    const std::optional<Hit> between = world_.closest_hit(shadow_ray, settings_.ray_min, end);
+    if (between && (light == no_primitive || between->primitive != light)) return dvec3(0.0);
     const Medium* medium = medium_of(path);
+    return medium != nullptr ? transmittance(*medium, shadow_ray, end) : dvec3(1.0);
+}
+
+// Section 9.2 with p = 1: as every punctual light is summed, none is chosen. Of `whitted` that is the whole light of a
+// vertex, with w_light = 1 (9.5): what is sampled, and how densely, is the mean's own there.
+template <class Share>
+dvec3 PathSampler::direct_light(
+    const Path& path, const Vertex& vertex, const Numbers& v, const Share& share, TracedVertex& seen) const {
+    if (settings_.integrator == Integrator::whitted) {
+        const std::optional<LightSample> sample = lights_.sample(vertex.position, path.ray.time, v);
+        if (!sample) return dvec3(0.0);
+        const dvec3 part = share(sample->direction) * sample->irradiance;
+        if (part == dvec3(0.0)) return part;
+        seen.light =
+            path.throughput * part * arriving(path, vertex, sample->direction, sample->distance, sample->primitive);
+        if (seen.light != dvec3(0.0)) seen.light_direction = sample->direction;
+        return seen.light;
+    }
+    dvec3 sum(0.0);
     for (const PunctualLight& light : scene_.lights) {
         const PunctualView view = punctual_view(light, vertex.position);
         const dvec3 part = share(view.direction) * view.irradiance;
-        if (part == dvec3(0.0)) continue;
-        if (std::isfinite(view.distance) && (view.distance < settings_.ray_min || view.distance > settings_.ray_max))
-            continue;
-        const bool to_front = glm::dot(view.direction, vertex.front_normal) > 0.0;
-        const dvec3 origin = vertex.position + (to_front ? vertex.rounding : -vertex.rounding) * vertex.front_normal;
-        const Ray shadow_ray{origin, view.direction, vertex.primitive, to_front, path.ray.time};
-        const double end = std::min(settings_.ray_max, view.distance);
-        if (world_.closest_hit(shadow_ray, settings_.ray_min, end)) continue;
-        sum += part * (medium != nullptr ? transmittance(*medium, shadow_ray, end) : dvec3(1.0));
+        if (part != dvec3(0.0)) sum += part * arriving(path, vertex, view.direction, view.distance, no_primitive);
     }
     return path.throughput * sum;
 }
 
 PathEnd PathSampler::scatter_in_medium(
-    Path& path, const Medium& medium, double distance, const Numbers& u, TracedVertex& seen) const {
+    Path& path, const Medium& medium, double distance, const VertexNumbers& numbers, TracedVertex& seen) const {
     const dvec3 old = path.ray.direction, position = path.ray.origin + distance * old;
-    path.light += punctual_light(
-        path, {position}, [&](const dvec3& w) { return phase_function(medium.anisotropy, glm::dot(old, w)); });
-    const dvec3 direction = phase_direction(medium.anisotropy, old, u.first, u.second);
+    path.light += direct_light(
+        path, {position}, numbers.light,
+        [&](const dvec3& w) { return phase_function(medium.anisotropy, glm::dot(old, w)); }, seen);
+    if (settings_.integrator == Integrator::whitted) return PathEnd::direct_light;
+    const dvec3 direction = phase_direction(medium.anisotropy, old, numbers.scatter.first, numbers.scatter.second);
     path.ray = {position, direction, no_primitive, true, path.ray.time};
     path.lead = 0.0;
     seen.pdf = phase_function(medium.anisotropy, glm::dot(old, direction));
@@ -165,7 +186,8 @@ PathEnd PathSampler::leave(Path& path, const Hit& hit, const dvec3& direction, P
     return PathEnd::invalid;
 }
 
-PathEnd PathSampler::scatter_at_surface(Path& path, const Hit& hit, const Numbers& u, TracedVertex& seen) const {
+PathEnd PathSampler::scatter_at_surface(
+    Path& path, const Hit& hit, const VertexNumbers& numbers, TracedVertex& seen) const {
     const Material& material = scene_.materials[hit.material];
     const Incidence in = incidence_of(path.ray.direction, hit.front_normal);
     const Place place = place_of(path, hit);
@@ -181,10 +203,14 @@ PathEnd PathSampler::scatter_at_surface(Path& path, const Hit& hit, const Number
     const double index = material.refractive_index / outer_index;
     const Incidence shaded = shaded_incidence(in, hit.vertex_normal);
     const Surface surface{material, colour_at(hit), in.front ? 1.0 / index : index, shaded};
-    if (has_known_scattering(material))
-        path.light += punctual_light(path, {hit.position, hit.primitive, hit.front_normal, hit.rounding},
-            [&](const dvec3& w) { return is_on_one_side(in, shaded, w) ? scattered_share(surface, w) : dvec3(0.0); });
-    const std::optional<Scattering> scattered = scatter(surface, u);
+    if (has_known_scattering(material)) {
+        path.light += direct_light(
+            path, {hit.position, hit.primitive, hit.front_normal, hit.rounding}, numbers.light,
+            [&](const dvec3& w) { return is_on_one_side(in, shaded, w) ? scattered_share(surface, w) : dvec3(0.0); },
+            seen);
+        if (settings_.integrator == Integrator::whitted) return PathEnd::direct_light;
+    }
+    const std::optional<Scattering> scattered = scatter(surface, numbers.scatter);
     if (!scattered || !is_on_one_side(in, shaded, scattered->direction)) return PathEnd::absorbed;
     seen.pdf = scattered->pdf;
     path.throughput *= scattered->weight;
@@ -242,10 +268,10 @@ PathEnd PathSampler::advance(Path& path, std::uint32_t k, TracedVertex& seen) co
     }
     if (k == settings_.bounces) return PathEnd::bounces;
 
-    const Numbers u = numbers(dimension::scatter);
+    const VertexNumbers u{numbers(dimension::scatter), numbers(dimension::light)};
     const PathEnd end = seen.in_medium ? scatter_in_medium(path, *medium, *flight.scattered_at, u, seen)
                                        : scatter_at_surface(path, *hit, u, seen);
-    return end == PathEnd::goes_on ? play_roulette(path, k, u.fourth) : end;
+    return end == PathEnd::goes_on ? play_roulette(path, k, u.scatter.fourth) : end;
 }
 
 PathTrace PathSampler::trace(std::uint32_t x, std::uint32_t y, std::uint64_t sample) const {

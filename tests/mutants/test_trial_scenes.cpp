@@ -47,7 +47,37 @@ void check_sound(const TrialScene& trial) {
     CHECK(verdict.verdict != Verdict::disagree);
 }
 
+// Under whitted the sides' samples have no bound, so that an oracle of another technique could never contradict one.
+void check_blamed_under_whitted(const Backend& mutant, const Backend& sound, const PlantedFault& bug) {
+    TrialScene trial = lamps();
+    trial.settings = with_longer_side(trial.settings, 24);
+    trial.settings.integrator = Integrator::whitted;
+    const auto reference = single_with(sound, PlantedBug::none), candidate = single_with(mutant, bug);
+    const auto oracle = oracle_backend().create({});
+    VerifyOptions options;
+    options.settings = trial.settings;
+    options.max_samples = 256;
+    options.max_looks = 2;
+    options.budget_seconds = 60.0;
+    options.seed = 20190701;
+    for (const bool mutant_is_candidate : {true, false}) {
+        options.oracle = oracle.get();
+        const SceneVerdict verdict = mutant_is_candidate ? verify_scene(trial.scene, *reference, *candidate, options)
+                                                         : verify_scene(trial.scene, *candidate, *reference, options);
+        CAPTURE(verdict.sentence);
+        CHECK(verdict.verdict == Verdict::disagree);
+        CHECK(verdict.outvoted == (mutant_is_candidate ? Outvoted::candidate : Outvoted::reference));
+    }
+}
+
 }  // namespace
+
+TEST_CASE("under whitted the oracle says which side is wrong") {
+    SUBCASE("the CPU") { check_blamed_under_whitted(cpu_backend(), vulkan_backend(), {PlantedBug::jacobian_missing}); }
+    SUBCASE("Vulkan") {
+        check_blamed_under_whitted(vulkan_backend(), cpu_backend(), {PlantedBug::sphere_light_cone_scaled, 0.03});
+    }
+}
 
 // One test a bug and backend, so that each failure stands by itself.
 #define TANDEM_MUTANT(bug, trial, ...)                                                                         \

@@ -53,7 +53,8 @@ double mean_over_floor(const Scene& scene, const std::function<double(const dvec
 
 void check_floor(const Scene& scene, const dvec3& expected) {
     auto all = tracers();
-    for (const Integrator integrator : {Integrator::path, Integrator::next_event}) {
+    // Of one bounce, whitted's next events are all the light.
+    for (const Integrator integrator : {Integrator::path, Integrator::next_event, Integrator::whitted}) {
         CAPTURE(static_cast<int>(integrator));
         check_mean(all, scene, settings_of(16, 1, integrator), 512, expected, 32.0);
     }
@@ -184,7 +185,7 @@ TEST_CASE("a floor within a luminous ellipsoid, a moving sphere or a moving box 
     };
     for (const Scene& scene : {around(stretched, false, black), around(stretched, false, {1.0, -0.5, 0.7}),
              around(scaled(dvec3(8.0)), false, {2.0, 1.0, -1.0}), around(scaled(dvec3(8.0)), true, {2.0, 1.0, -1.0})})
-        for (const Integrator integrator : {Integrator::path, Integrator::next_event}) {
+        for (const Integrator integrator : {Integrator::path, Integrator::next_event, Integrator::whitted}) {
             CAPTURE(static_cast<int>(integrator));
             check_mean(all, scene, settings_of(16, 1, integrator), 128, floor_colour * radiance, 8.0);
         }

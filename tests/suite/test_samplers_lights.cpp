@@ -1,4 +1,4 @@
-// Next events as every tracer that has them draws them: chi-square of directions, densities, choice among lights, and
+// Next events as every tracer draws them: chi-square of directions, densities, choice among lights, and
 // lights without a surface. Seen by `whitted`, whose next event brings C/pi cos L / (P p), which tells P p.
 #include "tests/suite/samplers.h"
 
@@ -18,8 +18,6 @@ SceneBuilder receiver() {
     return b;
 }
 
-bool has_next_events(const Tracer& tracer) { return tracer.samples_lights; }
-
 // P p of a next event at the receiver.
 double density_of(const TracedVertex& vertex, double light = radiance.x) {
     return colour.x / pi * vertex.light_direction.y * light / vertex.light.x;
@@ -31,7 +29,6 @@ using DensityFrom = std::function<double(const dvec3& d, const dvec3& p)>;
 // Directions drawn, zero where nothing came, and how far their densities lie from `density`.
 void check_light(const Scene& scene, const std::vector<double>& shares, const DensityFrom& density) {
     for (Tracer& tracer : tracers()) {
-        if (!has_next_events(tracer)) continue;
         CAPTURE(tracer.name);
         std::vector<dvec3> drawn;
         double worst = 0.0;
@@ -188,10 +185,10 @@ TEST_CASE("samplers: a one-sided light seen from behind is no next event") {
     SceneBuilder behind = receiver();
     behind.triangle(emitter(radiance, EmittingSides::front), {-1, 2, 1}, {1, 2, 1}, {0, 2, -1});  // its front is up
     for (Tracer& tracer : tracers()) {
-        if (!has_next_events(tracer)) continue;
         CAPTURE(tracer.name);
-        for (const PathTrace& trace : traces_of(tracer, behind.scene(), settings_of(1, 1, Integrator::next_event), 500))
-            CHECK(trace.vertices[0].light == black);
+        for (const Integrator integrator : {Integrator::next_event, Integrator::whitted})
+            for (const PathTrace& trace : traces_of(tracer, behind.scene(), settings_of(1, 1, integrator), 500))
+                CHECK(trace.vertices[0].light == black);
     }
 }
 
@@ -207,7 +204,6 @@ TEST_CASE("samplers: a sky that is a mix of two colours is drawn in proportion t
         const auto shares = shares_of([&](const dvec3& d) { return d.y > 0.0 ? density(d) : 0.0; });
         // Its radiance varies, so that the density is told by (P p) / L.
         for (Tracer& tracer : tracers()) {
-            if (!has_next_events(tracer)) continue;
             CAPTURE(tracer.name);
             std::vector<dvec3> drawn;
             double worst = 0.0;
@@ -264,7 +260,6 @@ TEST_CASE("samplers: an image of the sky is drawn by its cells, turned or not") 
         scene.background.sampled = true;
         const auto shares = shares_of([&](const dvec3& d) { return d.y > 0.0 ? density(d) : 0.0; });
         for (Tracer& tracer : tracers()) {
-            if (!has_next_events(tracer)) continue;
             CAPTURE(tracer.name);
             std::vector<dvec3> drawn;
             for (const PathTrace& trace : traces_of(tracer, scene, settings_of(1, 1, Integrator::whitted)))
@@ -297,9 +292,9 @@ TEST_CASE("samplers: points, spots and suns bring what their closed forms say") 
             if (kind != PunctualKind::sun) answer /= glm::dot(place, place);
             if (kind == PunctualKind::spot) answer *= t * t * (3.0 - 2.0 * t);
             for (Tracer& tracer : tracers()) {
-                if (!has_next_events(tracer)) continue;
                 CAPTURE(tracer.name);
-                for (const PathTrace& trace : traces_of(tracer, scene, settings_of(1, 1, Integrator::next_event), 20)) {
+                const Integrator integrator = tracer.samples_lights ? Integrator::next_event : Integrator::whitted;
+                for (const PathTrace& trace : traces_of(tracer, scene, settings_of(1, 1, integrator), 20)) {
                     const TracedVertex& vertex = trace.vertices.front();
                     // The field of the camera moves the receiver by 2^-14; near the rim of the spot t^2 amplifies that.
                     CHECK(std::abs(vertex.light.x - answer) < 3e-3 * answer + 1e-6);
@@ -328,7 +323,6 @@ TEST_CASE("samplers: lights are chosen as their areas, intensities and distances
     // The sky's lower half is below the receiver's horizon and brings nothing.
     const std::vector<double> chances{0.5 * 6.0 / near, 0.5 * 18.0 / near, 0.5 * 24.0 / near, 0.25, 0.125, 0.125};
     for (Tracer& tracer : tracers()) {
-        if (!has_next_events(tracer)) continue;
         CAPTURE(tracer.name);
         std::vector<double> counts(6, 0.0), expected;
         for (const double chance : chances) expected.push_back(chance * static_cast<double>(samples));

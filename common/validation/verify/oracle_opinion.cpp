@@ -109,7 +109,8 @@ void Arbitration::choose_integrator() {
     try {
         (void)request_.oracle.prepare(request_.scene, scaled_to(report_.settings, probe_side));
     } catch (const UnsupportedError&) {
-        if (oracle_integrator_ == Integrator::path) throw;
+        // The mean of `path` is not that of `whitted`.
+        if (oracle_integrator_ == Integrator::path || oracle_integrator_ == Integrator::whitted) throw;
         oracle_integrator_ = Integrator::path;
         samples_otherwise = true;
     }
