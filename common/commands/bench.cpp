@@ -14,6 +14,7 @@
 #include "common/commands/command_time.h"
 #include "common/commands/console.h"
 #include "common/commands/help.h"
+#include "common/commands/shipped_files.h"
 #include "common/error.h"
 #include "common/experiment/campaign.h"
 #include "common/experiment/compare_results.h"
@@ -50,7 +51,7 @@ std::pair<std::uint32_t, std::uint32_t> size_from(const std::string& text) {
 BenchTarget make_target(const BenchArguments& arguments, const CommandContext& context) {
     const NothingToKeep starting(context.interrupts);
     std::vector<std::string> inputs;
-    BenchRequest request{arguments.device, scene_from(arguments.scene, inputs), {}};
+    BenchRequest request{arguments.device, scene_from(shipped_file(arguments.scene), inputs), {}};
     check_outputs(context, {}, inputs);  // a file that is resumed may be written again
     for (const std::string& size : arguments.sizes) request.sizes.push_back(size_from(size));
     std::ranges::sort(request.sizes, {}, [](const auto& size) { return std::uint64_t{size.first} * size.second; });

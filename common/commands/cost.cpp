@@ -12,6 +12,7 @@
 #include "common/commands/command_time.h"
 #include "common/commands/console.h"
 #include "common/commands/help.h"
+#include "common/commands/shipped_files.h"
 #include "common/cost/run_cost.h"
 #include "common/error.h"
 #include "common/files/read_file.h"
@@ -212,7 +213,7 @@ void add_measuring(CLI::App& command, CostArguments& arguments) {
 void add_cost_command(CLI::App& app, CommandContext& context) {
     CLI::App* command = app.add_subcommand("cost", "Measure error against time for every setting that buys accuracy");
     const auto arguments = std::make_shared<CostArguments>();
-    command->add_option("scene", arguments->scene, "Scene file")->required()->type_name("SCENE");
+    command->add_option("scene", arguments->scene, scene_help)->required()->transform(scene_name())->type_name("SCENE");
     add_render_options(*command, arguments->options);
     command->get_option("--size")->description(fmt::format(
         "Image size in pixels, WxH or the longer side. Times are for this size (default: {})", default_size));

@@ -10,6 +10,7 @@
 #include "common/commands/command_time.h"
 #include "common/commands/console.h"
 #include "common/commands/help.h"
+#include "common/commands/shipped_files.h"
 #include "common/error.h"
 #include "common/text.h"
 #include "common/validation/verify/specialisation.h"
@@ -214,7 +215,7 @@ void add_effects_command(CLI::App& app, CommandContext& context) {
     CLI::App* command =
         app.add_subcommand("effects", "Tell which effects a scene calls for, and what leaving out the others saves");
     const auto arguments = std::make_shared<EffectsArguments>();
-    command->add_option("scene", arguments->scene, "Scene file")->required()->type_name("SCENE");
+    command->add_option("scene", arguments->scene, scene_help)->required()->transform(scene_name())->type_name("SCENE");
     command->add_option("--backend", arguments->backend, "cpu or vulkan")
         ->check(one_of({"cpu", "vulkan"}))
         ->capture_default_str();

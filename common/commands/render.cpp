@@ -8,6 +8,7 @@
 #include "common/commands/command.h"
 #include "common/commands/console.h"
 #include "common/commands/help.h"
+#include "common/commands/shipped_files.h"
 #include "common/cost/choose_settings.h"
 #include "common/deadline.h"
 #include "common/error.h"
@@ -216,7 +217,7 @@ ExitStatus render(const RenderArguments& arguments, const CommandContext& contex
 }
 
 void add_what(CLI::App& command, RenderArguments& arguments) {
-    command.add_option("scene", arguments.scene, "Scene file")->required()->type_name("SCENE");
+    command.add_option("scene", arguments.scene, scene_help)->required()->transform(scene_name())->type_name("SCENE");
     command
         .add_option("-o,--output", arguments.output,
             "Image to write. EXR holds mean, variance and samples of a pixel; .pfm holds the mean; .png is sRGB")

@@ -13,6 +13,7 @@
 #include "common/commands/command.h"
 #include "common/commands/command_time.h"
 #include "common/commands/console.h"
+#include "common/commands/shipped_files.h"
 #include "common/error.h"
 #include "common/scene/loader/scene_loader.h"
 #include "common/self_test/self_test.h"
@@ -199,17 +200,18 @@ ExitStatus conclude(const StabilityReport& report, const std::vector<stability::
 
 ExitStatus stability_command(
     const StabilityArguments& arguments, const CommandContext& context, const CommandTime& time) {
-    std::vector<stability::HardCase> cases = stability::load_catalogue(arguments.catalogue);
+    const std::string catalogue = shipped_file(arguments.catalogue);
+    std::vector<stability::HardCase> cases = stability::load_catalogue(catalogue);
     std::vector<std::string> known;
     for (const stability::HardCase& hard_case : cases) known.push_back(hard_case.id);
     for (const std::string& id : arguments.cases)
         if (std::ranges::find(known, id) == known.end())
             throw InputError(fmt::format("--case: there is no case '{}' in {}; {}its README.md lists them", id,
-                arguments.catalogue, did_you_mean(id, known)));
+                catalogue, did_you_mean(id, known)));
     if (!arguments.cases.empty())
         std::erase_if(
             cases, [&](const auto& c) { return std::ranges::find(arguments.cases, c.id) == arguments.cases.end(); });
-    check_outputs(context, {}, files_of(cases, arguments.catalogue));
+    check_outputs(context, {}, files_of(cases, catalogue));
     const std::vector<stability::Bench> benches = [&] {
         const NothingToKeep starting(context.interrupts);
         return make_benches(arguments, context);

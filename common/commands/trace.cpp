@@ -7,6 +7,7 @@
 #include "common/commands/command.h"
 #include "common/commands/console.h"
 #include "common/commands/help.h"
+#include "common/commands/shipped_files.h"
 #include "common/error.h"
 #include "common/text.h"
 #include "common/validation/verify/trace_comparison.h"
@@ -269,7 +270,7 @@ ExitStatus trace(const TraceArguments& arguments, const CommandContext& context)
 void add_trace_command(CLI::App& app, CommandContext& context) {
     CLI::App* command = app.add_subcommand("trace", "Trace one path, vertex by vertex, on several backends");
     const auto arguments = std::make_shared<TraceArguments>();
-    command->add_option("scene", arguments->scene, "Scene file")->required()->type_name("SCENE");
+    command->add_option("scene", arguments->scene, scene_help)->required()->transform(scene_name())->type_name("SCENE");
     command->add_option("--pixel", arguments->pixel, "Pixel; 0,0 is the upper left one")
         ->required()
         ->expected(2)

@@ -12,6 +12,7 @@
 #include "common/commands/help.h"
 #include "common/commands/layer_pass.h"
 #include "common/commands/programs.h"
+#include "common/commands/shipped_files.h"
 #include "common/commands/verdict_options.h"
 #include "common/commands/verify_presets.h"
 #include "common/deadline.h"
@@ -451,7 +452,9 @@ void add_verify_command(CLI::App& app, CommandContext& context) {
     CLI::App* command = app.add_subcommand("verify", "Decide whether two renderers agree on scenes");
     const auto arguments = std::make_shared<VerifyArguments>();
     arguments->render.seed = 1;
-    command->add_option("scenes", arguments->scenes, "Scene files")->type_name("SCENE");
+    command->add_option("scenes", arguments->scenes, "Scene files, or names of shipped scenes")
+        ->transform(scene_name())
+        ->type_name("SCENE");
     command
         ->add_option("--preset", arguments->preset,
             "smoke: six small scenes, 1 minute. driver: all of scenes/ at 64 pixels, 10 minutes. full: closed forms "

@@ -8,6 +8,7 @@
 #include <filesystem>
 
 #include "common/commands/command.h"
+#include "common/commands/shipped_files.h"
 #include "common/error.h"
 
 namespace tandem {
@@ -21,12 +22,14 @@ constexpr const char* small = "64";
 std::vector<std::string> scenes_in(const std::string& preset, const std::string& folder) {
     std::vector<std::string> files;
     std::error_code error;
-    for (const auto& entry : std::filesystem::directory_iterator(folder, error))
+    for (const auto& entry : std::filesystem::directory_iterator(shipped_file(folder), error))
         if (entry.path().extension() == ".json") files.push_back(entry.path().string());
     if (files.empty())
-        throw InputError(fmt::format(
-            "--preset {}: there is no scene in {}/; run it in the folder that holds Tandem's scenes/, or name scenes",
-            preset, folder));
+        throw InputError(
+            fmt::format("--preset {}: there is no scene in {}/; install the program with its scenes, run it in the "
+                        "folder that holds "
+                        "scenes/, or name scenes",
+                preset, folder));
     std::ranges::sort(files);
     return files;
 }
@@ -43,7 +46,7 @@ VerifyPreset verify_preset(const std::string& name) {
     // Of each group of effects one scene that is soon decided.
     std::vector<std::string> chosen;
     for (const char* one : {"furnace", "glass", "miniature", "model", "moons", "motion"})
-        chosen.push_back(fmt::format("scenes/{}.json", one));
+        chosen.push_back(shipped_file(fmt::format("scenes/{}.json", one)));
     return {name, chosen, small, 60.0};
 }
 

@@ -8,12 +8,12 @@ namespace tandem {
 
 struct VerifyPreset {
     std::string name;
-    std::vector<std::string> scenes;  // files, below the working directory
+    std::vector<std::string> scenes;  // files: of the working directory, else those that came with the program
     std::string size;                 // as --size has it
     double total_seconds = 0.0;
 };
 
-// Of smoke, driver and full. Throws InputError where the scenes are not there, as in another working directory.
+// Of smoke, driver and full. Throws InputError where the scenes are not there.
 [[nodiscard]] VerifyPreset verify_preset(const std::string& name);
 
 // "600", "90s", "10min" or "2h" to seconds above 0; `option` names it in the error. Throws InputError.

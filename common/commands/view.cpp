@@ -8,6 +8,7 @@
 #include "common/commands/command.h"
 #include "common/commands/console.h"
 #include "common/commands/help.h"
+#include "common/commands/shipped_files.h"
 #include "common/error.h"
 #include "common/files/write_file.h"
 #include "common/image/image_io.h"
@@ -204,7 +205,7 @@ ExitStatus view(ViewArguments arguments, const CommandContext& context) {
 }
 
 void add_what(CLI::App& command, ViewArguments& arguments) {
-    command.add_option("scene", arguments.scene, "Scene file")->required()->type_name("SCENE");
+    command.add_option("scene", arguments.scene, scene_help)->required()->transform(scene_name())->type_name("SCENE");
     command.add_option("--backend", arguments.backend, "cpu, vulkan or oracle")->capture_default_str();
     command.add_flag("--split", arguments.split, "The CPU's image left of a line, Vulkan's right of it");
     command.add_option("--device", arguments.device, device_help);

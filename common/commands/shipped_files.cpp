@@ -1,0 +1,46 @@
+#include "common/commands/shipped_files.h"
+
+#include <filesystem>
+
+namespace tandem {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+// The folder that holds scenes/; empty: the program stands alone.
+fs::path shipped_root() {
+    std::error_code error;
+    const fs::path folder = fs::read_symlink("/proc/self/exe", error).parent_path();
+    if (error) return {};
+    // build/release/tandem; PREFIX/bin/tandem; PREFIX/lib/tandem/LEVEL/tandem.
+    for (const char* root : {"../..", "../share/tandem", "../../../share/tandem"}) {
+        const fs::path found = (folder / root).lexically_normal();
+        // A file of ours: another scenes/ may lie there.
+        if (fs::is_regular_file(found / "scenes" / "format" / "scene.schema.json", error)) return found;
+    }
+    return {};
+}
+
+}  // namespace
+
+std::string shipped_file(const std::string& name) {
+    std::error_code error;
+    if (name.empty() || fs::exists(name, error) || fs::path(name).is_absolute()) return name;
+    const fs::path root = shipped_root();
+    if (root.empty()) return name;
+    if (*fs::path(name).begin() == "scenes" && fs::exists(root / name, error)) return (root / name).string();
+    for (const fs::path& file : {root / "scenes" / name, root / "scenes" / (name + ".json")})
+        if (fs::is_regular_file(file, error)) return file.string();
+    return name;
+}
+
+CLI::Validator scene_name() {
+    const auto replace = [](std::string& text) -> std::string {
+        text = shipped_file(text);
+        return {};
+    };
+    return {replace, ""};
+}
+
+}  // namespace tandem
