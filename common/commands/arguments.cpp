@@ -41,7 +41,7 @@ constexpr std::array command_synonyms{Synonym{"diff", "compare"}, Synonym{"cmp",
     Synonym{"info", "devices"}, Synonym{"list", "devices"}, Synonym{"gpus", "devices"}, Synonym{"draw", "render"},
     Synonym{"image", "render"}, Synonym{"path", "trace"}, Synonym{"time", "cost"}};
 
-// Of `known` the word itself, or that of the same meaning; empty: none.
+// The word of `known` that is the same or means the same; empty: none.
 template <std::size_t count>
 std::string exactly_meant(
     const std::string& word, const std::array<Synonym, count>& synonyms, const std::vector<std::string>& known) {

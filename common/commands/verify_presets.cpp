@@ -43,7 +43,7 @@ VerifyPreset verify_preset(const std::string& name) {
         std::ranges::move(scenes_in(name, "scenes/closed-forms"), std::back_inserter(scenes));
         return {name, scenes, "", 7200.0};
     }
-    // Of each group of effects one scene that is soon decided.
+    // One scene for each group of effects, soon decided.
     std::vector<std::string> chosen;
     for (const char* one : {"furnace", "glass", "miniature", "model", "moons", "motion"})
         chosen.push_back(shipped_file(fmt::format("scenes/{}.json", one)));

@@ -13,7 +13,7 @@ struct VerifyPreset {
     double total_seconds = 0.0;
 };
 
-// Of smoke, driver and full. Throws InputError where the scenes are not there.
+// `name`: smoke, driver or full. Throws InputError where the scenes are not there.
 [[nodiscard]] VerifyPreset verify_preset(const std::string& name);
 
 // "600", "90s", "10min" or "2h" to seconds above 0; `option` names it in the error. Throws InputError.

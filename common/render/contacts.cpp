@@ -18,9 +18,9 @@ namespace {
 
 using glm::dvec3;
 
-// Of the size of a contact: as far apart are faces taken to touch, twice as far are they held apart. Single precision
-// knows a plane to 13 u = 2^-20 of it (cpu_ref/path_tracer/geometry/surface.h), and a ray that goes on through a face
-// takes what lies within 8 of such bounds for the same place: 2^-17.
+// As shares of the size of a contact: faces so near are taken to touch, and are held twice as far apart. Single
+// precision knows a plane to 13 u = 2^-20 of it (cpu_ref/path_tracer/geometry/surface.h), and a ray that goes on
+// through a face takes what lies within 8 of such bounds for the same place: 2^-17.
 constexpr double touching = 0x1p-16, hair = 0x1p-15;
 constexpr double most_of_body = 0.25;      // of its thickness, that a face is drawn back
 constexpr double least_overlap = 0x1p-20;  // of coordinates, of faces that do not only share an edge
@@ -253,7 +253,7 @@ private:
         pull(body, face, std::min(hair * size, most_of_body * body.thickness(face.normal)));
     }
 
-    // Of two dielectrics: the smaller one where faces look the same way, else the later one.
+    // Two dielectrics: the smaller one where faces look the same way, else the later one.
     [[nodiscard]] static bool lies_within(const Body& a, const Body& b, bool same_way) {
         const double of_a = glm::length(a.box.high - a.box.low), of_b = glm::length(b.box.high - b.box.low);
         return same_way && of_a < of_b * (1.0 - 0x1p-20);

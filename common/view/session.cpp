@@ -107,7 +107,7 @@ Image ViewSession::seen(double split) const {
         if (auto picture = view->picture()) pictures.push_back(std::move(picture));
     if (pictures.empty()) return {};
     const auto& first = *pictures.front();
-    // Of two sizes, which is so for a moment after a change of size, the first one's is seen alone.
+    // For a moment after a change of size the two sizes differ: then the first picture is seen alone.
     const auto& second = pictures.back()->mean.size() == first.mean.size() ? *pictures.back() : first;
     Image image;
     image.width = first.width;

@@ -178,6 +178,14 @@ class Documents(unittest.TestCase):
                         self.assertTrue(any(re.search(rf"\b{re.escape(token)}\b", text_of(path)) for path in places),
                                         f"{ARCHITECTURE}: {file} has no {token}")
 
+    def test_comments_begin_with_what_they_speak_of(self):
+        for name in sorted(FILES):
+            if re.search(SOURCE_ENDING, name) and not name.endswith(".md"):
+                lines = ("\n" + text_of(name)).splitlines()
+                for above, line in zip(lines, lines[1:]):
+                    if re.match(r"\s*(?://|#) (?:Of|Likewise)\b", line) and not re.match(r"\s*(?://|#)", above):
+                        self.fail(f"{name}: begin this comment with what it speaks of: {line.strip()}")
+
 
 if __name__ == "__main__":
     unittest.main()

@@ -21,7 +21,7 @@ struct Fault {
     std::function<double(double)> rounding = [](double value) { return value; };
     std::function<std::uint64_t(std::uint64_t)> seed = [](std::uint64_t word) { return word; };
     std::function<std::uint64_t(std::uint64_t)> sample = [](std::uint64_t word) { return word; };
-    // Of `pixels`, of an image so wide: rendered?
+    // Is this one of `pixels` rendered, in an image so wide?
     std::function<bool(std::uint32_t pixel, std::uint32_t pixels, std::uint32_t width)> rendered =
         [](std::uint32_t, std::uint32_t, std::uint32_t) { return true; };
     std::function<bool(std::uint32_t pixel, std::uint32_t tile)> in_tile = [](std::uint32_t, std::uint32_t) {

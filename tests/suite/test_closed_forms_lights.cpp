@@ -53,7 +53,7 @@ double mean_over_floor(const Scene& scene, const std::function<double(const dvec
 
 void check_floor(const Scene& scene, const dvec3& expected) {
     auto all = tracers();
-    // Of one bounce, whitted's next events are all the light.
+    // With one bounce, next events are all the light that whitted has to find.
     for (const Integrator integrator : {Integrator::path, Integrator::next_event, Integrator::whitted}) {
         CAPTURE(static_cast<int>(integrator));
         check_mean(all, scene, settings_of(16, 1, integrator), 512, expected, 32.0);

@@ -23,7 +23,7 @@ public:
     [[nodiscard]] vk::raii::SurfaceKHR surface(const vk::raii::Instance& instance) const;
     [[nodiscard]] GLFWwindow* handle() const { return window_.get(); }
 
-    // Of what is drawn, pixels; 0 while the window is minimised.
+    // What is drawn, in pixels; 0 while the window is minimised.
     [[nodiscard]] vk::Extent2D size() const;
     [[nodiscard]] bool closing() const;
     void close();

@@ -24,7 +24,7 @@ private:
 
 [[nodiscard]] vk::PresentModeKHR vulkan_mode(PresentMode mode);
 
-// Of one size and mode. A change makes another one, from the old: Vulkan may then hand images over.
+// It has one size and mode. A change makes another one, from the old: Vulkan may then hand images over.
 class Swapchain {
 public:
     // `size` is a wish where the surface lets the swapchain decide; of the surface otherwise. `old` is retired.

@@ -44,7 +44,7 @@ std::uint32_t little_endian(std::string_view bytes, std::size_t offset) {
     return value;
 }
 
-// Of a binary glTF file: where the first chunk begins, and the bytes before a chunk's data.
+// Bytes of a binary glTF file before its first chunk, and of a chunk before its data.
 constexpr std::size_t first_chunk = 12, chunk_head = 8;
 
 // Elements of an accessor, all within their buffer.

@@ -261,7 +261,7 @@ private:
         face_list_.push_back({line_, corners.all, parts_.materials ? current_material() : no_index});
     }
 
-    // Of the MTL files, with the folder that holds its images and its place among those used.
+    // A material of an MTL file, the folder that holds its images, its place among those used.
     struct NamedMaterial {
         MtlMaterial source;
         std::filesystem::path folder;

@@ -40,7 +40,7 @@ public:
     }
 
 private:
-    // Of equal contrast the pattern that was considered first, as the simplest, stays.
+    // At equal contrast the first pattern stays, which is the simplest.
     void consider(const std::string& text, const std::function<bool(std::size_t)>& inside) {
         double in = 0.0, of_in = 0.0, out = 0.0, of_out = 0.0;
         for (std::size_t i = 0; i < touched_.size(); ++i) {

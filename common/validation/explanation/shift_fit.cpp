@@ -96,7 +96,7 @@ struct Whole {
     std::int32_t x = 0, y = 0;
 };
 
-// Of the shifts by whole pixels that which leaves least; of a large image every so many pixels are looked at.
+// The shift by whole pixels that leaves least; a large image is looked at every so many pixels.
 Whole whole_shift(const ImagePair& pair) {
     const auto width = static_cast<std::int32_t>(pair.reference.width),
                height = static_cast<std::int32_t>(pair.reference.height);

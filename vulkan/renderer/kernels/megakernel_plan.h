@@ -12,7 +12,7 @@ namespace tandem {
 // that kill what takes seconds.
 inline constexpr double shortest_submission = 0.1, longest_submission = 0.3;  // seconds
 
-// Of a path, where first submissions were measured.
+// Segments of a path where first submissions were measured.
 inline constexpr std::uint32_t usual_segments = 13;
 
 // The most that one path may have, as no dispatch can stop within a path: nothing but the limit of bounces may end it.

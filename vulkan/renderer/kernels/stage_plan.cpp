@@ -17,7 +17,7 @@ constexpr std::uint64_t first_places_on_cpu = std::uint64_t{1} << 12, first_plac
 constexpr double wanted_seconds = 0.5 * (shortest_submission + longest_submission);
 constexpr std::uint64_t most_growth = 4;        // from a submission to the next
 constexpr std::uint64_t first_segments = 1024;  // in a submission: milliseconds of empty dispatches
-// Of paths with more segments it is asked whether all have ended: their empty dispatches would take longer.
+// With more segments the device is asked whether all paths have ended: empty dispatches would take longer.
 constexpr std::uint32_t many_segments = 256;
 
 }  // namespace
