@@ -314,6 +314,7 @@ class Page(unittest.TestCase):
         self.assertEqual(result.returncode, 0, result.stdout + result.stderr)
         self.assertIn("a constant exposure factor of 1.0", result.stdout)
         self.assertIn("first_path_tracer.py agree within", result.stdout)
+        self.assertIn("from Python: agree ", result.stdout)
 
 
 if __name__ == "__main__":

@@ -67,7 +67,7 @@ class Installed(Elsewhere):
 
     def test_what_goes_with_the_program_is_there(self):
         for name in ("share/tandem/scenes/format/scene.schema.json", "share/tandem/scenes/format/FORMAT.md",
-                     "share/tandem/scenes/hard/catalogue.json", "share/doc/tandem/copyright"):
+                     "share/tandem/scenes/hard/catalogue.json", "share/tandem/python/pyproject.toml", "share/doc/tandem/copyright"):
             self.assertTrue((PREFIX / name).is_file(), name)
         result = self.run_(PROGRAM, "compare", "--help")
         self.assertEqual(result.returncode, FINE)
