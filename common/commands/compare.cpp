@@ -24,6 +24,7 @@ struct CompareArguments {
     CriteriaArguments criteria;
     std::string negligible, tile_negligible;
     std::string variance_of, variance_of_a, variance_of_b;
+    std::string layer, layer_a, layer_b;
     bool same_estimator = false;
 };
 
@@ -75,6 +76,8 @@ ExitStatus compare(CompareArguments arguments, const CommandContext& context) {
     if (!arguments.tile_negligible.empty())
         negligible.tile = fraction_from(arguments.tile_negligible, "--tile-negligible");
     set_variances(arguments, options);
+    options.reference_layer = arguments.layer_a.empty() ? arguments.layer : arguments.layer_a;
+    options.candidate_layer = arguments.layer_b.empty() ? arguments.layer : arguments.layer_b;
     const std::vector<std::filesystem::path> reference(arguments.reference.begin(), arguments.reference.end());
     const std::vector<std::filesystem::path> candidate(arguments.candidate.begin(), arguments.candidate.end());
     NothingToKeep comparing(context.interrupts);
@@ -102,6 +105,12 @@ void add_compare_command(CLI::App& app, CommandContext& context) {
         "Side A's variance channels hold the variance of one sample, or of the pixel's mean (default: sample)");
     variance("--variance-of-b", arguments->variance_of_b, "The same of side B (default: sample)");
     variance("--variance-of", arguments->variance_of, "Both sides at once, where they are alike")->group(rare_options);
+    command
+        ->add_option("--layer", arguments->layer,
+            "Layer of both sides to compare, as albedo of the channels albedo.R, .G, .B (default: see below)")
+        ->type_name("NAME");
+    command->add_option("--layer-a", arguments->layer_a, "Layer of side A")->type_name("NAME")->group(rare_options);
+    command->add_option("--layer-b", arguments->layer_b, "Layer of side B")->type_name("NAME")->group(rare_options);
     command->add_flag("--same-estimator", arguments->same_estimator,
         "Both sides use one estimator, so a different variance is a fault too");
     const Criteria defaults = CompareOptions::comparison_criteria();
@@ -122,7 +131,11 @@ void add_compare_command(CLI::App& app, CommandContext& context) {
         "  tandem render scenes/cornell-classic.json -o b.exr --size 64 --samples 4096 --seed 1\n"
         "  tandem compare a.exr b.exr\n\n"
         "A side is one image with variance channels and a sample count, or several images of independent seeds.\n"
-        "Channels, metadata and colour spaces: common/validation/compare/README.md. PNG files are decoded from sRGB.");
+        "Files: EXR (parts and layers too), HDR, TIFF, PNG, PFM, NumPy. Channels: R, G, B, else those of the layer "
+        "Combined, "
+        "Beauty or rgba, else of the only layer; variance.R, .G, .B; count. Metadata: samples, samplesPerPixel, "
+        "tandem:samples, cycles.LAYER.samples, tandem:seed, windows, colour space. Integers without a colour space are "
+        "decoded from sRGB. More: common/validation/compare/README.md");
     command->callback(
         [&context, arguments] { context.action = [&context, arguments] { return compare(*arguments, context); }; });
 }

@@ -6,7 +6,9 @@
 
 #include <array>
 #include <cmath>
+#include <cstring>
 #include <memory>
+#include <utility>
 
 #include "common/error.h"
 #include "common/image/image_io_parts.h"
@@ -42,6 +44,14 @@ std::string one_line(std::string text) {
     return text.empty() ? "no reason given" : text;
 }
 
+InputError refusal(const std::filesystem::path& path, const std::string& reason, const std::string& mend) {
+    return input_error(path.string(), "", reason, mend);
+}
+
+InputError too_large(const std::filesystem::path& path, std::uint64_t limit) {
+    return refusal(path, "is larger than " + std::to_string(limit >> 18) + " MiB of floats", "cut it");
+}
+
 // As the file declares it. Chromaticities count where they are not those of Rec. 709, which an EXR file has by default.
 std::string colour_space_of(const OIIO::ImageSpec& spec) {
     std::string name(spec.get_string_attribute("oiio:ColorSpace"));
@@ -58,8 +68,8 @@ std::string colour_space_of(const OIIO::ImageSpec& spec) {
 
 std::string encoded(const char* format, OIIO::ImageSpec spec, OIIO::TypeDesc type, const void* pixels,
     const std::filesystem::path& shown) {
-    const auto refuse = [&](const std::string& reason) -> InputError {
-        return input_error(shown.string(), "", "cannot be encoded (" + one_line(reason) + ")", "choose another format");
+    const auto refuse = [&](const std::string& reason) {
+        return refusal(shown, "cannot be encoded (" + one_line(reason) + ")", "choose another format");
     };
     const std::unique_ptr<OIIO::ImageOutput> output = OIIO::ImageOutput::create(format);
     if (!output) throw refuse(OIIO::geterror());
@@ -71,25 +81,11 @@ std::string encoded(const char* format, OIIO::ImageSpec spec, OIIO::TypeDesc typ
     return {bytes.begin(), bytes.end()};
 }
 
-}  // namespace
-
-bool has_library() { return true; }
-
-Image read_with_library(const LibrarySource& source, std::uint64_t limit) {
-    const auto refuse = [&](const std::string& reason, const std::string& mend) -> InputError {
-        return input_error(source.path.string(), "", reason, mend);
-    };
-    const QuietStderr quiet;
-    OIIO::ImageSpec how;
-    if (source.straight_alpha) how.attribute("oiio:UnassociatedAlpha", 1);
-    OIIO::Filesystem::IOMemReader memory(source.bytes.data(), source.bytes.size());
-    if (void* proxy = &memory; !source.bytes.empty()) how.attribute("oiio:ioproxy", OIIO::TypeDesc::PTR, &proxy);
-    const std::unique_ptr<OIIO::ImageInput> input = OIIO::ImageInput::open(source.path.string(), &how);
-    if (!input)
-        throw refuse("is no readable image (" + one_line(OIIO::geterror()) + ")", "name an EXR, PNG or PFM file");
-    const OIIO::ImageSpec& spec = input->spec();
-    if (spec.deep || spec.depth > 1) throw refuse("is a deep or a volume image", "name a flat one");
-    if (spec.width < 1 || spec.height < 1 || spec.nchannels < 1) throw refuse("has no pixels", "write it again");
+// The part of the file that `input` is at.
+Image read_part(OIIO::ImageInput& input, const std::filesystem::path& path, std::uint64_t limit) {
+    const OIIO::ImageSpec& spec = input.spec();
+    if (spec.deep || spec.depth > 1) throw refusal(path, "is a deep or a volume image", "name a flat one");
+    if (spec.width < 1 || spec.height < 1 || spec.nchannels < 1) throw refusal(path, "has no pixels", "write it again");
     Image image;
     image.width = static_cast<std::uint32_t>(spec.width);
     image.height = static_cast<std::uint32_t>(spec.height);
@@ -106,10 +102,73 @@ Image read_with_library(const LibrarySource& source, std::uint64_t limit) {
     for (const OIIO::ParamValue& attribute : spec.extra_attribs)
         image.metadata[attribute.name().string()] = attribute.get_string();
     const std::uint64_t count = std::uint64_t{image.width} * image.height * image.channels.size();
-    if (count > limit) throw refuse("is larger than " + std::to_string(limit >> 18) + " MiB of floats", "cut it");
+    if (count > limit) throw too_large(path, limit);
     image.pixels.resize(count);
-    if (!input->read_image(0, 0, 0, spec.nchannels, OIIO::TypeDesc::FLOAT, image.pixels.data()))
-        throw refuse("cannot be read to its end (" + one_line(input->geterror()) + ")", "write it again");
+    const int part = input.current_subimage();
+    if (!input.read_image(part, 0, 0, spec.nchannels, OIIO::TypeDesc::FLOAT, image.pixels.data()))
+        throw refusal(path, "cannot be read to its end (" + one_line(input.geterror()) + ")", "write it again");
+    return image;
+}
+
+std::string part_name(const OIIO::ImageInput& input) {
+    return std::string(input.spec().get_string_attribute("oiio:subimagename"));
+}
+
+// "R" of the part "albedo" becomes "albedo.R", as a layer of a file of one part is written.
+void name_by_part(Image& image, const std::string& part) {
+    for (std::string& channel : image.channels)
+        if (!part.empty() && channel != part && !channel.starts_with(part + ".")) channel = part + "." + channel;
+}
+
+// One of another size, as an identification map may be, is no part of this image; nor is a deep one.
+bool belongs_to(const Image& image, const OIIO::ImageSpec& part) {
+    return !part.deep && part.depth == 1 && std::cmp_equal(part.width, image.width) &&
+           std::cmp_equal(part.height, image.height) && part.x == image.data_x && part.y == image.data_y;
+}
+
+void append_channels(Image& image, const Image& more) {
+    const std::size_t pixels = std::size_t{image.width} * image.height;
+    const std::size_t before = image.channels.size(), added = more.channels.size();
+    std::vector<float> both;
+    both.reserve(pixels * (before + added));
+    for (std::size_t i = 0; i < pixels; ++i) {
+        const auto first = image.pixels.begin() + static_cast<std::ptrdiff_t>(i * before);
+        const auto second = more.pixels.begin() + static_cast<std::ptrdiff_t>(i * added);
+        both.insert(both.end(), first, first + static_cast<std::ptrdiff_t>(before));
+        both.insert(both.end(), second, second + static_cast<std::ptrdiff_t>(added));
+    }
+    image.pixels = std::move(both);
+    image.channels.insert(image.channels.end(), more.channels.begin(), more.channels.end());
+    image.metadata.insert(more.metadata.begin(), more.metadata.end());
+}
+
+}  // namespace
+
+bool has_library() { return true; }
+
+Image read_with_library(const LibrarySource& source, std::uint64_t limit) {
+    const QuietStderr quiet;
+    OIIO::ImageSpec how;
+    if (source.straight_alpha) how.attribute("oiio:UnassociatedAlpha", 1);
+    OIIO::Filesystem::IOMemReader memory(source.bytes.data(), source.bytes.size());
+    if (void* proxy = &memory; !source.bytes.empty()) how.attribute("oiio:ioproxy", OIIO::TypeDesc::PTR, &proxy);
+    const std::unique_ptr<OIIO::ImageInput> input = OIIO::ImageInput::open(source.path.string(), &how);
+    if (!input)
+        throw refusal(
+            source.path, "is no readable image (" + one_line(OIIO::geterror()) + ")", "name an EXR, PNG or PFM file");
+    Image image = read_part(*input, source.path, limit);
+    // Pages of other formats, and mip levels, are other images; parts of an EXR file are channels of one.
+    const bool has_parts = std::strcmp(input->format_name(), "openexr") == 0 && input->seek_subimage(1, 0);
+    if (!has_parts) return image;
+    input->seek_subimage(0, 0);
+    name_by_part(image, part_name(*input));
+    for (int part = 1; input->seek_subimage(part, 0); ++part) {
+        if (!belongs_to(image, input->spec())) continue;
+        Image next = read_part(*input, source.path, limit);
+        name_by_part(next, part_name(*input));
+        append_channels(image, next);
+        if (image.pixels.size() > limit) throw too_large(source.path, limit);
+    }
     return image;
 }
 

@@ -163,12 +163,15 @@ SceneVerdict compare_files(const std::vector<std::filesystem::path>& reference,
     std::vector<std::filesystem::path> all = reference;
     all.insert(all.end(), candidate.begin(), candidate.end());
     check_different_files(all);
-    const auto read = [](const std::vector<std::filesystem::path>& files) {
+    const auto read = [](const std::vector<std::filesystem::path>& files, const std::string& layer) {
         std::vector<NamedImage> images;
-        for (const std::filesystem::path& file : files) images.push_back({file.string(), read_image(file)});
+        for (const std::filesystem::path& file : files) {
+            images.push_back({file.string(), read_image(file)});
+            if (!layer.empty()) images.back().image = only_layer(images.back(), layer);
+        }
         return images;
     };
-    return compare_images(read(reference), read(candidate), options);
+    return compare_images(read(reference, options.reference_layer), read(candidate, options.candidate_layer), options);
 }
 
 }  // namespace tandem

@@ -18,6 +18,7 @@ struct CompareOptions {
     Criteria criteria = comparison_criteria();
     VarianceOf variance_of_reference = VarianceOf::sample, variance_of_candidate = VarianceOf::sample;
     std::string reference_name = "A", candidate_name = "B";
+    std::string reference_layer, candidate_layer;  // of the files' channels; empty: as README.md says
 
     // Two renderers that share no text. Images of half precision are rounded by 2^-11 a side: equal pixels are equal
     // to 2^-10, and the image's mean may differ by as much (`negligible`; options say otherwise where files hold
@@ -49,6 +50,10 @@ struct NamedImage {
 // Number of samples taken for granted where only the variance of the mean is known; it bounds how sure one pixel can
 // be.
 inline constexpr double assumed_count = 64.0;
+
+// The image with the channels of that layer alone: "albedo.R" as "R", "albedo.variance.R" as "variance.R"; and "count".
+// Throws InputError where it has no such channels.
+[[nodiscard]] Image only_layer(const NamedImage& named, const std::string& layer);
 
 // Reads the files and compares them.
 [[nodiscard]] SceneVerdict compare_files(const std::vector<std::filesystem::path>& reference,

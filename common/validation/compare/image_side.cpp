@@ -64,7 +64,7 @@ std::string colour_layer(const NamedImage& named) {
         throw input_error(named.name, "", "has no channels R, G and B (it has " + there + ")", "give an RGB image");
     throw input_error(named.name, "",
         fmt::format("has {} layers of R, G and B (its channels: {})", beauty.size(), there),
-        "write the one to compare to a file of its own");
+        "name the one to compare: --layer");
 }
 
 ChannelTriple colour_channels(const NamedImage& named) { return *find_triple(named.image, colour_layer(named)); }
@@ -258,6 +258,31 @@ SampledImage from_seeds(const std::vector<NamedImage>& side, Notes* notes) {
 }
 
 }  // namespace
+
+Image only_layer(const NamedImage& named, const std::string& layer) {
+    const Image& image = named.image;
+    std::vector<std::size_t> kept;
+    Image result = image;
+    result.channels.clear();
+    result.pixels.clear();
+    for (std::size_t c = 0; c < image.channels.size(); ++c) {
+        const std::string& channel = image.channels[c];
+        const bool of_layer = channel.starts_with(layer + ".");
+        if (!of_layer && channel != "count") continue;
+        kept.push_back(c);
+        result.channels.push_back(of_layer ? channel.substr(layer.size() + 1) : channel);
+    }
+    if (!find_triple(result, "")) {
+        std::string there;
+        for (const std::string& one : layers_of(image))
+            there += (there.empty() ? "" : ", ") + (one.empty() ? "plain R, G, B" : one.substr(0, one.size() - 1));
+        throw input_error(named.name, "",
+            fmt::format("has no channels {0}.R, {0}.G, {0}.B; its layers are {1}", layer, there), "name one of these");
+    }
+    for (std::size_t pixel = 0; pixel < std::size_t{image.width} * image.height; ++pixel)
+        for (const std::size_t c : kept) result.pixels.push_back(image.pixels[pixel * image.channels.size() + c]);
+    return result;
+}
 
 SampledImage sampled_image_of(const std::vector<NamedImage>& side, VarianceOf variance_of, Notes* notes) {
     if (side.empty()) throw InputError("compare: a side has no images; give at least one a side");
