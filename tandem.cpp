@@ -10,7 +10,8 @@
 
 int main(int argc, char** argv) {
     const tandem::Program program{
-        .backends = {tandem::cpu_backend(), tandem::vulkan_backend(), tandem::oracle_backend()},
+        .backends = {tandem::cpu_backend(), tandem::vulkan_backend(), tandem::oracle_backend(),
+            tandem::first_backend()},
         .devices = tandem::devices_as_json,
         .bench = tandem::vulkan_bench,
 #ifdef TANDEM_WINDOW

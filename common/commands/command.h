@@ -31,6 +31,9 @@ struct Program {
     ShowWindow show;  // empty: built without a window
 };
 
+// A backend that is there to be read. Commands that take all backends take it only where it is named.
+inline constexpr std::string_view backend_to_read = "first";
+
 // Options and duties of every command.
 struct CommandContext {
     const Program& program;

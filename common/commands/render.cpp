@@ -226,7 +226,8 @@ void add_what(CLI::App& command, RenderArguments& arguments) {
 }
 
 void add_how(CLI::App& command, RenderArguments& arguments) {
-    command.add_option("--backend", arguments.backend, "cpu, vulkan or oracle")->capture_default_str();
+    command.add_option("--backend", arguments.backend, "cpu, vulkan, oracle or first (a path tracer to read)")
+        ->capture_default_str();
     command.add_option("--device", arguments.device, device_help);
     command.add_option("--precision", arguments.precision, precision_help);
     command.add_option("--threads", arguments.threads, "CPU threads (default: all)")->check(whole_between(1, 1024));

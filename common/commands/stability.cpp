@@ -151,6 +151,7 @@ std::vector<stability::Bench> make_benches(const StabilityArguments& arguments, 
     for (const std::string& name : arguments.backends) static_cast<void>(find_backend(context.program.backends, name));
     for (const Backend& backend : context.program.backends)
         for (std::size_t i = 0; i < precision_names.size(); ++i) {
+            if (arguments.backends.empty() && backend.name == backend_to_read) continue;
             if (!asked_for(backend.name, arguments.backends) || !asked_for(precision_names[i], arguments.precisions))
                 continue;
             BackendOptions options;

@@ -214,6 +214,7 @@ void trace_by_all(const BackendList& backends, const TraceArguments& arguments, 
         result.left_out.push_back(fmt::format("{}: {}", backend.name, error.what()));
     };
     for (const Backend& backend : backends) {
+        if (backend.name == backend_to_read) continue;
         try {
             result.traces.push_back(trace_by(backend, arguments, result));
         } catch (const UnsupportedError& error) {
@@ -281,7 +282,8 @@ void add_trace_command(CLI::App& app, CommandContext& context) {
         ->capture_default_str();
     command
         ->add_option("--backends", arguments->backends,
-            "Backends, separated by commas. The first is the base of comparison (default: all that can)")
+            "cpu, vulkan, oracle or first, separated by commas. The first named is the base of comparison (default: "
+            "all but first that can)")
         ->delimiter(',')
         ->type_name("NAME");
     command->add_option("--device", arguments->device, device_help);

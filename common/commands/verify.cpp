@@ -464,7 +464,8 @@ void add_verify_command(CLI::App& app, CommandContext& context) {
         ->add_option(
             "--total-time", arguments->total_time, "Time for all scenes together, as 90s, 10min or 2h, shared by need")
         ->type_name("TIME");
-    command->add_option("--reference", arguments->reference, "Backend that is trusted")->capture_default_str();
+    command->add_option("--reference", arguments->reference, "Backend that is trusted: cpu, vulkan, oracle or first")
+        ->capture_default_str();
     command->add_option("--candidate", arguments->candidate, "Backend that is judged, or 'exec:COMMAND'")
         ->capture_default_str();
     command->add_option(

@@ -206,7 +206,7 @@ ExitStatus view(ViewArguments arguments, const CommandContext& context) {
 
 void add_what(CLI::App& command, ViewArguments& arguments) {
     command.add_option("scene", arguments.scene, scene_help)->required()->transform(scene_name())->type_name("SCENE");
-    command.add_option("--backend", arguments.backend, "cpu, vulkan or oracle")->capture_default_str();
+    command.add_option("--backend", arguments.backend, "cpu, vulkan, oracle or first")->capture_default_str();
     command.add_flag("--split", arguments.split, "The CPU's image left of a line, Vulkan's right of it");
     command.add_option("--device", arguments.device, device_help);
     command
