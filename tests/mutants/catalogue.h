@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "common/render/planted_bugs.h"
+#include "common/validation/explanation/likeness.h"
 
 namespace tandem::test {
 
@@ -21,6 +22,9 @@ struct Mutant {
     // "albedo-scaled-0.01", "cosine-dropped"
     [[nodiscard]] std::string id() const;
 };
+
+// Where the bug lies. Of several places that it could be said to lie in, the one whose code a developer would open.
+[[nodiscard]] Subsystem subsystem_of(PlantedBug bug);
 
 // Every bug with each of its amounts in each of its backends, and in both where a closed form knows its effect.
 [[nodiscard]] const std::vector<Mutant>& catalogue();

@@ -56,7 +56,8 @@ SceneVerdict verdict_of(const PlantedFault& fault, Planting planting, const std:
     // A bug of the CPU's is in all of its precisions at a time, so that none is a witness.
     BackendOptions precise;
     precise.precision = Precision::double_precision;
-    const auto other_precision = planting == Planting::vulkan ? cpu_backend().create(precise) : nullptr;
+    const bool looks_long = planting == Planting::vulkan && effort.long_paths;
+    const auto other_precision = looks_long ? cpu_backend().create(precise) : nullptr;
     options.other_precision = other_precision.get();
     return verify_scene(scene, cpu_is_mutant ? *vulkan : *cpu, cpu_is_mutant ? *cpu : *vulkan, options);
 }

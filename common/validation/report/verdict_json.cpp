@@ -108,6 +108,15 @@ json explanations_json(const std::vector<Explanation>& explanations) {
     return rows;
 }
 
+json likeness_json(const std::optional<Likeness>& likeness) {
+    if (!likeness) return nullptr;
+    json subsystems = json::array();
+    for (const Subsystem subsystem : likeness->subsystems)
+        subsystems.push_back(subsystem_names.at(static_cast<std::size_t>(subsystem)));
+    return {{"text", told(*likeness)}, {"planted_bugs", likeness->bugs}, {"subsystems", subsystems},
+        {"score_fraction", likeness->sureness}, {"right", likeness->right}, {"of", likeness->of}};
+}
+
 json outvoted_json(Outvoted outvoted) { return outvoted == Outvoted::nobody ? json(nullptr) : json(name_of(outvoted)); }
 
 json closed_form_json(const SceneVerdict& v) {
@@ -222,6 +231,7 @@ json to_json(const SceneVerdict& v) {
     result["looks"] = looks_json(v.looks);
     result["paired"] = paired_json(v);
     result["explanations"] = explanations_json(v.explanations);
+    result["likeness"] = likeness_json(v.likeness);
     result["outvoted"] = outvoted_json(v.outvoted);
     result["closed_form"] = closed_form_json(v);
     result["referee"] = oracle_json(v.oracle);

@@ -7,6 +7,7 @@
 
 #include "common/render/renderer.h"
 #include "common/validation/explanation/explanation.h"
+#include "common/validation/explanation/likeness.h"
 #include "common/validation/verdict/verdict.h"
 #include "common/validation/verify/convergence.h"
 #include "common/validation/verify/oracle_opinion.h"
@@ -40,6 +41,8 @@ struct SceneVerdict {
     // tiles and channels. It gates nothing (its least p, 1/1000, is too coarse).
     std::optional<double> permutation_p;
     std::vector<Explanation> explanations;         // looked for where the sides disagree
+    std::optional<Signature> signature;            // ... and the paths of both can be traced
+    std::optional<Likeness> likeness;              // to planted bugs, where any is near
     ClosedFormUse closed_form;                     // of the scene, at these settings
     std::optional<OracleOpinion> oracle;           // asked where the sides disagree
     std::optional<ConvergenceReport> convergence;  // where it was asked for; it gates nothing

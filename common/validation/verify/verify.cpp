@@ -6,12 +6,14 @@
 #include <utility>
 
 #include "common/error.h"
+#include "common/render/effects.h"
 #include "common/render/foreign_job.h"
 #include "common/scene/coincident_faces.h"
 #include "common/statistics/multiple_tests.h"
 #include "common/stopwatch.h"
 #include "common/validation/verify/fault_place.h"
 #include "common/validation/verify/foreign_side.h"
+#include "common/validation/verify/path_partings.h"
 #include "common/validation/verify/sample_looks.h"
 #include "common/validation/verify/schedule.h"
 
@@ -75,6 +77,7 @@ private:
     [[nodiscard]] std::optional<Rectangle> tile_to_ask_about() const;
     void ask_the_oracle();
     void find_worst_pixel();
+    void compare_with_planted_bugs(const RenderSettings& settings);
     [[nodiscard]] std::uint64_t max_samples() const {
         return options_.max_samples > 0 ? options_.max_samples : default_max_samples(verdict_.settings);
     }
@@ -419,9 +422,23 @@ void Verification::find_worst_pixel() {
                                         .kernels = options_.kernels,
                                         .with_kernel = options_.with_kernel,
                                         .stop = options_.stop});
+        compare_with_planted_bugs(settings);
     } catch (const Error&) {
         // A device that is lost now takes no verdict back; any sample will do.
     }
+}
+
+void Verification::compare_with_planted_bugs(const RenderSettings& settings) {
+    if (!sides_differ(verdict_)) return;
+    const std::optional<PathPartings> partings = partings_of_paths({.scene = scene_,
+        .settings = settings,
+        .reference = reference_renderer_,
+        .candidate = candidate_renderer_,
+        .region = fired_region(verdict_.judgement),
+        .stop = options_.stop});
+    if (!partings) return;
+    verdict_.signature = signature_of(verdict_.judgement, verdict_.paired, *partings, needed_effects(scene_, settings));
+    verdict_.likeness = likeness_of(*verdict_.signature);
 }
 
 double Verification::seconds_to(const Side& side, std::uint64_t samples) {

@@ -2,12 +2,15 @@
 // which makes the table of it.
 //
 //     mutants list                        ids and plantings, a line each
+//     mutants scenes                      ids, plantings in one backend and the scenes of each, a line each
 //     mutants reasons                     which bugs are not planted in both, and why
 //     mutants run ID PLANTING [EFFORTS]   one of them on its scenes, by effort and cost, until it is caught
 //     mutants sound SCENE [EFFORT]        two sound backends: what the scene can see
+//     mutants signature ID PLANTING SCENE the pattern of the difference, for scripts/measure/likeness
 #include <fmt/format.h>
 
 #include <charconv>
+#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "tests/mutants/trial.h"
@@ -63,6 +66,20 @@ void sound(const std::string& scene, std::size_t effort) {
     print(line);
 }
 
+// Half of effort 0, as patterns show before small amounts do.
+void signature(const Mutant& mutant, const std::string& scene) {
+    const SceneVerdict verdict = verdict_of(mutant.fault, mutant.planting, scene, signature_effort);
+    json line{{"id", mutant.id()}, {"bug", planted_bug_names.at(static_cast<std::size_t>(mutant.fault.bug))},
+        {"planting", name_of(mutant.planting)}, {"scene", scene}, {"verdict", name_of(verdict.verdict)},
+        {"subsystem", subsystem_names.at(static_cast<std::size_t>(subsystem_of(mutant.fault.bug)))},
+        {"seconds", verdict.seconds}, {"signature", nullptr}};
+    if (verdict.signature)
+        for (std::size_t i = 0; i < figure_count; ++i)
+            line["signature"][figure_name(static_cast<Figure>(i))] =
+                std::round(1e4 * static_cast<double>(verdict.signature->figures[i])) / 1e4;
+    print(line);
+}
+
 std::size_t count_from(const std::vector<std::string>& arguments, std::size_t index, std::size_t otherwise) {
     return index < arguments.size() ? static_cast<std::size_t>(std::stoul(arguments[index])) : otherwise;
 }
@@ -77,6 +94,12 @@ int main(int argc, char** argv) {
             for (const Mutant& mutant : catalogue()) fmt::print("{} {}\n", mutant.id(), name_of(mutant.planting));
             return 0;
         }
+        if (command == "scenes" && arguments.size() == 1) {
+            for (const Mutant& mutant : catalogue())
+                if (mutant.planting != Planting::both)
+                    fmt::print("{} {} {}\n", mutant.id(), name_of(mutant.planting), fmt::join(mutant.scenes, " "));
+            return 0;
+        }
         if (command == "reasons" && arguments.size() == 1) {
             for (const NotInBoth& bug : not_in_both())
                 fmt::print("{}: {}\n", planted_bug_names.at(static_cast<std::size_t>(bug.bug)), bug.reason);
@@ -86,6 +109,12 @@ int main(int argc, char** argv) {
             sound(arguments[1], count_from(arguments, 2, 1));
             return 0;
         }
+        if (command == "signature" && arguments.size() == 4)
+            for (const Mutant& mutant : catalogue())
+                if (mutant.id() == arguments[1] && name_of(mutant.planting) == arguments[2]) {
+                    signature(mutant, arguments[3]);
+                    return 0;
+                }
         if (command == "run" && arguments.size() > 2)
             for (const Mutant& mutant : catalogue())
                 if (mutant.id() == arguments[1] && name_of(mutant.planting) == arguments[2]) {
@@ -96,6 +125,9 @@ int main(int argc, char** argv) {
         fmt::print(stderr, "mutants: {}\n", error.what());
         return 1;
     }
-    fmt::print(stderr, "usage: mutants list | reasons | run ID PLANTING [EFFORTS] | sound SCENE [EFFORT]\n");
+    fmt::print(stderr,
+        "usage: mutants list | scenes | reasons | run ID PLANTING [EFFORTS] | sound SCENE [EFFORT] | signature ID "
+        "PLANTING "
+        "SCENE\n");
     return 2;
 }

@@ -1,0 +1,282 @@
+#include "common/validation/verify/path_partings.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "common/error.h"
+#include "common/validation/explanation/pixel_pattern.h"
+
+namespace tandem {
+
+namespace {
+
+using glm::dvec3;
+
+constexpr SampleRange block{0, samples_per_block};
+constexpr std::size_t traced_pixels = 8;
+// 1024 ulp of single precision: above what a few vertices round, below the least fault worth a name. What rounding
+// parts nevertheless is seldom, and the planted bugs' own counts hold it as well.
+constexpr double tolerated = 0x1p-13;
+constexpr double same_sum = 0x1p-12;  // as in fault_place.cpp
+constexpr double most_octaves = 8.0;  // of a ratio that counts
+
+double greatest(const dvec3& v) { return std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)}); }
+bool apart(const dvec3& a, const dvec3& b, double scale) {
+    const double difference = greatest(a - b);
+    return !(difference <= tolerated * scale) && difference > 0.0;
+}
+bool apart(const dvec3& a, const dvec3& b) { return apart(a, b, std::max(greatest(a), greatest(b))); }
+
+class Comparison {
+public:
+    // Vertex k of both paths.
+    Comparison(const PathTrace& a, const PathTrace& b, std::size_t k) : a_(a), b_(b), k_(k) {
+        parting_.vertex = k;
+        if (k < a.vertices.size()) {
+            parting_.material = a.vertices[k].material;
+            parting_.primitive = a.vertices[k].primitive;
+            parting_.in_medium = a.vertices[k].in_medium;
+        }
+    }
+
+    std::optional<Parting> vertex() {
+        arriving();
+        if (!found_) leaving();
+        return found_ ? std::optional(parting_) : std::nullopt;
+    }
+    std::optional<Parting> sum() {
+        if (apart(a_.radiance, b_.radiance)) set(PartsBy::sum, a_.radiance, b_.radiance);
+        return found_ ? std::optional(parting_) : std::nullopt;
+    }
+
+private:
+    void set(PartsBy what) {
+        parting_.by[static_cast<std::size_t>(what)] = true;
+        found_ = true;
+    }
+    void set(PartsBy what, const dvec3& a, const dvec3& b) {
+        set(what);
+        if (std::ranges::any_of(parting_.ratio, [](const auto& r) { return r.has_value(); })) return;
+        for (std::size_t c = 0; c < 3; ++c) {
+            const double x = a[static_cast<int>(c)], y = b[static_cast<int>(c)];
+            if (x > 0.0 && y > 0.0) parting_.ratio[c] = std::clamp(std::log2(y / x), -most_octaves, most_octaves);
+        }
+    }
+
+    void arriving() {
+        const TracedVertex &a = a_.vertices[k_], &b = b_.vertices[k_];
+        const double place =
+            std::max({greatest(a.position), greatest(b.position), greatest(a.origin), greatest(b.origin), 0x1p-100});
+        const bool origin = apart(a.origin, b.origin, place);
+        if (k_ == 0 && (origin || apart(a.direction, b.direction))) return set(PartsBy::camera);
+        if (origin) return set(PartsBy::spawned);
+        if (a.in_medium != b.in_medium || a.primitive != b.primitive) return set(PartsBy::met);
+        if (std::isfinite(a.t) && std::isfinite(b.t) && apart(a.position, b.position, place)) set(PartsBy::place);
+        if (apart(a.normal, b.normal)) set(PartsBy::normal);
+        if (apart(a.throughput, b.throughput)) set(PartsBy::throughput, a.throughput, b.throughput);
+    }
+
+    void leaving() {
+        const TracedVertex &a = a_.vertices[k_], &b = b_.vertices[k_];
+        const bool lit_a = greatest(a.light) > 0.0, lit_b = greatest(b.light) > 0.0;
+        if (lit_a != lit_b) set(PartsBy::shadow);
+        if (lit_a && lit_b && apart(a.light_direction, b.light_direction)) set(PartsBy::light_direction);
+        if (lit_a && lit_b && apart(a.light, b.light)) set(PartsBy::light, a.light, b.light);
+        const dvec3 found_a = emission(a_), found_b = emission(b_);
+        const double all = std::max(greatest(a.radiance), greatest(b.radiance));
+        // A difference of sums that are rounded.
+        if (apart(found_a, found_b) && greatest(found_a - found_b) > 0x1p-18 * all)
+            set(PartsBy::emission, found_a, found_b);
+        if (a.end != b.end) return set(PartsBy::end);
+        if (a.end != PathEnd::goes_on) return;
+        if (apart(a.next_direction, b.next_direction)) set(PartsBy::direction);
+        if (a.pdf > 0.0 && b.pdf > 0.0 && apart(dvec3(a.pdf), dvec3(b.pdf))) set(PartsBy::density);
+        if (apart(a.next_throughput, b.next_throughput)) set(PartsBy::weight, a.next_throughput, b.next_throughput);
+    }
+
+    [[nodiscard]] dvec3 emission(const PathTrace& path) const {
+        const dvec3 before = k_ > 0 ? path.vertices[k_ - 1].radiance : dvec3(0.0);
+        return path.vertices[k_].radiance - before - path.vertices[k_].light;
+    }
+
+    const PathTrace &a_, &b_;
+    std::size_t k_;
+    Parting parting_;
+    bool found_ = false;
+};
+
+Meeting meeting_of(const Scene& scene, const Parting& parting) {
+    if (parting.in_medium) return Meeting::medium;
+    if (parting.primitive == no_index || parting.material >= scene.materials.size()) return Meeting::nothing;
+    const Material& material = scene.materials[parting.material];
+    switch (material.kind) {
+        case MaterialKind::diffuse:
+            return greatest(material.radiance) > 0.0 ? Meeting::emitter : Meeting::diffuse;
+        case MaterialKind::rough_diffuse:
+            return Meeting::rough_diffuse;
+        case MaterialKind::specular:
+            return material.translucent ? Meeting::dielectric : Meeting::mirror;
+        case MaterialKind::emissive:
+            return Meeting::emitter;
+        case MaterialKind::conductor:
+            return Meeting::conductor;
+        case MaterialKind::boundary:
+            break;
+    }
+    return Meeting::boundary;
+}
+
+std::size_t depth_class(std::size_t vertex) {
+    constexpr std::array<std::size_t, depth_classes - 1> ends{1, 2, 3, 5, 9};
+    return static_cast<std::size_t>(std::ranges::upper_bound(ends, vertex) - ends.begin());
+}
+
+void add_ratios(PathPartings& counts, const std::vector<std::optional<Parting>>& paths) {
+    double n = 0.0, sum = 0.0, squares = 0.0, colour = 0.0;
+    for (const std::optional<Parting>& parting : paths) {
+        if (!parting) continue;
+        double least = most_octaves, most = -most_octaves, mean = 0.0, channels = 0.0;
+        for (const std::optional<double>& ratio : parting->ratio) {
+            if (!ratio) continue;
+            least = std::min(least, *ratio);
+            most = std::max(most, *ratio);
+            mean += *ratio;
+            channels += 1.0;
+        }
+        if (channels == 0.0) continue;
+        n += 1.0;
+        sum += mean / channels;
+        squares += mean / channels * (mean / channels);
+        colour += most - least;
+    }
+    if (n == 0.0) return;
+    counts.ratio = std::abs(sum / n);
+    counts.ratio_spread = std::sqrt(std::max(0.0, squares / n - sum / n * (sum / n)));
+    counts.ratio_colour = colour / n;
+}
+
+class Tracing {
+public:
+    explicit Tracing(const PartingsQuestion& question)
+        : question_(question),
+          width_(question.settings.width),
+          height_(question.settings.height),
+          jobs_{question.reference.prepare(question.scene, question.settings),
+              question.candidate.prepare(question.scene, question.settings)} {}
+
+    std::optional<PathPartings> run() {
+        for (std::size_t side = 0; side < 2; ++side) {
+            RenderControl control;
+            control.stop = question_.stop;
+            RenderResult result = jobs_[side]->render(block, control);
+            if (result.estimate.count() != block.count()) return std::nullopt;
+            planes_[side] = result.estimate.totals();
+        }
+        std::vector<bool> touched(std::size_t{width_} * height_);
+        for (std::size_t i = 0; i < touched.size(); ++i) touched[i] = differ(sum(0, i), sum(1, i));
+        std::vector<std::optional<Parting>> paths;
+        std::size_t film_apart = 0;
+        const std::vector<std::size_t> pixels = chosen(touched);
+        for (const std::size_t pixel : pixels) {
+            const std::vector<PathTrace> a = traces(0, pixel), b = traces(1, pixel);
+            for (std::size_t i = 0; i < a.size(); ++i) paths.push_back(parting_of(a[i], b[i]));
+            film_apart += differ(sum_of(a), sum(0, pixel)) || differ(sum_of(b), sum(1, pixel)) ? 1 : 0;
+        }
+        PathPartings counts = counted(question_.scene, paths);
+        counts.film_apart = static_cast<double>(film_apart) / static_cast<double>(pixels.size());
+        counts.touched = static_cast<double>(std::ranges::count(touched, true)) / static_cast<double>(touched.size());
+        counts.pattern = !pixel_pattern(touched, width_, height_).empty();
+        return counts;
+    }
+
+private:
+    [[nodiscard]] dvec3 sum(std::size_t side, std::size_t pixel) const {
+        const Moments* m = &planes_[side][pixel * channel_count];
+        return {m[0].sum, m[1].sum, m[2].sum};
+    }
+    [[nodiscard]] static bool differ(const dvec3& a, const dvec3& b) {
+        return greatest(a - b) > same_sum * std::max(greatest(a), greatest(b));
+    }
+    [[nodiscard]] std::vector<PathTrace> traces(std::size_t side, std::size_t pixel) const {
+        return jobs_[side]->trace(
+            static_cast<std::uint32_t>(pixel % width_), static_cast<std::uint32_t>(pixel / width_), block);
+    }
+    [[nodiscard]] dvec3 sum_of(const std::vector<PathTrace>& paths) const {
+        dvec3 sum(0.0);
+        for (const PathTrace& path : paths) {
+            const dvec3& r = path.radiance;
+            if (!std::isfinite(r.x + r.y + r.z) || std::min({r.x, r.y, r.z}) < 0.0) continue;  // MODEL.md 12
+            sum += glm::min(r, dvec3(question_.settings.clamp));
+        }
+        return sum;
+    }
+    // From the most different one to the least, at equal steps: the worst alone would tell of rare light.
+    [[nodiscard]] std::vector<std::size_t> chosen(const std::vector<bool>& touched) const {
+        const Rectangle r = question_.region.value_or(Rectangle{0, 0, width_, height_});
+        std::vector<std::size_t> pixels, others;
+        for (std::uint32_t y = r.y0; y < r.y1; ++y)
+            for (std::uint32_t x = r.x0; x < r.x1; ++x) {
+                const std::size_t i = std::size_t{y} * width_ + x;
+                (touched[i] ? pixels : others).push_back(i);
+            }
+        if (pixels.empty()) pixels = std::move(others);
+        std::ranges::stable_sort(
+            pixels, std::greater{}, [&](std::size_t i) { return greatest(sum(0, i) - sum(1, i)); });
+        std::vector<std::size_t> result;
+        const std::size_t count = std::min(traced_pixels, pixels.size());
+        for (std::size_t k = 0; k < count; ++k) result.push_back(pixels[k * pixels.size() / count]);
+        return result;
+    }
+
+    const PartingsQuestion& question_;
+    std::uint32_t width_, height_;
+    std::array<std::unique_ptr<RenderJob>, 2> jobs_;
+    std::array<Estimate::Plane, 2> planes_;
+};
+
+}  // namespace
+
+std::optional<Parting> parting_of(const PathTrace& reference, const PathTrace& candidate) {
+    const std::size_t both = std::min(reference.vertices.size(), candidate.vertices.size());
+    for (std::size_t k = 0; k < both; ++k)
+        if (std::optional<Parting> parting = Comparison(reference, candidate, k).vertex()) return parting;
+    return Comparison(reference, candidate, both).sum();
+}
+
+PathPartings counted(const Scene& scene, const std::vector<std::optional<Parting>>& paths) {
+    PathPartings counts;
+    counts.paths = paths.size();
+    const std::vector<PlacedPrimitive> placed = placed_primitives(scene);
+    for (const std::optional<Parting>& parting : paths) {
+        if (!parting) continue;
+        ++counts.parted;
+        for (std::size_t i = 0; i < counts.by.size(); ++i) counts.by[i] += parting->by[i] ? 1.0 : 0.0;
+        counts.at[static_cast<std::size_t>(meeting_of(scene, *parting))] += 1.0;
+        counts.depth[depth_class(parting->vertex)] += 1.0;
+        if (parting->primitive < placed.size() && !parting->in_medium)
+            counts.shape[static_cast<std::size_t>(scene.primitives[placed[parting->primitive].primitive].kind)] += 1.0;
+        if (parting->material < scene.materials.size() && scene.materials[parting->material].colour_texture != no_index)
+            counts.textured += 1.0;
+    }
+    const double n = std::max(1.0, static_cast<double>(counts.parted));
+    const auto share = [n](auto& shares) {
+        for (double& s : shares) s /= n;
+    };
+    share(counts.by);
+    share(counts.at);
+    share(counts.shape);
+    share(counts.depth);
+    counts.textured /= n;
+    add_ratios(counts, paths);
+    return counts;
+}
+
+std::optional<PathPartings> partings_of_paths(const PartingsQuestion& question) {
+    try {
+        return Tracing(question).run();
+    } catch (const UnsupportedError&) {
+        return std::nullopt;
+    }
+}
+
+}  // namespace tandem

@@ -1,0 +1,95 @@
+// What differs first where two renderers' paths for the same random numbers part, counted over many paths: one path
+// tells where it parts, many tell what kind of fault parts them (explanation/signature.h).
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <stop_token>
+#include <vector>
+
+#include "common/render/path_trace.h"
+#include "common/render/renderer.h"
+#include "common/validation/verdict/tile_grid.h"
+
+namespace tandem {
+
+// Figures of the vertex at which a path parts, in the order of causes. Those up to `throughput` arrive with the ray;
+// where one of them differs, what follows from it is not looked at.
+enum class PartsBy : std::uint32_t {
+    camera,   // the ray of the camera
+    spawned,  // the origin of a later ray, from one point
+    met,      // what it meets
+    place,    // where it meets it
+    normal,
+    throughput,       // dimmed on its way
+    light_direction,  // next event: the point of the light
+    shadow,           // ... whether it is seen
+    light,            // ... what it brings
+    emission,         // found by the ray itself
+    end,              // whether the path goes on
+    direction,
+    density,
+    weight,
+    sum,  // of the path, though all vertices are the same
+    count
+};
+enum class Meeting : std::uint32_t {
+    nothing,
+    medium,
+    emitter,
+    diffuse,
+    rough_diffuse,
+    mirror,
+    dielectric,
+    conductor,
+    boundary,
+    count
+};
+inline constexpr std::size_t depth_classes = 6;  // vertex 0, 1, 2, 3 to 4, 5 to 8, later
+
+// What parts two paths. Several figures of one vertex may differ at a time.
+struct Parting {
+    std::array<bool, static_cast<std::size_t>(PartsBy::count)> by{};
+    std::size_t vertex = 0;
+    std::uint32_t material = no_index;  // met there, by the reference
+    std::uint32_t primitive = no_index;
+    bool in_medium = false;
+    // log2 of candidate over reference, of the first of light, emission, weight, throughput and sum that differs; by
+    // channel where both are above 0.
+    std::array<std::optional<double>, 3> ratio{};
+};
+[[nodiscard]] std::optional<Parting> parting_of(const PathTrace& reference, const PathTrace& candidate);
+
+struct PathPartings {
+    std::uint64_t paths = 0, parted = 0;
+    // Shares of the parted paths.
+    std::array<double, static_cast<std::size_t>(PartsBy::count)> by{};
+    std::array<double, static_cast<std::size_t>(Meeting::count)> at{};
+    std::array<double, 3> shape{};  // of PrimitiveKind
+    double textured = 0.0;
+    std::array<double, depth_classes> depth{};
+    // Log2 ratios: their mean size, their spread about the mean, the spread of their channels.
+    double ratio = 0.0, ratio_spread = 0.0, ratio_colour = 0.0;
+    double touched = 0.0;     // share of all pixels whose block sums differ
+    double film_apart = 0.0;  // share of the traced pixels whose film is not the sum of the traced paths, on a side
+    bool pattern = false;     // the touched pixels lie in a pattern (pixel_pattern.h)
+};
+
+// The counts over a list, without what needs the film.
+[[nodiscard]] PathPartings counted(const Scene& scene, const std::vector<std::optional<Parting>>& paths);
+
+struct PartingsQuestion {
+    const Scene& scene;
+    RenderSettings settings;  // the seed is that of both sides
+    Renderer& reference;
+    Renderer& candidate;
+    std::optional<Rectangle> region;  // where they differ
+    std::stop_token stop;
+};
+
+// Traces the first block of samples of some pixels whose sums differ. Nothing where a side cannot trace paths, or was
+// stopped.
+[[nodiscard]] std::optional<PathPartings> partings_of_paths(const PartingsQuestion& question);
+
+}  // namespace tandem
