@@ -7,12 +7,15 @@
 //     mutants run ID PLANTING [EFFORTS]   one of them on its scenes, by effort and cost, until it is caught
 //     mutants sound SCENE [EFFORT]        two sound backends: what the scene can see
 //     mutants signature ID PLANTING SCENE the pattern of the difference, for scripts/measure/likeness
+//     mutants formulas                    effect, scene and formula of what `change` measures, a line each
+//     mutants change EFFECT SCENE FORMULA how much the image changes where the formula is wrong
 #include <fmt/format.h>
 
 #include <charconv>
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "tests/mutants/formulas.h"
 #include "tests/mutants/trial.h"
 
 using namespace tandem;
@@ -80,6 +83,24 @@ void signature(const Mutant& mutant, const std::string& scene) {
     print(line);
 }
 
+void print_formulas() {
+    for (const Formula& formula : formulas())
+        for (const std::string& scene : formula.scenes)
+            if (calls_for(formula, scene)) fmt::print("{}\t{}\t{}\n", effect_name(formula.effect), scene, formula.name);
+}
+
+bool print_change(const std::string& effect, const std::string& scene, const std::string& name) {
+    for (const Formula& formula : formulas()) {
+        if (effect_name(formula.effect) != effect || formula.name != name) continue;
+        const ImageChange change = change_of(formula, scene);
+        print({{"effect", effect}, {"formula", name}, {"scene", scene}, {"change_relative", change.relative.value},
+            {"low_relative", change.relative.low}, {"high_relative", change.relative.high}, {"width", change.width},
+            {"height", change.height}, {"samples", change.samples}, {"seconds", change.seconds}});
+        return true;
+    }
+    return false;
+}
+
 std::size_t count_from(const std::vector<std::string>& arguments, std::size_t index, std::size_t otherwise) {
     return index < arguments.size() ? static_cast<std::size_t>(std::stoul(arguments[index])) : otherwise;
 }
@@ -115,6 +136,12 @@ int main(int argc, char** argv) {
                     signature(mutant, arguments[3]);
                     return 0;
                 }
+        if (command == "formulas" && arguments.size() == 1) {
+            print_formulas();
+            return 0;
+        }
+        if (command == "change" && arguments.size() == 4 && print_change(arguments[1], arguments[2], arguments[3]))
+            return 0;
         if (command == "run" && arguments.size() > 2)
             for (const Mutant& mutant : catalogue())
                 if (mutant.id() == arguments[1] && name_of(mutant.planting) == arguments[2]) {
@@ -126,8 +153,7 @@ int main(int argc, char** argv) {
         return 1;
     }
     fmt::print(stderr,
-        "usage: mutants list | scenes | reasons | run ID PLANTING [EFFORTS] | sound SCENE [EFFORT] | signature ID "
-        "PLANTING "
-        "SCENE\n");
+        "usage: mutants list | scenes | reasons | run ID PLANTING [EFFORTS] | sound SCENE [EFFORT] | "
+        "signature ID PLANTING SCENE | formulas | change EFFECT SCENE FORMULA\n");
     return 2;
 }
