@@ -19,12 +19,16 @@ def blocks_of(text):
     return re.findall(r"^```(\w*)\n(.*?)^```", text, re.M | re.S)
 
 
+STATUSES = {"disagree": 1, "undecided": 3}
+
+
 def script_of(block):
-    """A block of which every line must succeed, but those that end in `# disagree`: they end with status 1."""
+    """A block of which every line must succeed, but those that end in `# disagree` or `# undecided`."""
     lines = []
     for line in block.replace("\\\n", " ").splitlines():
         command, _, comment = line.partition("    # ")
-        lines.append(f"status=0; {command} || status=$?; [ $status = 1 ] || exit 1$status" if comment == "disagree" else command)
+        status = STATUSES.get(comment)
+        lines.append(f"status=0; {command} || status=$?; [ $status = {status} ] || exit 1$status" if status else command)
     return "\n".join(lines)
 
 
