@@ -90,9 +90,7 @@ void check_workgroup(const Device& device, std::uint32_t workgroup) {
 }  // namespace
 
 // Whatever the roulette: it ends no path where nothing is absorbed.
-bool fits_whole_paths(const RenderSettings& settings) {
-    return settings.bounces < most_whole_path_segments;
-}
+bool fits_whole_paths(const RenderSettings& settings) { return settings.bounces < most_whole_path_segments; }
 
 float to_distance(double distance) {
     return static_cast<float>(std::min(distance, double{std::numeric_limits<float>::max()}));
