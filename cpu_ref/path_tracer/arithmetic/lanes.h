@@ -23,7 +23,7 @@ namespace tandem::cpu {
 #ifdef TANDEM_LANES_AVX512
 inline constexpr std::size_t lane_bytes = 64;
 #else
-inline constexpr std::size_t lane_bytes = 32;
+inline constexpr std::size_t lane_bytes = __BIGGEST_ALIGNMENT__;  // GCC: 32 on AVX, 16 below. Clang: 16
 #endif
 
 template <class Real>

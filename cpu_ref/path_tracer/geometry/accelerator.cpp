@@ -97,8 +97,11 @@ struct PacketTypes<std::integral_constant<int, 16>> {
     using Hit = RTCRayHit16;
     using Ray = RTCRay16;
 };
+// Embree's smallest packet has four rays; those without a lane are not valid.
 template <class Real>
-using Packet = PacketTypes<std::integral_constant<int, lane_count<Real>>>;
+inline constexpr int packet_size = std::max(4, lane_count<Real>);
+template <class Real>
+using Packet = PacketTypes<std::integral_constant<int, packet_size<Real>>>;
 
 template <class Real>
 TANDEM_INLINE void store_floats(float* target, Lanes<Real> value) {
@@ -116,6 +119,10 @@ TANDEM_INLINE void fill(EmbreeRay& packet, int* valid, const Ray<Lanes<Real>>& r
     const Lanes<Real> dead(Real(-1));
     store_floats(packet.tfar, select(active, Lanes<Real>(std::numeric_limits<Real>::infinity()), dead));
     const unsigned bits = active.to_bits();
+    if constexpr (packet_size < Real >> lane_count<Real>)
+        for (int i = lane_count<Real>; i < packet_size<Real>; ++i)
+            packet.org_x[i] = packet.org_y[i] = packet.org_z[i] = packet.dir_x[i] = packet.dir_y[i] = packet.dir_z[i] =
+                packet.tnear[i] = packet.tfar[i] = packet.time[i] = 0.0f;
     for (int i = 0; i < lane_count<Real>; ++i) {
         packet.tnear[i] = 0.0f;
         packet.time[i] = 0.0f;
@@ -465,7 +472,7 @@ Hit<Real> Accelerator<Real>::closest(
     query.hit = {Mask<Real>{}, ray.limit, Ints<Real>(UnsignedOf<Real>{0})};
     embree::initialise(query.context);
     typename Packet<Real>::Hit packet;
-    alignas(64) int valid[lane_count<Real>];
+    alignas(64) int valid[packet_size<Real>]{};
     fill(packet.ray, valid, ray, query.active);
     for (unsigned& id : packet.hit.geomID) id = RTC_INVALID_GEOMETRY_ID;
     embree::intersect(scene_.get(), query.context, valid, packet);
@@ -479,7 +486,7 @@ Mask<Real> Accelerator<Real>::occluded(const Ray<Lanes<Real>>& ray, const Depart
     PacketQuery<Real> query{{}, ray, left_by(tables_, departure), light, traceable(ray, active), time, {}};
     embree::initialise(query.context);
     typename Packet<Real>::Ray packet;
-    alignas(64) int valid[lane_count<Real>];
+    alignas(64) int valid[packet_size<Real>]{};
     fill(packet, valid, ray, query.active);
     embree::occluded(scene_.get(), query.context, valid, packet);
     return query.hit.found;
