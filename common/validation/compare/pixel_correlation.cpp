@@ -75,7 +75,8 @@ double neighbour_correlation(const SampledImage& reference, const SampledImage& 
     Rings rings;
     for (std::size_t tile = 0; tile < grid.size(); tile += stride)
         for (std::size_t c = 0; c < channel_count; ++c) add_tile(rings, differences, row, grid.rectangle(tile), c);
-    const double far = rings.squares[farthest] / std::max(1.0, rings.pairs[farthest]);
+    // In units of the variance g is 1 without correlation. What exceeds that is a difference, and no noise.
+    const double far = std::min(1.0, rings.squares[farthest] / std::max(1.0, rings.pairs[farthest]));
     if (!(far > 0.0)) return 1.0;
     double factor = 1.0;
     for (std::size_t ring = 1; ring < farthest; ++ring) {

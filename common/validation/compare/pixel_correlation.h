@@ -15,8 +15,9 @@ namespace tandem {
 // (z(x + d) - z(x))^2/2 [Matheron 1963: the variogram]. A constant in a tile cancels in it, and a factor common to the
 // whole image is taken out before, so that a true difference is not taken for noise that goes together. Distances are
 // taken in rings of max(|dx|, |dy|) = 1, 2, ... 6 (filters of radius 3 reach so far) as long as the ring's mean of rho
-// is more than two of its standard errors above 0; g(far) is that of ring 7. Images below 32 pixels either way have too
-// few pixels to tell: 1.
+// is more than two of its standard errors above 0. g(far) is that of ring 7, but 1 at most, the variance itself: where
+// it is more, the images differ unevenly within tiles, by which neighbours would seem to go together. Images below 32
+// pixels either way have too few pixels to tell: 1.
 [[nodiscard]] double neighbour_correlation(const SampledImage& reference, const SampledImage& candidate);
 
 }  // namespace tandem
