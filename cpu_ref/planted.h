@@ -2,6 +2,10 @@
 // when compiling in release builds, so that they hold no trace.
 #pragma once
 
+#include <algorithm>
+#include <bit>
+#include <cmath>
+
 #include "common/render/planted_bugs.h"
 
 namespace tandem::cpu {
@@ -20,6 +24,20 @@ inline PlantedFault planted_fault;
 [[nodiscard]] constexpr double planted_amount() { return 0.0; }
 
 #endif
+
+// In half precision.
+[[nodiscard]] inline double planted_half(double value) {
+    const int exponent = std::max(std::ilogb(value), -14);
+    return value > 0.0 && std::isfinite(value)
+               ? std::ldexp(std::nearbyint(std::ldexp(value, 10 - exponent)), exponent - 10)
+               : value;
+}
+
+// 1 / value with 12 bits after the first.
+[[nodiscard]] inline double planted_short_reciprocal(double value) {
+    return static_cast<double>(
+        std::bit_cast<float>(std::bit_cast<std::uint32_t>(static_cast<float>(1.0 / value)) & 0xFFFFF800u));
+}
 
 // 1, or with the bug planted 1 plus its amount.
 [[nodiscard]] inline double planted_scale(PlantedBug bug) { return planted(bug) ? 1.0 + planted_amount() : 1.0; }

@@ -1,7 +1,8 @@
 // Faults that test builds can plant in a backend to prove that the verdict notices them (VALIDATION 6). Release builds
 // of the backends hold no trace of them and refuse any but `none`. Faults of data are planted in the scene or settings
-// (tests/mutants/plant_data.cpp). Faults of logic have hooks, by cpu_ref/planted.h and shaders/kernels/planted.glsl
-// (with constants by shaders/tools/planted_bugs.py). Backends, amounts and scenes: tests/mutants/catalogue.cpp.
+// (tests/mutants/plant_data.cpp), those of the film in what a job returns (plant_film.cpp). Faults of logic have hooks,
+// by cpu_ref/planted.h and shaders/kernels/planted.glsl (with constants by shaders/tools/planted_bugs.py). Backends,
+// amounts and scenes: tests/mutants/catalogue.cpp.
 #pragma once
 
 #include <array>
@@ -106,6 +107,34 @@ enum class PlantedBug : std::uint32_t {
     shading_normal_of_corner,        // meshes are shaded by the normal of each triangle's first corner
     shading_normal_transform_wrong,  // vertex normals through the matrix instead of its inverse transpose
     shading_guard_dropped,           // directions on the wrong side of one of the two normals count
+    // Never tuned for: in the catalogue before it was known which are found.
+    throughput_half,           // paths keep their throughput in half precision
+    reciprocal_short,          // next event: the reciprocal of the density has 12 bits
+    random_short,              // random numbers have 16 bits
+    texture_weights_short,     // images are interpolated with weights of 8 bits
+    lamp_density_at_rest,      // MIS: the density of a moving lamp is that of its place at rest
+    numbers_reused,            // vertex 9 scatters and samples lights with the numbers of vertex 5
+    seed_high_word_ignored,    // the seed's upper 32 bits do not count
+    sample_high_bits_lost,     // a sample's number has 32 bits
+    workgroup_lost,            // the last pixels, fewer than a workgroup of 64, are not rendered
+    row_lost,                  // the last row is not rendered
+    pixel_index_short,         // a pixel's number has 16 bits
+    tile_offset_wrong,         // tiles but the first are stored one pixel late
+    accumulation_missing,      // the last sample of each block is counted, but not added
+    film_half,                 // the sums of a block are kept in half precision
+    lane_repeated,             // the last of each 32 pixels has the sums of the one before
+    block_swizzled,            // rows and columns of each block of 8x8 pixels are exchanged
+    camera_stale,              // the camera is `amount` of its distance behind, as in an earlier frame
+    vertices_short,            // the corners of triangles lie on a grid of `amount` bits of a mesh's size
+    normals_short,             // vertex normals have 8 bits a component
+    pitch_wrong,               // rows of images on surfaces begin one texel late, each later than the row above
+    base_vertex_wrong,         // the last triangle of each mesh has its first corner from the next vertex
+    material_wrong,            // the last entity has the material before its own
+    texture_channels_swapped,  // images on surfaces have red for blue
+    texture_short,             // images on surfaces have 8 bits of linear light
+    last_light_lost,           // the last light without a surface is left out
+    medium_grey,               // media absorb and scatter all colours as their mean
+    motion_halved,             // what moves goes half of its way
     count
 };
 
@@ -128,7 +157,12 @@ inline constexpr std::array<std::string_view, static_cast<std::size_t>(PlantedBu
     "primitive-lost", "face-normal-flipped", "sphere-inside-lost", "triangle-edge-lost", "shadow-limit-short",
     "shadow-limit-long", "background-late-missing", "heuristic-swapped", "emission-scaled", "roulette-late",
     "seed-repeated", "number-exchanged", "sample-lost", "stale-constant", "layouts-apart", "shading-normal-of-corner",
-    "shading-normal-transform-wrong", "shading-guard-dropped"};
+    "shading-normal-transform-wrong", "shading-guard-dropped", "throughput-half", "reciprocal-short", "random-short",
+    "texture-weights-short", "lamp-density-at-rest", "numbers-reused", "seed-high-word-ignored",
+    "sample-high-bits-lost", "workgroup-lost", "row-lost", "pixel-index-short", "tile-offset-wrong",
+    "accumulation-missing", "film-half", "lane-repeated", "block-swizzled", "camera-stale", "vertices-short",
+    "normals-short", "pitch-wrong", "base-vertex-wrong", "material-wrong", "texture-channels-swapped", "texture-short",
+    "last-light-lost", "medium-grey", "motion-halved"};
 
 // A bug and how bad it is, where that can be chosen.
 struct PlantedFault {

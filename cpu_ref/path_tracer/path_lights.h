@@ -37,7 +37,8 @@ void PathTracer<Real, effects, Recorder, Shade>::add_emission(
         const M inside = has_bit(load_ints<Real>(&paths_.inside[first]), U{1});
         const V sampled = [&] {
             if constexpr (general) {
-                const Vec3<V> from = tables_.moves ? ray.origin - at.more.shift : ray.origin;
+                const bool moves = tables_.moves && !planted(PlantedBug::lamp_density_at_rest);
+                const Vec3<V> from = moves ? ray.origin - at.more.shift : ray.origin;
                 return any_light_density(
                     tables_, {from, at.direction, primitive, inside}, hit, at.surface, at.direction);
             } else {
@@ -109,6 +110,9 @@ void PathTracer<Real, effects, Recorder, Shade>::add_direct_light(
     if (planted(PlantedBug::cosine_dropped)) transfer = S(static_cast<Shade>(inverse_pi));
     if (planted(PlantedBug::inverse_pi_dropped)) transfer = s_cosine;
     transfer = transfer * S(static_cast<Shade>(planted_scale(PlantedBug::next_event_scaled)));
+    if (planted(PlantedBug::reciprocal_short))
+        for (int i = 0; i < lane_count<Shade>; ++i)
+            transfer.v[i] *= density[i] * static_cast<Shade>(planted_short_reciprocal(density[i]));
     if constexpr (general) {
         const S whole(Shade(1));
         weight = weighs_ ? select(shaded(sample.delta), whole, weight) : whole;

@@ -504,6 +504,10 @@ void PathTracer<Real, effects, Recorder, Shade>::scatter(Vertex& at, M lanes, st
     store3(paths_.origin, first, origin);
     store3(paths_.direction, first, direction);
     store3(paths_.throughput, first, geometric(throughput));
+    if (planted(PlantedBug::throughput_half))
+        for (Slots<Real>& channel : paths_.throughput)
+            for (std::uint32_t i = first; i < first + lane_count<Real>; ++i)
+                channel[i] = static_cast<Real>(planted_half(static_cast<double>(channel[i])));
     store<Real>(&paths_.density[first], leaving_density);
     store_ints<Real>(&paths_.primitive[first], at.surface.primitive);
     store_ints<Real>(&paths_.inside[first], select(inside, I(U{1}), I(U{0})));

@@ -77,7 +77,11 @@ vec4 random_block(uvec2 seed, uint pixel, uvec2 sample_index, uint block) {
     if (generator == generator_hash)
         return to_unit(hashed_block(seed, pixel, sample_index.x, sample_index.y, block));
     if (generator == generator_sobol) return to_unit(sobol_block(seed, pixel, sample_index, block));
-    return to_unit(philox4x32_10(uvec4(PLANT(seed_repeated, pixel & ~4096u, pixel), sample_index.x, block, sample_index.y), seed));
+    if (PLANTED(seed_repeated)) pixel &= ~4096u;
+    if (PLANTED(numbers_reused) && block / 4 == 10) block -= 16;
+    uvec4 words = philox4x32_10(uvec4(pixel, sample_index.x, block, sample_index.y), seed);
+    if (PLANTED(random_short)) words &= 0xFFFF0000u;
+    return to_unit(words);
 }
 
 const uint block_film_and_lens = 0;

@@ -50,7 +50,8 @@ float scattering_weight(Path path, uint slot, Surface surface) {
     Receiver receiver = Receiver(path.origin, path.origin, path.word & slot_mask, (path.word & ray_inside) != 0u);
     const real3 offset = surface.point - receiver.point;
     const real cosine = abs(dot(surface.normal, path.direction));
-    if (has_entity_motion) receiver = beside_rest(receiver, light, path_time(path.pixel, path.sample_index));
+    if (has_entity_motion && !PLANTED(lamp_density_at_rest))
+        receiver = beside_rest(receiver, light, path_time(path.pixel, path.sample_index));
     const real chance = PLANT(mixture_ignored, light.probability * float(settings.light_count), light.probability);
     const real density = chance * light_density(light, receiver, offset, cosine);
     return shaded(
@@ -108,6 +109,10 @@ vec3 after_roulette(inout Path path, vec3 direction, float u) {
     if (direction == vec3(0.0) || path.throughput == vec3(0.0)) return vec3(0.0);
     if (has_roulette && path.segment + 1 >= settings.roulette_start && !survives(path.throughput, u))
         return vec3(0.0);
+#if defined(PLANTED_BUGS) && !defined(DOUBLE_SHADING)
+    if (PLANTED(throughput_half))
+        path.throughput = uintBitsToFloat((floatBitsToUint(path.throughput) + 0x1000u) & 0xFFFFE000u);  // 10 bits
+#endif
     return direction;
 }
 

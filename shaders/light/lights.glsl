@@ -245,6 +245,11 @@ vec3 answered_light(Incident incident, Response response) {
     if (PLANTED(balance_on_one_side) && !alone) weight = shaded(incident.density / (incident.density + response.density));
     weight = PLANT_SCALE(next_event_scaled, weight);
     if (PLANTED(mis_weights_unequal) && settings.light_count > 1) weight *= 0.5;
+#if defined(PLANTED_BUGS) && !defined(DOUBLE_SHADING)
+    if (PLANTED(reciprocal_short))
+        return response.colour * shaded(incident.radiance) *
+               shaded(response.f_cosine * weight * uintBitsToFloat(floatBitsToUint(1.0 / float(incident.density)) & 0xFFFFF800u));
+#endif
     return response.colour * shaded(incident.radiance) * shaded(response.f_cosine * weight / incident.density);
 }
 

@@ -30,7 +30,8 @@ vec3 table_image(uint first, uvec2 size, vec2 uv, bool holds_rows) {
     const bool nearest = PLANT(sky_nearest, holds_rows, false) || PLANT(texture_nearest, !holds_rows, false);
     const float half_texel = PLANT(texture_half_texel, holds_rows ? 0.5 : 0.0, nearest ? 0.0 : 0.5);
     const vec2 at = vec2(place.x, 1.0 - place.y) * vec2(size) - half_texel, corner = floor(at);
-    const vec2 part = nearest ? vec2(0.0) : at - corner;
+    const vec2 within = at - corner;
+    const vec2 part = nearest ? vec2(0.0) : PLANT(texture_weights_short, floor(within * 256.0 + 0.5) / 256.0, within);
     const ivec2 n = ivec2(size), near = ivec2(corner);
     const ivec2 columns = ivec2(near.x + n.x, near.x + 1 + n.x) % n.x;
     const ivec2 rows = holds_rows ? clamp(ivec2(near.y, near.y + 1), 0, n.y - 1) : ivec2(near.y + n.y, near.y + 1 + n.y) % n.y;

@@ -2,16 +2,20 @@
 
 #include <algorithm>
 #include <cmath>
+#include <glm/common.hpp>
 #include <glm/matrix.hpp>
 #include <glm/trigonometric.hpp>
 #include <limits>
 #include <utility>
+
+#include "tests/mutants/plant_film.h"
 
 namespace tandem::test {
 
 namespace {
 
 using Bug = PlantedBug;
+using glm::dvec3;
 
 // Where entities share primitives, each gets its own; ids stay.
 void unshare_primitives(Scene& scene) {
@@ -80,6 +84,45 @@ void transform_normals_as_points(Scene& scene) {
     });
 }
 
+// Corners on a grid of so many bits over each entity's bounds.
+void put_corners_on_grid(Scene& scene, double bits) {
+    unshare_primitives(scene);
+    const double steps = std::exp2(bits) - 1.0;
+    for (const Entity& entity : scene.entities) {
+        dvec3 low(std::numeric_limits<double>::infinity()), high = -low;
+        const auto each_corner = [&](auto change) {
+            for (std::uint32_t i = 0; i < entity.primitive_count; ++i) {
+                Primitive& primitive = scene.primitives[entity.first_primitive + i];
+                if (primitive.kind != PrimitiveKind::triangle) continue;
+                for (std::uint32_t& corner : primitive.index) change(corner);
+            }
+        };
+        each_corner([&](std::uint32_t& corner) {
+            low = glm::min(low, scene.vertices[corner]);
+            high = glm::max(high, scene.vertices[corner]);
+        });
+        const dvec3 size = glm::max(high - low, dvec3(std::numeric_limits<double>::min()));
+        each_corner([&](std::uint32_t& corner) {
+            const std::uint32_t from = std::exchange(corner, static_cast<std::uint32_t>(scene.vertices.size()));
+            const dvec3 place = scene.vertices[from];
+            scene.vertices.push_back(low + size * (glm::round((place - low) / size * steps) / steps));
+            if (!scene.texture_coordinates.empty())
+                scene.texture_coordinates.push_back(glm::dvec2(scene.texture_coordinates[from]));
+            if (!scene.normals.empty()) scene.normals.push_back(dvec3(scene.normals[from]));
+        });
+    }
+}
+
+void take_next_vertices(Scene& scene) {
+    unshare_primitives(scene);
+    for (const Entity& entity : scene.entities) {
+        if (entity.primitive_count == 0) continue;
+        Primitive& last = scene.primitives[entity.first_primitive + entity.primitive_count - 1];
+        if (last.kind == PrimitiveKind::triangle)
+            last.index[0] = static_cast<std::uint32_t>((last.index[0] + 1) % scene.vertices.size());
+    }
+}
+
 // The image whose texel (x, y) is `texel_of(x, y)` of the old one, an index.
 template <class TexelOf>
 std::shared_ptr<const Pixels> rearranged(
@@ -107,6 +150,19 @@ std::shared_ptr<const Pixels> mirrored(const Pixels& image) {
 std::shared_ptr<const Pixels> transposed(const Pixels& image) {
     return rearranged(image, image.height, image.width,
         [&](std::uint32_t x, std::uint32_t y) { return (image.height - 1 - x) * image.width + image.width - 1 - y; });
+}
+
+// Read with a row's length that is one texel too long.
+std::shared_ptr<const Pixels> with_long_rows(const Pixels& image) {
+    return rearranged(image, image.width, image.height,
+        [&](std::uint32_t x, std::uint32_t y) { return (y * (image.width + 1) + x) % (image.width * image.height); });
+}
+
+template <class Change>
+std::shared_ptr<const Pixels> changed(const Pixels& image, Change change) {
+    Pixels result = image;
+    for (std::size_t i = 0; i < result.rgb.size(); i += 3) change(&result.rgb[i]);
+    return std::make_shared<const Pixels>(std::move(result));
 }
 
 // Cells looked up with x and y exchanged, and held to the grid.
@@ -189,6 +245,18 @@ bool plant_in_texture(const PlantedFault& fault, Texture& texture) {
         case Bug::noise_seed_ignored:
             texture.seed = 0;
             return true;
+        case Bug::pitch_wrong:
+            if (texture.image) texture.image = with_long_rows(*texture.image);
+            return true;
+        case Bug::texture_channels_swapped:
+            if (texture.image) texture.image = changed(*texture.image, [](float* c) { std::swap(c[0], c[2]); });
+            return true;
+        case Bug::texture_short:
+            if (texture.image)
+                texture.image = changed(*texture.image, [](float* c) {
+                    std::transform(c, c + 3, c, [](float v) { return std::round(v * 255.0F) / 255.0F; });
+                });
+            return true;
         default:
             return false;
     }
@@ -201,6 +269,10 @@ bool plant_in_medium(const PlantedFault& fault, Medium& medium) {
             return true;
         case Bug::anisotropy_shifted:
             if (medium.anisotropy != 0.0) medium.anisotropy += fault.amount;
+            return true;
+        case Bug::medium_grey:
+            for (dvec3* const coefficient : {&medium.absorption, &medium.scattering})
+                *coefficient = dvec3((coefficient->x + coefficient->y + coefficient->z) / 3.0);
             return true;
         case Bug::grid_axes_swapped:
             if (medium.grid) medium.grid = axes_swapped(*medium.grid);
@@ -223,6 +295,9 @@ bool plant_in_camera(const PlantedFault& fault, Camera& camera) {
         case Bug::focus_scaled:
             camera.focus_distance *= scale;
             return true;
+        case Bug::camera_stale:
+            camera.position += fault.amount * (camera.position - camera.target);
+            return true;
         case Bug::camera_motion_ignored:
             camera.position_motion = camera.target_motion = glm::dvec3(0.0);
             return true;
@@ -241,6 +316,9 @@ bool plant_in_settings(const PlantedFault& fault, RenderSettings& settings) {
             return true;
         case Bug::roulette_late:
             if (settings.roulette_start != no_roulette) ++settings.roulette_start;
+            return true;
+        case Bug::seed_high_word_ignored:
+            settings.seed &= 0xFFFFFFFFu;
             return true;
         case Bug::radiance_clamped:
             settings.clamp = 1.0;
@@ -283,6 +361,29 @@ bool plant_in_scene(const PlantedFault& fault, Scene& scene) {
         case Bug::time_fixed:
             for (Entity& entity : scene.entities) entity.motion = glm::dvec3(0.0);
             scene.camera.position_motion = scene.camera.target_motion = glm::dvec3(0.0);
+            return true;
+        case Bug::motion_halved:
+            for (Entity& entity : scene.entities) entity.motion *= 0.5;
+            scene.camera.position_motion *= 0.5;
+            scene.camera.target_motion *= 0.5;
+            return true;
+        case Bug::last_light_lost:
+            if (!scene.lights.empty()) scene.lights.pop_back();
+            return true;
+        case Bug::material_wrong:
+            if (scene.entities.size() > 1)
+                scene.entities.back().material = scene.entities[scene.entities.size() - 2].material;
+            return true;
+        case Bug::base_vertex_wrong:
+            take_next_vertices(scene);
+            return true;
+        case Bug::vertices_short:
+            put_corners_on_grid(scene, fault.amount);
+            return true;
+        case Bug::normals_short:
+            change_normals(scene, [](const Entity&, std::array<dvec3, 3>& normals) {
+                for (dvec3& normal : normals) normal = glm::round(127.0 * normal) / 127.0;
+            });
             return true;
         case Bug::determinant_ignored:
             turn_mirrored_triangles(scene);
@@ -330,6 +431,7 @@ bool plant_data(const PlantedFault& fault, Scene& scene, RenderSettings& setting
 std::unique_ptr<Renderer> renderer_with(const Backend& backend, const PlantedFault& fault, BackendOptions options) {
     Scene scene;
     RenderSettings settings;
+    if (is_fault_of_film(fault.bug)) return with_fault_of_film(backend.create(options), fault.bug);
     if (plant_data(fault, scene, settings)) return std::make_unique<EditingRenderer>(backend.create(options), fault);
     options.planted_bug = fault;
     return backend.create(options);

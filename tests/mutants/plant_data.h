@@ -10,7 +10,7 @@ namespace tandem::test {
 // Edits what a renderer is given, if the fault is one of data; false: it is one of logic, which has hooks.
 bool plant_data(const PlantedFault& fault, Scene& scene, RenderSettings& settings);
 
-// The backend's renderer with the fault, of either kind.
+// The backend's renderer with the fault, of whatever kind.
 [[nodiscard]] std::unique_ptr<Renderer> renderer_with(
     const Backend& backend, const PlantedFault& fault, BackendOptions options = {});
 

@@ -79,6 +79,9 @@ Trial trial_of(const SceneVerdict& verdict, Planting planting, const std::string
         trial.caught = !trial.level.empty();
         if (trial.caught) trial.witness = form ? "closed form" : "backends";
     }
+    if (verdict.likeness)
+        for (const Subsystem subsystem : verdict.likeness->subsystems)
+            trial.blamed.emplace_back(subsystem_names.at(static_cast<std::size_t>(subsystem)));
     trial.samples = std::min(verdict.reference.samples, verdict.candidate.samples);
     trial.width = verdict.settings.width;
     trial.height = verdict.settings.height;

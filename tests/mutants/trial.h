@@ -35,6 +35,7 @@ struct Trial {
     std::string witness;              // "backends" or "closed form"; empty: not caught
     std::string level;                // its most significant, or "fixed pixels", "invalid samples"; empty: none
     std::vector<std::string> levels;  // all that are significant, of either witness
+    std::vector<std::string> blamed;  // subsystems, likeliest first, that the verdict names (likeness.h)
     std::uint64_t samples = 0;        // a pixel and side at the last look, the paired ones not counted
     std::uint32_t width = 0, height = 0;
     double seconds = 0.0;

@@ -57,6 +57,10 @@ template <class Real>
 TANDEM_INLINE RandomLanes<Real> random_numbers(std::uint64_t seed, const SampleId<Real>& id, Ints<Real> block) {
     std::array<Ints<Real>, 4> c{id.pixel, id.sample_low, block, id.sample_high};
     if (planted(PlantedBug::seed_repeated)) c[0] = c[0] & Ints<Real>(~UnsignedOf<Real>{4096});
+    if (planted(PlantedBug::numbers_reused)) {
+        using U = UnsignedOf<Real>;
+        c[2] = select(c[2] >> 2 == Ints<Real>(U{10}), c[2] - Ints<Real>(U{16}), c[2]);
+    }
     std::uint32_t key0 = static_cast<std::uint32_t>(seed), key1 = static_cast<std::uint32_t>(seed >> 32);
     for (int round = 0; round < 10; ++round) {
         const WideProduct<Real> p0 = multiply_wide(c[0], 0xD2511F53u), p1 = multiply_wide(c[2], 0xCD9E8D57u);
@@ -65,6 +69,8 @@ TANDEM_INLINE RandomLanes<Real> random_numbers(std::uint64_t seed, const SampleI
         key0 += 0x9E3779B9u;
         key1 += 0xBB67AE85u;
     }
+    if (planted(PlantedBug::random_short))
+        for (Ints<Real>& word : c) word = word & Ints<Real>(UnsignedOf<Real>{0xFFFF0000u});
     RandomLanes<Real> numbers;
     for (std::size_t i = 0; i < 4; ++i) numbers[i] = to_real(c[i] >> 8) * Lanes<Real>(static_cast<Real>(0x1p-24));
     return numbers;

@@ -114,7 +114,10 @@ dvec3 bilinear(const Pixels& image, double u, double v, Rows rows) {
     const bool nearest = planted(repeated ? PlantedBug::texture_nearest : PlantedBug::sky_nearest);
     const double half = nearest || (repeated && planted(PlantedBug::texture_half_texel)) ? 0.0 : 0.5;
     const double x = u * image.width - half, y = (1.0 - v) * image.height - half;
-    const double left = std::floor(x), top = std::floor(y), fx = nearest ? 0.0 : x - left, fy = nearest ? 0.0 : y - top;
+    const double left = std::floor(x), top = std::floor(y);
+    double fx = nearest ? 0.0 : x - left, fy = nearest ? 0.0 : y - top;
+    if (planted(PlantedBug::texture_weights_short))
+        for (double* const weight : {&fx, &fy}) *weight = std::round(*weight * 256.0) / 256.0;
     const auto at = [&](double column, double row) {
         const std::size_t index =
             3 * (texel(row, image.height, repeated) * image.width + texel(column, image.width, true));

@@ -26,8 +26,8 @@ namespace {
 
 json to_json(const Trial& trial, std::size_t effort) {
     return {{"scene", trial.scene}, {"effort", effort}, {"caught", trial.caught}, {"witness", trial.witness},
-        {"level", trial.level}, {"levels", trial.levels}, {"samples", trial.samples}, {"width", trial.width},
-        {"height", trial.height}, {"seconds", trial.seconds}, {"sentence", trial.sentence}};
+        {"level", trial.level}, {"levels", trial.levels}, {"blamed", trial.blamed}, {"samples", trial.samples},
+        {"width", trial.width}, {"height", trial.height}, {"seconds", trial.seconds}, {"sentence", trial.sentence}};
 }
 
 void print(const json& line) {
@@ -38,7 +38,9 @@ void print(const json& line) {
 void run(const Mutant& mutant, std::size_t effort_count) {
     json line{{"id", mutant.id()}, {"bug", planted_bug_names.at(static_cast<std::size_t>(mutant.fault.bug))},
         {"amount", mutant.fault.amount}, {"planting", name_of(mutant.planting)}, {"unbiased", mutant.unbiased},
-        {"caught", false}, {"trials", json::array()}};
+        {"tuned_for", mutant.tuned_for},
+        {"subsystem", subsystem_names.at(static_cast<std::size_t>(subsystem_of(mutant.fault.bug)))}, {"caught", false},
+        {"trials", json::array()}};
     for (std::size_t effort = 0; effort < effort_count && !line["caught"]; ++effort)
         for (const std::string& scene : mutant.scenes) {
             const SceneVerdict verdict = verdict_of(mutant.fault, mutant.planting, scene, efforts.at(effort));
