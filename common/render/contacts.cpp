@@ -188,7 +188,7 @@ double size_of_contact(const Body& body, const Face& face, const Face& other) {
             for (const dvec3& corner : each->corners()) most = std::max(most, std::abs(corner[i]));
         terms += std::abs(face.normal[i]) * most;
     }
-    const auto [small, large] = std::minmax(face.box.size(), other.box.size());
+    const auto [small, large] = std::minmax({face.box.size(), other.box.size()});
     return terms + std::min(body.thickness(face.normal), face.box.size() + other.box.size()) +
            0.125 * (small + 0x1p-10 * large);
 }
