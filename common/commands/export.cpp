@@ -109,9 +109,11 @@ void add_export_command(CLI::App& app, CommandContext& context) {
 }
 
 void add_import_command(CLI::App& app, CommandContext& context) {
-    CLI::App* command = app.add_subcommand("import", "Make a scene file of a glTF scene");
+    CLI::App* command = app.add_subcommand("import", "Make a scene file of a glTF or pbrt scene");
     const auto arguments = std::make_shared<ImportArguments>();
-    command->add_option("file", arguments->file, "A .gltf or .glb file (2.0)")->required()->type_name("FILE");
+    command->add_option("file", arguments->file, "A .gltf or .glb file (2.0), or a .pbrt file (version 4)")
+        ->required()
+        ->type_name("FILE");
     command->add_option("-o,--output", arguments->out, "Scene file to write")->required()->type_name("FILE");
     add_common_options(*command, context,
         "  tandem import glass.gltf -o again.json\n"

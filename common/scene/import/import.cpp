@@ -15,7 +15,8 @@ std::string name_beside(const std::filesystem::path& file, const std::filesystem
 ImportedScene import_scene(const std::filesystem::path& file, const std::filesystem::path& out) {
     const std::string ending = file.extension().string();
     if (ending == ".gltf" || ending == ".glb") return from_gltf(file, out);
-    throw input_error(file.string(), "", "is no glTF file by its ending", "name a .gltf or .glb file");
+    if (ending == ".pbrt") return from_pbrt(file, out);
+    throw input_error(file.string(), "", "is neither glTF nor pbrt by its ending", "name a .gltf, .glb or .pbrt file");
 }
 
 }  // namespace tandem::scene_import
