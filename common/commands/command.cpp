@@ -459,6 +459,8 @@ int run_program(int argc, char** argv, const Program& program) {
     add_cost_command(app, context);
     add_trace_command(app, context);
     add_stability_command(app, context);
+    add_export_command(app, context);
+    add_import_command(app, context);
     add_devices_command(app, context);
     // A file that meets its size limit then fails to be written, which is told; else the program would be ended.
     std::signal(SIGXFSZ, SIG_IGN);

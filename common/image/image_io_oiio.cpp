@@ -195,4 +195,17 @@ std::string srgb8_png_bytes(const std::vector<std::uint8_t>& pixels, std::uint32
     return encoded("png", spec, OIIO::TypeDesc::UINT8, pixels.data(), shown);
 }
 
+std::string srgb16_png_bytes(const Image& image, const std::filesystem::path& shown) {
+    std::vector<std::uint16_t> pixels;
+    for (std::size_t i = 0; i < image.pixels.size(); i += image.channels.size())
+        for (std::size_t c = 0; c < 3; ++c) {
+            const double linear = std::clamp(static_cast<double>(image.pixels[i + c]), 0.0, 1.0);
+            const double encoded = linear <= 0.0031308 ? 12.92 * linear : 1.055 * std::pow(linear, 1.0 / 2.4) - 0.055;
+            pixels.push_back(static_cast<std::uint16_t>(std::lround(65535.0 * encoded)));
+        }
+    OIIO::ImageSpec spec(static_cast<int>(image.width), static_cast<int>(image.height), 3, OIIO::TypeDesc::UINT16);
+    spec.attribute("oiio:ColorSpace", "sRGB");
+    return encoded("png", spec, OIIO::TypeDesc::UINT16, pixels.data(), shown);
+}
+
 }  // namespace tandem::image_files

@@ -1,4 +1,4 @@
-// What the sources of image_io share and nobody else needs: the formats.
+// What the sources of image_io share and, beside them, exports alone need: the formats.
 #pragma once
 
 #include <cstdint>
@@ -40,6 +40,8 @@ struct LibrarySource {
 [[nodiscard]] std::string exr_bytes(const Image& image, const std::filesystem::path& shown);
 [[nodiscard]] std::string srgb8_png_bytes(const std::vector<std::uint8_t>& pixels, std::uint32_t width,
     std::uint32_t height, const std::filesystem::path& shown);
+// The first three channels, from 0 to 1, encoded as sRGB in 16 bits.
+[[nodiscard]] std::string srgb16_png_bytes(const Image& image, const std::filesystem::path& shown);
 [[nodiscard]] bool has_library();
 
 }  // namespace tandem::image_files

@@ -24,4 +24,6 @@ std::string srgb8_png_bytes(
     throw no_library(shown);
 }
 
+std::string srgb16_png_bytes(const Image&, const std::filesystem::path& shown) { throw no_library(shown); }
+
 }  // namespace tandem::image_files

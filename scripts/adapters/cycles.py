@@ -16,6 +16,9 @@ os.dup2(2, 1)
 import bpy  # noqa: E402
 import mathutils  # noqa: E402
 
+# What tandem export --to blender puts in the place of None: the scene of a script that stands alone.
+EXPORTED = None
+
 HAIR = 1e-4  # of a lamp's size: between its light and the sheet that stops light behind it
 
 
@@ -125,10 +128,8 @@ def read_pfm(path):
 
 
 class Scene:
-    def __init__(self, path):
-        self.folder = os.path.dirname(path)
-        with open(path) as file:
-            self.data = json.load(file)
+    def __init__(self, folder, data):
+        self.folder, self.data = folder, data
         only(self.data, ("$schema", "description", "film", "camera", "background", "render", "textures", "materials", "lights",
                          "entities", "expect"), "the scene")
         bpy.ops.wm.read_factory_settings(use_empty=True)
@@ -368,6 +369,8 @@ class Scene:
             elif kind == "obj":
                 points, faces = self.read_obj(value, where)
                 self.add_mesh(where, points, faces, self.material(name), matrix)
+            elif kind == "mesh":
+                self.add_mesh(where, value["points"], value["faces"], self.material(name), matrix, value["coordinates"])
             else:
                 raise Refusal(f"{where}: the primitive {kind}")
 
@@ -457,14 +460,26 @@ def say(**answer):
     print(json.dumps(answer), file=answers, flush=True)
 
 
+def scene_of(path):
+    if EXPORTED:
+        return Scene(os.path.dirname(os.path.abspath(__file__)), EXPORTED)
+    with open(path) as file:
+        return Scene(os.path.dirname(path), json.load(file))
+
+
 def main():
+    if EXPORTED and "--" in sys.argv:  # blender ... --python SCRIPT -- IMAGE.exr SAMPLES
+        image, samples = sys.argv[sys.argv.index("--") + 1:]
+        film, bounces = EXPORTED["film"], EXPORTED["render"]["bounces"]
+        scene_of(None).render({**film, "bounces": bounces, "samples": int(samples), "seed": 0, "threads": os.cpu_count(), "out": image})
+        return
     say(tandem=1, name="Cycles", version="Blender " + bpy.app.version_string)
     path, scene = None, None
     for line in sys.stdin:
         request = json.loads(line)
         try:
             if request["scene"] != path:
-                path, scene = None, Scene(request["scene"])
+                path, scene = None, scene_of(request["scene"])
                 path = request["scene"]
             scene.render(request)
             say(done=True)

@@ -74,6 +74,7 @@ class FilesTest(ProgramTest):
         return {
             "render": (["render", scene, "--samples", "1"], {"-o": ".exr", "--json": ".json"}),
             "verify": (["verify", scene, *pair, "--oracle", "none", "--samples", "64"], verdict),
+            "export": (["export", scene, "--to", "gltf"], {"-o": ".gltf", "--json": ".json"}),
             "effects": (["effects", scene, "--backend", "cpu", "--time", "2"], text),
             "trace": (["trace", scene, "--pixel", "4,4", "--backends", "cpu"], text),
             "cost": (["cost", scene, "--time", "2", "--size", "4", "--knob", "bounces", "--no-cache"],

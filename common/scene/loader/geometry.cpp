@@ -322,13 +322,17 @@ void GeometryReader::read_quad(const Value& value) {
 
 // A model named twice is read once, and its vertices are shared; once more where its own materials are taken.
 const GeometryReader::ModelTriangles& GeometryReader::read_model(const Value& value, bool gltf, bool own_materials) {
-    value.only({"file", "normals"});
+    value.only({"file", "normals", "mesh"});
+    if (!gltf) without(value, "mesh", "an OBJ model has no meshes by number");
     const Value file = value.required("file");
     const std::string name = file.relative_file();
     const bool smooth = !value.has("normals") || value.member("normals").choice({"smooth", "flat"}) == 0;
-    const std::string key = fmt::format("{} {} {} {}", gltf, smooth, own_materials, name);
+    std::optional<std::uint32_t> mesh;
+    if (value.has("mesh")) mesh = value.member("mesh").integer(0, no_index - 1);
+    const std::string key =
+        fmt::format("{} {} {} {} {}", gltf, smooth, own_materials, mesh ? fmt::to_string(*mesh) : "all", name);
     if (const auto found = models_.find(key); found != models_.end()) return found->second;
-    const ModelParts parts{.coordinates = coordinates_, .normals = smooth, .materials = own_materials};
+    const ModelParts parts{.coordinates = coordinates_, .normals = smooth, .materials = own_materials, .mesh = mesh};
     TriangleModel model = gltf ? read_gltf(folder_ / name, file.place(), name, parts)
                                : read_obj(folder_ / name, file.place(), name, parts);
     const auto first = static_cast<std::uint32_t>(scene_.vertices.size());
@@ -354,6 +358,11 @@ const GeometryReader::ModelTriangles& GeometryReader::read_model(const Value& va
 std::uint32_t GeometryReader::add_material(const std::string& model, const ModelMaterial& source) {
     Material material = source.material;
     material.name = model + ": " + source.material.name;
+    if (source.interior) {
+        material.interior = static_cast<std::uint32_t>(scene_.media.size());
+        scene_.media.push_back(*source.interior);
+        scene_.media.back().name = material.name;
+    }
     if (source.colour_image) {
         const auto next = static_cast<std::uint32_t>(scene_.textures.size());
         const auto [texture, added] = model_textures_.emplace(source.colour_image.get(), next);

@@ -79,10 +79,10 @@ public:
     TriangleModel read() {
         parse();
         check_extensions();
-        if (source_.scenes.empty()) refuse("has no scene", "export it with one");
-        visited_.assign(source_.nodes.size(), false);
-        for (const int node : at(source_.scenes, source_.defaultScene < 0 ? 0 : source_.defaultScene).nodes)
-            read_node(node, glm::dmat4(1.0), 0);
+        if (parts_.mesh)
+            read_mesh(*parts_.mesh);
+        else
+            read_scene();
         if (model_.triangles.empty()) refuse("holds no triangle", "name a model with triangles");
         set_corners(model_, std::move(corners_), parts_);
         note_passed_over();
@@ -90,6 +90,20 @@ public:
     }
 
 private:
+    void read_mesh(std::uint32_t mesh) {
+        if (mesh >= source_.meshes.size())
+            refuse(fmt::format("has {} meshes, and no mesh {}", source_.meshes.size(), mesh), "count them from 0");
+        for (const tinygltf::Primitive& primitive : source_.meshes[mesh].primitives)
+            read_primitive(primitive, glm::dmat4(1.0));
+    }
+
+    void read_scene() {
+        if (source_.scenes.empty()) refuse("has no scene", "export it with one");
+        visited_.assign(source_.nodes.size(), false);
+        for (const int node : at(source_.scenes, source_.defaultScene < 0 ? 0 : source_.defaultScene).nodes)
+            read_node(node, glm::dmat4(1.0), 0);
+    }
+
     [[noreturn]] void refuse(const std::string& reason, const std::string& mend) const {
         throw input_error(place_.file, place_.pointer, printable(shown_) + ": " + reason, mend);
     }
@@ -265,10 +279,12 @@ private:
         const auto lost = [&](bool there, const char* what) {
             if (there) model_.passed_over.insert(what);
         };
-        lost(!source_.cameras.empty(), "cameras");
-        lost(!source_.animations.empty(), "animations");
-        lost(!source_.lights.empty(), "lights");
-        lost(source_.scenes.size() > 1, "other scenes than its default");
+        if (!parts_.mesh) {
+            lost(!source_.cameras.empty(), "cameras");
+            lost(!source_.animations.empty(), "animations");
+            lost(!source_.lights.empty(), "lights");
+            lost(source_.scenes.size() > 1, "other scenes than its default");
+        }
         if (!materials_) return;
         model_.materials = materials_->take();
         model_.passed_over.merge(materials_->passed_over());

@@ -11,7 +11,7 @@ namespace tandem::scene_json {
 namespace {
 
 constexpr double least_roughness = 0.03, greatest_k = 1e3;  // of scene files (common/scene/materials.cpp)
-constexpr double greatest_strength = 1e9;
+constexpr double greatest_strength = 1e18, greatest_absorption = 1e9;
 
 // The mean over an image of one of its channels.
 double mean_of(const Pixels& image, std::size_t channel) {
@@ -72,6 +72,7 @@ struct GltfMaterials::Surface {
     std::shared_ptr<const Pixels> base_image;
     double metallic = 1.0, roughness = 1.0, transmission = 0.0, index = 1.5, specular = 1.0, strength = 1.0;
     bool double_sided = false;
+    glm::dvec3 absorption{0.0};  // inside
 
     [[nodiscard]] bool metal() const { return metallic >= 0.5; }
     [[nodiscard]] bool glass() const { return !metal() && transmission >= 0.5; }
@@ -150,6 +151,8 @@ void GltfMaterials::read_extensions(const Value& material, Surface& surface) {
             surface.index = optional_number(extension, "ior", 1.0, 1e3, 1.5);
         } else if (name == "KHR_materials_emissive_strength") {
             surface.strength = optional_number(extension, "emissiveStrength", 0.0, greatest_strength, 1.0);
+        } else if (name == "KHR_materials_volume") {
+            read_volume(extension, surface);
         } else if (name == "KHR_materials_specular") {
             surface.specular = optional_number(extension, "specularFactor", 0.0, 1.0, 1.0);
             if (surface.specular != 0.0) passed_over_.insert(name);
@@ -157,6 +160,16 @@ void GltfMaterials::read_extensions(const Value& material, Surface& surface) {
             passed_over_.insert(printable(name));
         }
     });
+}
+
+// What is left of light after the attenuation distance is the attenuation colour. Thickness is that of the body.
+void GltfMaterials::read_volume(const Value& volume, Surface& surface) {
+    if (volume.has("thicknessTexture")) passed_over_.insert("thicknessTexture");
+    if (optional_number(volume, "thicknessFactor", 0.0, greatest_length, 0.0) == 0.0) return;  // thin walls
+    const double distance = optional_number(volume, "attenuationDistance", least_length, greatest_length, 0.0);
+    const glm::dvec3 colour = read_factor(volume, "attenuationColor", 3, 1.0);
+    if (distance > 0.0) surface.absorption = -glm::log(glm::max(colour, 1e-30)) / distance;
+    surface.absorption = glm::min(glm::max(surface.absorption, 0.0), greatest_absorption);
 }
 
 void GltfMaterials::note_losses(const Value& material, const Surface& surface) {
@@ -204,6 +217,10 @@ ModelMaterial GltfMaterials::read(const Value& source) {
         material.translucent = true;
         material.roughness = roughness;
         material.refractive_index = surface.index;
+        if (surface.absorption != glm::dvec3(0.0)) {
+            result.interior.emplace();
+            result.interior->absorption = surface.absorption;
+        }
         return result;
     }
     const bool reflects = surface.base != glm::dvec3(0.0), emits = surface.emission != glm::dvec3(0.0);

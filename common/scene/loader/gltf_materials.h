@@ -23,6 +23,7 @@ public:
     [[nodiscard]] std::uint32_t index_of(int material);
 
     [[nodiscard]] std::vector<ModelMaterial> take() { return std::move(materials_); }
+    [[nodiscard]] const std::vector<ModelMaterial>& read_so_far() const { return materials_; }
     // Features that are not taken over.
     [[nodiscard]] std::set<std::string>& passed_over() { return passed_over_; }
 
@@ -32,6 +33,7 @@ private:
     [[nodiscard]] ModelMaterial read(const Value& material);
     void read_metal_and_roughness(const Value& material, Surface& surface);
     void read_extensions(const Value& material, Surface& surface);
+    void read_volume(const Value& volume, Surface& surface);
     void note_losses(const Value& material, const Surface& surface);
     [[nodiscard]] std::shared_ptr<const Pixels> read_texture(
         const Value& reference, bool srgb, const glm::dvec3& factor);

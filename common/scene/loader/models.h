@@ -9,6 +9,7 @@
 #include <glm/vec3.hpp>
 #include <map>
 #include <memory>
+#include <optional>
 #include <set>
 #include <string>
 #include <vector>
@@ -22,11 +23,13 @@ namespace tandem::scene_json {
 // What is read of a model beside its triangles.
 struct ModelParts {
     bool coordinates = false, normals = false, materials = false;
+    std::optional<std::uint32_t> mesh = {};  // of glTF: this one alone, without the nodes' transforms
 };
 
 struct ModelMaterial {
     Material material;                           // its name, without the file's; without a texture
     std::shared_ptr<const Pixels> colour_image;  // takes the place of the colour
+    std::optional<Medium> interior = {};         // its name is the material's
 };
 
 struct TriangleModel {

@@ -1,5 +1,6 @@
 #include "common/scene/loader/scene_loader.h"
 
+#include "common/error.h"
 #include "common/files/read_file.h"
 #include "common/scene/loader/geometry.h"
 #include "common/scene/loader/json.h"
@@ -58,8 +59,13 @@ Scene read_scene(const Value& root, const std::filesystem::path& file) {
 }  // namespace
 
 Scene load_scene(const std::filesystem::path& file, std::vector<std::string>* files) {
+    return parse_scene(read_file(file, greatest_bytes), file, files);
+}
+
+Scene parse_scene(const std::string& text, const std::filesystem::path& file, std::vector<std::string>* files) {
     const std::string name = file.string();
-    const std::string text = read_file(file, greatest_bytes);
+    if (text.size() > greatest_bytes)
+        throw input_error(name, "", "a scene of more than 16 MiB", "put its triangles into a model");
     const Json document = parse_strict(text, name);
     const Value root(document, name);
     Scene scene = read_scene(root, file);

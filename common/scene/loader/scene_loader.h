@@ -13,4 +13,8 @@ namespace tandem {
 // `files` gets the names of all that was read: the file itself, models, images, grids.
 [[nodiscard]] Scene load_scene(const std::filesystem::path& file, std::vector<std::string>* files = nullptr);
 
+// The same of the text of a file that need not be there yet.
+[[nodiscard]] Scene parse_scene(
+    const std::string& text, const std::filesystem::path& file, std::vector<std::string>* files = nullptr);
+
 }  // namespace tandem

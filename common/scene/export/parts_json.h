@@ -1,0 +1,36 @@
+// Parts of a Scene as scene files write them (scenes/format/FORMAT.md): what exports keep for `tandem import`, and what
+// imports write.
+#pragma once
+
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "common/image/image_io.h"
+#include "common/scene/scene.h"
+
+namespace tandem::scene_export {
+
+using Json = nlohmann::json;
+
+[[nodiscard]] inline Json vector_json(const glm::dvec3& v) { return {v.x, v.y, v.z}; }
+// 16 numbers, row by row.
+[[nodiscard]] Json matrix_json(const glm::dmat4& matrix);
+
+struct SceneNames {
+    explicit SceneNames(const Scene& scene);
+    std::vector<std::string> materials, textures, media;
+};
+
+[[nodiscard]] Json material_json(const Material& material, const SceneNames& names);
+[[nodiscard]] Json texture_json(const Texture& texture, const std::string& image_file);
+[[nodiscard]] Json medium_json(const Medium& medium);
+[[nodiscard]] Json background_json(const Background& background, const std::string& image_file);
+[[nodiscard]] Json render_json(const SceneDefaults& defaults);
+[[nodiscard]] Json camera_json(const Camera& camera);
+
+[[nodiscard]] Image image_of(const Pixels& pixels);
+// A PFM file of linear pixels.
+[[nodiscard]] std::string pfm_bytes(const Pixels& pixels);
+
+}  // namespace tandem::scene_export

@@ -1,0 +1,256 @@
+// pbrt-v4 scene text. Coordinates stay right-handed: pbrt's are left-handed, so the camera's x is mirrored.
+#include <fmt/format.h>
+
+#include <cmath>
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+#include <glm/gtc/matrix_transform.hpp>
+#include <glm/trigonometric.hpp>
+#include <map>
+
+#include "common/scene/export/export.h"
+#include "common/scene/export/parts_json.h"
+#include "common/scene/export/shapes.h"
+
+namespace tandem::scene_export {
+
+namespace {
+
+std::string numbers(const glm::dvec3& v) { return fmt::format("{} {} {}", v.x, v.y, v.z); }
+std::string rgb(const char* name, const glm::dvec3& v) { return fmt::format(" \"rgb {}\" [ {} ]", name, numbers(v)); }
+std::string real(const char* name, double v) { return fmt::format(" \"float {}\" [ {} ]", name, v); }
+
+// Names stand in quotation marks, on one line.
+std::string in_quotes(const std::string& name) {
+    std::string text = "\"";
+    for (const char c : name) text += c == '"' || c == '\\' || static_cast<unsigned char>(c) < ' ' ? '\'' : c;
+    return text + '"';
+}
+
+// Column by column, as pbrt reads them.
+std::string columns(const glm::dmat4& m) {
+    std::string text;
+    for (int i = 0; i < 16; ++i) text += fmt::format(" {}", m[i / 4][i % 4]);
+    return "[" + text + " ]";
+}
+
+class PbrtWriter {
+public:
+    PbrtWriter(const Scene& scene, const ExportOptions& options) : scene_(scene), options_(options), names_(scene) {}
+
+    std::vector<ExportedFile> write() {
+        text_ = fmt::format("# {}, written by tandem export --to pbrt\n", in_quotes(scene_.name));
+        for (const std::string& remark : remarks_on(scene_, Target::pbrt)) text_ += "# " + remark + "\n";
+        write_head();
+        text_ += "\nWorldBegin\n";
+        write_lights();
+        for (std::size_t i = 0; i < scene_.materials.size(); ++i)
+            if (scene_.materials[i].colour_texture == no_index)
+                write_named_material(scene_.materials[i], names_.materials[i]);
+        for (std::size_t i = 0; i < scene_.entities.size(); ++i) write_entity(scene_.entities[i], i);
+        files_.insert(files_.begin(), {options_.name, text_});
+        return std::move(files_);
+    }
+
+private:
+    void write_head() {
+        const Camera& camera = scene_.camera;
+        const glm::dvec3 target = camera.target;
+        text_ += "\nScale -1 1 1\n";  // pbrt's images run the other way
+        text_ += fmt::format("LookAt {}  {}  {}\n", numbers(camera.position), numbers(target), numbers(camera.up));
+        const double half = std::tan(glm::radians(camera.vertical_field_degrees) / 2.0);
+        const double aspect = double{1.0} * scene_.film.width / scene_.film.height;
+        // pbrt's field is that of the shorter side.
+        const double field =
+            aspect >= 1.0 ? camera.vertical_field_degrees : glm::degrees(2.0 * std::atan(half * aspect));
+        if (scene_.medium != no_index) {
+            write_media();
+            text_ += fmt::format("MediumInterface \"\" {}\n", in_quotes(names_.media[scene_.medium]));
+        }
+        text_ += "Camera \"perspective\"" + real("fov", field);
+        if (camera.lens_radius > 0.0)
+            text_ += real("lensradius", camera.lens_radius) + real("focaldistance", camera.focus_distance);
+        text_ += " \"float shutteropen\" [ 0 ] \"float shutterclose\" [ 1 ]\n";
+        text_ += fmt::format(
+            "Film \"rgb\" \"integer xresolution\" [ {} ] \"integer yresolution\" [ {} ] \"string "
+            "filename\" [ {} ] \"string sensor\" [ \"cie1931\" ]\n",
+            scene_.film.width, scene_.film.height, in_quotes(beside(options_.name, ".exr")));
+        text_ += "PixelFilter \"box\" \"float xradius\" [ 0.5 ] \"float yradius\" [ 0.5 ]\n";
+        text_ += "Sampler \"independent\" \"integer pixelsamples\" [ 256 ]\n";
+        const bool media = !scene_.media.empty();
+        text_ += fmt::format("Integrator \"{}\" \"integer maxdepth\" [ {} ] \"bool regularize\" [ false ]\n",
+            media ? "volpath" : "path", scene_.defaults.bounces);
+        if (media && scene_.medium == no_index) write_media();
+    }
+
+    void write_media() {
+        for (std::size_t i = 0; i < scene_.media.size(); ++i) {
+            const Medium& medium = scene_.media[i];
+            text_ += fmt::format("MakeNamedMedium {} \"string type\" [ \"homogeneous\" ]", in_quotes(names_.media[i]));
+            text_ += rgb("sigma_a", medium.absorption) + rgb("sigma_s", medium.scattering) +
+                     real("g", medium.anisotropy) + "\n";
+        }
+    }
+
+    // -- Lights
+
+    void write_lights() {
+        const Background& background = scene_.background;
+        if (background.up != glm::dvec3(0.0)) text_ += "LightSource \"infinite\"" + rgb("L", background.up) + "\n";
+        for (const PunctualLight& light : scene_.lights) {
+            const glm::dvec3 to = light.position + light.direction;
+            if (light.kind == PunctualKind::point)
+                text_ += "LightSource \"point\"" + rgb("I", light.intensity) +
+                         fmt::format(" \"point3 from\" [ {} ]\n", numbers(light.position));
+            else if (light.kind == PunctualKind::spot)
+                text_ +=
+                    "LightSource \"spot\"" + rgb("I", light.intensity) +
+                    fmt::format(" \"point3 from\" [ {} ] \"point3 to\" [ {} ]", numbers(light.position), numbers(to)) +
+                    real("coneangle", light.outer_degrees) +
+                    real("conedeltaangle", light.outer_degrees - light.inner_degrees) + "\n";
+            else
+                text_ += "LightSource \"distant\"" + rgb("L", light.intensity) +
+                         fmt::format(" \"point3 from\" [ 0 0 0 ] \"point3 to\" [ {} ]\n", numbers(light.direction));
+        }
+    }
+
+    // -- Materials
+
+    // `colour`: the parameter that says it.
+    std::string material_text(const Material& material, const std::string& colour) const {
+        switch (material.kind) {
+            case MaterialKind::diffuse:
+            case MaterialKind::rough_diffuse:  // of roughness 0
+                return "\"diffuse\"" + colour;
+            case MaterialKind::emissive:
+                return "\"diffuse\"" + rgb("reflectance", glm::dvec3(0.0));
+            case MaterialKind::conductor:
+                return "\"conductor\"" + rgb("eta", material.eta) + rgb("k", material.k) + roughness(material);
+            case MaterialKind::specular:
+                return "\"dielectric\"" + real("eta", material.refractive_index) + roughness(material);
+            case MaterialKind::boundary:
+                break;
+        }
+        return "\"interface\"";
+    }
+
+    static std::string roughness(const Material& material) {
+        return real("roughness", material.roughness * material.roughness) + " \"bool remaproughness\" [ false ]";
+    }
+
+    void write_named_material(const Material& material, const std::string& name) {
+        std::string text = material_text(material, rgb("reflectance", material.colour));
+        const std::size_t kind_end = text.find('"', 1) + 1;
+        text_ += fmt::format("MakeNamedMaterial {} \"string type\" [ {} ]{}\n", in_quotes(name),
+            text.substr(0, kind_end), text.substr(kind_end));
+    }
+
+    // Patterns of object space are laid out by the entity's transform, which stands here already.
+    std::string texture_text(const Texture& texture, const std::string& name) {
+        if (texture.kind == TextureKind::image) {
+            std::string& file = images_[&texture];
+            if (file.empty()) {
+                file = beside(options_.name, fmt::format(".image{}.pfm", images_.size() - 1));
+                files_.push_back({file, pfm_bytes(*texture.image)});
+            }
+            return fmt::format(
+                "Texture {} \"spectrum\" \"imagemap\" \"string filename\" [ {} ] \"string encoding\" "
+                "[ \"linear\" ] \"string filter\" [ \"bilinear\" ] \"string wrap\" [ \"repeat\" ]\n",
+                in_quotes(name), in_quotes(file));
+        }
+        const bool object = texture.space == TextureSpace::object;
+        std::string text = fmt::format(
+            "Texture {} \"spectrum\" \"checkerboard\" \"integer dimension\" [ {} ]", in_quotes(name), object ? 3 : 2);
+        text += rgb("tex1", texture.first) + rgb("tex2", texture.second);
+        if (!object) return text + real("uscale", texture.frequency.x) + real("vscale", texture.frequency.y) + "\n";
+        // An axis of frequency 0 lies in the middle of a cell; 2⁻⁴⁰ keeps the matrix invertible.
+        glm::dmat4 cells(1.0);
+        for (int axis = 0; axis < 3; ++axis) {
+            const bool flat = texture.frequency[axis] == 0.0;
+            cells[axis][axis] = flat ? 0x1p-40 : texture.frequency[axis];
+            cells[3][axis] = flat ? 0.5 : 0.0;
+        }
+        return "TransformBegin\nConcatTransform " + columns(glm::inverse(cells)) + "\n" + text + "\nTransformEnd\n";
+    }
+
+    // -- Shapes
+
+    void write_entity(const Entity& entity, std::size_t number) {
+        const Material& material = scene_.materials[entity.material];
+        text_ += fmt::format("\nAttributeBegin  # {}\n", in_quotes(entity.name));
+        if (entity.motion != glm::dvec3(0.0))
+            text_ +=
+                fmt::format("ActiveTransform EndTime\nTranslate {}\nActiveTransform All\n", numbers(entity.motion));
+        if (entity.object_to_world != glm::dmat4(1.0))
+            text_ += "ConcatTransform " + columns(entity.object_to_world) + "\n";
+        if (material.interior != no_index || material.kind == MaterialKind::boundary)
+            text_ += fmt::format("MediumInterface {} {}\n",
+                material.interior == no_index ? in_quotes("") : in_quotes(names_.media[material.interior]),
+                scene_.medium == no_index ? in_quotes("") : in_quotes(names_.media[scene_.medium]));
+        if (material.colour_texture == no_index) {
+            text_ += fmt::format("NamedMaterial {}\n", in_quotes(names_.materials[entity.material]));
+        } else {
+            const std::string name = fmt::format("texture of entity {}", number);
+            text_ += texture_text(scene_.textures[material.colour_texture], name);
+            text_ += "Material " +
+                     material_text(material, fmt::format(" \"texture reflectance\" [ {} ]", in_quotes(name))) + "\n";
+        }
+        if (material.radiance != glm::dvec3(0.0))
+            text_ += "AreaLightSource \"diffuse\"" + rgb("L", material.radiance) +
+                     fmt::format(" \"bool twosided\" [ {} ]\n", material.sides == EmittingSides::both);
+        write_shapes(entity);
+        text_ += "AttributeEnd\n";
+    }
+
+    void write_shapes(const Entity& entity) {
+        for (const bool smooth : {false, true}) write_mesh(triangles_of(scene_, entity, smooth));
+        for (std::size_t p = 0; p < entity.primitive_count; ++p) {
+            const Primitive& primitive = scene_.primitives[entity.first_primitive + p];
+            const glm::dvec3& first = scene_.vertices[primitive.index[0]];
+            if (primitive.kind == PrimitiveKind::cuboid) write_mesh(cuboid(first, scene_.vertices[primitive.index[1]]));
+            if (primitive.kind != PrimitiveKind::sphere) continue;
+            // pbrt's spheres have their poles along z, and their seam half a turn on. Where a transform mirrors, it
+            // keeps the fronts of meshes, as Tandem does, and turns those of spheres inside out.
+            const bool mirrored = glm::determinant(glm::dmat3(entity.object_to_world)) < 0.0;
+            text_ += fmt::format(
+                "AttributeBegin\n{}Translate {}\nRotate -90 1 0 0\nRotate 180 0 0 1\nShape \"sphere\" "
+                "\"float radius\" [ {} ]\nAttributeEnd\n",
+                mirrored ? "ReverseOrientation\n" : "", numbers(first), primitive.radius);
+        }
+    }
+
+    void write_mesh(const Mesh& mesh) {
+        if (mesh.indices.empty()) return;
+        text_ += "Shape \"trianglemesh\" \"integer indices\" [";
+        for (const std::uint32_t index : mesh.indices) text_ += fmt::format(" {}", index);
+        text_ += " ] \"point3 P\" [";
+        for (const glm::dvec3& point : mesh.points) text_ += "  " + numbers(point);
+        text_ += " ]";
+        if (!mesh.normals.empty()) {
+            text_ += " \"normal N\" [";
+            for (const glm::dvec3& normal : mesh.normals) text_ += "  " + numbers(normal);
+            text_ += " ]";
+        }
+        if (!mesh.coordinates.empty()) {
+            text_ += " \"point2 uv\" [";
+            for (const glm::dvec2& at : mesh.coordinates) text_ += fmt::format("  {} {}", at.x, at.y);
+            text_ += " ]";
+        }
+        text_ += "\n";
+    }
+
+    const Scene& scene_;
+    const ExportOptions& options_;
+    SceneNames names_;
+    std::string text_;
+    std::map<const Texture*, std::string> images_;
+    std::vector<ExportedFile> files_;
+};
+
+}  // namespace
+
+std::vector<ExportedFile> to_pbrt(const Scene& scene, const ExportOptions& options) {
+    return PbrtWriter(scene, options).write();
+}
+
+}  // namespace tandem::scene_export

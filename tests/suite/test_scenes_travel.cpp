@@ -1,0 +1,170 @@
+// Scenes that were exported and imported again look as before: the verdict says so, of images of other seeds.
+#include <fmt/format.h>
+
+#include <filesystem>
+
+#include "common/files/write_file.h"
+#include "common/scene/export/export.h"
+#include "common/scene/import/import.h"
+#include "common/scene/loader/scene_loader.h"
+#include "common/validation/compare/compare.h"
+#include "tests/suite/tracers.h"
+#include "tests/temporary_folder.h"
+
+namespace tandem::test {
+namespace {
+
+using scene_export::ExportOptions;
+using scene_export::Target;
+
+Scene shipped(const std::string& name) {
+    return load_scene(std::filesystem::path(TANDEM_SOURCE_DIR) / "scenes" / (name + ".json"));
+}
+
+void write(const std::vector<scene_export::ExportedFile>& files, const TemporaryFolder& folder) {
+    for (const auto& file : files) write_text_file(folder / file.name, file.bytes);
+}
+
+// To `name` and back. `change` is done to the export's text in between.
+Scene there_and_back(const Scene& scene, Target target, const ExportOptions& options,
+    const std::function<void(std::string&)>& change = {}) {
+    const TemporaryFolder folder;
+    auto files = export_scene(scene, target, options);
+    if (change) change(files.front().bytes);
+    write(files, folder);
+    const auto imported = scene_import::import_scene(folder / options.name, folder / "again.json");
+    write(imported.files, folder);
+    return parse_scene(imported.document.dump(), folder / "again.json");
+}
+
+Image image_by_cpu(const Scene& scene, std::uint64_t seed, std::uint64_t samples) {
+    RenderSettings settings = with_longer_side(default_settings(scene), 32);
+    settings.seed = seed;
+    if (settings.integrator == Integrator::bidirectional) settings.integrator = Integrator::next_event;
+    const auto renderer = cpu_backend().create({});
+    return image_of(renderer->prepare(scene, settings)->render({0, samples}).estimate, {});
+}
+
+Verdict verdict_on(const Scene& scene, const Scene& again, std::uint64_t samples = 256) {
+    CompareOptions options;
+    options.criteria.margins.image = 0.05;
+    options.criteria.margins.tile = 0.5;
+    const SceneVerdict verdict =
+        compare_images({{"a", image_by_cpu(scene, 1, samples)}}, {{"b", image_by_cpu(again, 2, samples)}}, options);
+    if (verdict.verdict != Verdict::agree) MESSAGE(scene.name, ": ", verdict.sentence);
+    return verdict.verdict;
+}
+
+}  // namespace
+
+TEST_CASE("shipped scenes agree with what comes back from glTF") {
+    for (const char* name : {"glass", "conductors", "environment", "textures", "smooth", "nested-glass", "lights",
+             "motion", "boundaries", "moons", "cornell-thesis"}) {
+        CAPTURE(std::string(name));
+        const Scene scene = shipped(name);
+        CHECK(verdict_on(scene, there_and_back(scene, Target::gltf, {.name = "a.gltf"})) == Verdict::agree);
+    }
+}
+
+TEST_CASE("what glTF says by itself comes back without extras") {
+    for (const char* name : {"cornell-classic", "lights", "closed-forms/polygon-light"}) {
+        CAPTURE(std::string(name));
+        Scene scene = shipped(name);
+        scene.background = {};
+        if (scene.lights.empty() && name != std::string("cornell-classic"))
+            scene.lights.push_back(
+                {.name = "sun", .kind = PunctualKind::sun, .direction = {0, -0.8, -0.6}, .intensity = {2.0, 1.0, 0.5}});
+        for (Material& material : scene.materials)  // glTF's metals have another curve
+            if (material.kind == MaterialKind::conductor) material.kind = MaterialKind::diffuse;
+        Scene again = there_and_back(scene, Target::gltf, {.name = "a.glb", .strict = true});
+        scene.defaults = again.defaults = {.integrator = Integrator::next_event, .bounces = 6};
+        again.film = scene.film;
+        CHECK(verdict_on(scene, again, 1024) == Verdict::agree);
+    }
+}
+
+// What pbrt says of a scene: two colours of the sky are one, and its materials those that pbrt has.
+Scene for_pbrt(Scene scene) {
+    scene.background.up = scene.background.down = glm::max(scene.background.down, glm::dvec3(0.2));
+    scene.background.image = nullptr;
+    scene.camera.position_motion = scene.camera.target_motion = glm::dvec3(0.0);
+    for (Texture& texture : scene.textures)
+        if (texture.kind == TextureKind::noise) texture.kind = TextureKind::checker;
+    for (Material& material : scene.materials) {
+        if (material.kind == MaterialKind::specular && !material.translucent) material.kind = MaterialKind::diffuse;
+        if (material.kind == MaterialKind::emissive) material.translucent = false;
+        if (material.translucent) material.alpha = 0.0;
+        if (material.kind == MaterialKind::rough_diffuse) material.kind = MaterialKind::diffuse;
+        material.fuzz = 0.0;
+        material.fresnel = Fresnel::exact;
+        material.priority = {};
+    }
+    scene.defaults = {.integrator = Integrator::next_event, .bounces = 6};
+    return scene;
+}
+
+TEST_CASE("what pbrt says comes back from its text") {
+    for (const char* name : {"cornell-classic", "glass", "conductors", "textures", "lights", "fog", "motion", "smooth",
+             "closed-forms/pixel-coverage", "boundaries"}) {
+        CAPTURE(std::string(name));
+        Scene scene = for_pbrt(shipped(name));
+        if (name == std::string("boundaries"))
+            for (Medium& medium : scene.media) medium.grid = nullptr;
+        const Scene again = there_and_back(scene, Target::pbrt, {.name = "a.pbrt"});
+        CHECK(again.entities.size() >= scene.entities.size());
+        CHECK(verdict_on(scene, again, 1024) == Verdict::agree);
+    }
+}
+
+TEST_CASE("what pbrt means otherwise than Tandem is refused, with its line") {
+    const TemporaryFolder folder;
+    const auto line = [&](const std::string& world) {
+        write_text_file(folder / "a.pbrt",
+            "Scale -1 1 1\nLookAt 0 0 5 0 0 0 0 1 0\nCamera \"perspective\" \"float fov\" 40\nWorldBegin\n" + world);
+        try {
+            (void)parse_scene(
+                scene_import::import_scene(folder / "a.pbrt", folder / "a.json").document.dump(), folder / "a.json");
+        } catch (const InputError& error) {
+            return std::string(error.what());
+        }
+        return std::string("imported");
+    };
+    const auto refused = [&](const std::string& world, const std::string& reason) {
+        CAPTURE(world);
+        CHECK_MESSAGE(line(world).find(reason) != std::string::npos, line(world));
+    };
+    CHECK(line("Shape \"sphere\"") == "imported");
+    refused("Shape \"disk\"", "line 5: the shape disk; use sphere or trianglemesh");
+    refused("Shape \"sphere\" \"float zmin\" 0", "a part of a sphere");
+    refused("Material \"coateddiffuse\"", "the material coateddiffuse is none of Tandem's");
+    refused(
+        "Material \"conductor\" \"spectrum eta\" \"metal-Au-eta\" \"spectrum k\" \"metal-Au-k\"", "eta is a spectrum");
+    refused("Material \"dielectric\" \"float roughness\" .2", "has its roughness remapped");
+    refused("LightSource \"infinite\" \"string filename\" \"sky.exr\"", "squares of equal area");
+    refused("LightSource \"goniometric\"", "the light goniometric");
+    refused("Include \"more.pbrt\"", "the directive Include");
+    refused("AttributeBegin", "ends within an AttributeBegin");
+    refused("AttributeEnd", "AttributeEnd without its begin");
+    refused("Translate 1 2", "ends where a number should stand");
+    refused("Translate 1 2 x", "\"x\" is no number");
+    refused("Shape \"trianglemesh\" \"point3 P\" [ 0 0 0 1 0 0 0 1 0 ] \"integer indices\" [ 0 1 7 ]",
+        "vertex 7 is not among 3");
+    refused("NamedMaterial \"x\"", "knows no material \"x\"");
+    refused(
+        "Texture \"t\" \"spectrum\" \"checkerboard\" \"integer dimension\" 3\nMaterial \"diffuse\" \"texture "
+        "reflectance\" \"t\"\nTranslate 1 0 0\nShape \"trianglemesh\" \"point3 P\" [ 0 0 0 1 0 0 0 1 0 ]",
+        "laid out in another space than its shape");
+    refused("ActiveTransform EndTime\nRotate 5 0 1 0", "moves a body by more than a displacement");
+}
+
+TEST_CASE("the verdict sees a lamp that came back 10 % brighter") {
+    const Scene scene = shipped("cornell-classic");
+    const auto brighten = [](std::string& text) {
+        const std::string strength = "\"emissiveStrength\": 15.0";
+        REQUIRE(text.find(strength) != std::string::npos);
+        text.replace(text.find(strength), strength.size(), "\"emissiveStrength\": 16.5");
+    };
+    CHECK(verdict_on(scene, there_and_back(scene, Target::gltf, {.name = "a.gltf"}, brighten), 1024) != Verdict::agree);
+}
+
+}  // namespace tandem::test
