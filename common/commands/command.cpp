@@ -451,6 +451,7 @@ int run_program(int argc, char** argv, const Program& program) {
         .interrupts = interrupts,
         .read = read};
     add_render_command(app, context);
+    add_merge_command(app, context);
     add_view_command(app, context);
     add_verify_command(app, context);
     add_compare_command(app, context);
