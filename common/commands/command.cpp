@@ -451,7 +451,6 @@ int run_program(int argc, char** argv, const Program& program) {
         .interrupts = interrupts,
         .read = read};
     add_render_command(app, context);
-    add_merge_command(app, context);
     add_view_command(app, context);
     add_verify_command(app, context);
     add_compare_command(app, context);
@@ -460,6 +459,10 @@ int run_program(int argc, char** argv, const Program& program) {
     add_cost_command(app, context);
     add_trace_command(app, context);
     add_stability_command(app, context);
+    add_merge_command(app, context);
+    add_plan_command(app, context);
+    add_work_command(app, context);
+    add_merge_results_command(app, context);
     add_devices_command(app, context);
     // A file that meets its size limit then fails to be written, which is told; else the program would be ended.
     std::signal(SIGXFSZ, SIG_IGN);

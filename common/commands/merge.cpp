@@ -1,7 +1,8 @@
 // tandem merge: the image of parts that were rendered apart.
+#include "common/commands/merge.h"
+
 #include <fmt/format.h>
 
-#include "common/commands/command.h"
 #include "common/deadline.h"
 #include "common/distribution/part.h"
 #include "common/error.h"
@@ -12,13 +13,6 @@
 namespace tandem {
 
 namespace {
-
-struct MergeArguments {
-    std::vector<std::string> parts;
-    std::string output;
-    bool allow_gaps = false, sums = false;
-    double exposure = 1.0;
-};
 
 Part all_of(const std::vector<std::string>& files, const std::stop_token& stop) {
     Part all = read_part(files.front());
@@ -69,7 +63,9 @@ nlohmann::json report_of(const Part& all, std::size_t parts, const std::vector<S
     return report;
 }
 
-ExitStatus merge(const MergeArguments& arguments, const CommandContext& context) {
+}  // namespace
+
+ExitStatus merge_parts(const MergeArguments& arguments, const CommandContext& context) {
     check_image_ending(arguments.output);
     check_outputs(context, {{"-o", arguments.output, OutputKind::image}}, arguments.parts);
     Part all = all_of(arguments.parts, context.stop);
@@ -98,8 +94,6 @@ ExitStatus merge(const MergeArguments& arguments, const CommandContext& context)
     return ExitStatus::disagree;
 }
 
-}  // namespace
-
 void add_merge_command(CLI::App& app, CommandContext& context) {
     CLI::App* command = app.add_subcommand("merge", "Make one image of parts that were rendered apart");
     const auto arguments = std::make_shared<MergeArguments>();
@@ -121,7 +115,7 @@ void add_merge_command(CLI::App& app, CommandContext& context) {
         "  tandem merge a.exr b.exr -o glass.exr\n"
         "The image has the bits of render --samples 1024.");
     command->callback(
-        [&context, arguments] { context.action = [&context, arguments] { return merge(*arguments, context); }; });
+        [&context, arguments] { context.action = [&context, arguments] { return merge_parts(*arguments, context); }; });
 }
 
 }  // namespace tandem

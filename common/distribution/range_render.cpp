@@ -19,6 +19,15 @@ std::vector<SampleRange> cut(const std::vector<SampleRange>& ranges, std::uint64
 
 namespace {
 
+// The whole blocks of what a stop left: one that was begun could never be completed.
+Estimate whole_blocks(const Estimate& stopped) {
+    Estimate whole(stopped.width(), stopped.height());
+    for (const Estimate::Piece& piece : stopped.pieces())
+        if (piece.range.count() % samples_per_block == 0) whole.add_block(piece.range, *piece.moments);
+    whole.add_invalid(stopped.invalid());
+    return whole;
+}
+
 // One step after the other, with what they took.
 class Steps {
 public:
@@ -31,6 +40,8 @@ public:
         RenderResult part = job_.render(range, control);
         result_.seconds += part.seconds;
         if (part.device_seconds) result_.device_seconds = result_.device_seconds.value_or(0.0) + *part.device_seconds;
+        const bool complete = part.estimate.count() == range.count();
+        if (!complete) part.estimate = whole_blocks(part.estimate);
         const std::uint64_t count = part.estimate.count();
         if (count > 0 && sums_.pixel_count() == 0)
             sums_ = std::move(part.estimate);
@@ -41,7 +52,7 @@ public:
         if (part.seconds < 0.5 * share * work_.keep_seconds) step_ *= 2;
         if (part.seconds > share * work_.keep_seconds) step_ = std::max(samples_per_block, step_ / 2);
         if (work_.keep && since_kept_.seconds() >= work_.keep_seconds) keep();
-        return count == range.count();
+        return complete;
     }
     void keep() {
         if (work_.keep) work_.keep(result_.seconds - seconds_kept_);

@@ -22,7 +22,7 @@ struct RangeResult {
     bool complete = false;  // false: stopped
 };
 
-// Adds the samples to `sums`, whose ranges they are not. A stop leaves the samples that were finished of every pixel.
+// Adds the samples to `sums`, whose ranges they are not. A stop leaves the blocks that were finished of every pixel.
 [[nodiscard]] RangeResult render_ranges(RenderJob& job, Estimate& sums, const RangeWork& work);
 
 // The parts of `ranges` of at most `most` samples, which is a multiple of samples_per_block, cut at its multiples.
