@@ -151,7 +151,7 @@ void check_arguments(const CLI::App& app, const std::vector<std::string>& argume
             waiting = check_option(app, *command, word);
         } else {
             check_value(waiting != nullptr ? option : "", waiting, word);
-            if (waiting == nullptr && command == &app) command = command_named(app, word);
+            if (waiting == nullptr) command = command_named(*command, word);  // itself, where it has no such one
             if (waiting == nullptr || waiting->get_expected_max() <= 1) waiting = nullptr;
         }
     }

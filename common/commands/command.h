@@ -48,6 +48,10 @@ struct CommandContext {
 };
 
 void add_render_command(CLI::App& app, CommandContext& context);
+void add_merge_command(CLI::App& app, CommandContext& context);
+void add_plan_command(CLI::App& app, CommandContext& context);
+void add_work_command(CLI::App& app, CommandContext& context);
+void add_merge_results_command(CLI::App& app, CommandContext& context);
 void add_verify_command(CLI::App& app, CommandContext& context);
 void add_compare_command(CLI::App& app, CommandContext& context);
 void add_effects_command(CLI::App& app, CommandContext& context);
@@ -70,7 +74,11 @@ void add_common_options(CLI::App& command, CommandContext& context, const std::s
 // What --kernel, --device and --precision are to a command.
 inline constexpr const char* kernel_help =
     "Vulkan kernels: stages, image-stages, megakernel, fragment or ray-tracing (default: the fastest for the scene)";
-inline constexpr const char* device_help = "Vulkan device: its index, or part of its name (see tandem devices)";
+inline constexpr const char* device_help = "Vulkan device: its index, UUID, or part of its name (see tandem devices)";
+inline constexpr const char* devices_help =
+    "Vulkan device: its index, UUID, or part of its name (see tandem devices). Several between commas, or all, share "
+    "the "
+    "work; cpu may be one of them";
 inline constexpr const char* precision_help = "single, double, contracted or mixed (default: the backend's)";
 
 // The scene of `file`; on stderr, what of its models is not taken over. `inputs` gets the files read. Throws

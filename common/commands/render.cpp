@@ -11,6 +11,8 @@
 #include "common/commands/shipped_files.h"
 #include "common/cost/choose_settings.h"
 #include "common/deadline.h"
+#include "common/distribution/part.h"
+#include "common/distribution/range_render.h"
 #include "common/error.h"
 #include "common/image/image_io.h"
 #include "common/render/stopping.h"
@@ -21,8 +23,10 @@ namespace tandem {
 
 namespace {
 
+constexpr std::uint64_t default_samples = 64;
+
 struct RenderArguments {
-    std::string scene, output, backend = "cpu", device, kernel, precision, target_error;
+    std::string scene, output, backend = "cpu", device, kernel, precision, target_error, range, resume;
     std::optional<std::uint64_t> samples;
     std::optional<double> seconds;
     RenderOptions options;
@@ -36,7 +40,7 @@ StoppingRule stopping_rule(const RenderArguments& arguments) {
     rule.seconds = arguments.seconds;
     if (!arguments.target_error.empty()) rule.relative_error = fraction_from(arguments.target_error, "--target-error");
     rule.samples = arguments.samples;
-    if (!rule.samples && !rule.seconds && !rule.relative_error) rule.samples = 64;
+    if (!rule.samples && !rule.seconds && !rule.relative_error) rule.samples = default_samples;
     return rule;
 }
 
@@ -81,12 +85,16 @@ nlohmann::json describe(const RenderArguments& arguments, const RenderSettings& 
     return report;
 }
 
-void write_output(const RenderArguments& arguments, const nlohmann::json& report, const FilmMoments& film,
-    bool independent, const FilesRead& read) {
+std::map<std::string, std::string> metadata_of(const nlohmann::json& report) {
     std::map<std::string, std::string> metadata;
     for (const auto& [key, value] : report.items())
         metadata["tandem:" + key] = value.is_string() ? value.get<std::string>() : value.dump();
-    const Image image = image_of(film, metadata, independent);
+    return metadata;
+}
+
+void write_output(const RenderArguments& arguments, const nlohmann::json& report, const FilmMoments& film,
+    bool independent, const FilesRead& read) {
+    const Image image = image_of(film, metadata_of(report), independent);
     if (is_png(arguments.output))
         write_png(arguments.output, image, arguments.exposure, read);
     else
@@ -156,10 +164,87 @@ StoppedError without_sample(
         *arguments.seconds, done));
 }
 
+void check_part_ending(const std::string& option, const std::string& file) {
+    check_image_ending(file);
+    if (!file.ends_with(".exr"))
+        throw InputError(
+            fmt::format("{} {}: is to hold sums, which only an .exr file does; end the name in .exr", option, file));
+}
+
+// The image as a part, with what is there of it; nothing of a render that keeps no sums.
+std::optional<Part> begun_part(
+    const RenderArguments& arguments, const RenderSettings& settings, const std::vector<std::string>& inputs) {
+    if (arguments.range.empty() && arguments.resume.empty()) return std::nullopt;
+    const char* option = arguments.range.empty() ? "--resume" : "--range";
+    if (arguments.seconds || !arguments.target_error.empty())
+        throw InputError(fmt::format("{}: takes so many samples, not so much {}; leave that out", option,
+            arguments.seconds ? "--time" : "error (--target-error)"));
+    check_splittable(settings);
+    Part part;
+    part.of = provenance_of(inputs, settings, arguments.precision, git_version());
+    part.whole = arguments.samples.value_or(0);
+    if (arguments.resume.empty() || !std::filesystem::exists(arguments.resume)) return part;
+    Part earlier = read_part(arguments.resume);
+    earlier.whole = part.whole;  // more samples may be asked for now
+    part.estimate = Estimate(earlier.estimate.width(), earlier.estimate.height());
+    take_in(part, std::move(earlier), arguments.resume);
+    return part;
+}
+
+SampleRange range_of(const RenderArguments& arguments) {
+    if (arguments.range.empty()) return {0, arguments.samples.value_or(default_samples)};
+    const SampleRange range = range_from(arguments.range);
+    if (arguments.samples && range.end > *arguments.samples)
+        throw InputError(fmt::format(
+            "--range: ends at sample {}, beyond the --samples {} of the image", range.end, *arguments.samples));
+    return range;
+}
+
+// Renders what the part lacks of the range, and keeps it in --resume's file.
+StoppedRender render_part(RenderJob& job, Part& part, SampleRange range, const RenderArguments& arguments,
+    const RendererInfo& info, const CommandContext& context) {
+    RangeWork work;
+    work.ranges = missing(part.estimate, range, arguments.resume);
+    work.stop = context.stop;
+    const double before = static_cast<double>(part.estimate.count());
+    double all = before;
+    for (const SampleRange& one : work.ranges) all += static_cast<double>(one.count());
+    if (!work.ranges.empty()) part.devices.insert(fmt::format("{}: {}", info.backend, info.device));
+    if (!arguments.resume.empty() && !work.ranges.empty())
+        work.keep = [&](double seconds) {
+            part.seconds += seconds;
+            if (part.estimate.count() > 0) write_part(arguments.resume, part, context.read);
+        };
+    ProgressLine line;
+    work.progress = [&](double samples) {
+        line.update((before + samples) / all, fmt::format("{:.0f} samples a pixel", before + samples));
+    };
+    const RangeResult rendered = render_ranges(job, part.estimate, work);
+    if (!work.keep) part.seconds += rendered.seconds;
+    StoppedRender result;
+    result.seconds = rendered.seconds;
+    result.device_seconds = rendered.device_seconds;
+    result.complete = rendered.complete;
+    result.film = film_of(part.estimate);
+    result.relative_error = relative_error_of(result.film);
+    return result;
+}
+
+StoppedRender render_whole(RenderJob& job, const StoppingRule& rule, const RenderSettings& settings, bool independent,
+    const CommandContext& context) {
+    ProgressLine line;
+    const auto tell = [&](RenderProgress progress) {
+        if (!independent) progress.relative_error.reset();
+        line.update(progress.fraction, progress_text(progress));
+    };
+    return render_until(job, rule, context.stop, tell, settings.sampling);
+}
+
 ExitStatus render(const RenderArguments& arguments, const CommandContext& context) {
     const Stopwatch watch;
     NothingToKeep starting(context.interrupts);
     check_image_ending(arguments.output);
+    if (!arguments.range.empty()) check_part_ending("-o", arguments.output);
     std::vector<std::string> inputs;
     const Scene scene = scene_from(arguments.scene, inputs);
     RenderSettings settings = settings_from(arguments.options, scene);
@@ -171,7 +256,11 @@ ExitStatus render(const RenderArguments& arguments, const CommandContext& contex
         throw UnsupportedError(
             "--target-error: --generator sobol has no independent samples to know the error by; give --samples or "
             "--time (tandem cost says how many samples an error takes)");
-    check_outputs(context, {{"-o", arguments.output, OutputKind::image}}, inputs);
+    check_outputs(context,
+        {{"-o", arguments.output, OutputKind::image}, {"--resume", arguments.resume, OutputKind::image}}, inputs);
+    if (!arguments.resume.empty()) check_part_ending("--resume", arguments.resume);
+    std::optional<Part> part = begun_part(arguments, settings, inputs);
+    const SampleRange range = range_of(arguments);
 
     const Backend& backend = find_backend(context.program.backends, arguments.backend);
     const std::unique_ptr<Renderer> renderer = backend.create({.device = arguments.device,
@@ -184,22 +273,21 @@ ExitStatus render(const RenderArguments& arguments, const CommandContext& contex
         fmt::print(stderr, "{} on {} ({}), {}x{}\n", escaped(scene.name), renderer->info().device,
             renderer->info().driver, settings.width, settings.height);
 
+    if (part) part->metadata = metadata_of(describe(arguments, settings, renderer->info(), scene, {}));
     starting.end();
     take_start_off(rule, watch.seconds());
-    StoppedRender result;
-    {
-        ProgressLine line;
-        const auto tell = [&](RenderProgress progress) {
-            if (!independent) progress.relative_error.reset();
-            line.update(progress.fraction, progress_text(progress));
-        };
-        result = render_until(*job, rule, context.stop, tell, settings.sampling);
-    }
+    StoppedRender result = part ? render_part(*job, *part, range, arguments, renderer->info(), context)
+                                : render_whole(*job, rule, settings, independent, context);
     if (!independent) result.relative_error.reset();
     if (result.film.count() == 0.0) throw without_sample(result, arguments, context);
 
     const nlohmann::json report = describe(arguments, settings, renderer->info(), scene, result);
-    write_output(arguments, report, result.film, independent, context.read);
+    if (arguments.range.empty()) {
+        write_output(arguments, report, result.film, independent, context.read);
+    } else {
+        part->metadata = metadata_of(report);
+        write_part(arguments.output, *part, context.read);
+    }
     write_json(context, report);
     fmt::print("{}: {} samples a pixel in {:.2f} s, {:.3g} Mpaths/s{}{}\n", escaped(arguments.output),
         samples_text(result.film), result.seconds, report.at("paths_per_second").get<double>() / 1e6,
@@ -209,6 +297,7 @@ ExitStatus render(const RenderArguments& arguments, const CommandContext& contex
             stderr, "tandem: {} samples were negative or not finite (MODEL.md section 12)\n", result.film.invalid);
         return ExitStatus::disagree;
     }
+    if (!result.complete && part) return ExitStatus::undecided;  // for whoever waits for all of it
     if (!result.complete && !context.stop.stop_requested()) {
         fmt::print(stderr, "tandem: the image is black, so it has no relative error; --target-error cannot be met\n");
         return ExitStatus::undecided;
@@ -257,6 +346,15 @@ void add_how_long(CLI::App& command, RenderArguments& arguments) {
             "short "
             "trial chooses the integrator, roulette and sampling that no option names")
         ->type_name("FRACTION");
+    command
+        .add_option("--range", arguments.range,
+            "Render samples A to before B alone, and write their sums for tandem merge. --samples says how many the "
+            "whole image gets")
+        ->type_name("A:B");
+    command
+        .add_option("--resume", arguments.resume,
+            "Keep the sums in FILE, every 20 seconds and at the end. If FILE exists, go on from there")
+        ->type_name("FILE");
 }
 
 }  // namespace
@@ -272,6 +370,7 @@ void add_render_command(CLI::App& app, CommandContext& context) {
         "  tandem render scenes/cornell-classic.json -o box.png --samples 256\n"
         "  tandem render scenes/one-weekend.json -o out.exr --backend vulkan --size 600 --time 30\n"
         "  tandem render scenes/cornell-thesis.json -o out.exr --target-error 5% --json figures.json\n"
+        "  tandem render scenes/glass.json -o part.exr --range 0:512 --samples 1024\n"
         "Ctrl-C stops the render and writes what is done.");
     command->callback(
         [&context, arguments] { context.action = [&context, arguments] { return render(*arguments, context); }; });

@@ -37,6 +37,7 @@ struct VerifyArguments {
     std::string preset, total_time;
     std::optional<double> seconds;  // of a scene
     std::optional<std::uint64_t> samples;
+    std::uint64_t among = 0;  // scenes of a run that is split
     std::string oracle = "oracle";
     bool no_paired = false, no_layer = false, strict = false, validation = false, convergence = false;
     bool follows_model = false;
@@ -395,7 +396,7 @@ ExitStatus verify(const VerifyArguments& given, const CommandContext& context) {
     options.paired = !arguments.no_paired && all_follow_numbers(programs);
     options.oracle = oracle.get();
     options.other_precision = other_precision.get();
-    options.scenes = scenes.size();
+    options.scenes = std::max<std::size_t>(scenes.size(), arguments.among);
     if (arguments.candidate == "vulkan") {
         options.kernels = {"stages", "image-stages", "megakernel"};
         options.with_kernel = [&](const std::string& kernel) {
@@ -432,6 +433,11 @@ void add_rare_options(CLI::App& command, VerifyArguments& arguments) {
     add("--reference-device", arguments.reference_device, "Vulkan device of the reference");
     add("--reference-precision", arguments.reference_precision,
         fmt::format("Precision of the reference: {}", precision_help));
+    command
+        .add_option("--among", arguments.among,
+            "Scenes of a run that is split, as tandem plan does. Its false alarms are shared by so many")
+        ->check(whole_between(1, 1'000'000))
+        ->group(rare_options);
     command
         .add_flag("--follows-model", arguments.follows_model,
             "The programs of exec: draw the random numbers of MODEL.md section 3, so paired seeds are compared too")

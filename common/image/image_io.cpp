@@ -57,8 +57,9 @@ namespace {
 using namespace image_files;
 
 void require_consistent(const Image& image) {
-    if (image.width == 0 || image.height == 0 || image.channels.empty() ||
-        image.pixels.size() != std::size_t{image.width} * image.height * image.channels.size())
+    const std::size_t size = std::size_t{image.width} * image.height;
+    if (size == 0 || image.channels.empty() || image.pixels.size() != size * image.channels.size() ||
+        image.words.size() != size * image.word_channels.size())
         throw Error("an image's pixels do not fit its size and channels");
 }
 
@@ -101,12 +102,19 @@ Image read_texture_image(const std::filesystem::path& path, std::string_view byt
     return read_any({path, bytes, true}, limit);
 }
 
+Image read_image_words(const std::filesystem::path& path, std::uint64_t limit) {
+    require_regular_file(path);
+    return read_words_with_library(path, limit);
+}
+
 void write_image(const std::filesystem::path& path, const Image& image, const FilesRead& read) {
     require_consistent(image);
     check_image_ending(path);
     if (is_png(path))
         throw input_error(
             path.string(), "", "a .png file cannot hold these floating-point channels", "end the name in .exr");
+    if (ending(path) != ".exr" && !image.words.empty())
+        throw input_error(path.string(), "", "only an .exr file holds sums exactly", "end the name in .exr");
     ReplacementFile(path).commit(ending(path) == ".exr" ? exr_bytes(image, path) : pfm_bytes(image), read);
 }
 

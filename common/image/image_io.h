@@ -15,9 +15,11 @@
 namespace tandem {
 
 struct Image {
-    std::uint32_t width = 0, height = 0;  // the data window, pixels
-    std::vector<std::string> channels;    // "R", "variance.R", "count", …
-    std::vector<float> pixels;            // [(y * width + x) * channels.size() + channel], y down
+    std::uint32_t width = 0, height = 0;     // the data window, pixels
+    std::vector<std::string> channels;       // "R", "variance.R", "count", …
+    std::vector<float> pixels;               // [(y * width + x) * channels.size() + channel], y down
+    std::vector<std::string> word_channels;  // of whole numbers, which floats would round; .exr alone holds them
+    std::vector<std::uint32_t> words;        // [(y * width + x) * word_channels.size() + channel]
     std::map<std::string, std::string> metadata;
     std::int32_t data_x = 0, data_y = 0;            // upper left corner of the data window
     std::int32_t full_x = 0, full_y = 0;            // display window
@@ -35,6 +37,10 @@ inline constexpr std::uint64_t greatest_float_count = std::uint64_t{1} << 30;
 // The same of a texture: its colours are not multiplied by its alpha. `bytes`, where there are any, are the file's,
 // which stand within another one; `path` is then its name for errors, with an ending.
 [[nodiscard]] Image read_texture_image(const std::filesystem::path& path, std::string_view bytes, std::uint64_t limit);
+
+// The channels of whole numbers of an EXR file's first part, as `words`, and its metadata; `limit` is of words. Throws
+// InputError.
+[[nodiscard]] Image read_image_words(const std::filesystem::path& path, std::uint64_t limit = greatest_float_count);
 
 // Float32 EXR (or PFM: first three channels) with every channel and all metadata. Throws InputError when it cannot be
 // written; an existing file is replaced only by a complete one, and one of `read` by none.

@@ -5,6 +5,7 @@
 #include <unistd.h>
 
 #include <array>
+#include <bit>
 #include <cmath>
 #include <cstring>
 #include <memory>
@@ -172,10 +173,56 @@ Image read_with_library(const LibrarySource& source, std::uint64_t limit) {
     return image;
 }
 
+Image read_words_with_library(const std::filesystem::path& path, std::uint64_t limit) {
+    const QuietStderr quiet;
+    const std::unique_ptr<OIIO::ImageInput> input = OIIO::ImageInput::open(path.string());
+    if (!input || std::strcmp(input->format_name(), "openexr") != 0)
+        throw refusal(path, "is no EXR image", "name a file that render --range wrote");
+    const OIIO::ImageSpec& spec = input->spec();
+    Image image;
+    image.width = static_cast<std::uint32_t>(spec.width);
+    image.height = static_cast<std::uint32_t>(spec.height);
+    for (const OIIO::ParamValue& attribute : spec.extra_attribs)
+        image.metadata[attribute.name().string()] = attribute.get_string();
+    int begin = 0;
+    while (begin < spec.nchannels && spec.channelformat(begin) != OIIO::TypeDesc::UINT32) ++begin;
+    int end = begin;
+    while (end < spec.nchannels && spec.channelformat(end) == OIIO::TypeDesc::UINT32)
+        image.word_channels.push_back(spec.channelnames[static_cast<std::size_t>(end++)]);
+    const std::uint64_t count = std::uint64_t{image.width} * image.height * image.word_channels.size();
+    if (count > limit) throw too_large(path, limit);
+    image.words.resize(count);
+    if (count > 0 && !input->read_image(0, 0, begin, end, OIIO::TypeDesc::UINT32, image.words.data()))
+        throw refusal(path, "cannot be read to its end (" + one_line(input->geterror()) + ")", "write it again");
+    return image;
+}
+
+namespace {
+
+// Pixel by pixel the floats, then the whole numbers.
+std::vector<std::uint32_t> floats_and_words(const Image& image) {
+    const std::size_t floats = image.channels.size(), words = image.word_channels.size();
+    std::vector<std::uint32_t> both;
+    both.reserve(image.pixels.size() + image.words.size());
+    for (std::size_t pixel = 0; pixel < image.pixels.size() / floats; ++pixel) {
+        for (std::size_t c = 0; c < floats; ++c)
+            both.push_back(std::bit_cast<std::uint32_t>(image.pixels[pixel * floats + c]));
+        for (std::size_t c = 0; c < words; ++c) both.push_back(image.words[pixel * words + c]);
+    }
+    return both;
+}
+
+}  // namespace
+
 std::string exr_bytes(const Image& image, const std::filesystem::path& shown) {
     OIIO::ImageSpec spec(static_cast<int>(image.width), static_cast<int>(image.height),
-        static_cast<int>(image.channels.size()), OIIO::TypeDesc::FLOAT);
+        static_cast<int>(image.channels.size() + image.word_channels.size()), OIIO::TypeDesc::FLOAT);
     spec.channelnames = image.channels;
+    if (!image.words.empty()) {
+        spec.channelnames.insert(spec.channelnames.end(), image.word_channels.begin(), image.word_channels.end());
+        spec.channelformats.resize(image.channels.size(), OIIO::TypeDesc::FLOAT);
+        spec.channelformats.resize(spec.channelnames.size(), OIIO::TypeDesc::UINT32);
+    }
     spec.x = image.data_x;
     spec.y = image.data_y;
     const bool windowed = image.full_width != 0 && image.full_height != 0;
@@ -185,6 +232,8 @@ std::string exr_bytes(const Image& image, const std::filesystem::path& shown) {
     spec.full_height = static_cast<int>(windowed ? image.full_height : image.height);
     for (const auto& [key, value] : image.metadata) spec.attribute(key, value);
     spec.attribute("compression", "zip");
+    if (!image.words.empty())
+        return encoded("exr", spec, OIIO::TypeDesc::UNKNOWN, floats_and_words(image).data(), shown);
     return encoded("exr", spec, OIIO::TypeDesc::FLOAT, image.pixels.data(), shown);
 }
 

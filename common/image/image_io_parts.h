@@ -37,6 +37,7 @@ struct LibrarySource {
     bool straight_alpha = false;
 };
 [[nodiscard]] Image read_with_library(const LibrarySource& source, std::uint64_t limit);
+[[nodiscard]] Image read_words_with_library(const std::filesystem::path& path, std::uint64_t limit);
 [[nodiscard]] std::string exr_bytes(const Image& image, const std::filesystem::path& shown);
 [[nodiscard]] std::string srgb8_png_bytes(const std::vector<std::uint8_t>& pixels, std::uint32_t width,
     std::uint32_t height, const std::filesystem::path& shown);

@@ -17,6 +17,8 @@ bool has_library() { return false; }
 
 Image read_with_library(const LibrarySource& source, std::uint64_t) { throw no_library(source.path); }
 
+Image read_words_with_library(const std::filesystem::path& path, std::uint64_t) { throw no_library(path); }
+
 std::string exr_bytes(const Image&, const std::filesystem::path& shown) { throw no_library(shown); }
 
 std::string srgb8_png_bytes(

@@ -1,9 +1,11 @@
 #include "common/render/estimate.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <limits>
 #include <numeric>
+#include <optional>
 #include <string>
 
 #include "common/error.h"
@@ -17,6 +19,14 @@ void add_into(Estimate::Plane& target, const Estimate::Plane& addend) {
         target[i].sum += addend[i].sum;
         target[i].sum_of_squares += addend[i].sum_of_squares;
     }
+}
+
+// The run that the range is; nothing where it is none.
+std::optional<Estimate::Run> run_of(SampleRange range) {
+    if (range.count() < samples_per_block || !std::has_single_bit(range.count()) || range.begin % range.count() != 0)
+        return std::nullopt;
+    return Estimate::Run{range.begin / samples_per_block,
+        static_cast<std::uint32_t>(std::countr_zero(range.count() / samples_per_block))};
 }
 
 SampleRange range_of(const Estimate::Run& run) {
@@ -38,12 +48,14 @@ void Estimate::check_free(SampleRange range) const {
 void Estimate::add_block(SampleRange range, Plane moments) {
     if (moments.size() != pixel_count() * channel_count)
         throw Error("a block's moments do not fit the estimate's size");
-    if (range.begin % samples_per_block != 0 || range.count() == 0 || range.count() > samples_per_block)
+    const std::optional<Run> run = run_of(range);
+    const bool in_a_block = range.begin < range.end && range.count() < samples_per_block;
+    if (range.begin % samples_per_block != 0 || (!run && !in_a_block))
         throw Error("a sample range must begin at a multiple of " + std::to_string(samples_per_block) +
-                    " and lie in one block");
+                    " and be a run of blocks or lie in one");
     check_free(range);
-    if (range.count() == samples_per_block)
-        insert({range.begin / samples_per_block, 0}, std::move(moments));
+    if (run)
+        insert(*run, std::move(moments));
     else
         ragged_.emplace(range.begin, std::pair{range.end, std::move(moments)});
 }
@@ -84,12 +96,8 @@ std::uint64_t Estimate::count() const {
 }
 
 std::vector<SampleRange> Estimate::ranges() const {
-    std::vector<SampleRange> all;
-    for (const auto& entry : runs_) all.push_back(range_of(entry.first));
-    for (const auto& [begin, ragged] : ragged_) all.push_back({begin, ragged.first});
-    std::ranges::sort(all, {}, &SampleRange::begin);
     std::vector<SampleRange> joined;
-    for (const SampleRange& range : all) {
+    for (const auto& [range, plane] : pieces()) {
         if (!joined.empty() && joined.back().end == range.begin)
             joined.back().end = range.end;
         else
@@ -98,12 +106,17 @@ std::vector<SampleRange> Estimate::ranges() const {
     return joined;
 }
 
+std::vector<Estimate::Piece> Estimate::pieces() const {
+    std::vector<Piece> all;
+    for (const auto& [run, plane] : runs_) all.push_back({range_of(run), &plane});
+    for (const auto& [begin, ragged] : ragged_) all.push_back({{begin, ragged.first}, &ragged.second});
+    std::ranges::sort(all, {}, [](const Piece& piece) { return piece.range.begin; });
+    return all;
+}
+
 Estimate::Plane Estimate::totals() const {
-    std::map<std::uint64_t, const Plane*> ascending;
-    for (const auto& [run, plane] : runs_) ascending.emplace(run.first_block * samples_per_block, &plane);
-    for (const auto& [begin, ragged] : ragged_) ascending.emplace(begin, &ragged.second);
     Plane total(pixel_count() * channel_count);
-    for (const auto& entry : ascending) add_into(total, *entry.second);
+    for (const Piece& piece : pieces()) add_into(total, *piece.moments);
     return total;
 }
 

@@ -46,9 +46,9 @@ public:
     [[nodiscard]] std::uint32_t height() const { return height_; }
     [[nodiscard]] std::uint64_t pixel_count() const { return std::uint64_t{width_} * height_; }
 
-    // Adds the moments of samples `range` of every pixel. `range` lies in one block and begins where the block begins;
-    // it may end early (a ragged block), which then can never be completed by merging. Throws Error on any other range,
-    // on an overlap, and on a plane of the wrong size.
+    // Adds the moments of samples `range` of every pixel. `range` is a run of blocks, or lies in one block and begins
+    // where the block begins; it may end early (a ragged block), which then can never be completed by merging. Throws
+    // Error on any other range, on an overlap, and on a plane of the wrong size.
     void add_block(SampleRange range, Plane moments);
 
     // Adds samples that were not finite or were negative: they count as zero in the sums, and are reported here
@@ -63,7 +63,15 @@ public:
     [[nodiscard]] std::uint64_t count() const;
     [[nodiscard]] std::vector<SampleRange> ranges() const;  // ascending, adjacent ranges joined
 
-    // Canonical totals: the runs added in ascending order.
+    // What it holds, ascending: runs of blocks and ragged blocks. add_block() of each, in any order, makes this
+    // estimate again, to the bit. The planes live as long as it is not changed.
+    struct Piece {
+        SampleRange range;
+        const Plane* moments;
+    };
+    [[nodiscard]] std::vector<Piece> pieces() const;
+
+    // Canonical totals: the pieces added in ascending order.
     [[nodiscard]] Plane totals() const;
 
 private:

@@ -49,6 +49,8 @@ def write_scene(folder, name="scene.json"):
 
 
 class FilesTest(ProgramTest):
+    part_bytes = None
+
     def setUp(self):
         super().setUp()
         self.scene = write_scene(self.folder)
@@ -57,6 +59,16 @@ class FilesTest(ProgramTest):
         self.images = [self.folder / f"{name}.pfm" for name in "abcd"]
         for i, path in enumerate(self.images):
             path.write_bytes(pfm(8, 8, 0.5 + 1e-3 * i))
+        self.part = self.write_part()
+
+    def write_part(self):
+        """A part of a render; one for all tests."""
+        path = self.folder / "part.exr"
+        if FilesTest.part_bytes is None:
+            self.assertEqual(tandem("render", self.scene, "-o", path, "--range", "0:1").returncode, 0)
+            FilesTest.part_bytes = path.read_bytes()
+        path.write_bytes(FilesTest.part_bytes)
+        return path
 
     def write_case(self, folder, name, file):
         """A catalogue of one hard case, and its scene."""
@@ -72,7 +84,7 @@ class FilesTest(ProgramTest):
         verdict = {"--json": ".json", "--junit": ".xml", "--report": ""}
         pair = ["--reference", "cpu", "--candidate", "cpu"]
         return {
-            "render": (["render", scene, "--samples", "1"], {"-o": ".exr", "--json": ".json"}),
+            "render": (["render", scene, "--samples", "1"], {"-o": ".exr", "--json": ".json", "--resume": ".exr"}),
             "verify": (["verify", scene, *pair, "--oracle", "none", "--samples", "64"], verdict),
             "export": (["export", scene, "--to", "gltf"], {"-o": ".gltf", "--json": ".json"}),
             "effects": (["effects", scene, "--backend", "cpu", "--time", "2"], text),
@@ -87,6 +99,7 @@ class FilesTest(ProgramTest):
         a, b, c, d = self.images
         rest = self.commands()
         rest["compare"] = (["compare", a, c, "vs", b, d], {"--json": ".json", "--junit": ".xml", "--report": ""})
+        rest["merge"] = (["merge", self.part], {"-o": ".exr", "--json": ".json"})
         rest["devices"] = (["devices"], {"--json": ".json"})
         return rest
 
@@ -345,7 +358,7 @@ class Streams(FilesTest):
         os.close(reader)
         self.addCleanup(os.close, writer)
         for command, (arguments, outputs) in self.every_command().items():
-            files = {option: self.folder / f"kept-{command}{ending}" for option, ending in outputs.items()}
+            files = {option: self.folder / f"kept-{command}{option}{ending}" for option, ending in outputs.items()}
             words = [TANDEM, *map(os.fsencode, [*arguments, *(word for pair in files.items() for word in pair)])]
             with self.subTest(command=command):
                 status = subprocess.run(words, stdout=writer, stderr=writer, timeout=120).returncode
@@ -426,7 +439,7 @@ class Names(FilesTest):
         self.catalogue = strange / "catalogue.json"
         self.write_case(strange, self.STRANGE, f"{self.STRANGE}hard.json")
         for command, (arguments, outputs) in self.commands(scene).items():
-            words = [word for option, ending in outputs.items() for word in (option, strange / f"{self.STRANGE}out{ending}")]
+            words = [word for option, ending in outputs.items() for word in (option, strange / f"{self.STRANGE}out{option}{ending}")]
             with self.subTest(command=command):
                 result = tandem(*arguments, "-v", *words)
                 self.assertIn(result.returncode, (0, 1, 3), result.stderr)

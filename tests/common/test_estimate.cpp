@@ -66,12 +66,38 @@ TEST_CASE("a ragged last block merges, counts, and keeps its range") {
     CHECK(head.ranges() == std::vector{SampleRange{0, 70}});
 }
 
+TEST_CASE("an estimate made again of its pieces, in any order, goes on to the same bits") {
+    Estimate whole(3, 2), begun(3, 2);
+    for (const std::uint64_t block : {0u, 1u, 2u, 5u, 8u, 9u, 10u, 11u}) begun.merge(one_block(block));
+    begun.add_block({12 * 64, 12 * 64 + 7}, block_moments(12, 18));
+    std::vector<Estimate::Piece> pieces = begun.pieces();
+    std::vector<SampleRange> ranges;
+    for (const Estimate::Piece& piece : pieces) ranges.push_back(piece.range);
+    CHECK(ranges == std::vector<SampleRange>{{0, 128}, {128, 192}, {320, 384}, {512, 768}, {768, 775}});
+    std::mt19937 engine(5);
+    for (int trial = 0; trial < 20; ++trial) {
+        std::ranges::shuffle(pieces, engine);
+        Estimate again(3, 2);
+        for (const Estimate::Piece& piece : pieces) again.add_block(piece.range, *piece.moments);
+        Estimate also = begun;
+        for (const std::uint64_t block : {3u, 4u, 6u, 7u}) {
+            again.merge(one_block(block));
+            also.merge(one_block(block));
+        }
+        CHECK(same_bits(again, also));
+        CHECK(again.pieces().front().range == SampleRange{0, 512});
+    }
+}
+
 TEST_CASE("overlaps, other sizes and ranges that are no block are refused") {
     Estimate estimate = one_block(2);
     CHECK_THROWS_AS(estimate.merge(one_block(2)), Error);
     CHECK_THROWS_AS(estimate.merge(Estimate(2, 3)), Error);
     CHECK_THROWS_AS(estimate.add_block({1, 64}, block_moments(0, 18)), Error);
     CHECK_THROWS_AS(estimate.add_block({0, 65}, block_moments(0, 18)), Error);
+    CHECK_THROWS_AS(estimate.add_block({64, 192}, block_moments(0, 18)), Error);
+    CHECK_THROWS_AS(estimate.add_block({256, 128}, block_moments(0, 18)), Error);
+    CHECK_THROWS_AS(estimate.add_block({128, 256}, block_moments(0, 18)), Error);
     CHECK_THROWS_AS(estimate.add_block({0, 0}, block_moments(0, 18)), Error);
     CHECK_THROWS_AS(estimate.add_block({0, 64}, block_moments(0, 17)), Error);
     CHECK_THROWS_AS(estimate.add_block({128, 130}, block_moments(0, 18)), Error);

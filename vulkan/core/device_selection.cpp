@@ -38,11 +38,18 @@ std::string listing(std::span<const DeviceDescription> devices) {
     return text;
 }
 
+// A UUID as `tandem devices` shows it, or with the dashes that other tools put in.
+bool is_uuid_of(const DeviceDescription& device, std::string wanted) {
+    std::erase(wanted, '-');
+    return !device.uuid.empty() && lower_case(wanted) == device.uuid;
+}
+
 bool is_named(const DeviceDescription& device, const std::string& wanted) {
     std::uint32_t index = 0;
     const char* end = wanted.data() + wanted.size();
     const auto [parsed, failure] = std::from_chars(wanted.data(), end, index);
     if (failure == std::errc{} && parsed == end) return index == device.index;  // not "5" of a name
+    if (is_uuid_of(device, wanted)) return true;
     return lower_case(device.name).find(lower_case(wanted)) != std::string::npos;
 }
 

@@ -1,0 +1,134 @@
+# One image by many processes: parts that merge to the bits of a single render, and renders that go on where they ended.
+import json
+import signal
+import subprocess
+import time
+import unittest
+
+from program import SCENES, TANDEM, ProgramTest, tandem
+
+
+def pixels(path):
+    """The mean as floats, whatever the file says of itself."""
+    subprocess.run(["oiiotool", path, "--ch", "R,G,B,variance.R,variance.G,variance.B,count", "-d", "float", "-o", path.with_suffix(".tif")],
+                   check=True, capture_output=True)
+    return subprocess.run(["oiiotool", "--hash", path.with_suffix(".tif")], check=True, capture_output=True, text=True).stdout.split("SHA-1:")[1]
+
+
+class PartsTest(ProgramTest):
+    def render(self, name, *options, scene=None):
+        result = tandem("render", scene or self.scene, "-o", self.folder / name, "--size", "16", *options)
+        self.assertEqual(result.returncode, 0, result.stderr)
+        return self.folder / name
+
+    def merged(self, *parts, options=()):
+        image = self.folder / "merged.exr"
+        result = tandem("merge", *parts, "-o", image, *options)
+        self.assertEqual(result.returncode, 0, result.stderr)
+        return image
+
+
+class Parts(PartsTest):
+    def test_any_split_in_any_order_has_the_bits_of_one_render(self):
+        for scene, backend in ((self.scene, "cpu"), (SCENES / "cornell-classic.json", "cpu"), (self.scene, "vulkan")):
+            with self.subTest(scene=scene, backend=backend):
+                how = ("--backend", backend, "--samples", "600")
+                whole = pixels(self.render("whole.exr", *how, scene=scene))
+                parts = [self.render(f"{i}.exr", *how, "--range", f"{a}:{b}", scene=scene)
+                         for i, (a, b) in enumerate(((0, 64), (64, 320), (320, 512), (512, 600)))]
+                self.assertEqual(pixels(self.merged(*parts)), whole)
+                self.assertEqual(pixels(self.merged(parts[2], parts[0], parts[3], parts[1])), whole)
+                # In stages, too.
+                some = self.folder / "some.exr"
+                self.assertEqual(tandem("merge", parts[1], parts[3], "-o", some, "--sums", "--allow-gaps").returncode, 0)
+                self.assertEqual(pixels(self.merged(parts[2], some, parts[0])), whole)
+
+    def test_a_part_is_an_image_of_its_samples(self):
+        part = self.render("part.exr", "--range", "0:128")
+        self.assertEqual(pixels(part), pixels(self.render("whole.exr", "--samples", "128")))
+        self.assertEqual(tandem("compare", part, self.render("b.exr", "--samples", "128", "--seed", "2")).returncode, 0)
+
+    def test_gaps_overlaps_and_parts_of_something_else_are_refused(self):
+        a, c = self.render("a.exr", "--range", "0:64"), self.render("c.exr", "--range", "128:192", "--samples", "192")
+        out = ("-o", self.folder / "out.exr")
+        self.refused(tandem("merge", a, c, *out), "no part holds samples 64:128", "--allow-gaps")
+        self.refused(tandem("merge", c, c, *out), "c.exr", "holds samples 128:192, of which others hold 128:192")
+        last = self.render("last.exr", "--range", "0:128", "--samples", "192")
+        self.refused(tandem("merge", last, *out), "no part holds samples 128:192")
+        other = self.write(json.loads(self.scene.read_text()) | {"background": [0.5, 0.5, 0.51]}, "other.json")
+        for options, reason in ((("--bounces", "3"), "bounces 3, not 12"), (("--seed", "9"), "seed 9, not 0"),
+                                (("--precision", "double"), "precision"), (("--size", "8"), "width 8, not 16")):
+            with self.subTest(options=options):
+                part = self.folder / "other.exr"
+                self.assertEqual(tandem("render", self.scene, "-o", part, "--range", "64:128", *(options if "--size" in options else ("--size", "16", *options))).returncode, 0)
+                self.refused(tandem("merge", a, part, *out), "other.exr", "other settings", reason)
+        self.refused(tandem("merge", a, self.render("other.exr", "--range", "64:128", scene=other), *out), "other.exr", "another scene")
+        self.refused(tandem("merge", a, self.render("plain.exr"), *out), "plain.exr", "holds no sums")
+        self.refused(tandem("merge", a, self.scene, *out), "is no EXR image")
+        self.assertFalse((self.folder / "out.exr").exists())
+        kept = tandem("merge", a, c, *out, "--allow-gaps", "--json", self.folder / "out.json")
+        self.assertEqual(kept.returncode, 0, kept.stderr)
+        self.assertIn("missing are samples 64:128", kept.stdout)
+        report = json.loads((self.folder / "out.json").read_text())
+        self.assertEqual(report["gaps"], [{"begin": 64, "end": 128}])
+        self.assertEqual(report["samples"], 128)
+
+    def test_a_damaged_part_is_refused(self):
+        part = self.render("part.exr", "--range", "0:64")
+        bytes = part.read_bytes()
+        for at in (len(bytes) // 2, len(bytes) - 40):
+            part.write_bytes(bytes[:at])
+            self.refused(tandem("merge", part, "-o", self.folder / "out.exr"), "part.exr")
+        part.write_bytes(bytes.replace(b"0:64", b"0:6x"))
+        self.refused(tandem("merge", part, "-o", self.folder / "out.exr"), "part.exr", "damaged")
+
+    def test_ranges_that_cannot_be_are_refused_before_work(self):
+        part = ("-o", self.folder / "part.exr")
+        for options, reason in ((("--range", "10:64"), "begins at a multiple of 64, as 0 or 64, not at 10"),
+                                (("--range", "64:64"), "is no range"), (("--range", "64"), "is no range"),
+                                (("--range", "0:128", "--samples", "64"), "beyond the --samples 64"),
+                                (("--range", "0:64", "--time", "1"), "--time"),
+                                (("--range", "0:64", "--target-error", "5%"), "--target-error"),
+                                (("--range", "0:64", "--sampling", "adaptive"), "adaptive"),
+                                (("--range", "0:64", "--accumulation", "plain"), "plain")):
+            with self.subTest(options=options):
+                self.refused(tandem("render", self.scene, *part, *options), reason)
+        self.refused(tandem("render", self.scene, "-o", self.folder / "part.png", "--range", "0:64"), "part.png", ".exr")
+        self.assertEqual(self.left_behind(), [])
+
+
+class Resume(PartsTest):
+    def test_a_render_goes_on_to_the_same_bits(self):
+        whole = pixels(self.render("whole.exr", "--samples", "600"))
+        sums = ("--resume", self.folder / "sums.exr")
+        self.render("first.exr", "--samples", "256", *sums)
+        self.assertEqual(pixels(self.render("second.exr", "--samples", "600", *sums)), whole)
+        again = tandem("render", self.scene, "-o", self.folder / "third.exr", "--size", "16", "--samples", "600", *sums)
+        self.assertIn("in 0.00 s", again.stdout)
+        self.refused(tandem("render", self.scene, "-o", self.folder / "x.exr", "--size", "16", "--samples", "700", *sums),
+                     "sums.exr", "ends at sample 600, within a block of 64")
+        self.refused(tandem("render", self.scene, "-o", self.folder / "x.exr", "--size", "16", "--seed", "5", *sums), "sums.exr", "seed 0, not 5")
+
+    def test_what_a_stop_or_a_kill_interrupts_goes_on(self):
+        """Stopped in the midst of a block, and killed after it was kept."""
+        sums, image = self.folder / "sums.exr", self.folder / "image.exr"
+        how = ["render", SCENES / "cornell-classic.json", "-o", image, "--size", "96", "--samples", "2048"]
+        process = subprocess.Popen([TANDEM, *map(str, how), "--resume", sums], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        time.sleep(1.0)
+        process.send_signal(signal.SIGINT)
+        out, errors = process.communicate(timeout=60)
+        self.assertEqual(process.returncode, 3, errors)
+        kept = sums.read_bytes()
+        process = subprocess.Popen([TANDEM, *map(str, how), "--resume", sums], stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+        time.sleep(0.5)
+        process.kill()
+        process.communicate(timeout=60)
+        self.assertEqual(sums.read_bytes(), kept)  # whole, whenever the kill came
+        self.assertEqual(tandem(*how, "--resume", sums).returncode, 0)
+        resumed = pixels(image)
+        self.assertEqual(tandem(*how).returncode, 0)
+        self.assertEqual(resumed, pixels(image))
+
+
+if __name__ == "__main__":
+    unittest.main()
