@@ -31,8 +31,8 @@ struct JudgeFinding {
 // Those that need variances are left out where there are none.
 [[nodiscard]] std::vector<JudgeFinding> ask_judges(const JudgedPair& pair);
 
-// Of files as `tandem render` writes them, with or without variance channels. Throws InputError for images of other
-// sizes or without R, G, B.
+// The pair of two files as `tandem render` writes them, with or without variance channels. Throws InputError for images
+// of other sizes or without R, G, B.
 [[nodiscard]] JudgedPair judged_pair(const Image& reference, const Image& candidate);
 
 // Mean structural similarity of luma in [0, 1], by windows of 11 x 11 [Wang et al. 2004].
