@@ -76,7 +76,7 @@ TEST_CASE("each rule notices what its project says, and no less") {
     CHECK_FALSE(finding_of(pair_of(grey, one, 1e-6), "idiff, Cycles").notices());  // 1 of 576 pixels is below 1 %
     CHECK_FALSE(finding_of(pair_of(grey, plain(0.504, 0.5, 0.5), 1e-6), "idiff, OSL, hard").notices());
     CHECK(finding_of(pair_of(grey, plain(0.54, 0.5, 0.5), 1e-6), "idiff, Cycles").notices());
-    // Of 1728 tests a z of 4.1 has p = 4e-5: not below 1 %/1728, and 10 is.
+    // A z of 4.1 has p = 4e-5, which is not below 1 %/1728; that of 10 is.
     const auto offset_by = [&](double z) {
         std::vector<double> moved = grey;
         moved[100] += z * std::sqrt(2e-4);
