@@ -899,7 +899,7 @@ class Commands(ProgramTest):
             self.assertRegex(not_measured["sampling", "adaptive"], "up to 128 adaptive sampling is uniform|too slow")
 
     def test_help_of_every_command_fits_a_screen_and_shows_examples(self):
-        for command in ["render", "verify", "compare", "effects", "bench", "cost", "trace", "stability", "export", "import", "devices"]:
+        for command in ["render", "verify", "compare", "effects", "bench", "cost", "trace", "stability", "export", "import", "judges", "devices"]:
             with self.subTest(command):
                 result = tandem(command, "--help")
                 self.assertEqual((result.returncode, result.stderr), (0, ""))

@@ -100,6 +100,7 @@ class FilesTest(ProgramTest):
         rest = self.commands()
         rest["compare"] = (["compare", a, c, "vs", b, d], {"--json": ".json", "--junit": ".xml", "--report": ""})
         rest["merge"] = (["merge", self.part], {"-o": ".exr", "--json": ".json"})
+        rest["judges"] = (["judges", a, b], {"--json": ".json"})
         rest["devices"] = (["devices"], {"--json": ".json"})
         return rest
 
