@@ -7,6 +7,7 @@
 
 #include "common/commands/command.h"
 #include "common/commands/console.h"
+#include "common/commands/device_list.h"
 #include "common/commands/help.h"
 #include "common/commands/shipped_files.h"
 #include "common/cost/choose_settings.h"
@@ -262,12 +263,16 @@ ExitStatus render(const RenderArguments& arguments, const CommandContext& contex
     std::optional<Part> part = begun_part(arguments, settings, inputs);
     const SampleRange range = range_of(arguments);
 
-    const Backend& backend = find_backend(context.program.backends, arguments.backend);
-    const std::unique_ptr<Renderer> renderer = backend.create({.device = arguments.device,
-        .precision = precision_from(arguments.precision),
-        .kernel = arguments.kernel,
-        .threads = arguments.threads,
-        .validation = arguments.validation});
+    std::vector<std::string> words;
+    for (const auto& [option, value] : given_options(arguments.options))
+        if (option != "--sampling") words.insert(words.end(), {option, value});
+    const std::unique_ptr<Renderer> renderer = renderer_on(arguments.backend,
+        {.device = arguments.device,
+            .precision = precision_from(arguments.precision),
+            .kernel = arguments.kernel,
+            .threads = arguments.threads,
+            .validation = arguments.validation},
+        arguments.scene, words, context);
     const std::unique_ptr<RenderJob> job = prepare(arguments, scene, *renderer, rule, settings, context);
     if (context.verbose)
         fmt::print(stderr, "{} on {} ({}), {}x{}\n", escaped(scene.name), renderer->info().device,
@@ -317,7 +322,7 @@ void add_what(CLI::App& command, RenderArguments& arguments) {
 void add_how(CLI::App& command, RenderArguments& arguments) {
     command.add_option("--backend", arguments.backend, "cpu, vulkan, oracle or first (a path tracer to read)")
         ->capture_default_str();
-    command.add_option("--device", arguments.device, device_help);
+    command.add_option("--device", arguments.device, devices_help);
     command.add_option("--precision", arguments.precision, precision_help);
     command.add_option("--threads", arguments.threads, "CPU threads (default: all)")->check(whole_between(1, 1024));
     command.add_option("--exposure", arguments.exposure, "Factor of a PNG's radiance")
