@@ -94,8 +94,9 @@ std::vector<std::string> sound_devices(const std::vector<std::string>& names, co
         auto look = std::make_unique<Look>();
         look->device = name;
         // Its false alarms are a hundredth of a verdict's.
-        std::vector<std::string> all{"/proc/self/exe", "verify", scene, "--device", name, "--size", "32", "--samples",
-            "256", "--time", "1", "--oracle", "none", "--no-layer", "--among", "100", "--json", look->report.name()};
+        std::vector<std::string> all{std::filesystem::read_symlink("/proc/self/exe").string(), "verify", scene,
+            "--device", name, "--size", "32", "--samples", "256", "--time", "1", "--oracle", "none", "--no-layer",
+            "--among", "100", "--json", look->report.name()};
         all.insert(all.end(), words.begin(), words.end());
         look->child = std::make_unique<Child>(all, look->log.name(), false);
         looks.push_back(std::move(look));

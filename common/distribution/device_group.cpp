@@ -6,7 +6,9 @@
 #include <bit>
 #include <chrono>
 #include <condition_variable>
+#include <map>
 #include <mutex>
+#include <set>
 #include <thread>
 
 #include "common/distribution/range_render.h"
@@ -230,18 +232,24 @@ public:
 
     [[nodiscard]] RendererInfo info() const override {
         RendererInfo all = members_.front()->info();
-        const auto join = [](std::string& text, const std::string& more) {
-            if (text != more && text.find(more + " + ") == std::string::npos) text += " + " + more;
-        };
-        for (std::size_t i = 1; i < members_.size(); ++i) {
-            const RendererInfo one = members_[i]->info();
-            all.device += " + " + one.device;
-            join(all.backend, one.backend);
-            join(all.driver, one.driver);
-            join(all.api, one.api);
+        std::map<std::string, std::size_t> devices;
+        std::set<std::string> backends, drivers, apis;
+        for (const std::shared_ptr<Renderer>& member : members_) {
+            const RendererInfo one = member->info();
+            ++devices[one.device];
+            backends.insert(one.backend);
+            drivers.insert(one.driver);
+            apis.insert(one.api);
             all.follows_numbers = all.follows_numbers && one.follows_numbers;
             all.samples_lights = all.samples_lights && one.samples_lights;
         }
+        all.device.clear();
+        for (const auto& [device, count] : devices)
+            all.device += fmt::format(
+                "{}{}{}", all.device.empty() ? "" : " + ", count == 1 ? "" : fmt::format("{} x ", count), device);
+        all.backend = fmt::format("{}", fmt::join(backends, " + "));
+        all.driver = fmt::format("{}", fmt::join(drivers, " + "));
+        all.api = fmt::format("{}", fmt::join(apis, " + "));
         return all;
     }
 
