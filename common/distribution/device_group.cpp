@@ -28,6 +28,14 @@ struct Member {
     bool left_out = false;
 };
 
+// What a hanging call uses cannot be destroyed without hanging too.
+void keep_for_ever(const Member& member) {
+    static std::mutex lock;
+    static auto* const kept = new std::vector<Member>;
+    const std::lock_guard hold(lock);
+    kept->push_back(member);
+}
+
 // What the threads of a render share. A thread that hangs keeps it alive.
 struct Sharing {
     std::mutex lock;
@@ -195,10 +203,7 @@ private:
             member.left_out = true;
             last_reason_ = fmt::format("{}: {}", member.name, all.hands[i].reason);
             told_(last_reason_);
-            if (all.hands[i].given_up) {  // to destroy what a hanging call uses would hang too
-                static_cast<void>(new std::shared_ptr<Renderer>(member.renderer));
-                static_cast<void>(new std::shared_ptr<RenderJob>(member.job));
-            }
+            if (all.hands[i].given_up) keep_for_ever(member);
         }
     }
 
