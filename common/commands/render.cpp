@@ -7,15 +7,18 @@
 
 #include "common/commands/command.h"
 #include "common/commands/console.h"
+#include "common/commands/device_list.h"
 #include "common/commands/help.h"
 #include "common/commands/shipped_files.h"
 #include "common/cost/choose_settings.h"
 #include "common/deadline.h"
 #include "common/distribution/part.h"
 #include "common/distribution/range_render.h"
+#include "common/distribution/ranks.h"
 #include "common/error.h"
 #include "common/image/image_io.h"
 #include "common/render/stopping.h"
+#include "common/scene/loader/scene_loader.h"
 #include "common/stopwatch.h"
 #include "common/text.h"
 
@@ -32,7 +35,7 @@ struct RenderArguments {
     RenderOptions options;
     unsigned threads = 0;
     bool validation = false;
-    double exposure = 1.0;
+    double exposure = 1.0, keep_seconds = 20.0;
 };
 
 StoppingRule stopping_rule(const RenderArguments& arguments) {
@@ -206,6 +209,7 @@ StoppedRender render_part(RenderJob& job, Part& part, SampleRange range, const R
     RangeWork work;
     work.ranges = missing(part.estimate, range, arguments.resume);
     work.stop = context.stop;
+    work.keep_seconds = arguments.keep_seconds;
     const double before = static_cast<double>(part.estimate.count());
     double all = before;
     for (const SampleRange& one : work.ranges) all += static_cast<double>(one.count());
@@ -240,8 +244,48 @@ StoppedRender render_whole(RenderJob& job, const StoppingRule& rule, const Rende
     return render_until(job, rule, context.stop, tell, settings.sampling);
 }
 
+std::unique_ptr<Renderer> renderer_from(const RenderArguments& arguments, const CommandContext& context) {
+    std::vector<std::string> words;
+    for (const auto& [option, value] : given_options(arguments.options))
+        if (option != "--sampling") words.insert(words.end(), {option, value});
+    return renderer_on(arguments.backend,
+        {.device = arguments.device,
+            .precision = precision_from(arguments.precision),
+            .kernel = arguments.kernel,
+            .threads = arguments.threads,
+            .validation = arguments.validation},
+        arguments.scene, words, context);
+}
+
+// What all ranks of mpirun are to have alike.
+std::string task_of(
+    const std::vector<std::string>& inputs, const RenderSettings& settings, const RenderArguments& arguments) {
+    const Provenance of = provenance_of(inputs, settings, arguments.precision, git_version());
+    return of.scene + of.settings + of.version;
+}
+
+// What a rank of mpirun does that is not the first: it renders what that asks for, and writes nothing.
+ExitStatus serve(const RenderArguments& arguments, const CommandContext& context, Ranks& ranks) {
+    try {
+        NothingToKeep starting(context.interrupts);
+        std::vector<std::string> inputs;
+        const Scene scene = load_scene(arguments.scene, &inputs);
+        const RenderSettings settings = settings_from(arguments.options, scene);
+        check_memory(settings);
+        const std::unique_ptr<Renderer> renderer = renderer_from(arguments, context);
+        const std::unique_ptr<RenderJob> job = renderer->prepare(scene, settings);
+        starting.end();
+        ranks.serve(*job, renderer->info(), task_of(inputs, settings, arguments), context.stop);
+    } catch (const std::exception& error) {
+        ranks.fail(error.what());
+    }
+    return ExitStatus::fine;
+}
+
 ExitStatus render(const RenderArguments& arguments, const CommandContext& context) {
     const Stopwatch watch;
+    const std::unique_ptr<Ranks> ranks = has_ranks() ? std::make_unique<Ranks>() : nullptr;
+    if (ranks && ranks->rank() > 0) return serve(arguments, context, *ranks);
     NothingToKeep starting(context.interrupts);
     check_image_ending(arguments.output);
     if (!arguments.range.empty()) check_part_ending("-o", arguments.output);
@@ -259,15 +303,18 @@ ExitStatus render(const RenderArguments& arguments, const CommandContext& contex
     check_outputs(context,
         {{"-o", arguments.output, OutputKind::image}, {"--resume", arguments.resume, OutputKind::image}}, inputs);
     if (!arguments.resume.empty()) check_part_ending("--resume", arguments.resume);
+    if (ranks) {
+        check_splittable(settings);
+        if (rule.relative_error)
+            throw UnsupportedError("--target-error: tries settings, which ranks cannot; give --samples");
+    }
     std::optional<Part> part = begun_part(arguments, settings, inputs);
     const SampleRange range = range_of(arguments);
 
-    const Backend& backend = find_backend(context.program.backends, arguments.backend);
-    const std::unique_ptr<Renderer> renderer = backend.create({.device = arguments.device,
-        .precision = precision_from(arguments.precision),
-        .kernel = arguments.kernel,
-        .threads = arguments.threads,
-        .validation = arguments.validation});
+    std::unique_ptr<Renderer> renderer = renderer_from(arguments, context);
+    if (ranks)
+        renderer = ranks->all(std::move(renderer), task_of(inputs, settings, arguments),
+            [](const std::string& told) { fmt::print(stderr, "tandem: {}; others do its blocks\n", escaped(told)); });
     const std::unique_ptr<RenderJob> job = prepare(arguments, scene, *renderer, rule, settings, context);
     if (context.verbose)
         fmt::print(stderr, "{} on {} ({}), {}x{}\n", escaped(scene.name), renderer->info().device,
@@ -317,7 +364,7 @@ void add_what(CLI::App& command, RenderArguments& arguments) {
 void add_how(CLI::App& command, RenderArguments& arguments) {
     command.add_option("--backend", arguments.backend, "cpu, vulkan, oracle or first (a path tracer to read)")
         ->capture_default_str();
-    command.add_option("--device", arguments.device, device_help);
+    command.add_option("--device", arguments.device, devices_help);
     command.add_option("--precision", arguments.precision, precision_help);
     command.add_option("--threads", arguments.threads, "CPU threads (default: all)")->check(whole_between(1, 1024));
     command.add_option("--exposure", arguments.exposure, "Factor of a PNG's radiance")
@@ -353,8 +400,14 @@ void add_how_long(CLI::App& command, RenderArguments& arguments) {
         ->type_name("A:B");
     command
         .add_option("--resume", arguments.resume,
-            "Keep the sums in FILE, every 20 seconds and at the end. If FILE exists, go on from there")
+            "Keep the sums in FILE, now and then and at the end. If FILE exists, go on from there")
         ->type_name("FILE");
+    command
+        .add_option("--keep-every", arguments.keep_seconds, "Seconds between two times that --resume keeps the sums")
+        ->check(above_zero(most_seconds))
+        ->type_name("SECONDS")
+        ->capture_default_str()
+        ->group(rare_options);
 }
 
 }  // namespace

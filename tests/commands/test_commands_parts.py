@@ -97,6 +97,31 @@ class Parts(PartsTest):
         self.assertEqual(self.left_behind(), [])
 
 
+class Devices(PartsTest):
+    """Lists of devices; lavapipe stands for several where it is named several times."""
+
+    def test_equal_devices_share_an_image_of_the_same_bits(self):
+        how = ("--backend", "vulkan", "--samples", "600")
+        one = pixels(self.render("one.exr", *how))
+        self.assertEqual(pixels(self.render("two.exr", *how, "--device", "0,0")), one)
+        self.assertEqual(pixels(self.render("all.exr", *how, "--device", "all")), one)
+        part = tandem("render", self.scene, "-o", self.folder / "rest.exr", "--size", "16", *how, "--device", "0,nonsense,0")
+        self.assertEqual(part.returncode, 0, part.stderr)
+        self.assertIn("device nonsense is left out", part.stderr)
+        self.assertEqual(pixels(self.folder / "rest.exr"), one)
+
+    def test_the_cpu_may_be_one_of_them(self):
+        image = self.render("both.exr", "--backend", "vulkan", "--device", "cpu,0", "--samples", "600")
+        told = subprocess.run(["oiiotool", "--info", "-v", image], capture_output=True, text=True).stdout
+        self.assertIn("cpu + vulkan", told)
+        self.assertEqual(tandem("compare", image, self.render("b.exr", "--samples", "600", "--seed", "2")).returncode, 0)
+
+    def test_none_that_is_left_is_an_error(self):
+        out = ("-o", self.folder / "x.exr")
+        self.assertEqual(tandem("render", self.scene, *out, "--backend", "vulkan", "--device", "none,nothing").returncode, 4)
+        self.refused(tandem("render", self.scene, *out, "--device", "0,1"), "--backend vulkan")
+
+
 class Resume(PartsTest):
     def test_a_render_goes_on_to_the_same_bits(self):
         whole = pixels(self.render("whole.exr", "--samples", "600"))

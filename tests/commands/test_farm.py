@@ -3,6 +3,8 @@
 import json
 import os
 import pathlib
+import random
+import resource
 import shutil
 import signal
 import socket
@@ -105,6 +107,65 @@ class Items(FarmTest):
         self.refused(tandem("work", plan, 1, "--limit", "1"), "--limit", status=3)
         self.assertLess(time.monotonic() - begun, 20)
         self.assertEqual(running(json.loads(plan.read_text())["command"]), [])
+
+
+class Kills(FarmTest):
+    """KILLS=200 for a long run; it prints how much work was done again."""
+
+    def setUp(self):
+        super().setUp()
+        self.kills, self.random = int(os.environ.get("KILLS", "6")), random.Random(5)
+        self.workers, self.lost, self.useful = {}, 0.0, 0.0  # processes and what they do; seconds of processor time
+
+    def start(self, plan, item):
+        # Now and then the disk is full: no file takes more than a few bytes.
+        full = self.random.random() < 0.1
+        limit = (lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (4096, 4096))) if full else None
+        process = subprocess.Popen([TANDEM, "work", plan, str(item), "--limit", "60"], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
+                                   preexec_fn=limit)
+        self.workers[process] = (item, time.monotonic())
+
+    def disturb(self):
+        """Kills up to half of the workers, or pauses one for a moment."""
+        for process in self.random.sample(list(self.workers), self.random.randint(1, max(1, len(self.workers) // 2))):
+            if self.random.random() < 0.2:
+                process.send_signal(signal.SIGSTOP)
+                time.sleep(0.1)
+                process.send_signal(signal.SIGCONT)
+            process.kill()
+            self.kills -= 1
+
+    def reap(self, result_of):
+        for process, (item, begun) in list(self.workers.items()):
+            if process.poll() is None:
+                continue
+            del self.workers[process]
+            seconds = time.monotonic() - begun
+            if process.returncode == 0:
+                self.assertTrue(result_of(item).exists())
+                self.useful += seconds
+            else:
+                self.lost += seconds
+
+    def test_kills_pauses_and_full_disks_change_no_bit(self):
+        pieces = max(8, self.kills)
+        plan = self.plan_image(samples=64 * pieces, size=96, pieces=pieces)
+        result_of = lambda item: plan.with_suffix(".results") / f"{item:04}.exr"
+        begun = self.kills
+        while True:
+            lacking = [item for item in range(1, pieces + 1) if not result_of(item).exists()]
+            if not lacking and not self.workers:
+                break
+            in_hand = {item for item, _ in self.workers.values()}
+            for item in [item for item in lacking if item not in in_hand][:4 - len(self.workers)]:
+                self.start(plan, item)
+            time.sleep(self.random.uniform(0.0, 0.3))
+            if self.kills > 0 and self.workers:
+                self.disturb()
+            self.reap(result_of)
+        self.assert_image(plan)
+        self.assertEqual([pid for pid in running(["work", plan, 1])], [])
+        print(f"{begun} kills of items of {self.useful / pieces:.2f} s: {self.lost:.1f} s lost, {self.useful:.1f} s useful", file=sys.stderr)
 
 
 class Parallel(FarmTest):

@@ -63,6 +63,15 @@ TEST_CASE("a device is named by its index or a part of its name in any case") {
     CHECK(select_device(three, "h200") == 2);
 }
 
+TEST_CASE("a device is named by its UUID, with dashes or without") {
+    std::vector<DeviceDescription> devices = three;
+    devices[1].uuid = "0123456789abcdef0123456789abcdef";
+    devices[2].uuid = "00000000000000000000000000000001";
+    CHECK(select_device(devices, "01234567-89AB-cdef-0123-456789abcdef") == 1);
+    CHECK(select_device(devices, "00000000000000000000000000000001") == 2);
+    CHECK(contains(error_of(devices, "0123456789abcdef0123456789abcdee"), "no Vulkan device matches"));
+}
+
 TEST_CASE("a number is an index, not a part of a name") { CHECK(contains(error_of(three, "200"), "2: NVIDIA H200")); }
 
 TEST_CASE("a name that matches nothing is refused with a list of what there is") {

@@ -45,11 +45,13 @@ bool is_uuid_of(const DeviceDescription& device, std::string wanted) {
 }
 
 bool is_named(const DeviceDescription& device, const std::string& wanted) {
+    if (is_uuid_of(device, wanted)) return true;  // also one of decimal digits alone
     std::uint32_t index = 0;
     const char* end = wanted.data() + wanted.size();
     const auto [parsed, failure] = std::from_chars(wanted.data(), end, index);
-    if (failure == std::errc{} && parsed == end) return index == device.index;  // not "5" of a name
-    if (is_uuid_of(device, wanted)) return true;
+    constexpr std::size_t most_digits = 10;  // of an index; with more it is a UUID of another device
+    if (failure == std::errc{} && parsed == end && wanted.size() <= most_digits)
+        return index == device.index;  // not "5" of a name
     return lower_case(device.name).find(lower_case(wanted)) != std::string::npos;
 }
 

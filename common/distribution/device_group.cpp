@@ -1,0 +1,287 @@
+#include "common/distribution/device_group.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <bit>
+#include <chrono>
+#include <condition_variable>
+#include <map>
+#include <mutex>
+#include <set>
+#include <thread>
+
+#include "common/distribution/range_render.h"
+#include "common/error.h"
+#include "common/render/path_trace.h"
+#include "common/stopwatch.h"
+
+namespace tandem {
+
+namespace {
+
+// A member's job, which outlives the group where the device hangs.
+struct Member {
+    std::string name;
+    std::shared_ptr<Renderer> renderer;
+    std::shared_ptr<RenderJob> job;
+    bool left_out = false;
+};
+
+// What a hanging call uses cannot be destroyed without hanging too.
+void keep_for_ever(const Member& member) {
+    static std::mutex lock;
+    static auto* const kept = new std::vector<Member>;
+    const std::lock_guard hold(lock);
+    kept->push_back(member);
+}
+
+// What the threads of a render share. A thread that hangs keeps it alive.
+struct Sharing {
+    std::mutex lock;
+    std::condition_variable changed;
+    std::vector<SampleRange> units;  // to be done, the next one last
+    Estimate sums;
+    std::exception_ptr failure;  // of the member that failed last
+    struct Hand {
+        SampleRange unit{};    // that it has in hand
+        double heard = 0.0;    // when it last told of progress, by the steady clock
+        double samples = 0.0;  // of it, done
+        bool working = false, ended = false, given_up = false;
+        std::string reason;  // why it gets no more
+    };
+    std::vector<Hand> hands;
+    double done = 0.0;
+    bool stopped = false;
+    std::stop_source abandon;
+
+    [[nodiscard]] bool all_ended() const {
+        return std::ranges::all_of(hands, [](const Hand& hand) { return hand.ended || hand.given_up; });
+    }
+    // Work that nobody has begun or may have to do for another.
+    [[nodiscard]] bool is_work_left() const {
+        return !units.empty() || std::ranges::any_of(hands, [](const Hand& hand) { return hand.working; });
+    }
+};
+
+// Renders units until there are none. One whose member was given up meanwhile is dropped: another does it.
+void work(const std::shared_ptr<Sharing>& all, std::size_t index, const std::shared_ptr<RenderJob>& job,
+    const std::stop_token& stop) {
+    std::unique_lock hold(all->lock);
+    Sharing::Hand& hand = all->hands[index];
+    while (!stop.stop_requested() && !hand.given_up) {
+        if (all->units.empty()) {
+            if (!all->is_work_left()) break;
+            all->changed.wait(hold);  // another may fail, and leave its unit
+            continue;
+        }
+        hand.unit = all->units.back();
+        all->units.pop_back();
+        hand.heard = steady_seconds();
+        hand.working = true;
+        hold.unlock();
+        RenderResult part;
+        std::string reason;
+        try {
+            part = job->render(hand.unit, {.stop = stop, .progress = [&](double samples) {
+                                               std::lock_guard<std::mutex> brief(all->lock);
+                                               if (samples > hand.samples) hand.heard = steady_seconds();
+                                               hand.samples = samples;
+                                               all->changed.notify_all();
+                                           }});
+        } catch (const std::exception& error) {
+            reason = error.what();
+        }
+        hold.lock();
+        if (hand.given_up) break;
+        hand.working = false;
+        hand.samples = 0.0;
+        const bool whole = reason.empty() && part.estimate.count() == hand.unit.count();
+        if (!reason.empty() || (!whole && !stop.stop_requested())) {
+            hand.reason = reason.empty() ? "it stopped by itself" : reason;
+            all->units.push_back(hand.unit);
+            break;
+        }
+        if (!whole) break;  // a stop: what is begun of a block cannot be merged with its neighbours
+        all->sums.merge(std::move(part.estimate));
+        all->done += static_cast<double>(hand.unit.count());
+        all->changed.notify_all();
+    }
+    hand.ended = true;
+    all->changed.notify_all();
+}
+
+class GroupJob final : public RenderJob {
+public:
+    GroupJob(std::vector<Member> members, const RenderSettings& settings, std::function<void(const std::string&)> told,
+        double patience)
+        : members_(std::move(members)), settings_(settings), told_(std::move(told)), patience_(patience) {}
+
+    [[nodiscard]] JobFacts facts() const override { return members_.front().job->facts(); }
+
+    [[nodiscard]] RenderResult render(SampleRange range, const RenderControl& control) override {
+        const Stopwatch watch;
+        const auto all = std::make_shared<Sharing>();
+        all->sums = Estimate(settings_.width, settings_.height);
+        all->units = units_of(range);
+        std::vector<std::size_t> who;
+        for (std::size_t i = 0; i < members_.size(); ++i)
+            if (!members_[i].left_out) who.push_back(i);
+        all->hands.resize(who.size());
+        std::vector<std::thread> threads;
+        for (std::size_t i = 0; i < who.size(); ++i)
+            threads.emplace_back(
+                [all, i, job = members_[who[i]].job, stop = all->abandon.get_token()] { work(all, i, job, stop); });
+        const std::stop_callback on_stop(control.stop, [&all] {
+            all->abandon.request_stop();
+            all->changed.notify_all();
+        });
+        wait(*all, control);
+        for (std::size_t i = 0; i < who.size(); ++i)
+            if (all->hands[i].given_up)
+                threads[i].detach();  // its device hangs, and nothing can end the call
+            else
+                threads[i].join();
+        const std::lock_guard<std::mutex> hold(all->lock);
+        leave_out(*all, who);
+        if (all->sums.count() < range.count() && !control.stop.stop_requested())
+            throw DeviceError("no device is left to render; the last: " + last_reason_);
+        RenderResult result;
+        result.estimate = in_front(all->sums, range.begin);
+        result.seconds = watch.seconds();
+        return result;
+    }
+
+    [[nodiscard]] RenderResult render_pixels(
+        SampleRange range, std::span<const std::uint32_t> pixels, const RenderControl& control) override {
+        return members_.front().job->render_pixels(range, pixels, control);
+    }
+    [[nodiscard]] std::vector<PathTrace> trace(std::uint32_t x, std::uint32_t y, SampleRange samples) override {
+        return members_.front().job->trace(x, y, samples);
+    }
+
+private:
+    // The first ones last, as they are taken from the end. Enough of them that none waits long for the slowest.
+    [[nodiscard]] std::vector<SampleRange> units_of(SampleRange range) const {
+        constexpr std::uint64_t units_per_member = 8;
+        const std::uint64_t wanted = range.count() / (units_per_member * members_.size());
+        const std::uint64_t unit = std::max(samples_per_block, std::bit_floor(std::max<std::uint64_t>(1, wanted)));
+        std::vector<SampleRange> units = cut({range}, unit);
+        std::ranges::reverse(units);
+        return units;
+    }
+
+    // Until all have ended, or are given up.
+    void wait(Sharing& all, const RenderControl& control) const {
+        std::unique_lock hold(all.lock);
+        while (!all.all_ended()) {
+            constexpr auto poll = std::chrono::milliseconds(50);
+            all.changed.wait_for(hold, poll);
+            double samples = all.done;
+            for (Sharing::Hand& hand : all.hands) {
+                if (!hand.working) continue;
+                samples += hand.samples;
+                const double seconds = steady_seconds() - hand.heard;
+                if (seconds < patience_) continue;
+                hand.given_up = true;
+                hand.working = false;
+                hand.reason = fmt::format("it has not answered for {:.0f} s", seconds);
+                all.units.push_back(hand.unit);
+                all.changed.notify_all();
+            }
+            if (!control.progress) continue;
+            hold.unlock();
+            control.progress(samples);
+            hold.lock();
+        }
+    }
+
+    void leave_out(const Sharing& all, const std::vector<std::size_t>& who) {
+        for (std::size_t i = 0; i < who.size(); ++i) {
+            if (all.hands[i].reason.empty()) continue;
+            Member& member = members_[who[i]];
+            member.left_out = true;
+            last_reason_ = fmt::format("{}: {}", member.name, all.hands[i].reason);
+            told_(last_reason_);
+            if (all.hands[i].given_up) keep_for_ever(member);
+        }
+    }
+
+    // What is there from `begin` on without a gap: all, but after a stop.
+    static Estimate in_front(const Estimate& sums, std::uint64_t begin) {
+        Estimate front(sums.width(), sums.height());
+        std::uint64_t at = begin;
+        for (const Estimate::Piece& piece : sums.pieces()) {
+            if (piece.range.begin != at) break;
+            front.add_block(piece.range, *piece.moments);
+            at = piece.range.end;
+        }
+        front.add_invalid(sums.invalid());
+        return front;
+    }
+
+    std::vector<Member> members_;
+    RenderSettings settings_;
+    std::function<void(const std::string&)> told_;
+    double patience_;  // seconds
+    std::string last_reason_;
+};
+
+class DeviceGroup final : public Renderer {
+public:
+    DeviceGroup(
+        std::vector<std::unique_ptr<Renderer>> members, std::function<void(const std::string&)> told, double patience)
+        : told_(std::move(told)), patience_(patience) {
+        for (std::unique_ptr<Renderer>& member : members) members_.push_back(std::move(member));
+    }
+
+    [[nodiscard]] RendererInfo info() const override {
+        RendererInfo all = members_.front()->info();
+        std::map<std::string, std::size_t> devices;
+        std::set<std::string> backends, drivers, apis;
+        for (const std::shared_ptr<Renderer>& member : members_) {
+            const RendererInfo one = member->info();
+            ++devices[one.device];
+            backends.insert(one.backend);
+            drivers.insert(one.driver);
+            apis.insert(one.api);
+            all.follows_numbers = all.follows_numbers && one.follows_numbers;
+            all.samples_lights = all.samples_lights && one.samples_lights;
+        }
+        all.device.clear();
+        for (const auto& [device, count] : devices)
+            all.device += fmt::format(
+                "{}{}{}", all.device.empty() ? "" : " + ", count == 1 ? "" : fmt::format("{} x ", count), device);
+        all.backend = fmt::format("{}", fmt::join(backends, " + "));
+        all.driver = fmt::format("{}", fmt::join(drivers, " + "));
+        all.api = fmt::format("{}", fmt::join(apis, " + "));
+        return all;
+    }
+
+    [[nodiscard]] std::unique_ptr<RenderJob> prepare(const Scene& scene, const RenderSettings& settings) override {
+        std::vector<Member> ready;
+        for (const std::shared_ptr<Renderer>& renderer : members_)
+            ready.push_back({renderer->info().device, renderer, renderer->prepare(scene, settings)});
+        return std::make_unique<GroupJob>(std::move(ready), settings, told_, patience_);
+    }
+    [[nodiscard]] std::unique_ptr<RayIntersector> intersector(
+        const Scene& scene, const RenderSettings& settings) override {
+        return members_.front()->intersector(scene, settings);
+    }
+    [[nodiscard]] std::unique_ptr<ArithmeticProbe> arithmetic() override { return members_.front()->arithmetic(); }
+
+private:
+    std::vector<std::shared_ptr<Renderer>> members_;
+    std::function<void(const std::string&)> told_;
+    double patience_;
+};
+
+}  // namespace
+
+std::unique_ptr<Renderer> device_group(
+    std::vector<std::unique_ptr<Renderer>> members, std::function<void(const std::string&)> told, double patience) {
+    if (members.size() == 1) return std::move(members.front());
+    return std::make_unique<DeviceGroup>(std::move(members), std::move(told), patience);
+}
+
+}  // namespace tandem

@@ -1,0 +1,102 @@
+# One image by many processes of mpirun: the same bits for any number, a lost rank costs what was not kept. Skipped, visibly,
+# without OpenMPI.
+import os
+import pathlib
+import shutil
+import signal
+import subprocess
+import sys
+import time
+import unittest
+
+from program import SCENES, TANDEM, ProgramTest, tandem
+from test_commands_parts import pixels
+from test_farm import running
+
+BOX = SCENES / "cornell-classic.json"
+AS_ROOT = {"OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1"}
+MPIRUN = ["mpirun", "--oversubscribe", "--bind-to", "none"]
+HERE = pathlib.Path(TANDEM).parent
+
+
+class Ranks(ProgramTest):
+    def setUp(self):
+        super().setUp()
+        if not shutil.which("mpirun") or not (HERE / "libtandem_mpi.so").exists():
+            self.skipTest("OpenMPI is not installed, or Tandem was built without it")
+
+    def start(self, *words):
+        process = subprocess.Popen([*MPIRUN, *map(str, words)], env=os.environ | AS_ROOT, stdout=subprocess.PIPE,
+                                   stderr=subprocess.PIPE, text=True, start_new_session=True)
+        self.addCleanup(process.poll)
+        return process
+
+    def mpirun(self, *words):
+        process = self.start(*words)
+        out, errors = process.communicate(timeout=300)
+        return subprocess.CompletedProcess(words, process.returncode, out, errors)
+
+    def whole(self, *how):
+        path = self.folder / "whole.exr"
+        self.assertEqual(tandem("render", BOX, "-o", path, *how).returncode, 0)
+        return pixels(path)
+
+    def test_any_number_of_ranks_has_the_bits_of_one_process(self):
+        how = ("--size", "32", "--samples", "1000")
+        whole = self.whole(*how)
+        for ranks in (2, 3, 7):
+            with self.subTest(ranks=ranks):
+                image = self.folder / f"{ranks}.exr"
+                result = self.mpirun("-n", ranks, TANDEM, "render", BOX, "-o", image, *how)
+                self.assertEqual(result.returncode, 0, result.stderr)
+                self.assertEqual(len(result.stdout.splitlines()), 1, result.stdout)  # rank 0 alone speaks
+                self.assertEqual(pixels(image), whole)
+
+    def test_after_a_lost_rank_the_same_command_goes_on(self):
+        how = ("--size", "64", "--samples", "16384")
+        sums = self.folder / "sums.exr"
+        words = ["render", BOX, "-o", self.folder / "image.exr", *how, "--resume", sums, "--keep-every", "0.5"]
+        process = self.start("-n", "3", TANDEM, *words)
+        end = time.monotonic() + 60
+        while not sums.exists():
+            self.assertLess(time.monotonic(), end)
+            self.assertIsNone(process.poll(), "too fast to be killed")
+            time.sleep(0.05)
+        ranks = running(words)
+        self.assertEqual(len(ranks), 3)
+        os.kill(max(ranks), signal.SIGKILL)
+        process.communicate(timeout=60)
+        self.assertNotEqual(process.returncode, 0)
+        self.assertEqual(running(words), [])
+        again = self.mpirun("-n", "2", TANDEM, *words)
+        self.assertEqual(again.returncode, 0, again.stderr)
+        self.assertEqual(pixels(self.folder / "image.exr"), self.whole(*how))
+
+    def test_ranks_of_something_else_are_refused(self):
+        out = self.folder / "image.exr"
+        result = self.mpirun("-n", "1", TANDEM, "render", BOX, "-o", out, ":", "-n", "1", TANDEM, "render", BOX, "-o", out, "--seed", "4")
+        self.assertNotEqual(result.returncode, 0)
+        self.assertIn("rank 1 has another scene, other options or another version", result.stderr)
+        result = self.mpirun("-n", "1", TANDEM, "render", BOX, "-o", out, ":", "-n", "1", TANDEM, "render", self.folder / "none.json", "-o", out)
+        self.assertIn("rank 1: ", result.stderr)
+        self.assertIn("none.json", result.stderr)
+        self.assertIn("mpirun shares out render alone", self.mpirun("-n", "2", TANDEM, "verify", BOX).stderr)
+        self.assertFalse(out.exists())
+
+    def test_a_stop_ends_all(self):
+        sums = self.folder / "sums.exr"
+        words = ["render", BOX, "-o", self.folder / "image.exr", "--size", "64", "--samples", 1 << 20, "--resume", sums, "--keep-every", "0.5"]
+        process = self.start("-n", "2", TANDEM, *words)
+        end = time.monotonic() + 60
+        while not sums.exists():
+            self.assertLess(time.monotonic(), end)
+            time.sleep(0.05)
+        process.send_signal(signal.SIGINT)
+        process.communicate(timeout=60)
+        self.assertEqual(running([str(word) for word in words]), [])
+        self.assertEqual(tandem("merge", sums, "-o", self.folder / "kept.exr", "--allow-gaps").returncode, 0)
+
+
+if __name__ == "__main__":
+    result = unittest.main(exit=False).result
+    sys.exit(1 if not result.wasSuccessful() else 77 if result.skipped else 0)

@@ -1,0 +1,128 @@
+// Renderers that share a render: the bits of one alone, whatever the split, and whoever fails or hangs.
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <atomic>
+#include <stdexcept>
+#include <thread>
+
+#include "common/deadline.h"
+#include "common/distribution/device_group.h"
+#include "common/error.h"
+#include "synthetic_renderer.h"
+
+using namespace tandem;
+
+namespace {
+
+constexpr SampleRange range{0, 64 * 40 + 7};
+
+RenderSettings small_settings() {
+    RenderSettings settings;
+    settings.width = 8;
+    settings.height = 4;
+    settings.seed = 5;
+    return settings;
+}
+
+std::unique_ptr<Renderer> sound() { return std::make_unique<SyntheticRenderer>(mixed, "sound"); }
+
+// Renders so many samples of a pixel and channel as it should, and then does what `fault` does.
+std::unique_ptr<Renderer> faulty(std::uint64_t samples, std::function<void()> fault) {
+    const auto count = std::make_shared<std::atomic<std::uint64_t>>(0);
+    return std::make_unique<SyntheticRenderer>(
+        [=](std::uint32_t x, std::uint32_t y, SampleRandom& random) {
+            if (++*count > samples) fault();
+            return mixed(x, y, random);
+        },
+        "faulty");
+}
+
+struct Rendered {
+    Estimate estimate;
+    std::vector<std::string> told;
+};
+
+Rendered rendered_by(std::vector<std::unique_ptr<Renderer>> members, double patience = 60.0) {
+    Rendered result;
+    const auto group = device_group(
+        std::move(members), [&](const std::string& text) { result.told.push_back(text); }, patience);
+    const auto job = group->prepare(Scene{}, small_settings());
+    result.estimate = job->render(range).estimate;
+    return result;
+}
+
+template <class... Member>
+std::vector<std::unique_ptr<Renderer>> members(Member... member) {
+    std::vector<std::unique_ptr<Renderer>> all;
+    (all.push_back(std::move(member)), ...);
+    return all;
+}
+
+bool same_bits(const Estimate& a, const Estimate& b) {
+    const Estimate::Plane left = a.totals(), right = b.totals();
+    return a.ranges() == b.ranges() && a.invalid() == b.invalid() &&
+           std::ranges::equal(left, right, [](const Moments& x, const Moments& y) {
+               return x.sum == y.sum && x.sum_of_squares == y.sum_of_squares;
+           });
+}
+
+}  // namespace
+
+TEST_CASE("a group of equal renderers has the bits of one") {
+    const Estimate alone = rendered_by(members(sound())).estimate;
+    CHECK(same_bits(rendered_by(members(sound(), sound())).estimate, alone));
+    CHECK(same_bits(rendered_by(members(sound(), sound(), sound(), sound(), sound())).estimate, alone));
+}
+
+TEST_CASE("the blocks of a renderer that fails are done by others, and it is told") {
+    const Estimate alone = rendered_by(members(sound())).estimate;
+    for (const std::uint64_t samples : {0u, 1u, 5000u}) {
+        const Rendered result =
+            rendered_by(members(sound(), faulty(samples, [] { throw std::runtime_error("device lost"); })));
+        CHECK(same_bits(result.estimate, alone));
+        // Where it was too late to fail, the other had done all before.
+        for (const std::string& text : result.told) CHECK(text.find("device lost") != std::string::npos);
+        if (samples == 0) CHECK(result.told.size() <= 1);
+    }
+    CHECK_THROWS_AS(rendered_by(members(faulty(0, [] { throw std::runtime_error("device lost"); }),
+                        faulty(0, [] { throw std::runtime_error("device lost"); }))),
+        DeviceError);
+}
+
+TEST_CASE("the blocks of a renderer that hangs are done by others") {
+    const auto release = std::make_shared<std::atomic<bool>>(false);
+    const auto hang = [release] {
+        while (!*release) std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    };
+    // The sound one is slow, so that the other takes a unit.
+    auto slow = std::make_unique<SyntheticRenderer>(
+        [](std::uint32_t x, std::uint32_t y, SampleRandom& random) {
+            std::this_thread::sleep_for(std::chrono::microseconds(1));
+            return mixed(x, y, random);
+        },
+        "slow");
+    const Rendered result = rendered_by(members(std::unique_ptr<Renderer>(std::move(slow)), faulty(0, hang)), 2.0);
+    CHECK(same_bits(result.estimate, rendered_by(members(sound())).estimate));
+    REQUIRE(result.told.size() == 1);
+    CHECK(result.told[0].find("has not answered") != std::string::npos);
+    *release = true;
+    std::this_thread::sleep_for(std::chrono::milliseconds(200));  // for the thread that was left behind
+}
+
+TEST_CASE("a stop leaves samples without a gap") {
+    std::stop_source stop;
+    std::atomic<int> count = 0;
+    const auto stopping = [&] {
+        return std::make_unique<SyntheticRenderer>([&](std::uint32_t x, std::uint32_t y, SampleRandom& random) {
+            if (++count == 20000) stop.request_stop();
+            return mixed(x, y, random);
+        });
+    };
+    const auto group = device_group(members(stopping(), stopping()), [](const std::string&) {});
+    const auto job = group->prepare(Scene{}, small_settings());
+    const Estimate estimate = job->render(range, {.stop = stop.get_token(), .progress = {}}).estimate;
+    CHECK(estimate.count() < range.count());
+    CHECK(estimate.ranges().size() <= 1);
+    if (!estimate.ranges().empty()) CHECK(estimate.ranges().front().begin == 0);
+}
