@@ -8,6 +8,7 @@ import subprocess
 import sys
 import tempfile
 import unittest
+import xml.etree.ElementTree
 
 SOURCE = pathlib.Path(__file__).resolve().parents[2]
 TANDEM = os.path.abspath(os.environ["TANDEM"])
@@ -101,6 +102,47 @@ class Exercises(unittest.TestCase):
                     self.assertEqual(mark["mark"], "wrong")
                     self.assertRegex(mark["summary"], told)
                     self.assertNotIn("root:", json.dumps(mark))
+
+    def test_a_class_is_marked_by_one_command(self):
+        given = homework.read()
+
+        def answer(slug, right):
+            exercise = given["exercises"][slug]
+            return homework.source(given, slug, exercise["right"][0] if right else exercise["wrong"][0][1])
+        with tempfile.TemporaryDirectory() as name:
+            folder = pathlib.Path(name)
+            (folder / "class" / "a & b" / "work").mkdir(parents=True)
+            (folder / "class" / "carl").mkdir()
+            (folder / "class" / "dora").mkdir()
+            (folder / "class" / "a & b" / "work" / "16-mirror.glsl").write_text(answer("mirror", True))
+            (folder / "class" / "carl" / "16-mirror.glsl").write_text(answer("mirror", False))
+            (folder / "secret").write_text("root: 1")
+            (folder / "class" / "carl" / "19-schlick.glsl").symlink_to(folder / "secret")
+            result = run("mark", "class", "--junit", "marks.xml", "--json", "marks.json", folder=folder)
+            self.assertEqual(result.returncode, 0, result.stderr)
+            self.assertEqual(result.stdout, "      16 19  right\na & b  +  .  1 of 2\ncarl   x  x  0 of 2\ndora   .  .  0 of 2\n")
+            suites = xml.etree.ElementTree.parse(folder / "marks.xml").getroot()
+            self.assertEqual([(suite.get("name"), suite.get("tests"), suite.get("failures")) for suite in suites],
+                             [("a & b", "2", "1"), ("carl", "2", "2"), ("dora", "2", "2")])
+            self.assertIn("errs like: the sign is the other one", suites[1][0][0].text)
+            self.assertNotIn("root", suites[1][1][0].text)
+            self.assertEqual([student["right"] for student in json.loads((folder / "marks.json").read_text())], [1, 0, 0])
+
+            one = run("mark", "class/a & b", "--due", "16,17", "--gradescope", "results.json", "--coderunner", "runner.json", folder=folder)
+            self.assertEqual(one.returncode, 0, one.stderr)
+            results = json.loads((folder / "results.json").read_text())
+            self.assertEqual([results["score"], *((test["score"], test["status"]) for test in results["tests"])],
+                             [1.0, (1.0, "passed"), (0.0, "failed")])
+            runner = json.loads((folder / "runner.json").read_text())
+            self.assertEqual(runner["fraction"], 0.5)
+            self.assertEqual([row[0] for row in runner["testresults"]], ["iscorrect", True, False])
+
+            for words, told in ((("class", "--gradescope", "x.json"), "one student"), (("class", "--due", "31"), "1 to 30"), (("secret",), "no folder"),
+                                (("class", "--junit", "class/carl/16-mirror.glsl"), "16-mirror.glsl")):
+                refused = run("mark", *words, folder=folder)
+                self.assertEqual(refused.returncode, 2, words)
+                self.assertIn(told, refused.stderr)
+            self.assertIn("mirrored", (folder / "class" / "carl" / "16-mirror.glsl").read_text())
 
 
 if __name__ == "__main__":
