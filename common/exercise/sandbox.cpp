@@ -20,8 +20,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// A right answer takes about a second. A loaded machine has twenty.
-constexpr double seconds_for_all = 20.0;
+// A right answer takes about a second. On a machine with much other work it took 27 of the clock's, few of its own.
+constexpr double seconds_for_all = 60.0;
 constexpr rlim_t processor_seconds = 15, memory_bytes = rlim_t{4} << 30, file_bytes = rlim_t{64} << 20;
 
 enum Status : int { ran = 0, not_compiled = 11, no_compiler = 12, no_device_found = 13, compiler_stopped = 14 };
@@ -96,10 +96,13 @@ std::vector<float> run_apart(
     const auto fail = [&](const std::string& what, std::vector<std::string> log = {}) {
         throw SubmissionFailure(what, std::move(log));
     };
-    const std::string endless = fmt::format("does not end within {:.0f} s; is there an endless loop?", seconds_for_all);
-    if (!child.ended_within(seconds_for_all)) fail(endless);
+    // No shader can wait: one that used up its time has ended by the limit below.
+    if (!child.ended_within(seconds_for_all))
+        throw Error(fmt::format(
+            "the machine is too busy: a submission had no mark after {:.0f} s; try again", seconds_for_all));
     const int status = child.exit_status();
-    if (status == 128 + SIGXCPU || status == 128 + SIGKILL) fail(endless);
+    if (status == 128 + SIGXCPU || status == 128 + SIGKILL)
+        fail(fmt::format("does not end within {} s of a processor; is there an endless loop?", processor_seconds));
     if (status == not_compiled) fail("does not compile", complaints(folder));
     if (status == compiler_stopped) fail("is more than the compiler can take within its limits");
     if (status == no_compiler)
