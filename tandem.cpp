@@ -1,9 +1,11 @@
 // Wires the rooms together: the backends, the devices, and the commands that work on them.
 #include "common/commands/command.h"
 #include "cpu_ref/backend.h"
+#include "cpu_ref/exercises/exercises.h"
 #include "vulkan/backend.h"
 #include "vulkan/bench/bench.h"
 #include "vulkan/devices.h"
+#include "vulkan/framework/list_shader.h"
 #ifdef TANDEM_WINDOW
 #include "vulkan/window/view_window.h"
 #endif
@@ -19,6 +21,8 @@ int main(int argc, char** argv) {
 #else
         .show = {},
 #endif
+        .exercises = tandem::exercises(),
+        .run_list_shader = tandem::run_list_shader,
     };
     return tandem::run_program(argc, argv, program);
 }

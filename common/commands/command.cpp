@@ -467,6 +467,7 @@ int run_program(int argc, char** argv, const Program& program) {
     add_merge_results_command(app, context);
     add_judges_command(app, context);
     add_devices_command(app, context);
+    add_exercise_command(app, context);
     // A file that meets its size limit then fails to be written, which is told; else the program would be ended.
     std::signal(SIGXFSZ, SIG_IGN);
     const auto parse = [&] {

@@ -9,6 +9,7 @@
 #include <stop_token>
 #include <string>
 
+#include "common/exercise/marker.h"
 #include "common/experiment/bench.h"
 #include "common/files/outputs.h"
 #include "common/files/write_file.h"
@@ -29,6 +30,8 @@ struct Program {
     std::function<nlohmann::json()> devices;
     MakeBench bench;
     ShowWindow show;  // empty: built without a window
+    std::span<const Exercise> exercises;
+    RunListShader run_list_shader;
 };
 
 // A backend that is there to be read. Commands that take all backends take it only where it is named.
@@ -63,6 +66,7 @@ void add_stability_command(CLI::App& app, CommandContext& context);
 void add_export_command(CLI::App& app, CommandContext& context);
 void add_import_command(CLI::App& app, CommandContext& context);
 void add_judges_command(CLI::App& app, CommandContext& context);
+void add_exercise_command(CLI::App& app, CommandContext& context);
 void add_devices_command(CLI::App& app, CommandContext& context);
 
 // Adds --json and -v to a subcommand, and `examples` to its help.

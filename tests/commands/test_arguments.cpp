@@ -25,7 +25,7 @@ struct Commands {
     Commands() {
         for (const auto add : {add_render_command, add_verify_command, add_compare_command, add_effects_command,
                  add_bench_command, add_cost_command, add_trace_command, add_stability_command, add_export_command,
-                 add_import_command, add_judges_command, add_devices_command})
+                 add_import_command, add_judges_command, add_devices_command, add_exercise_command})
             add(app, context);
     }
     [[nodiscard]] std::string refusal(const std::vector<std::string>& arguments) const {

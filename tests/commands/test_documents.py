@@ -17,7 +17,7 @@ DOCUMENTS = sorted(name for name in FILES if name.endswith(".md"))
 # Pages that scripts make quote command lines of the day on which a result was stored.
 BY_HAND = [name for name in DOCUMENTS if not name.startswith("tests/records/")]
 ARCHITECTURE = "common/ARCHITECTURE.md"
-MADE_BY_READERS = {"scenes/first.json", "build/bug.py", "build/wrapper.py", "build/resident.py",
+MADE_BY_READERS = {"scenes/first.json", "03-ray-sphere.glsl", "build/bug.py", "build/wrapper.py", "build/resident.py",
                    "build/judge.py", "build/rms.py", "build/box.py"}  # as documents tell them to
 
 MOST_WORDS = 900       # of README.md

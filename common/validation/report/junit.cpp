@@ -27,8 +27,9 @@ std::size_t character_length(const std::string& text, std::size_t at) {
     return code < least[length] || code > 0x10ffff || surrogate || no_character ? 0 : length;
 }
 
-// For attributes and text alike. Line ends as references, so that attributes keep them.
-std::string escaped(const std::string& text) {
+}  // namespace
+
+std::string xml_escaped(const std::string& text) {
     std::string result;
     for (std::size_t at = 0; at < text.size();) {
         const std::size_t length = character_length(text, at);
@@ -54,20 +55,22 @@ std::string escaped(const std::string& text) {
     return result;
 }
 
+namespace {
+
 std::string case_of(const std::string& command, const SceneVerdict& verdict) {
     std::string text = fmt::format(R"(    <testcase classname="tandem.{}" name="{}" time="{:.3f}">)", command,
-        escaped(verdict.scene), verdict.seconds);
+        xml_escaped(verdict.scene), verdict.seconds);
     text += "\n";
     std::string reasons;
-    for (const std::string& reason : verdict.judgement.reasons) reasons += escaped(reason) + "\n";
+    for (const std::string& reason : verdict.judgement.reasons) reasons += xml_escaped(reason) + "\n";
     const auto outcome = [&](const char* element) {
         text += fmt::format("      <{0} type=\"{1}\" message=\"{2}\">{3}</{0}>\n", element,
-            verdict.failure.empty() ? name_of(verdict.verdict) : "failed", escaped(verdict.sentence), reasons);
+            verdict.failure.empty() ? name_of(verdict.verdict) : "failed", xml_escaped(verdict.sentence), reasons);
     };
     if (verdict.verdict == Verdict::disagree) outcome("failure");
     if (verdict.verdict == Verdict::undecided) outcome("error");
     if (verdict.verdict == Verdict::agree)
-        text += fmt::format("      <system-out>{}</system-out>\n", escaped(verdict.sentence));
+        text += fmt::format("      <system-out>{}</system-out>\n", xml_escaped(verdict.sentence));
     return text + "    </testcase>\n";
 }
 
@@ -77,7 +80,7 @@ std::string properties_of(const SceneVerdict& verdict) {
         {std::pair{"reference", &verdict.reference_info}, {"candidate", &verdict.candidate_info}})
         for (const auto& [key, value] : {std::pair{"backend", &info->backend}, {"device", &info->device},
                  {"driver", &info->driver}, {"api", &info->api}})
-            text += fmt::format("      <property name=\"{}.{}\" value=\"{}\"/>\n", side, key, escaped(*value));
+            text += fmt::format("      <property name=\"{}.{}\" value=\"{}\"/>\n", side, key, xml_escaped(*value));
     return text + "    </properties>\n";
 }
 
@@ -99,13 +102,13 @@ std::string junit_xml(const std::string& command, std::span<const SceneVerdict> 
         xml += fmt::format(
             "    <testcase classname=\"tandem.{}\" name=\"{}\" time=\"0\">\n"
             "      <skipped message=\"stopped before its turn\"/>\n    </testcase>\n",
-            command, escaped(scene));
+            command, xml_escaped(scene));
     for (const auto& [scene, text] : layer)
         xml += fmt::format(
             "    <testcase classname=\"tandem.{}.layer\" name=\"{}\" time=\"0\">\n"
             "      <failure type=\"validation-layer\" message=\"the Vulkan validation layer reports\">{}</failure>\n"
             "    </testcase>\n",
-            command, escaped(scene), escaped(text));
+            command, xml_escaped(scene), xml_escaped(text));
     return xml + "  </testsuite>\n</testsuites>\n";
 }
 

@@ -23,4 +23,7 @@ using LayerMessages = std::vector<std::pair<std::string, std::string>>;
 [[nodiscard]] std::string junit_xml(const std::string& command, std::span<const SceneVerdict> verdicts,
     const std::vector<std::string>& not_run = {}, const LayerMessages& layer = {});
 
+// For attributes and text alike. Line ends as references, so that attributes keep them.
+[[nodiscard]] std::string xml_escaped(const std::string& text);
+
 }  // namespace tandem

@@ -1,0 +1,19 @@
+// The exercises: what each asks, and the reference backends' answers. No answer is written out where a backend has one.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "common/exercise/exercise.h"
+
+namespace tandem {
+
+[[nodiscard]] std::span<const Exercise> exercises();  // number n is exercises()[n - 1]
+
+// By subject, in the order of their numbers.
+[[nodiscard]] std::vector<Exercise> exercises_of_geometry();
+[[nodiscard]] std::vector<Exercise> exercises_of_sampling();
+[[nodiscard]] std::vector<Exercise> exercises_of_scattering();
+[[nodiscard]] std::vector<Exercise> exercises_of_light();
+
+}  // namespace tandem
