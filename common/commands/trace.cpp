@@ -8,6 +8,7 @@
 #include "common/commands/console.h"
 #include "common/commands/help.h"
 #include "common/commands/shipped_files.h"
+#include "common/commands/trace_picture.h"
 #include "common/error.h"
 #include "common/text.h"
 #include "common/validation/verify/trace_comparison.h"
@@ -17,7 +18,7 @@ namespace tandem {
 namespace {
 
 struct TraceArguments {
-    std::string scene, device, precision, vulkan_precision;
+    std::string scene, device, precision, vulkan_precision, svg;
     std::vector<std::string> backends;  // empty: all that can follow the path
     std::vector<std::uint32_t> pixel;
     std::uint64_t sample = 0;
@@ -226,6 +227,15 @@ void trace_by_all(const BackendList& backends, const TraceArguments& arguments, 
     }
 }
 
+void write_picture(const Result& result, const TraceArguments& arguments, const CommandContext& context) {
+    std::vector<DrawnPath> paths;
+    for (const Traced& traced : result.traces) paths.push_back({traced.name, &traced.trace});
+    const std::string title = fmt::format("{}: pixel ({}, {}) of {} x {}, sample {}", result.scene.name,
+        arguments.pixel[0], arguments.pixel[1], result.settings.width, result.settings.height, arguments.sample);
+    write_text_file(
+        arguments.svg, trace_picture(result.scene, result.settings, title, arguments.pixel, paths), context.read);
+}
+
 // Options that would change nothing.
 void check_options(const TraceArguments& arguments) {
     if (!arguments.options.accumulation.empty())
@@ -249,7 +259,7 @@ ExitStatus trace(const TraceArguments& arguments, const CommandContext& context)
     std::vector<std::string> inputs;
     const Scene scene = scene_from(arguments.scene, inputs);
     Result result{scene, settings_from(arguments.options, scene), placed_primitives(scene), {}, {}};
-    check_outputs(context, {}, inputs);
+    check_outputs(context, {{"--svg", arguments.svg}}, inputs);
     if (arguments.pixel[0] >= result.settings.width || arguments.pixel[1] >= result.settings.height)
         throw InputError(
             fmt::format("--pixel {},{}: lies outside the image of {} x {}; name a pixel from 0,0 (upper left) on, or "
@@ -262,6 +272,7 @@ ExitStatus trace(const TraceArguments& arguments, const CommandContext& context)
     print_header(result, arguments);
     print_vertices(result, context.verbose);
     print_conclusion(result);
+    if (!arguments.svg.empty()) write_picture(result, arguments, context);
     write_json(context, json_of(result, arguments));
     return ExitStatus::fine;
 }
@@ -290,10 +301,13 @@ void add_trace_command(CLI::App& app, CommandContext& context) {
     command->add_option("--precision", arguments->precision, "Precision of the cpu backend: single, double or mixed");
     command->add_option("--vulkan-precision", arguments->vulkan_precision,
         "Precision of the vulkan backend: single, double, contracted or mixed. Its records are single");
+    command->add_option("--svg", arguments->svg, "Draw the paths, from above and as the camera sees them, to this .svg")
+        ->type_name("FILE");
     add_render_options(*command, arguments->options);
     add_common_options(*command, context,
         "  tandem trace scenes/cornell-thesis.json --size 128 --pixel 64,90 --sample 5\n"
         "  tandem trace scenes/glass.json --pixel 10,20 --backends oracle,cpu --json path.json\n"
+        "  tandem trace scenes/nested-glass.json --pixel 160,100 --svg path.svg\n"
         "All backends draw the same random numbers. Their paths are the same until rounding separates them. "
         "Distances are in ulp of single precision. -v prints every backend's figures.");
     command->callback(

@@ -57,40 +57,6 @@ class Commands(ProgramTest):
             with self.subTest(pointer=pointer):
                 self.render_refused(self.changed(pointer, value), *mentions)
 
-    def test_trace_tells_a_path_vertex_by_vertex(self):
-        report = self.folder / "path.json"
-        result = tandem("trace", self.scene, "--size", "16", "--pixel", "8,8", "--sample", "3", "--seed", "4", "--backends",
-                        "cpu,oracle", "--json", report)
-        self.assertEqual(result.returncode, 0, result.stderr)
-        for mention in ("vertex 0", "primitive 0 of \"ball\"", "scattered", "left the scene", "the same path"):
-            self.assertIn(mention, result.stdout)
-        told = json.loads(report.read_text())
-        self.assertEqual((told["pixel"], told["sample"], told["seed"]), ([8, 8], 3, 4))
-        for trace in told["traces"]:
-            first = trace["vertices"][0]
-            self.assertEqual(first["event"], "scattered")
-            self.assertAlmostEqual(first["t"], 3, delta=0.05)  # from 4 to a ball of radius 1
-            self.assertAlmostEqual(first["normal"][2], 1, delta=0.1)
-            self.assertEqual(first["weight"], [0.5, 0.5, 0.5])
-            self.assertEqual(trace["radiance"], [0.25, 0.25, 0.25])  # grey of the ball and of the sky
-        comparison, = told["comparisons"]
-        self.assertIsNone(comparison["first_divergence"])
-        self.assertLess(comparison["vertices"][0]["position_ulp"], 64)
-
-    def test_trace_refuses_what_it_cannot_follow(self):
-        self.refused(tandem("trace", self.scene, "--pixel", "16,0", "--backends", "cpu"), "--pixel 16,0", "16 x 16")
-        self.refused(tandem("trace", self.scene, "--pixel", "1,1", "--backends", "cpu", "--integrator", "bidirectional"),
-                     "no single path")
-        self.refused(tandem("trace", self.scene, "--pixel", "1,1", "--backends", "gpu"), "gpu")
-        self.refused(tandem("trace", self.scene), "--pixel")
-        trace = ["trace", self.scene, "--pixel", "1,1"]
-        for sample in ["-1", "18446744073709551615", "1.5"]:
-            self.refused(tandem(*trace, "--sample", sample), "--sample")
-        self.refused(tandem(*trace, "--accumulation", "plain"), "--accumulation")
-        self.refused(tandem(*trace, "--backends", "vulkan", "--precision", "double"), "--precision", "cpu")
-        self.refused(tandem(*trace, "--backends", "cpu,oracle", "--vulkan-precision", "double"), "--vulkan-precision")
-        self.refused(tandem(*trace, "--backends", "cpu", "--device", "0"), "--device")
-
     def test_files_that_are_no_scene_are_refused(self):
         self.render_refused(self.folder / "absent.json", "absent.json")
         self.render_refused(self.write("{\"film\": ", "broken.json"), "broken.json")

@@ -1,0 +1,231 @@
+#include "common/commands/trace_picture.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <glm/geometric.hpp>
+#include <numbers>
+#include <optional>
+
+namespace tandem {
+
+namespace {
+
+using Point = glm::dvec2;
+using Place = glm::dvec3;
+
+constexpr double side = 480.0, gap = 30.0, top = 60.0;  // of a panel, in SVG's pixels
+constexpr const char* colours[] = {"#d33", "#06c", "#2a2", "#a60"};
+
+std::string escaped_for_xml(const std::string& text) {
+    std::string escaped;
+    for (const char c : text) {
+        const std::string_view found = c == '&' ? "&amp;" : c == '<' ? "&lt;" : c == '>' ? "&gt;" : "";
+        if (found.empty())
+            escaped += static_cast<unsigned char>(c) < 0x20 ? ' ' : c;
+        else
+            escaped += found;
+    }
+    return escaped;
+}
+
+struct Line {
+    Place a, b;
+};
+
+void add_box(std::vector<Line>& lines, const glm::dmat4& map, const Place& low, const Place& high) {
+    const auto corner = [&](int i) {
+        return Place(map * glm::dvec4(i & 1 ? high.x : low.x, i & 2 ? high.y : low.y, i & 4 ? high.z : low.z, 1.0));
+    };
+    for (int i = 0; i < 8; ++i)
+        for (const int bit : {1, 2, 4})
+            if (!(i & bit)) lines.push_back({corner(i), corner(i | bit)});
+}
+
+void add_sphere(std::vector<Line>& lines, const glm::dmat4& map, const Place& centre, double radius) {
+    constexpr int steps = 48;
+    for (int axis = 0; axis < 3; ++axis) {
+        const auto at = [&](int i) {
+            const double angle = 2.0 * std::numbers::pi * i / steps;
+            Place p = centre;
+            p[axis] += radius * std::cos(angle), p[(axis + 1) % 3] += radius * std::sin(angle);
+            return Place(map * glm::dvec4(p, 1.0));
+        };
+        for (int i = 0; i < steps; ++i) lines.push_back({at(i), at(i + 1)});
+    }
+}
+
+// A body of more primitives than this is drawn as the box around it: its edges would cover the path.
+constexpr std::uint32_t most_primitives = 200;
+
+void add_entity(std::vector<Line>& lines, const Scene& scene, const Entity& entity) {
+    const auto vertex = [&](const Primitive& primitive, std::size_t i) {
+        return Place(scene.vertices[primitive.index[i]]);
+    };
+    Place low(std::numeric_limits<double>::infinity()), high = -low;
+    for (std::uint32_t i = 0; i < entity.primitive_count; ++i) {
+        const Primitive& p = scene.primitives[entity.first_primitive + i];
+        const std::size_t points = p.kind == PrimitiveKind::triangle ? 3 : p.kind == PrimitiveKind::cuboid ? 2 : 1;
+        if (entity.primitive_count > most_primitives) {
+            for (std::size_t k = 0; k < points; ++k) {
+                low = glm::min(low, vertex(p, k) - p.radius);
+                high = glm::max(high, vertex(p, k) + p.radius);
+            }
+        } else if (p.kind == PrimitiveKind::triangle) {
+            const auto world = [&](std::size_t k) {
+                return Place(entity.object_to_world * glm::dvec4(vertex(p, k % 3), 1.0));
+            };
+            for (std::size_t k = 0; k < 3; ++k) lines.push_back({world(k), world(k + 1)});
+        } else if (p.kind == PrimitiveKind::cuboid) {
+            add_box(lines, entity.object_to_world, vertex(p, 0), vertex(p, 1));
+        } else {
+            add_sphere(lines, entity.object_to_world, vertex(p, 0), p.radius);
+        }
+    }
+    if (entity.primitive_count > most_primitives) add_box(lines, entity.object_to_world, low, high);
+}
+
+// Maps a line to a panel; nothing where no part of it can be seen.
+using View = std::function<std::optional<std::pair<Point, Point>>(const Line&)>;
+
+View view_of_camera(const Camera& camera, const RenderSettings& settings, double scale) {
+    const Place f = glm::normalize(camera.target - camera.position), r = glm::normalize(glm::cross(f, camera.up)),
+                v = glm::cross(r, f);
+    const double h = std::tan(camera.vertical_field_degrees * std::numbers::pi / 360.0);
+    const double width = settings.width, height = settings.height;
+    return [=](const Line& line) -> std::optional<std::pair<Point, Point>> {
+        Place a = line.a - camera.position, b = line.b - camera.position;
+        // What is behind the camera has no image. The part before it ends at a thousandth of the line's depth.
+        const double in_a = glm::dot(a, f), in_b = glm::dot(b, f), least = 1e-3 * std::max(in_a, in_b);
+        if (!(least > 0.0)) return std::nullopt;
+        if (in_a < least) a += (least - in_a) / (in_b - in_a) * (b - a);
+        if (in_b < least) b += (least - in_b) / (in_a - in_b) * (a - b);
+        const auto image = [&](const Place& p) {
+            const double depth = glm::dot(p, f) * h;
+            return scale * Point(0.5 * width + 0.5 * height * glm::dot(p, r) / depth,
+                               0.5 * height - 0.5 * height * glm::dot(p, v) / depth);
+        };
+        return std::pair{image(a), image(b)};
+    };
+}
+
+// Shows all of `places` with a margin of a tenth.
+View view_from_above(const std::vector<Place>& places) {
+    Point low(places.front().x, places.front().z), high = low;
+    for (const Place& p : places) low = glm::min(low, Point(p.x, p.z)), high = glm::max(high, Point(p.x, p.z));
+    const double extent = std::max({high.x - low.x, high.y - low.y, std::numeric_limits<double>::min()});
+    const double scale = 0.8 * side / extent;
+    const Point centre = 0.5 * (low + high);
+    return [=](const Line& line) {
+        const auto plan = [&](const Place& p) { return scale * (Point(p.x, p.z) - centre) + 0.5 * side; };
+        return std::optional(std::pair{plan(line.a), plan(line.b)});
+    };
+}
+
+class Panel {
+public:
+    Panel(std::string& out, std::string name, View view) : out_(out), name_(std::move(name)), view_(std::move(view)) {}
+
+    void line(const Line& line, const std::string& style) {
+        const auto seen = view_(line);
+        // A coordinate that SVG readers could not hold is far outside.
+        const auto far = [](const Point& p) { return !(std::abs(p.x) < 1e6 && std::abs(p.y) < 1e6); };
+        if (!seen || far(seen->first) || far(seen->second)) return;
+        out_ += fmt::format("<path d=\"M{:.2f} {:.2f}L{:.2f} {:.2f}\" {}/>\n", seen->first.x, seen->first.y,
+            seen->second.x, seen->second.y, style);
+    }
+
+    void vertex(const Place& place, std::size_t number, const char* colour) {
+        const auto seen = view_({place, place});
+        if (!seen) return;
+        out_ += fmt::format(
+            "<circle class=\"{}-{}\" cx=\"{:.3f}\" cy=\"{:.3f}\" r=\"3\" fill=\"{}\"/>"
+            "<text x=\"{:.2f}\" y=\"{:.2f}\" fill=\"#222\">{}</text>\n",
+            name_, number, seen->first.x, seen->first.y, colour, seen->first.x + 6.0, seen->first.y - 6.0, number);
+    }
+
+private:
+    std::string& out_;
+    std::string name_;
+    View view_;
+};
+
+enum class CameraRay { drawn, left_out };  // seen by the camera itself it is a point, or by a lens a misleading line
+
+void draw_path(Panel& panel, const PathTrace& path, double width, const char* colour, double extent, bool numbered,
+    CameraRay camera_ray) {
+    const std::string style = fmt::format("stroke=\"{}\" stroke-width=\"{}\"", colour, width);
+    for (const TracedVertex& v : path.vertices) {
+        if (!std::isfinite(v.t)) {
+            panel.line({v.origin, v.origin + 0.3 * extent * v.direction}, style + " stroke-dasharray=\"6 4\"");
+            continue;
+        }
+        if (&v != path.vertices.data() || camera_ray == CameraRay::drawn) panel.line({v.origin, v.position}, style);
+        if (v.light != glm::dvec3(0.0))
+            panel.line({v.position, v.position + 0.15 * extent * v.light_direction},
+                "stroke=\"#e90\" stroke-width=\"1\" stroke-dasharray=\"2 3\"");
+    }
+    if (!numbered) return;
+    for (std::size_t i = 0; i < path.vertices.size(); ++i)
+        if (std::isfinite(path.vertices[i].t)) panel.vertex(path.vertices[i].position, i, colour);
+}
+
+}  // namespace
+
+std::string trace_picture(const Scene& scene, const RenderSettings& settings, const std::string& title,
+    const std::vector<std::uint32_t>& pixel, const std::vector<DrawnPath>& paths) {
+    std::vector<Line> outlines;
+    for (const Entity& entity : scene.entities) add_entity(outlines, scene, entity);
+    std::vector<Place> places{scene.camera.position};
+    for (const DrawnPath& drawn : paths)
+        for (const TracedVertex& v : drawn.path->vertices)
+            if (std::isfinite(v.t)) places.push_back(v.position);
+    if (places.size() == 1) places.push_back(scene.camera.target);
+    double extent = 0.0;
+    for (const Place& place : places) extent = std::max(extent, glm::distance(place, places.front()));
+    // What stands around the path is shown whole; a floor without end is not.
+    const std::size_t own = places.size();
+    for (const Line& line : outlines)
+        if (std::max(glm::distance(line.a, places[own - 1]), glm::distance(line.b, places[own - 1])) < 1.5 * extent)
+            places.insert(places.end(), {line.a, line.b});
+
+    const double scale = side / std::max(settings.width, settings.height);
+    const double wide = scale * settings.width, high = scale * settings.height;
+    std::string out = fmt::format(
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{0:.0f}\" height=\"{1:.0f}\" viewBox=\"0 0 {0:.0f} "
+        "{1:.0f}\" "
+        "font-family=\"sans-serif\" font-size=\"13\">\n"
+        "<rect width=\"100%\" height=\"100%\" fill=\"#fff\"/>\n<text x=\"{2}\" y=\"20\">{3}</text>\n",
+        2.0 * side + 3.0 * gap, side + top + gap, gap, escaped_for_xml(title));
+    for (std::size_t i = 0; i < paths.size(); ++i)
+        out += fmt::format("<text x=\"{}\" y=\"42\" fill=\"{}\">{}</text>\n", gap + 90.0 * static_cast<double>(i),
+            colours[i % std::size(colours)], escaped_for_xml(paths[i].name));
+    const auto panel = [&](const char* name, const char* caption, double x, double width, double height, View view,
+                           CameraRay camera_ray) {
+        out += fmt::format(
+            "<text x=\"{0}\" y=\"{1}\" fill=\"#666\">{2}</text>\n<svg id=\"{3}\" x=\"{0}\" y=\"{4}\" width=\"{5:.2f}\" "
+            "height=\"{6:.2f}\" overflow=\"hidden\" fill=\"none\">\n"
+            "<rect width=\"100%\" height=\"100%\" stroke=\"#bbb\" fill=\"#fafafa\"/>\n",
+            x, top + side + 20.0, caption, name, top, width, height);
+        Panel drawing(out, name, std::move(view));
+        for (const Line& line : outlines) drawing.line(line, "stroke=\"#bbb\" stroke-width=\"0.7\"");
+        // The first is the widest: those that lie upon it leave its rims to be seen.
+        for (std::size_t i = 0; i < paths.size(); ++i)
+            draw_path(drawing, *paths[i].path, std::max(1.0, 5.0 - 2.0 * static_cast<double>(i)),
+                colours[i % std::size(colours)], extent, i == 0, camera_ray);
+    };
+    out += "<g fill=\"#222\">\n";
+    panel("plan", "from above: x to the right, z down", gap, side, side, view_from_above(places), CameraRay::drawn);
+    out += "</svg>\n";
+    panel("image", "as the camera sees it", 2.0 * gap + side, wide, high, view_of_camera(scene.camera, settings, scale),
+        CameraRay::left_out);
+    out += fmt::format(
+        "<rect id=\"pixel\" x=\"{:.3f}\" y=\"{:.3f}\" width=\"{:.3f}\" height=\"{:.3f}\" stroke=\"#000\" "
+        "stroke-width=\"0.5\"/>\n</svg>\n</g>\n</svg>\n",
+        scale * pixel[0], scale * pixel[1], scale, scale);
+    return out;
+}
+
+}  // namespace tandem
