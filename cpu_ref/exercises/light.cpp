@@ -246,7 +246,11 @@ std::vector<Exercise> exercises_of_light() {
             .arguments = "a b g",
             .results = "direction:3",
             .kind = CheckKind::distribution,
-            .draw = [](const V& u, V& x) { x.set(0, u.two(0)), x[2] = u[3] < 0.05 ? 0.0 : between(u[2], -0.8, 0.8); },
+            .draw =
+                [](const V& u, V& x) {
+                    const double g = between(u[2], -0.8, 0.8);
+                    x.set(0, u.two(0)), x[2] = u[3] < 0.05 ? std::copysign(0.0, g) : g;
+                },
             .answer =
                 [](const V& x, V& y) {
                     y.set(0, oracle::phase_direction(x[2], {0.0, 0.0, 1.0}, x[0], x[1]));
@@ -273,7 +277,10 @@ std::vector<Exercise> exercises_of_light() {
                                              ? 0.5 * (1.0 + mu)
                                              : (1.0 - g * g) / (2.0 * g) *
                                                    (1.0 / std::sqrt(1.0 + g * g - 2.0 * g * mu) - 1.0 / (1.0 + g));
-                    return glm::dvec2(below, std::atan2(y[1], y[0]) / two_pi + 0.5);
+                    // Each sign of g has a half of its own: what is wrong with one must not hide what is wrong with the
+                    // other.
+                    return glm::dvec2(
+                        0.5 * (below + (std::signbit(g) ? 1.0 : 0.0)), std::atan2(y[1], y[0]) / two_pi + 0.5);
                 },
             .fault = [](const V&, const V& y) { return off_unit_length(y.three(0)); }},
     };
