@@ -55,7 +55,8 @@ void add_judges_command(CLI::App& app, CommandContext& context) {
         "  tandem render scenes/cornell-classic.json -o a.exr --size 64\n"
         "  tandem render scenes/cornell-classic.json -o b.exr --size 64 --seed 1\n"
         "  tandem judges a.exr b.exr\n\n"
-        "Each rule has its project's own threshold. How often each is wrong: tests/records/judges/JUDGES.md.\n"
+        "Each rule has its project's own threshold, or a rule of thumb where there is none. How often each is wrong: "
+        "tests/records/judges/JUDGES.md.\n"
         "Exit status: 0; 2 for images that cannot be judged.");
     command->callback(
         [&context, arguments] { context.action = [&context, arguments] { return judges(*arguments, context); }; });

@@ -159,16 +159,16 @@ std::vector<JudgeFinding> ask_judges(const JudgedPair& pair) {
             failing_percent(pair.reference, pair.candidate, 0.004), 0.02},
         {"idiff, OSL, hard", "a pixel off by more than 0.01, linear",
             greatest_difference(pair.reference, pair.candidate), 0.01},
-        {"RMSE", "PSNR below 40 dB, as shown", -psnr, -40.0},
-        {"SSIM", "mean SSIM below 0.95, luma as shown",
+        {"RMSE", "PSNR below 40 dB, as shown; a rule of thumb", -psnr, -40.0},
+        {"SSIM", "mean SSIM below 0.95, luma as shown; a rule of thumb",
             1.0 - structural_similarity(luma(a), luma(b), pair.width, pair.height), 0.05},
         {"FLIP", "mean FLIP above 0.018, as wgpu sets it",
             flip_error(pair.reference, pair.candidate, pair.width, pair.height), 0.018}};
     if (pair.reference_variance.empty()) return findings;
     findings.push_back({"z-test, Mitsuba", "more than 0.25 % of pixels rejected at 1 %, Šidák's correction",
         mitsuba_rejections(pair), 0.25});
-    findings.push_back(
-        {"floor ratio, Chrono", "difference more than 3 % above the reference's own noise", floor_ratio(pair), 1.03});
+    findings.push_back({"floor ratio, Chrono",
+        "difference more than 3 % above the reference's own noise; the 3 % are ours", floor_ratio(pair), 1.03});
     findings.push_back({"t-test a pixel, Bonferroni", "some pixel rejected at 1 %", bonferroni(pair), 2.0});
     return findings;
 }

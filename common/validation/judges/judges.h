@@ -22,7 +22,7 @@ struct JudgedPair {
 };
 
 struct JudgeFinding {
-    std::string_view name, rule;  // the rule as published
+    std::string_view name, rule;  // as published, or the text says otherwise
     double score = 0.0;           // greater: more different
     double limit = 0.0;           // the rule notices a difference where the score is above
     [[nodiscard]] bool notices() const { return score > limit; }
