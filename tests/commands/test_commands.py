@@ -111,8 +111,12 @@ class Commands(ProgramTest):
                 with self.subTest(backend=backend, arguments=arguments):
                     out = self.folder / "out.exr"
                     result = tandem("render", self.scene, "-o", out, "--backend", backend, *arguments)
+                    if "--time" in arguments and result.returncode == 3:  # a busy machine
+                        self.refused(result, "do not suffice", status=3)
+                        self.assertFalse(out.exists())
+                        continue
                     self.assertEqual(result.returncode, 0, result.stderr)
-                    self.assertTrue(out.exists())
+                    out.unlink()
 
     def test_a_scene_without_entities_shows_its_background(self):
         empty = self.changed("/entities", [])
