@@ -17,6 +17,7 @@
 #include "common/commands/help.h"
 #include "common/commands/old_names.h"
 #include "common/deadline.h"
+#include "common/distribution/ranks.h"
 #include "common/error.h"
 #include "common/files/write_file.h"
 #include "common/scene/loader/scene_loader.h"
@@ -482,6 +483,8 @@ int run_program(int argc, char** argv, const Program& program) {
             context.json_file = standard_output;
             context.json_descriptor = streams.take_standard_output();
         }
+        if (has_ranks() && !app.got_subcommand("render"))
+            throw UnsupportedError("mpirun shares out render alone; tandem plan splits verify and stability");
         check_outputs(context, {}, {});
         const ExitStatus status = context.action();
         if (const int error = streams.failure(); error != 0)

@@ -16,7 +16,6 @@
 #include "common/commands/verdict_options.h"
 #include "common/commands/verify_presets.h"
 #include "common/deadline.h"
-#include "common/distribution/ranks.h"
 #include "common/error.h"
 #include "common/self_test/self_test.h"
 #include "common/stopwatch.h"
@@ -363,8 +362,6 @@ Sides sides_of(const VerifyArguments& arguments, const CommandContext& context) 
 }
 
 ExitStatus verify(const VerifyArguments& given, const CommandContext& context) {
-    if (has_ranks())
-        throw UnsupportedError("mpirun shares out render alone; split verify by tandem plan and tandem work");
     NothingToKeep starting(context.interrupts);
     const VerifyArguments arguments = completed(given);
     std::optional<double> total_seconds;
