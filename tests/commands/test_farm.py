@@ -246,7 +246,7 @@ PartitionName=all Nodes=ALL Default=YES MaxTime=INFINITE State=UP
 
     def test_a_job_array_requeues_a_killed_item(self):
         plan = self.plan_image(samples=4096, pieces=4)
-        job = self.slurm("sbatch", "--parsable", "--array=1-4", f"--output={self.folder}/log-%a", SCRIPTS / "farm/slurm_array", plan).strip()
+        job = self.slurm("sbatch", "--parsable", "--array=1-4", f"--output={self.folder}/log-%a", SCRIPTS / "slurm/job_array", plan).strip()
         self.until(lambda: running(["work", plan, 2]), "the second item runs")
         os.kill(running(["work", plan, 2])[0], signal.SIGKILL)
         # A requeued job waits two minutes, unless told otherwise.
