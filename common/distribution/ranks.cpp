@@ -1,17 +1,16 @@
 #include "common/distribution/ranks.h"
 
-#include <dlfcn.h>
 #include <fmt/format.h>
 
 #include <chrono>
 #include <cstdlib>
 #include <cstring>
-#include <filesystem>
 #include <nlohmann/json.hpp>
 #include <thread>
 
 #include "common/distribution/device_group.h"
 #include "common/error.h"
+#include "common/files/load_module.h"
 #include "common/stopwatch.h"
 
 namespace tandem {
@@ -88,18 +87,14 @@ RenderResult result_of(std::string_view message) {
 }
 
 const MpiModule* loaded_module() {
-    const std::filesystem::path folder = std::filesystem::read_symlink("/proc/self/exe").parent_path();
-    const std::filesystem::path file = folder / mpi_module_file;
-    // Its own modules look for MPI's names among those of the program.
-    void* const library = ::dlopen(file.c_str(), RTLD_NOW | RTLD_GLOBAL);
-    if (library == nullptr)
+    // MPI's own modules look for its names among those of the program.
+    const LoadedModule module = load_module(mpi_module_file, mpi_module_name, true);
+    if (module.entry == nullptr)
         throw Error(
             fmt::format("mpirun started several processes, but MPI cannot be loaded ({}); build Tandem where "
                         "libopenmpi-dev is installed",
-                ::dlerror()));
-    void* const symbol = ::dlsym(library, mpi_module_name);
-    if (symbol == nullptr) throw Error(file.string() + " is no module of this program");
-    return reinterpret_cast<const MpiModule* (*)()>(symbol)();
+                module.reason));
+    return reinterpret_cast<const MpiModule* (*)()>(module.entry)();
 }
 
 }  // namespace

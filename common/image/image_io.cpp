@@ -75,6 +75,7 @@ void check_image_ending(const std::filesystem::path& path) {
         throw input_error(path.string(), "",
             "this program was built without OpenImageIO and writes no " + found + " files",
             "end the name in .pfm, or build with TANDEM_IMAGE_IO=ON");
+    require_library(path);
 }
 
 namespace {

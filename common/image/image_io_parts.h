@@ -44,5 +44,19 @@ struct LibrarySource {
 // The first three channels, from 0 to 1, encoded as sRGB in 16 bits.
 [[nodiscard]] std::string srgb16_png_bytes(const Image& image, const std::filesystem::path& shown);
 [[nodiscard]] bool has_library();
+void require_library(const std::filesystem::path& path);  // loads it now
+
+// The same as a table of functions, in a module of its own (oiio/module.cpp) which image_io_library.cpp loads.
+struct ImageLibrary {
+    Image (*read)(const LibrarySource& source, std::uint64_t limit);
+    Image (*read_words)(const std::filesystem::path& path, std::uint64_t limit);
+    std::string (*exr_bytes)(const Image& image, const std::filesystem::path& shown);
+    std::string (*srgb8_png_bytes)(const std::vector<std::uint8_t>& pixels, std::uint32_t width, std::uint32_t height,
+        const std::filesystem::path& shown);
+    std::string (*srgb16_png_bytes)(const Image& image, const std::filesystem::path& shown);
+};
+
+inline constexpr const char* image_module_file = "libtandem_images.so";
+inline constexpr const char* image_module_name = "tandem_image_module";  // const ImageLibrary*(*)()
 
 }  // namespace tandem::image_files

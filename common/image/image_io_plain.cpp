@@ -1,4 +1,4 @@
-// In place of image_io_oiio.cpp where TANDEM_IMAGE_IO is off: only PFM is left, and everything else says why.
+// In place of image_io_library.cpp where TANDEM_IMAGE_IO is off: only PFM is left, and everything else says why.
 #include "common/error.h"
 #include "common/image/image_io_parts.h"
 
@@ -14,6 +14,8 @@ InputError no_library(const std::filesystem::path& path) {
 }  // namespace
 
 bool has_library() { return false; }
+
+void require_library(const std::filesystem::path& path) { throw no_library(path); }
 
 Image read_with_library(const LibrarySource& source, std::uint64_t) { throw no_library(source.path); }
 

@@ -2,8 +2,10 @@
 # work, a reader that goes away harms no file, and names with control characters are shown escaped.
 import json
 import os
+import pathlib
 import pty
 import resource
+import shutil
 import signal
 import struct
 import subprocess
@@ -298,6 +300,18 @@ class OutputsAreKnownBefore(FilesTest):
                         ["cost", self.scene, "--resume", pipe], ["stability", "--catalogue", pipe]):
             with self.subTest(command=command[0]):
                 self.refused(tandem(*command), "is not a regular file")
+
+    def test_a_program_without_its_image_module_says_so_before_it_works(self):
+        if not (pathlib.Path(TANDEM).parent / "libtandem_images.so").exists():
+            self.skipTest("built without OpenImageIO")
+        program = self.folder / "alone" / "tandem"
+        program.parent.mkdir()
+        shutil.copy(TANDEM, program)
+        render = [program, "render", self.scene, "--size", "4", "--samples", "1000000000", "-o"]
+        result = subprocess.run([*render, self.folder / "a.exr"], capture_output=True, text=True, timeout=60)
+        self.refused(result, "a.exr", "libtandem_images.so", "build or install Tandem whole")
+        render[render.index("1000000000")] = "1"
+        self.assertEqual(subprocess.run([*render, self.folder / "a.pfm"], timeout=60, capture_output=True).returncode, 0)
 
 
 class FullDisks(FilesTest):

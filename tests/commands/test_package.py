@@ -39,6 +39,8 @@ class Installed(Elsewhere):
             with self.subTest(scene):
                 result = self.run_(PROGRAM, "render", scene, "-o", "image.pfm", "--size", 8, "--samples", 4)
                 self.assertEqual(result.returncode, FINE, result.stderr)
+        exr = self.run_(PROGRAM, "render", "furnace", "-o", "image.exr", "--size", 8, "--samples", 4)  # by the image module
+        self.assertEqual(exr.returncode, FINE, exr.stderr)
         for scene in ("hard", "README", "../LICENSE", "nowhere"):  # a folder, and what is no scene
             with self.subTest(scene):
                 result = self.run_(PROGRAM, "render", scene, "-o", "none.pfm", "--size", 8, "--samples", 4)

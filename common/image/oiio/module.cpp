@@ -1,4 +1,5 @@
-// EXR, PNG and what else OpenImageIO reads. Its headers stay in this file.
+// The module: EXR, PNG and what else OpenImageIO reads. Its headers stay in this file, and the program is not linked
+// with it.
 #include <OpenImageIO/filesystem.h>
 #include <OpenImageIO/imageio.h>
 #include <fcntl.h>
@@ -145,9 +146,9 @@ void append_channels(Image& image, const Image& more) {
 
 }  // namespace
 
-bool has_library() { return true; }
+namespace {
 
-Image read_with_library(const LibrarySource& source, std::uint64_t limit) {
+Image read(const LibrarySource& source, std::uint64_t limit) {
     const QuietStderr quiet;
     OIIO::ImageSpec how;
     if (source.straight_alpha) how.attribute("oiio:UnassociatedAlpha", 1);
@@ -173,7 +174,7 @@ Image read_with_library(const LibrarySource& source, std::uint64_t limit) {
     return image;
 }
 
-Image read_words_with_library(const std::filesystem::path& path, std::uint64_t limit) {
+Image read_words(const std::filesystem::path& path, std::uint64_t limit) {
     const QuietStderr quiet;
     const std::unique_ptr<OIIO::ImageInput> input = OIIO::ImageInput::open(path.string());
     if (!input || std::strcmp(input->format_name(), "openexr") != 0)
@@ -197,8 +198,6 @@ Image read_words_with_library(const std::filesystem::path& path, std::uint64_t l
     return image;
 }
 
-namespace {
-
 // Pixel by pixel the floats, then the whole numbers.
 std::vector<std::uint32_t> floats_and_words(const Image& image) {
     const std::size_t floats = image.channels.size(), words = image.word_channels.size();
@@ -212,9 +211,7 @@ std::vector<std::uint32_t> floats_and_words(const Image& image) {
     return both;
 }
 
-}  // namespace
-
-std::string exr_bytes(const Image& image, const std::filesystem::path& shown) {
+std::string exr(const Image& image, const std::filesystem::path& shown) {
     OIIO::ImageSpec spec(static_cast<int>(image.width), static_cast<int>(image.height),
         static_cast<int>(image.channels.size() + image.word_channels.size()), OIIO::TypeDesc::FLOAT);
     spec.channelnames = image.channels;
@@ -237,14 +234,14 @@ std::string exr_bytes(const Image& image, const std::filesystem::path& shown) {
     return encoded("exr", spec, OIIO::TypeDesc::FLOAT, image.pixels.data(), shown);
 }
 
-std::string srgb8_png_bytes(const std::vector<std::uint8_t>& pixels, std::uint32_t width, std::uint32_t height,
+std::string srgb8_png(const std::vector<std::uint8_t>& pixels, std::uint32_t width, std::uint32_t height,
     const std::filesystem::path& shown) {
     OIIO::ImageSpec spec(static_cast<int>(width), static_cast<int>(height), 3, OIIO::TypeDesc::UINT8);
     spec.attribute("oiio:ColorSpace", "sRGB");
     return encoded("png", spec, OIIO::TypeDesc::UINT8, pixels.data(), shown);
 }
 
-std::string srgb16_png_bytes(const Image& image, const std::filesystem::path& shown) {
+std::string srgb16_png(const Image& image, const std::filesystem::path& shown) {
     std::vector<std::uint16_t> pixels;
     for (std::size_t i = 0; i < image.pixels.size(); i += image.channels.size())
         for (std::size_t c = 0; c < 3; ++c) {
@@ -257,4 +254,12 @@ std::string srgb16_png_bytes(const Image& image, const std::filesystem::path& sh
     return encoded("png", spec, OIIO::TypeDesc::UINT16, pixels.data(), shown);
 }
 
+}  // namespace
+
 }  // namespace tandem::image_files
+
+extern "C" [[gnu::visibility("default")]] const tandem::image_files::ImageLibrary* tandem_image_module() {
+    using namespace tandem::image_files;
+    static constexpr ImageLibrary library{read, read_words, exr, srgb8_png, srgb16_png};
+    return &library;
+}
