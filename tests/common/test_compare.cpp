@@ -224,7 +224,7 @@ FalseAlarms false_alarms(const std::vector<double>& weights, unsigned runs, doub
 
 }  // namespace
 
-TEST_CASE("pixel filters raise no false alarms with one image a side") {
+TEST_CASE("pixel filters raise no false alarms with one image a side" * doctest::test_suite("full")) {
     constexpr double declared = 0.05;
     for (const auto& [width, runs] : {std::pair{0.5, 200u}, {1.0, 40u}}) {  // a usual Gaussian filter, and a wide one
         const FalseAlarms alarms = false_alarms(gaussian(width), runs, declared);
