@@ -51,7 +51,9 @@ struct MaterialRow {
     Receives receives = Receives::never;            // next events are taken there
     // Upper bound of f cos θ at next events.
     glm::dvec3 (*greatest_scattering)(const Material&) = nullptr;
-    bool gains_where_rough = false;  // a single path may leave with more light than it came with, without bound
+    // Of one that may give a path more light than it came with, where rough: the bound of a scattering's weight where
+    // the arriving ray has this tangent of its angle with the normal. None: weights are at most 1.
+    glm::dvec3 (*greatest_weight)(const Material&, double tangent) = nullptr;
 };
 
 [[nodiscard]] const MaterialRow& row_of(MaterialKind kind);
