@@ -51,8 +51,8 @@ struct MaterialRow {
     Receives receives = Receives::never;            // next events are taken there
     // Upper bound of f cos θ at next events.
     glm::dvec3 (*greatest_scattering)(const Material&) = nullptr;
-    // Of one that may give a path more light than it came with, where rough: the bound of a scattering's weight where
-    // the arriving ray has this tangent of its angle with the normal. None: weights are at most 1.
+    // Bound of a scattering's weight, of rough materials where it may exceed 1, by the tangent of the angle between the
+    // arriving ray and the normal.
     glm::dvec3 (*greatest_weight)(const Material&, double tangent) = nullptr;
 };
 
