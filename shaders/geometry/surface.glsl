@@ -101,9 +101,13 @@ Surface triangle_surface(Triangle triangle, TriangleFacts facts, vec3 local, Ray
     precise vec3 p1 = weights.x * triangle.corner1.xyz;
     precise vec3 p2 = weights.y * triangle.corner2.xyz;
     precise vec3 point = p0 + p1 + p2;
-    if (has_far_corners && motion == vec3(0.0) && knows_better(facts, ray, local.z))
+    float least_reach = facts.reach;
+    if (has_far_corners && motion == vec3(0.0) && knows_better(facts, ray, local.z)) {
         point = on_plane(triangle, facts.normal, ray, local.z);
-    const vec3 error = plane_error(triangle, p1, p2, facts.reach);
+        // Where all terms vanish, one unit of the point keeps the origin off the plane, too.
+        least_reach = max(max(abs(point.x), abs(point.y)), max(abs(point.z), facts.reach / 1024.0));
+    }
+    const vec3 error = plane_error(triangle, p1, p2, least_reach);
     point = drawn_in(triangle, facts, vec3(weight0, weights), point,
         dot(abs(facts.normal), error + error_in_motion(point, motion)));
     return Surface(point, facts.normal, error, point);
