@@ -138,7 +138,13 @@ MaterialRow rough_diffuse_row() {
         .receives = Receives::always,
         // f cos <= C/pi (a cos theta_o + b sin theta_i sin theta_o), and sqrt(a^2 + b^2) <= 1 (MODEL.md section 7.9).
         .greatest_scattering = [](const Material& material) { return greatest_colour(material) / pi; },
-        .gains_where_rough = true};
+        // C (a + b sin alpha tan beta), and beta is the smaller angle.
+        .greatest_weight =
+            [](const Material& material, double tangent) {
+                const double square = material.roughness * material.roughness;
+                const double a = 1.0 - square / (2.0 * (square + 0.33)), b = 0.45 * square / (square + 0.09);
+                return greatest_colour(material) * (a + b * tangent);
+            }};
 }
 
 }  // namespace

@@ -51,7 +51,9 @@ struct MaterialRow {
     Receives receives = Receives::never;            // next events are taken there
     // Upper bound of f cos θ at next events.
     glm::dvec3 (*greatest_scattering)(const Material&) = nullptr;
-    bool gains_where_rough = false;  // a single path may leave with more light than it came with, without bound
+    // Bound of a scattering's weight, of rough materials where it may exceed 1, by the tangent of the angle between the
+    // arriving ray and the normal.
+    glm::dvec3 (*greatest_weight)(const Material&, double tangent) = nullptr;
 };
 
 [[nodiscard]] const MaterialRow& row_of(MaterialKind kind);

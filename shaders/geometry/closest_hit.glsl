@@ -256,7 +256,7 @@ void keep_closer(inout Hit best, Hit other) {
 void locate(inout Hit hit, Ray ray) {
     if (hit.slot == hit_none) return;
     if (has_triangles && hit.slot < triangle_total())
-        hit.local = vec3(hit.local.xy / hit.local.z, 0.0);
+        hit.local = vec3(hit.local.xy / hit.local.z, hit.t);
     else if (has_spheres && hit.slot < triangle_total() + sphere_total())
         locate_sphere(hit, ray);
     else if (has_cuboids)

@@ -15,7 +15,7 @@ struct Hit {
     float t;  // to those who trace alone: what shades does not count on it
     uint slot;
     uint face;
-    vec3 local;  // triangle: weights of corners 1 and 2; sphere, cuboid: the point in unit space
+    vec3 local;  // triangle: weights of corners 1 and 2, and t; sphere, cuboid: the point in unit space
 };
 
 // Shadow word: the slot of the light that cannot block itself, no_slot, or:

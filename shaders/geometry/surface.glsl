@@ -75,14 +75,39 @@ vec3 error_in_motion(vec3 point, vec3 motion) {
     return motion == vec3(0.0) ? vec3(0.0) : 4.0 * unit_roundoff * (abs(point) + abs(motion));
 }
 
-// motion: of its entity.
-Surface triangle_surface(Triangle triangle, TriangleFacts facts, vec2 weights, vec3 motion) {
+// Corners far beyond the view make the mean of them coarse there: each coordinate is off by the rounding of the corners.
+// The ray's own point is off by roundings of what lies near, and is projected onto the plane. Off the plane it is no worse.
+// With s the sum of the corners' absolute terms along an axis, no term of dot(point - corner, normal) is above its |n| s.
+// Each passes difference (1), product (1) and sums (2), then the product with the normal (1), whose own rounding tilts it
+// (4), and the last subtraction (1): 10, where gamma_plane has 11 for the mean. Within the plane the ray's point is off by
+// less than 8 u of its terms, which the margin of drawn_in holds while they are below the corners'.
+bool knows_better(TriangleFacts facts, Ray ray, float t) {
+    const vec3 origin = abs(ray.origin);
+    return facts.reach > far_corner && max(origin.x, max(origin.y, origin.z)) + t < facts.reach;
+}
+
+vec3 on_plane(Triangle triangle, vec3 normal, Ray ray, float t) {
+    precise vec3 point = ray.origin + t * ray.direction;
+    precise float height = dot(point - triangle.corner0.xyz, normal);
+    precise vec3 projected = point - height * normal;
+    return projected;
+}
+
+// local: weights of corners 1 and 2, and t. motion: of its entity.
+Surface triangle_surface(Triangle triangle, TriangleFacts facts, vec3 local, Ray ray, vec3 motion) {
+    const vec2 weights = local.xy;
     precise float weight0 = 1.0 - weights.x - weights.y;
     precise vec3 p0 = weight0 * triangle.corner0.xyz;
     precise vec3 p1 = weights.x * triangle.corner1.xyz;
     precise vec3 p2 = weights.y * triangle.corner2.xyz;
     precise vec3 point = p0 + p1 + p2;
-    const vec3 error = plane_error(triangle, p1, p2, facts.reach);
+    float least_reach = facts.reach;
+    if (has_far_corners && motion == vec3(0.0) && knows_better(facts, ray, local.z)) {
+        point = on_plane(triangle, facts.normal, ray, local.z);
+        // Where all terms vanish, one unit of the point keeps the origin off the plane, too.
+        least_reach = max(max(abs(point.x), abs(point.y)), max(abs(point.z), facts.reach / 1024.0));
+    }
+    const vec3 error = plane_error(triangle, p1, p2, least_reach);
     point = drawn_in(triangle, facts, vec3(weight0, weights), point,
         dot(abs(facts.normal), error + error_in_motion(point, motion)));
     return Surface(point, facts.normal, error, point);
@@ -132,12 +157,13 @@ void move_surface(inout Surface surface, vec3 motion, float time) {
     surface.point = surface.rest + shift;
 }
 
-Surface surface_at(uint slot, uint face, vec3 local, float time) {
+// ray: that met it; read where has_far_corners alone.
+Surface surface_at(uint slot, uint face, vec3 local, Ray ray, float time) {
     Surface surface;
     const uint kind = kind_of(slot);
     const vec3 motion = has_entity_motion ? transforms[placed_at(slot).entity].motion : vec3(0.0);
     if (has_triangles && kind == kind_triangle)
-        surface = triangle_surface(triangle_of(slot), triangle_facts(slot), local.xy, motion);
+        surface = triangle_surface(triangle_of(slot), triangle_facts(slot), local, ray, motion);
     else
         surface = convex_surface(convex_at(slot), local, kind == kind_sphere ? local : face_axis(face));
     // A sphere has no coplanar neighbours, and rays that leave it pass it over: moved, their origins would only get into

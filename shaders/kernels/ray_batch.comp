@@ -27,13 +27,13 @@ void main() {
     const uvec4 start = origins[i];
     ray_min = intervals[i].x;
     ray_max = intervals[i].y;
-    const Hit hit = closest_hit(
-        Ray(uintBitsToFloat(start.xyz), directions[i].xyz), start.w & slot_mask, (start.w & ray_inside) != 0u);
+    const Ray ray = Ray(uintBitsToFloat(start.xyz), directions[i].xyz);
+    const Hit hit = closest_hit(ray, start.w & slot_mask, (start.w & ray_inside) != 0u);
     if (hit.slot == hit_none) {
         normals[i] = uvec4(0, 0, 0, no_index);
         return;
     }
-    const Surface surface = surface_at(hit.slot, hit.face, hit.local, 0.0);
+    const Surface surface = surface_at(hit.slot, hit.face, hit.local, ray, 0.0);
     points[i] = vec4(surface.point, hit.t);
     normals[i] = uvec4(floatBitsToUint(surface.normal), placed_at(hit.slot).id);
     fronts[i] = vec4(offset_ray_origin(surface, surface.normal), 0.0);

@@ -30,13 +30,13 @@ void main() {
     const uint word = uint(origins[i].w);
     ray_min = intervals[i].x;
     ray_max = intervals[i].y;
-    const Hit hit =
-        closest_hit(Ray(origins[i].xyz, directions[i].xyz), word & slot_mask, (word & ray_inside) != 0u);
+    const Ray ray = Ray(origins[i].xyz, directions[i].xyz);
+    const Hit hit = closest_hit(ray, word & slot_mask, (word & ray_inside) != 0u);
     if (hit.slot == hit_none) {
         normals[i] = dvec4(0.0, 0.0, 0.0, double(no_index));
         return;
     }
-    const Surface surface = surface_at(hit.slot, hit.face, hit.local, 0.0);
+    const Surface surface = surface_at(hit.slot, hit.face, hit.local, ray, 0.0);
     points[i] = dvec4(surface.point, hit.t);
     normals[i] = dvec4(surface.normal, double(placed_at(hit.slot).id));
     fronts[i] = dvec4(offset_ray_origin(surface, surface.normal), 0.0);

@@ -22,7 +22,7 @@ struct Path {
     uvec4 bodies;    // that the ray is in (interiors.glsl)
     uint medium;     // that the ray is in, or no_index
 };
-const bool keeps_origin = has_light_sampling || has_medium_absorption || has_crossing;
+const bool keeps_origin = has_light_sampling || has_medium_absorption || has_crossing || has_far_corners;
 
 // What leaves a vertex: a ray, a shadow ray, both or neither.
 struct Departure {
@@ -305,7 +305,7 @@ Arrival arrival(inout Path path, Hit hit, real time) {
     Arrival at;
     at.missed = hit.slot == hit_none;
     at.in_medium = false;
-    if (!at.missed) at.surface = surface_at(hit.slot, hit.face, hit.local, time);
+    if (!at.missed) at.surface = surface_at(hit.slot, hit.face, hit.local, Ray(path.origin, path.direction), time);
     if (!has_medium_absorption) return at;
     path.medium = medium_in(path.bodies);
     if (both(path.medium == no_index, path.direction.x < 2.0)) return at;

@@ -180,5 +180,56 @@ class Scripts(unittest.TestCase):
         self.assertFalse(guidelines.listed_arm(family, "boxes"))
 
 
+FAKE_TANDEM = """#!/usr/bin/python3
+import array, json, pathlib, sys
+bugged = pathlib.Path(sys.argv[0]).name != "sound"
+if sys.argv[1] == "render":
+    with open(sys.argv[sys.argv.index("-o") + 1], "wb") as file:
+        file.write(b"PF\\n32 16\\n-1.0\\n")
+        file.write(array.array("f", [2.0 if bugged and x < 16 else 1.0 for y in range(16) for x in range(32) for c in range(3)]).tobytes())
+else:
+    verdict = {"verdict": "disagree" if bugged else "agree", "sentence": "", "reasons": ["tiles"], "outvoted": "candidate",
+               "levels": [{"name": "tiles 16x16", "significant": bugged, "p": 1e-9}], "paired": None,
+               "likeness": {"subsystems": ["geometry", "textures"]} if bugged else None}
+    pathlib.Path(sys.argv[sys.argv.index("--json") + 1]).write_text(json.dumps({"scenes": [verdict]}))
+    sys.exit(1 if bugged else 0)
+"""
+
+
+class FreshBugs(unittest.TestCase):
+    def setUp(self):
+        self.temporary = tempfile.TemporaryDirectory()
+        self.addCleanup(self.temporary.cleanup)
+        self.folder = pathlib.Path(self.temporary.name)
+        for name in "sound", "swapped":
+            program = self.folder / "out/programs" / name
+            program.parent.mkdir(parents=True, exist_ok=True)
+            program.write_text(FAKE_TANDEM)
+            program.chmod(0o755)
+
+    def run_script(self, *arguments):
+        return subprocess.run([sys.executable, SCRIPTS / "measure/fresh_bugs", *arguments, "-o", self.folder / "out"], capture_output=True, text=True)
+
+    def test_a_bug_is_tabulated_with_its_effect_its_verdict_and_its_blame(self):
+        patch = self.folder / "swapped.patch"
+        patch.write_text("subsystem: textures\n\ndiff --git a/x b/x\n")
+        result = self.run_script(patch, "--scenes", "glass", "--time", "1")
+        self.assertEqual((result.returncode, result.stderr), (0, ""))
+        table = (self.folder / "out/FRESH_BUGS.md").read_text()
+        self.assertIn("1 of 1 bugs are found", table)
+        self.assertIn("The sound program disagrees on 0 of 1 scenes.", table)
+        self.assertIn("| above 0.5 % or 10 % (the margins) | 1 | 1 | 0 |", table)
+        self.assertRegex(table, r"\| swapped \| 50 % \| 100 % \| disagree \| glass \| tiles 16x16 \| \d+ \| textures \| among three \| candidate \|")
+
+    def test_what_is_no_patch_or_no_scene_is_refused(self):
+        patch = self.folder / "none.patch"
+        patch.write_text("nothing")
+        for arguments, reason in (([patch], "is no patch"), ([patch, "--scenes", "nowhere"], "nowhere: is neither")):
+            result = self.run_script(*arguments)
+            self.assertEqual(result.returncode, 2)
+            self.assertEqual(len(result.stderr.splitlines()), 1)
+            self.assertIn(reason, result.stderr)
+
+
 if __name__ == "__main__":
     unittest.main()

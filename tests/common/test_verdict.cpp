@@ -202,6 +202,12 @@ TEST_CASE("the schedule doubles up to what the budget affords, in whole batches"
     CHECK(cost >= 0.8 * 120.0);
 }
 
+TEST_CASE("short budgets keep a fifth for what tells a disagreement apart, long ones a tenth") {
+    CHECK(share_of_looks(6.0) == doctest::Approx(0.8));
+    CHECK(share_of_looks(16.0) == doctest::Approx(0.875));
+    CHECK(share_of_looks(120.0) == doctest::Approx(0.9));
+}
+
 TEST_CASE("a budget of nothing still allows one look at two batches") {
     ScheduleRequest request;
     request.seconds_per_sample_reference = request.seconds_per_sample_candidate = 1.0;

@@ -281,6 +281,32 @@ TEST_CASE("the greatest sample counts spots by the cone they share by, and suns 
     check_close(greatest_sample(scene, next_events(1)), {2.8, 2.8, 2.8});
 }
 
+TEST_CASE("one event on flat rough diffuse surfaces is bounded by how the camera's rays come upon them") {
+    Scene scene = lit_floor(dvec3(1.0), 0.0);
+    scene.film = {4, 4};
+    scene.background.down = scene.background.up = dvec3(2.0);
+    scene.camera.position = {0.0, 1.0, 1.0};
+    scene.camera.target = {0.0, 0.0, 0.0};
+    scene.camera.vertical_field_degrees = 1e-6;
+    for (Material& material : scene.materials) {
+        material.kind = MaterialKind::rough_diffuse;
+        material.roughness = 0.3;
+    }
+    RenderSettings settings = default_settings(scene);
+    settings.integrator = Integrator::path;
+    settings.bounces = 1;
+    // a = 1 - 0.09/0.84, b = 0.0405/0.18, at 45 degrees
+    CHECK(greatest_sample(scene, settings)[0] == doctest::Approx(2.0 * (1.0 - 0.09 / 0.84 + 0.225)));
+    settings.bounces = 2;
+    CHECK(greatest_sample(scene, settings)[0] == infinite);
+    settings.bounces = 1;
+    scene.camera.vertical_field_degrees = 91.0;  // some rays run along the floor
+    CHECK(greatest_sample(scene, settings)[0] == infinite);
+    scene.camera.vertical_field_degrees = 1e-6;
+    scene.camera.lens_radius = 0.1;
+    CHECK(greatest_sample(scene, settings)[0] == infinite);
+}
+
 TEST_CASE("where nothing bounds a sample there is no closed form to hold a renderer to") {
     Scene scene = lit_floor(dvec3(1.0), 0.0);
     scene.film = {4, 4};

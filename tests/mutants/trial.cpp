@@ -52,17 +52,15 @@ SceneVerdict verdict_of(const PlantedFault& fault, Planting planting, const std:
     options.max_looks = effort.looks;
     options.budget_seconds = effort.seconds;
     options.scenes = shipped_scenes().size();
-    const bool cpu_is_mutant = planting == Planting::cpu;
-    // A bug of the CPU's is in all of its precisions at a time, so that none is a witness.
+    // The CPU's bug is in both of its precisions.
     BackendOptions precise;
     precise.precision = Precision::double_precision;
-    const bool looks_long = planting == Planting::vulkan && effort.long_paths;
-    const auto other_precision = looks_long ? cpu_backend().create(precise) : nullptr;
+    const auto other_precision = effort.long_paths ? renderer_with(cpu_backend(), in_cpu, precise) : nullptr;
     options.other_precision = other_precision.get();
-    return verify_scene(scene, cpu_is_mutant ? *vulkan : *cpu, cpu_is_mutant ? *cpu : *vulkan, options);
+    return verify_scene(scene, *cpu, *vulkan, options);
 }
 
-Trial trial_of(const SceneVerdict& verdict, Planting planting, const std::string& scene) {
+Trial trial_of(const SceneVerdict& verdict, Planting planting, const std::string& scene, std::string_view bug) {
     Trial trial;
     trial.scene = scene;
     const Judgement& judgement = verdict.judgement;
@@ -79,9 +77,12 @@ Trial trial_of(const SceneVerdict& verdict, Planting planting, const std::string
         trial.caught = !trial.level.empty();
         if (trial.caught) trial.witness = form ? "closed form" : "backends";
     }
-    if (verdict.likeness)
-        for (const Subsystem subsystem : verdict.likeness->subsystems)
+    // What the record knows of this very bug is left out.
+    const auto blamed = verdict.likeness ? vote(*verdict.signature, planted_signatures(), bug) : std::nullopt;
+    if (blamed)
+        for (const Subsystem subsystem : blamed->subsystems)
             trial.blamed.emplace_back(subsystem_names.at(static_cast<std::size_t>(subsystem)));
+    trial.coarse_arithmetic = judgement.coarse_arithmetic;
     trial.samples = std::min(verdict.reference.samples, verdict.candidate.samples);
     trial.width = verdict.settings.width;
     trial.height = verdict.settings.height;

@@ -36,6 +36,7 @@ struct Trial {
     std::string level;                // its most significant, or "fixed pixels", "invalid samples"; empty: none
     std::vector<std::string> levels;  // all that are significant, of either witness
     std::vector<std::string> blamed;  // subsystems, likeliest first, that the verdict names (likeness.h)
+    bool coarse_arithmetic = false;   // the verdict says so, which is a fault with --strict alone
     std::uint64_t samples = 0;        // a pixel and side at the last look, the paired ones not counted
     std::uint32_t width = 0, height = 0;
     double seconds = 0.0;
@@ -45,9 +46,11 @@ struct Trial {
 [[nodiscard]] std::filesystem::path scene_file(const std::string& name);
 [[nodiscard]] std::vector<std::string> shipped_scenes();  // names, below scenes/ itself
 
-// The side without the bug is the reference; with a bug in both, the CPU is.
+// The CPU is the reference, as in `tandem verify`.
 [[nodiscard]] SceneVerdict verdict_of(
     const PlantedFault& fault, Planting planting, const std::string& scene, const Effort& effort);
-[[nodiscard]] Trial trial_of(const SceneVerdict& verdict, Planting planting, const std::string& scene);
+// bug: its name, which is left out where subsystems are named.
+[[nodiscard]] Trial trial_of(
+    const SceneVerdict& verdict, Planting planting, const std::string& scene, std::string_view bug = {});
 
 }  // namespace tandem::test

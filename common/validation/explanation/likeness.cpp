@@ -85,25 +85,34 @@ Scores conclusions(const Signature& signature) {
     const double scattering = std::min(1.0, f(F::by_weight) + f(F::by_direction) + f(F::by_density));
     const double surface = f(F::at_diffuse) + f(F::at_rough_diffuse) + f(F::at_mirror) + f(F::at_conductor);
     const double glass = f(F::at_dielectric) + f(F::at_boundary), untextured = 1.0 - f(F::on_texture);
+    // What comes from a light to a texture may be either's fault.
+    const double unclear = 1.0 - 0.5 * f(F::on_texture);
     const double sampled_late = (1.0 - f(F::vertex_0)) * f(F::scene_light_sampling);
-    const double together = 1.0 - f(F::parted);  // no path parts
+    // No path parts: then films that are apart err by themselves, and not as rounding parts what is added.
+    const double together = 1.0 - f(F::parted);
     Scores scores{};
     const auto set = [&](Subsystem subsystem, double score) { scores.at(static_cast<std::size_t>(subsystem)) = score; };
     set(Subsystem::camera, f(F::by_camera));
     set(Subsystem::volumes, most({F::by_throughput, F::at_medium}));
     set(Subsystem::dielectric, glass * std::max(scattering, most({F::by_end, F::by_emission})));
-    set(Subsystem::textures, f(F::on_texture) * most({F::by_weight, F::by_light}) * (1.0 - f(F::by_direction)));
-    set(Subsystem::roulette, f(F::by_end) * (1.0 - f(F::at_dielectric)) * (1.0 - f(F::at_medium)));
+    set(Subsystem::textures,
+        f(F::on_texture) * std::max(f(F::by_weight), 0.5 * f(F::by_light)) * (1.0 - f(F::by_direction)));
+    // Roulette weighs paths from some vertex on; what scatters does so from the first.
+    const double late = std::max(0.0, 1.0 - f(F::vertex_0) - f(F::vertex_1));
+    set(Subsystem::roulette, std::max(f(F::by_end) * (1.0 - f(F::at_dielectric)) * (1.0 - f(F::at_medium)),
+                                 f(F::by_weight) * f(F::scene_roulette) * late));
     set(Subsystem::light_sampling,
-        most({F::by_light, F::by_light_direction, F::by_shadow}) * (1.0 - scattering) * untextured);
+        most({F::by_light, F::by_light_direction, F::by_shadow}) * (1.0 - scattering) * unclear);
     set(Subsystem::mis_weights, f(F::by_emission) * sampled_late);
     set(Subsystem::emission, f(F::by_emission) * (1.0 - sampled_late));
     set(Subsystem::bsdf, scattering * surface * untextured);
     set(Subsystem::geometry, most({F::by_met, F::by_normal, F::by_place, F::by_spawned}) * (1.0 - f(F::at_medium)));
-    set(Subsystem::accumulation, std::max(f(F::by_sum), f(F::film_apart) * (1.0 - f(F::pattern))));
-    set(Subsystem::indexing,
-        std::max(f(F::film_apart) * f(F::pattern), together * std::max(0.0, f(F::sizes) - f(F::short_paths))));
-    set(Subsystem::random_numbers, together * most({F::high_counters, F::first_counter}));
+    set(Subsystem::accumulation, std::max(f(F::by_sum), together * f(F::film_apart) * (1.0 - f(F::pattern))));
+    set(Subsystem::indexing, together * std::max(f(F::film_apart) * f(F::pattern), f(F::sizes) - f(F::short_paths)));
+    // Other numbers part paths and keep the mean; noise alone makes tiles differ, to both sides. Half, as much else
+    // may.
+    const double mean_kept = f(F::parted) * (1.0 - f(F::one_sign)) * (1.0 - f(F::image));
+    set(Subsystem::random_numbers, std::max(together * most({F::high_counters, F::first_counter}), 0.5 * mean_kept));
     return scores;
 }
 

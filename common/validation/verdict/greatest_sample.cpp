@@ -189,6 +189,44 @@ dvec3 greatest_of_sky(const Background& sky) {
     return greatest;
 }
 
+bool gains(const Material& material) {
+    return row_of(material.kind).greatest_weight != nullptr && material.roughness > 0.0;
+}
+
+// The greatest tangent of the angle between a ray of the camera and the normal of a primitive that may gain; infinite
+// where that is not known: of curved primitives, of what moves, behind lenses.
+double greatest_tangent(const Scene& scene) {
+    const Camera& camera = scene.camera;
+    if (camera.lens_radius > 0.0 || camera.position_motion != dvec3(0.0) || camera.target_motion != dvec3(0.0))
+        return infinite;
+    const dvec3 axis = glm::normalize(camera.target - camera.position);
+    const double height = std::tan(0.5 * glm::radians(camera.vertical_field_degrees));
+    const double half_diagonal = std::atan(height * std::hypot(1.0, double(scene.film.width) / scene.film.height));
+    double greatest = 0.0;
+    for (const PlacedPrimitive& placed : placed_primitives(scene)) {
+        const Entity& entity = scene.entities[placed.entity];
+        const Primitive& primitive = scene.primitives[placed.primitive];
+        if (!gains(scene.materials[entity.material])) continue;
+        if (primitive.kind != PrimitiveKind::triangle || entity.motion != dvec3(0.0) || !scene.normals.empty())
+            return infinite;
+        const auto corner = [&](std::size_t k) { return world_point(entity, scene.vertices[primitive.index[k]]); };
+        const dvec3 normal = glm::cross(corner(1) - corner(0), corner(2) - corner(0));
+        if (glm::dot(normal, normal) == 0.0) continue;
+        const double angle = std::acos(std::min(1.0, std::abs(glm::dot(axis, glm::normalize(normal))))) + half_diagonal;
+        greatest = std::max(greatest, angle < 0.5 * pi ? std::tan(angle) : infinite);
+    }
+    return greatest;
+}
+
+// The most by which one event of the camera's own ray weighs a path; infinite: nothing bounds it.
+dvec3 greatest_gain(const Scene& scene) {
+    const double tangent = greatest_tangent(scene);
+    dvec3 greatest(1.0);
+    for (const Material& material : scene.materials)
+        if (gains(material)) greatest = glm::max(greatest, row_of(material.kind).greatest_weight(material, tangent));
+    return greatest;
+}
+
 }  // namespace
 
 std::array<double, channel_count> greatest_sample(const Scene& scene, const RenderSettings& settings) {
@@ -200,10 +238,7 @@ std::array<double, channel_count> greatest_sample(const Scene& scene, const Rend
         const bool ends_path = material.kind == MaterialKind::emissive && !material.translucent;
         if (brightness(material.radiance) > 0.0 && !ends_path) emits_and_goes_on = true;
     }
-    const bool gains = settings.integrator != Integrator::whitted &&
-                       std::ranges::any_of(scene.materials, [](const Material& material) {
-                           return row_of(material.kind).gains_where_rough && material.roughness > 0.0;
-                       });
+    const bool may_gain = settings.integrator != Integrator::whitted && std::ranges::any_of(scene.materials, gains);
     const double events = settings.bounces, meetings = emits_and_goes_on ? events + 1.0 : 1.0;
     dvec3 greatest = meetings * radiance;
     if (settings.integrator != Integrator::path) {
@@ -218,12 +253,15 @@ std::array<double, channel_count> greatest_sample(const Scene& scene, const Rend
                 greatest[c] = infinite;
             else
                 greatest[c] += events * std::max(0.5 * radiance[c], punctual[c]);
-            if (gains && events > 1.0 && punctual[c] > 0.0) greatest[c] = infinite;
+            if (may_gain && events > 1.0 && punctual[c] > 0.0) greatest[c] = infinite;
         }
     }
-    if (gains && events > 0.0)
+    if (may_gain && events > 0.0) {
+        const bool first_alone = events == 1.0 && settings.integrator != Integrator::bidirectional;
+        const dvec3 gain = first_alone ? greatest_gain(scene) : dvec3(infinite);
         for (glm::length_t c = 0; c < 3; ++c)
-            if (radiance[c] > 0.0) greatest[c] = infinite;
+            if (radiance[c] > 0.0) greatest[c] *= gain[c];
+    }
     return {greatest.x, greatest.y, greatest.z};
 }
 

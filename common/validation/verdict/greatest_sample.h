@@ -10,7 +10,8 @@ namespace tandem {
 // Upper bound on one sample's radiance, per channel; infinite where there is none. Throughput never exceeds 1, also
 // after roulette, which divides by its greatest component (MODEL.md section 9.3). (But for media that scatter colours
 // differently: their weights, section 10, are 1 in the mean only, and count as 1 here.) Some materials may weight a
-// path without bound: what it meets after them has no bound either (materials.h, gains_where_rough). What adds up is
+// path without bound where both directions graze (materials.h, greatest_weight): what it meets after them has no bound
+// either. One event has, where the camera's rays come upon flat surfaces away from grazing. What adds up is
 // - L_e of each surface and of the background that is met, the sky's image included: once a path, or at each of its
 //   D + 1 segments where surfaces emit and let paths go on;
 // - at each of D vertices one sample of a light (section 9.2). With q the density of scattering, surfaces and skies add

@@ -65,7 +65,7 @@ void conclude(SceneVerdict& verdict) {
     if (verdict.stopped && verdict.judgement.verdict == Verdict::agree) verdict.judgement.verdict = Verdict::undecided;
     verdict.verdict = verdict.judgement.verdict;
     verdict.sentence = sentence_of(verdict.judgement, verdict.criteria, verdict.reference_name, verdict.candidate_name);
-    if (verdict.verdict == Verdict::agree && verdict.judgement.coarse_arithmetic)
+    if (verdict.verdict != Verdict::disagree && verdict.judgement.coarse_arithmetic)
         verdict.sentence += "; but the arithmetic of " + verdict.candidate_name +
                             " is coarser than single precision: " + verdict.paired.arithmetic->text();
     if (verdict.reference.batches.size() >= 4 && verdict.candidate.batches.size() >= 4)

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include "common/validation/verify/schedule.h"
+
 namespace tandem {
 
 namespace {
@@ -11,9 +13,7 @@ namespace {
 constexpr double survey = 0.5;         // of the budget: the first round
 constexpr double most_of_equal = 2.0;  // a survey foretells; what one scene takes beyond is lost to later rounds
 constexpr double least_seconds = 0.5;  // below, a scene is not begun: preparing it takes as long
-// The last look of a schedule is at 0.9 of its budget (schedule.cpp).
-constexpr double seconds_a_look_second = 1.0 / 0.9;
-constexpr double reserve = 1.5;  // forecasts know neither the machine's load nor how noise falls out
+constexpr double reserve = 1.5;        // forecasts know neither the machine's load nor how noise falls out
 
 using Verdicts = std::vector<std::optional<SceneVerdict>>;
 
@@ -94,7 +94,8 @@ std::optional<double> forecast_seconds(const SceneVerdict& verdict) {
     for (const LevelResult& level : judgement.levels)
         if (level.name.starts_with("closed form")) most = std::max(most, times_margin(level, margins.image));
     if (!std::isfinite(most)) return std::nullopt;
-    return seconds_a_look_second * verdict.looks.back().seconds * std::max(1.0, most * most);
+    const double look = verdict.looks.back().seconds * std::max(1.0, most * most);
+    return look / share_of_looks(look);
 }
 
 void verify_within(const TotalBudget& budget, std::vector<std::optional<SceneVerdict>>& verdicts) {

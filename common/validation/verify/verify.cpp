@@ -410,6 +410,7 @@ void Verification::find_worst_pixel() {
     if (verdict_.judgement.verdict != Verdict::disagree || options_.stop.stop_requested()) return;
     RenderSettings settings = verdict_.settings;
     settings.seed = verdict_.reference_seed;
+    const bool in_time = watch_.seconds() < options_.budget_seconds;  // each kernel is built anew
     try {
         find_fault(*verdict_.worst, {.scene = scene_,
                                         .settings = settings,
@@ -419,7 +420,7 @@ void Verification::find_worst_pixel() {
                                         .candidate_name = verdict_.candidate_name,
                                         .region = fired_region(verdict_.judgement),
                                         .differ = sides_differ(verdict_),
-                                        .kernels = options_.kernels,
+                                        .kernels = in_time ? options_.kernels : std::vector<std::string>(),
                                         .with_kernel = options_.with_kernel,
                                         .stop = options_.stop});
         compare_with_planted_bugs(settings);

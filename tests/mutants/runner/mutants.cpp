@@ -4,7 +4,7 @@
 //     mutants list                        ids and plantings, a line each
 //     mutants scenes                      ids, plantings in one backend and the scenes of each, a line each
 //     mutants reasons                     which bugs are not planted in both, and why
-//     mutants run ID PLANTING [EFFORTS]   one of them on its scenes, by effort and cost, until it is caught
+//     mutants run ID PLANTING [EFFORTS [FIRST]]   one of them on its scenes, by effort and cost, until it is caught
 //     mutants sound SCENE [EFFORT]        two sound backends: what the scene can see
 //     mutants signature ID PLANTING SCENE the pattern of the difference, for scripts/measure/likeness
 //     mutants formulas                    effect, scene and formula of what `change` measures, a line each
@@ -26,8 +26,9 @@ namespace {
 
 json to_json(const Trial& trial, std::size_t effort) {
     return {{"scene", trial.scene}, {"effort", effort}, {"caught", trial.caught}, {"witness", trial.witness},
-        {"level", trial.level}, {"levels", trial.levels}, {"blamed", trial.blamed}, {"samples", trial.samples},
-        {"width", trial.width}, {"height", trial.height}, {"seconds", trial.seconds}, {"sentence", trial.sentence}};
+        {"level", trial.level}, {"levels", trial.levels}, {"blamed", trial.blamed},
+        {"coarse_arithmetic", trial.coarse_arithmetic}, {"samples", trial.samples}, {"width", trial.width},
+        {"height", trial.height}, {"seconds", trial.seconds}, {"sentence", trial.sentence}};
 }
 
 void print(const json& line) {
@@ -35,16 +36,17 @@ void print(const json& line) {
     std::fflush(stdout);
 }
 
-void run(const Mutant& mutant, std::size_t effort_count) {
+void run(const Mutant& mutant, std::size_t effort_count, std::size_t first) {
     json line{{"id", mutant.id()}, {"bug", planted_bug_names.at(static_cast<std::size_t>(mutant.fault.bug))},
         {"amount", mutant.fault.amount}, {"planting", name_of(mutant.planting)}, {"unbiased", mutant.unbiased},
         {"tuned_for", mutant.tuned_for},
         {"subsystem", subsystem_names.at(static_cast<std::size_t>(subsystem_of(mutant.fault.bug)))}, {"caught", false},
         {"trials", json::array()}};
-    for (std::size_t effort = 0; effort < effort_count && !line["caught"]; ++effort)
+    for (std::size_t effort = first; effort < effort_count && !line["caught"]; ++effort)
         for (const std::string& scene : mutant.scenes) {
             const SceneVerdict verdict = verdict_of(mutant.fault, mutant.planting, scene, efforts.at(effort));
-            const Trial trial = trial_of(verdict, mutant.planting, scene);
+            const Trial trial = trial_of(
+                verdict, mutant.planting, scene, planted_bug_names.at(static_cast<std::size_t>(mutant.fault.bug)));
             line["trials"].push_back(to_json(trial, effort));
             line["caught"] = trial.caught;
             if (trial.caught) break;
@@ -147,7 +149,8 @@ int main(int argc, char** argv) {
         if (command == "run" && arguments.size() > 2)
             for (const Mutant& mutant : catalogue())
                 if (mutant.id() == arguments[1] && name_of(mutant.planting) == arguments[2]) {
-                    run(mutant, std::min(count_from(arguments, 3, efforts.size()), efforts.size()));
+                    run(mutant, std::min(count_from(arguments, 3, efforts.size()), efforts.size()),
+                        count_from(arguments, 4, 0));
                     return 0;
                 }
     } catch (const std::exception& error) {
@@ -155,7 +158,7 @@ int main(int argc, char** argv) {
         return 1;
     }
     fmt::print(stderr,
-        "usage: mutants list | scenes | reasons | run ID PLANTING [EFFORTS] | sound SCENE [EFFORT] | "
+        "usage: mutants list | scenes | reasons | run ID PLANTING [EFFORTS [FIRST]] | sound SCENE [EFFORT] | "
         "signature ID PLANTING SCENE | formulas | change EFFECT SCENE FORMULA\n");
     return 2;
 }

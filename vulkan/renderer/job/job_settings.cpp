@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <ranges>
 
 #include "common/error.h"
 #include "common/render/check_settings.h"
@@ -105,6 +106,28 @@ std::uint32_t most_segments(EffectSet effects, const RenderSettings& settings) {
     return receives && effects.has(Effect::light_sampling) ? std::min(2u, settings.bounces + 1) : 1;
 }
 
+// Sixteen times as far as the camera, where a triangle has a corner beyond: of points made from such corners four bits
+// or more of what is seen are lost.
+std::optional<float> far_corner(const Scene& described, const SceneData& scene) {
+    constexpr double many_times = 16.0;
+    const auto size = [](const glm::dvec3& p) { return std::max({std::abs(p.x), std::abs(p.y), std::abs(p.z)}); };
+    const float limit =
+        to_distance(many_times * std::max(size(described.camera.position), size(described.camera.target)));
+    const bool any = std::ranges::any_of(
+        scene.sources | std::views::take(scene.triangle_count), [&](const gpu::PrimitiveSource& source) {
+            const gpu::EntityTransform& m = scene.transforms[source.entity];
+            const auto beyond = [&](std::uint32_t vertex) {
+                const gpu::Vec4& v = scene.vertices[vertex];
+                const auto along = [&](const gpu::Vec4& row) {
+                    return row.x * v.x + row.y * v.y + row.z * v.z + row.w;
+                };
+                return size({along(m.to_world0), along(m.to_world1), along(m.to_world2)}) > limit;
+            };
+            return beyond(source.index0) || beyond(source.index1) || beyond(source.index2);
+        });
+    return any && !scene.in_double ? std::optional(limit) : std::nullopt;
+}
+
 Specialisation specialise(const Device& device, const Scene& described, const SceneData& scene,
     const RenderSettings& settings, PlantedFault fault) {
     const EffectSet effects = effects_of(described, settings);
@@ -142,6 +165,7 @@ Specialisation specialise(const Device& device, const Scene& described, const Sc
         .plain_sums = settings.accumulation == Accumulation::plain,
         .lists_pixels = settings.sampling == Sampling::adaptive,
         .unturned = !general && !scene.in_double && is_unturned(scene),
+        .far_corner = far_corner(described, scene),
         .faces_coincide = passed_faces_coincide(described),
         .picks_candidates = unrolled && from_blocks,
         .shared_materials = shares_materials ? static_cast<std::uint32_t>(scene.materials.size()) : 0};

@@ -41,6 +41,8 @@ std::vector<SpecialisationConstant> Specialisation::constants() const {
         constant(Id::hands_on_floats, hands_on_floats),
         constant(Id::aligned_cuboids, told.aligned_cuboids),
         constant(Id::unturned, unturned),
+        constant(Id::has_far_corners, far_corner.has_value()),
+        constant(Id::far_corner, far_corner.value_or(0.0F)),
         constant(Id::has_crossing, faces_coincide && passes_surfaces),
         constant(Id::shared_materials, shared_materials),
         constant(Id::picks_candidates, picks_candidates),

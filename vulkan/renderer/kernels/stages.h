@@ -45,10 +45,11 @@ struct Specialisation {
     Generator generator = Generator::philox;
     bool mis = true;
     bool plain_sums = false;
-    bool lists_pixels = false;                 // some dispatches are of lists of pixels
-    bool unturned = false;                     // the maps of all spheres and cuboids are diagonal
-    bool faces_coincide = true;                // passed_faces_coincide
-    bool picks_candidates = false;             // CandidatePattern::edges
+    bool lists_pixels = false;                       // some dispatches are of lists of pixels
+    bool unturned = false;                           // the maps of all spheres and cuboids are diagonal
+    std::optional<float> far_corner = std::nullopt;  // triangles beyond have their points made from the ray
+    bool faces_coincide = true;                      // passed_faces_coincide
+    bool picks_candidates = false;                   // CandidatePattern::edges
     std::uint32_t shared_materials = 0;        // HitDataPattern::shared; 0: buffers, or there is no room for copies
     std::uint32_t workgroup = workgroup_size;  // invocations
     std::vector<SpecialisationConstant> parameters = {};  // ParameterPattern::specialisation's
