@@ -17,6 +17,7 @@
 #include "common/distribution/ranks.h"
 #include "common/error.h"
 #include "common/image/image_io.h"
+#include "common/render/scrambled_film.h"
 #include "common/render/stopping.h"
 #include "common/scene/loader/scene_loader.h"
 #include "common/stopwatch.h"
@@ -34,7 +35,7 @@ struct RenderArguments {
     std::optional<double> seconds;
     RenderOptions options;
     unsigned threads = 0;
-    bool validation = false;
+    bool validation = false, has_generator = false;
     double exposure = 1.0, keep_seconds = 20.0;
 };
 
@@ -65,7 +66,8 @@ nlohmann::json describe(const RenderArguments& arguments, const RenderSettings& 
         {"precision", arguments.precision.empty() ? "default" : arguments.precision},
         {"kernel", arguments.kernel.empty() ? "default" : arguments.kernel}, {"effects", arguments.options.effects},
         {"triangle_kernel", arguments.options.triangle_test}, {"convex_kernel", arguments.options.convex_test},
-        {"guard", arguments.options.guard}, {"generator", arguments.options.generator}, {"seconds", result.seconds},
+        {"guard", arguments.options.guard},
+        {"generator", generator_names[static_cast<std::size_t>(settings.generator)]}, {"seconds", result.seconds},
         {"paths", paths}, {"paths_per_second", result.seconds > 0.0 ? paths / result.seconds : 0.0},
         {"invalid_samples", result.film.invalid}, {"complete", result.complete}};
     report["accumulation"] =
@@ -104,31 +106,54 @@ void write_output(const RenderArguments& arguments, const nlohmann::json& report
         write_image(arguments.output, image, read);
 }
 
+// The scatter of a pixel's Sobol samples says nothing of the error of their mean (MODEL.md section 3.2).
+bool independent(const RenderSettings& settings) { return settings.generator != Generator::sobol; }
+
+// What was tried for a target error; of no trials where nothing was open.
+struct Tried {
+    std::vector<SettingsTrial> trials;
+    std::size_t chosen = 0;
+    double seconds = 0.0;
+};
+
 // For a target error also chooses what the user has left open of `settings`.
 std::unique_ptr<RenderJob> prepare(const RenderArguments& arguments, const Scene& scene, Renderer& renderer,
-    const StoppingRule& rule, RenderSettings& settings, const CommandContext& context) {
+    const StoppingRule& rule, RenderSettings& settings, Tried& tried, const CommandContext& context) {
     const OpenSettings open{.integrator = arguments.options.integrator.empty() && settings.mis,  // else: --mis off
         .roulette = !arguments.options.roulette.has_value(),
-        .sampling = arguments.options.sampling.empty()};
-    if (!rule.relative_error || (!open.integrator && !open.roulette && !open.sampling))
+        .sampling = arguments.options.sampling.empty(),
+        .generator = !arguments.has_generator};
+    if (!rule.relative_error || (!open.integrator && !open.roulette && !open.sampling && !open.generator))
         return renderer.prepare(scene, settings);
-    constexpr double share = 0.1, most = 5.0;  // of the time, seconds
-    const double seconds = rule.seconds ? std::min(most, share * *rule.seconds) : most;
-    SettingsChoice choice = choose_settings(scene, settings, open, renderer, seconds, context.stop);
+    ChoiceGoal goal{.relative_error = *rule.relative_error};
+    constexpr double share = 0.1;  // of the time
+    if (rule.seconds) goal.most_seconds = std::min(goal.most_seconds, share * *rule.seconds);
+    SettingsChoice choice = choose_settings(scene, settings, open, renderer, goal, context.stop);
     settings = choice.settings;
-    const auto cost_text = [&](const SettingsTrial& trial) -> std::string {
-        const double first = choice.trials.front().cost;
-        if (first > 0.0) return fmt::format("{:.3g} times the cost", trial.cost / first);
-        return trial.cost > 0.0 ? "noise, where the first has none" : "no noise";
-    };
     if (context.verbose)
         for (const SettingsTrial& trial : choice.trials)
             fmt::print(stderr, "tried {}: {}{}\n", trial.options.empty() ? "the scene's own settings" : trial.options,
-                cost_text(trial), &trial == &choice.trials[choice.chosen] ? ", chosen" : "");
+                trial.seconds_to_error > 0.0 ? fmt::format("forecast {:.3g} s", trial.seconds_to_error) : "no noise",
+                &trial == &choice.trials[choice.chosen] ? ", chosen" : "");
     if (choice.chosen > 0)
-        fmt::print("settings chosen for the target error: {} (--integrator, --roulette and --sampling fix them)\n",
+        fmt::print(
+            "settings chosen for the target error: {} (--integrator, --roulette, --generator and --sampling fix "
+            "them)\n",
             choice.trials[choice.chosen].options);
+    if (choice.chosen > 0 && !independent(settings) && arguments.output.ends_with(".exr"))
+        fmt::print("{}: will hold no variances, which Sobol points do not tell; --generator philox keeps them\n",
+            escaped(arguments.output));
+    tried = {std::move(choice.trials), choice.chosen, choice.seconds};
     return std::move(choice.job);
+}
+
+void tell(const Tried& tried, nlohmann::json& report) {
+    if (tried.trials.empty()) return;
+    report["trial_seconds"] = tried.seconds;
+    report["trials"] = nlohmann::json::array();
+    for (const SettingsTrial& trial : tried.trials)
+        report["trials"].push_back({{"options", trial.options}, {"forecast_seconds", trial.seconds_to_error},
+            {"chosen", &trial == &tried.trials[tried.chosen]}});
 }
 
 std::string error_text(const StoppedRender& result) {
@@ -230,18 +255,32 @@ StoppedRender render_part(RenderJob& job, Part& part, SampleRange range, const R
     result.device_seconds = rendered.device_seconds;
     result.complete = rendered.complete;
     result.film = film_of(part.estimate);
-    result.relative_error = relative_error_of(result.film);
+    if (part.independent()) result.relative_error = relative_error_of(result.film);
     return result;
 }
 
-StoppedRender render_whole(RenderJob& job, const StoppingRule& rule, const RenderSettings& settings, bool independent,
-    const CommandContext& context) {
+// So many Sobol points as --samples says are of one scrambling, whose ranges can be merged. Else several tell the
+// error (MODEL.md section 11.4).
+unsigned scramblings_of(const RenderSettings& settings, const StoppingRule& rule) {
+    if (independent(settings) || (rule.samples && !rule.relative_error)) return 1;
+    return scramblings_for(std::uint64_t{settings.width} * settings.height);
+}
+
+StoppedRender render_whole(
+    RenderJob& job, const StoppingRule& rule, const RenderSettings& settings, const CommandContext& context) {
     ProgressLine line;
+    const unsigned scramblings = scramblings_of(settings, rule);
+    const bool tells = independent(settings) || scramblings > 1;
     const auto tell = [&](RenderProgress progress) {
-        if (!independent) progress.relative_error.reset();
+        if (!tells) progress.relative_error.reset();
         line.update(progress.fraction, progress_text(progress));
     };
-    return render_until(job, rule, context.stop, tell, settings.sampling);
+    StoppedRender result = render_until(job, rule, context.stop, tell, settings.sampling, scramblings);
+    if (!tells) {
+        result.relative_error.reset();
+        result.relative_error_interval.reset();
+    }
+    return result;
 }
 
 std::unique_ptr<Renderer> renderer_from(const RenderArguments& arguments, const CommandContext& context) {
@@ -294,12 +333,6 @@ ExitStatus render(const RenderArguments& arguments, const CommandContext& contex
     RenderSettings settings = settings_from(arguments.options, scene);
     check_memory(settings);
     StoppingRule rule = stopping_rule(arguments);
-    // The scatter of a pixel's Sobol samples says nothing of the error of their mean (MODEL.md section 3.2).
-    const bool independent = settings.generator != Generator::sobol;
-    if (rule.relative_error && !independent)
-        throw UnsupportedError(
-            "--target-error: --generator sobol has no independent samples to know the error by; give --samples or "
-            "--time (tandem cost says how many samples an error takes)");
     check_outputs(context,
         {{"-o", arguments.output, OutputKind::image}, {"--resume", arguments.resume, OutputKind::image}}, inputs);
     if (!arguments.resume.empty()) check_part_ending("--resume", arguments.resume);
@@ -315,7 +348,8 @@ ExitStatus render(const RenderArguments& arguments, const CommandContext& contex
     if (ranks)
         renderer = ranks->all(std::move(renderer), task_of(inputs, settings, arguments),
             [](const std::string& told) { fmt::print(stderr, "tandem: {}; others do its blocks\n", escaped(told)); });
-    const std::unique_ptr<RenderJob> job = prepare(arguments, scene, *renderer, rule, settings, context);
+    Tried tried;
+    const std::unique_ptr<RenderJob> job = prepare(arguments, scene, *renderer, rule, settings, tried, context);
     if (context.verbose)
         fmt::print(stderr, "{} on {} ({}), {}x{}\n", escaped(scene.name), renderer->info().device,
             renderer->info().driver, settings.width, settings.height);
@@ -324,17 +358,19 @@ ExitStatus render(const RenderArguments& arguments, const CommandContext& contex
     starting.end();
     take_start_off(rule, watch.seconds());
     StoppedRender result = part ? render_part(*job, *part, range, arguments, renderer->info(), context)
-                                : render_whole(*job, rule, settings, independent, context);
-    if (!independent) result.relative_error.reset();
+                                : render_whole(*job, rule, settings, context);
     if (result.film.count() == 0.0) throw without_sample(result, arguments, context);
 
-    const nlohmann::json report = describe(arguments, settings, renderer->info(), scene, result);
+    nlohmann::json report = describe(arguments, settings, renderer->info(), scene, result);
     if (arguments.range.empty()) {
-        write_output(arguments, report, result.film, independent, context.read);
+        write_output(arguments, report, result.film, independent(settings), context.read);
     } else {
         part->metadata = metadata_of(report);
         write_part(arguments.output, *part, context.read);
     }
+    if (const unsigned scramblings = scramblings_of(settings, rule); scramblings > 1 && !part)
+        report["scramblings"] = scramblings;
+    tell(tried, report);
     write_json(context, report);
     fmt::print("{}: {} samples a pixel in {:.2f} s, {:.3g} Mpaths/s{}{}\n", escaped(arguments.output),
         samples_text(result.film), result.seconds, report.at("paths_per_second").get<double>() / 1e6,
@@ -391,7 +427,7 @@ void add_how_long(CLI::App& command, RenderArguments& arguments) {
         .add_option("--target-error", arguments.target_error,
             "Stop at this error, 5% for example: the pixels' root mean square standard error over the image mean. A "
             "short "
-            "trial chooses the integrator, roulette and sampling that no option names")
+            "trial chooses the integrator, roulette, sampling and generator that no option names")
         ->type_name("FRACTION");
     command
         .add_option("--range", arguments.range,
@@ -425,8 +461,10 @@ void add_render_command(CLI::App& app, CommandContext& context) {
         "  tandem render scenes/cornell-thesis.json -o out.exr --target-error 5% --json figures.json\n"
         "  tandem render scenes/glass.json -o part.exr --range 0:512 --samples 1024\n"
         "Ctrl-C stops the render and writes what is done.");
-    command->callback(
-        [&context, arguments] { context.action = [&context, arguments] { return render(*arguments, context); }; });
+    command->callback([&context, arguments, command] {
+        arguments->has_generator = command->count("--generator") > 0;
+        context.action = [&context, arguments] { return render(*arguments, context); };
+    });
 }
 
 }  // namespace tandem

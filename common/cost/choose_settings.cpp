@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <numeric>
 #include <span>
 #include <utility>
@@ -10,70 +11,118 @@
 #include "common/error.h"
 #include "common/render/adaptive_sampling.h"
 #include "common/render/check_settings.h"
+#include "common/render/scrambled_film.h"
 #include "common/stopwatch.h"
 
 namespace tandem {
 
 namespace {
 
-constexpr std::uint64_t trial_begin = std::uint64_t{1} << 62;  // samples that no render gets to
+constexpr std::uint64_t trial_begin = std::uint64_t{1} << 62;      // samples that no render gets to
+constexpr std::uint64_t next_scrambling = std::uint64_t{1} << 32;  // MODEL.md section 3.2
 constexpr double clearly_better = 0.9;
-constexpr std::uint64_t least_samples = 16, most_samples = 4096;
+constexpr double trials_share = 0.12;  // of the seconds that the best settings so far are forecast to take
+constexpr std::uint64_t least_samples = 8, most_samples = 4096, least_points = 16;
+constexpr double known_enough = 0.05;  // how far a trial's squared error may be off, relatively
 
-std::vector<SettingsTrial> candidates(const Scene& scene, const RenderSettings& given, const OpenSettings& open) {
-    std::vector<Integrator> integrators{given.integrator};
-    const bool either = given.integrator == Integrator::path || given.integrator == Integrator::next_event;
-    // Punctual lights are found by next events alone: with them the two are different images.
-    if (open.integrator && either && scene.lights.empty())
-        integrators.push_back(given.integrator == Integrator::path ? Integrator::next_event : Integrator::path);
-    std::vector<std::uint32_t> starts{given.roulette_start};
-    for (const std::uint32_t start : {1u, 4u})
-        if (open.roulette && start != given.roulette_start && start <= given.bounces) starts.push_back(start);
-    std::vector<SettingsTrial> all;
-    for (const Integrator integrator : integrators)
-        for (const std::uint32_t start : starts) {
-            SettingsTrial trial{given, "", 0.0};
-            trial.settings.integrator = integrator;
-            if (integrator != given.integrator) trial.settings.mis = true;
-            trial.settings.roulette_start = start;
-            if (given.effects) trial.settings.effects = given.effects->united(needed_effects(scene, trial.settings));
-            if (integrator != given.integrator) trial.options = "--integrator " + integrator_name(integrator);
-            if (trial.settings.mis != given.mis) trial.options += " --mis on";
-            if (start != given.roulette_start)
-                trial.options += fmt::format("{}--roulette {}", trial.options.empty() ? "" : " ", start);
-            all.push_back(std::move(trial));
-        }
-    return all;
-}
-
+// What a trial showed of settings. Sobol points: the squared error of n points falls as n^-(1 + gain).
 struct Trial {
-    double cost = 0.0;              // variance of a sample times its seconds
+    double error_of_one = 0.0;  // squared, relative to the image's mean: of one sample, where errors fall so from there
+    double gain = 0.0;
     double seconds_a_sample = 0.0;  // of all pixels
     std::uint64_t pixels = 0;
+    double uncertainty = 0.0;                 // of error_of_one, relative: a standard error, at most
+    std::uint64_t least = samples_per_block;  // samples that a render has at least
+    unsigned scramblings = 1;
     std::optional<Foretold> adaptive;
+
     [[nodiscard]] double share_of(std::size_t some) const {
         return static_cast<double>(some) / static_cast<double>(pixels);
     }
+    [[nodiscard]] double seconds_to(double relative_error) const {
+        if (!(error_of_one > 0.0)) return 0.0;
+        const double points =
+            std::pow(error_of_one / (scramblings * relative_error * relative_error), 1.0 / (1.0 + gain));
+        return std::max(static_cast<double>(least), scramblings * points) * seconds_a_sample;
+    }
 };
 
-// A trial of at least `least_samples` and about `seconds`. Nothing after a stop.
-std::optional<Trial> trial_of(RenderJob& job, double seconds, std::stop_token stop) {
-    const auto render = [&](std::uint64_t samples) {
-        return job.render({trial_begin, trial_begin + samples}, {.stop = stop, .progress = {}});
-    };
-    RenderResult result = render(1);  // warms up
-    if (result.estimate.count() == 0) return std::nullopt;
-    const double wanted = seconds / std::max(result.seconds, 1e-9);
-    std::uint64_t samples = least_samples;
-    while (static_cast<double>(2 * samples) <= wanted && samples < most_samples) samples *= 2;
-    result = render(samples);
+double mean_of_all(const std::vector<double>& values) {
+    return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
+}
+
+// Pixels are independent, and the variance of an estimate is at most the mean of its square: so a sum of estimates of
+// pixels is off by the root of the sum of their squares, at most, whatever their distribution is.
+double uncertainty_of(const std::vector<double>& values) {
+    double sum = 0.0, of_squares = 0.0;
+    for (std::size_t i = 0; i < values.size(); i += channel_count) {
+        const double own = values[i] + values[i + 1] + values[i + 2];
+        sum += own;
+        of_squares += own * own;
+    }
+    return sum > 0.0 ? std::sqrt(of_squares) / sum : 0.0;
+}
+
+// So many samples. Nothing after a stop, and of a black image.
+std::optional<Trial> independent_trial(RenderJob& job, std::uint64_t samples, std::stop_token stop) {
+    const RenderResult result = job.render({trial_begin, trial_begin + samples}, {.stop = stop, .progress = {}});
     if (result.estimate.count() < samples) return std::nullopt;
+    const double mean = mean_of_all(mean_of(result.estimate));
+    if (!(mean > 0.0)) return std::nullopt;
     const std::vector<double> variances = variance_of(result.estimate);
-    const double variance =
-        std::accumulate(variances.begin(), variances.end(), 0.0) / static_cast<double>(variances.size());
-    const double seconds_a_sample = result.seconds / static_cast<double>(samples);
-    return Trial{variance * seconds_a_sample, std::max(seconds_a_sample, 1e-12), result.estimate.pixel_count(),
-        foretell(result.estimate)};
+    Trial trial;
+    trial.error_of_one = mean_of_all(variances) / (mean * mean);
+    trial.uncertainty = uncertainty_of(variances);
+    trial.seconds_a_sample = std::max(result.seconds / static_cast<double>(samples), 1e-12);
+    trial.pixels = result.estimate.pixel_count();
+    trial.adaptive = foretell(result.estimate);
+    return trial;
+}
+
+// Two scramblings with half of the samples each. How even the points are shows in how much closer their means are
+// than those of as many independent samples.
+std::optional<Trial> scrambled_trial(RenderJob& job, std::uint64_t samples, std::stop_token stop) {
+    const std::uint64_t points = samples / 2;
+    const auto render = [&](std::uint64_t begin) {
+        return job.render({begin, begin + points}, {.stop = stop, .progress = {}});
+    };
+    const RenderResult a = render(trial_begin), b = render(trial_begin + next_scrambling);
+    if (a.estimate.count() < points || b.estimate.count() < points) return std::nullopt;
+    const std::vector<double> means_a = mean_of(a.estimate), means_b = mean_of(b.estimate);
+    std::vector<double> between(means_a.size());  // variance of a mean
+    for (std::size_t i = 0; i < between.size(); ++i) between[i] = 0.5 * std::pow(means_a[i] - means_b[i], 2.0);
+    const double mean = 0.5 * (mean_of_all(means_a) + mean_of_all(means_b));
+    if (!(mean > 0.0)) return std::nullopt;
+    const double within = 0.5 * (mean_of_all(variance_of(a.estimate)) + mean_of_all(variance_of(b.estimate)));
+    const double error = mean_of_all(between), n = static_cast<double>(points);
+    constexpr double steepest = 1.0;  // a squared error of n^-2, which images with edges do not have
+    Trial trial;
+    if (within > 0.0 && error > 0.0)
+        trial.gain = std::clamp(std::log(within / (n * error)) / std::log(n), 0.0, steepest);
+    trial.error_of_one = error * std::pow(n, 1.0 + trial.gain) / (mean * mean);
+    trial.uncertainty = uncertainty_of(between);
+    trial.seconds_a_sample = std::max((a.seconds + b.seconds) / (2.0 * n), 1e-12);
+    trial.pixels = a.estimate.pixel_count();
+    trial.scramblings = scramblings_for(trial.pixels);
+    trial.least = trial.scramblings * samples_per_block;
+    return trial;
+}
+
+// As short a trial as tells enough, but of no more than so many seconds where more than the least.
+std::optional<Trial> trial_of(const RenderSettings& settings, RenderJob& job, double seconds, std::stop_token stop) {
+    const bool scrambled = settings.generator == Generator::sobol;
+    const Stopwatch watch;
+    if (job.render({trial_begin, trial_begin + 1}, {.stop = stop, .progress = {}}).estimate.count() == 0)
+        return std::nullopt;  // else it is warm now
+    constexpr std::uint64_t growth = 4;
+    std::uint64_t samples = scrambled ? 2 * least_points : least_samples;
+    for (;; samples *= growth) {
+        std::optional<Trial> trial =
+            scrambled ? scrambled_trial(job, samples, stop) : independent_trial(job, samples, stop);
+        if (!trial || trial->uncertainty <= known_enough || growth * samples > most_samples) return trial;
+        const double next = static_cast<double>(growth * samples) * trial->seconds_a_sample;
+        if (watch.seconds() + next > seconds) return trial;
+    }
 }
 
 bool may_adapt(const RenderSettings& settings) {
@@ -113,74 +162,183 @@ std::optional<double> slowness_of_passes(RenderJob& job, const Trial& trial, dou
     return uniform_share + (1.0 - uniform_share) * of_paths + trial.adaptive->most * *one / trial.seconds_a_sample;
 }
 
-// The chosen settings with adaptive sampling, as one more trial, and as the choice if it is clearly better.
-void try_adaptive(const Scene& scene, const Trial& of_choice, double seconds, Renderer& renderer,
-    SettingsChoice& choice, std::stop_token stop) {
-    const double error = of_choice.adaptive->squared_error;
-    SettingsTrial trial = choice.trials[choice.chosen];
-    trial.settings.sampling = Sampling::adaptive;
-    trial.options += trial.options.empty() ? "--sampling adaptive" : " --sampling adaptive";
-    trial.cost *= error;
-    std::unique_ptr<RenderJob> job;
-    if (error < clearly_better) {
-        try {
-            job = renderer.prepare(scene, trial.settings);
-        } catch (const UnsupportedError&) {
-            return;  // not an alternative here
-        }
-        const std::optional<double> slowness = slowness_of_passes(*job, of_choice, seconds, stop);
-        if (!slowness) return;
-        trial.cost *= *slowness;
-    }
-    const bool better = trial.cost < clearly_better * choice.trials[choice.chosen].cost;
-    choice.trials.push_back(trial);
-    if (!better) return;
-    choice.job = std::move(job);
-    choice.settings = trial.settings;
-    choice.chosen = choice.trials.size() - 1;
+std::string options_of(const RenderSettings& settings, const RenderSettings& given) {
+    std::string options;
+    const auto add = [&](const std::string& option) { options += (options.empty() ? "" : " ") + option; };
+    if (settings.integrator != given.integrator) add("--integrator " + integrator_name(settings.integrator));
+    if (settings.mis != given.mis) add("--mis on");
+    if (settings.generator != given.generator)
+        add(fmt::format("--generator {}", generator_names[static_cast<std::size_t>(settings.generator)]));
+    if (settings.roulette_start != given.roulette_start) add(fmt::format("--roulette {}", settings.roulette_start));
+    if (settings.sampling != given.sampling) add("--sampling adaptive");
+    return options;
 }
+
+// The trials so far, and the time that is left for others.
+class Choosing {
+public:
+    Choosing(const Scene& scene, const RenderSettings& given, Renderer& renderer, const ChoiceGoal& goal, bool adapts,
+        std::stop_token stop)
+        : scene_(scene), renderer_(renderer), goal_(goal), stop_(std::move(stop)), may_still_adapt_(adapts) {
+        const Stopwatch preparing;
+        choice_.job = renderer.prepare(scene, given);
+        preparation_ = preparing.seconds();
+        choice_.settings = given;
+    }
+
+    // First a short one, which says how long the trials may be. False: nothing can be judged.
+    bool try_given(std::size_t others) {
+        const Stopwatch watch;
+        best_ = trial_of(choice_.settings, *choice_.job, 0.0, stop_);
+        if (best_ && best_->uncertainty > known_enough) {
+            best_seconds_ = best_->seconds_to(goal_.relative_error);
+            const double each = seconds_left() / static_cast<double>(others + 1);
+            if (std::optional<Trial> longer = trial_of(choice_.settings, *choice_.job, each, stop_))
+                best_ = std::move(longer);
+        }
+        spent_ += watch.seconds();
+        if (!best_) return false;
+        best_seconds_ = best_->seconds_to(goal_.relative_error);
+        choice_.trials.push_back({choice_.settings, "", best_seconds_});
+        return true;
+    }
+
+    // The best so far with a change, if there is time for it, in an equal share with so many `others` that are to come.
+    template <class Change>
+    void try_with(const Change& change, std::size_t others) {
+        RenderSettings settings = choice_.settings;
+        change(settings);
+        if (settings.effects) settings.effects = settings.effects->united(needed_effects(scene_, settings));
+        const std::uint64_t least = settings.generator == Generator::sobol ? 2 * least_points : least_samples;
+        const double needed = preparation_ + static_cast<double>(least + 1) * best_->seconds_a_sample;
+        const double left = seconds_left();
+        if (needed > left || stop_.stop_requested()) return;
+        const double each = std::max(needed, left / static_cast<double>(others + 1));
+        const Stopwatch watch;
+        try {
+            std::unique_ptr<RenderJob> job = renderer_.prepare(scene_, settings);
+            std::optional<Trial> trial = trial_of(settings, *job, each - watch.seconds(), stop_);
+            spent_ += watch.seconds();
+            if (trial) take(settings, std::move(job), std::move(*trial));
+        } catch (const UnsupportedError&) {
+            spent_ += watch.seconds();  // not an alternative here
+        }
+    }
+
+    void try_adaptive() {
+        may_still_adapt_ = false;
+        RenderSettings settings = choice_.settings;
+        settings.sampling = Sampling::adaptive;
+        if (!best_->adaptive || !may_adapt(choice_.settings)) return;
+        const double factor = best_->adaptive->squared_error;
+        // Up to so many samples it is uniform sampling.
+        const double alike = static_cast<double>(least_alike) * best_->seconds_a_sample;
+        if (best_seconds_ <= alike) return;
+        SettingsTrial trial{settings, options_of(settings, given()), best_seconds_ * factor};
+        std::unique_ptr<RenderJob> job;
+        const double one = best_->seconds_a_sample, left = seconds_left();
+        const double least = preparation_ + 2.0 * one;
+        if (factor < clearly_better && least <= left && !stop_.stop_requested()) {
+            const Stopwatch watch;
+            try {
+                job = renderer_.prepare(scene_, settings);
+            } catch (const UnsupportedError&) {
+                return;  // not an alternative here
+            }
+            const double each = std::clamp(0.25 * (left - preparation_), one, 32.0 * one);
+            const std::optional<double> slowness = slowness_of_passes(*job, *best_, each, stop_);
+            spent_ += watch.seconds();
+            if (!slowness) return;
+            trial.seconds_to_error *= *slowness;
+        }
+        trial.seconds_to_error = std::max(alike, trial.seconds_to_error);
+        const double seconds = trial.seconds_to_error;
+        choice_.trials.push_back(std::move(trial));
+        if (job && seconds < clearly_better * best_seconds_) choose(settings, std::move(job), seconds);
+    }
+
+    [[nodiscard]] const RenderSettings& given() const { return choice_.trials.front().settings; }
+    [[nodiscard]] SettingsChoice taken() {
+        choice_.seconds = spent_;
+        return std::move(choice_);
+    }
+
+private:
+    // Adaptive sampling is the one way whose gain is foretold before it is tried: no trial is to take a share of what
+    // it may save.
+    [[nodiscard]] double seconds_left() const {
+        const bool hoped = may_still_adapt_ && best_->adaptive;
+        const double hope = hoped ? std::min(1.0, best_->adaptive->squared_error) : 1.0;
+        return std::min(goal_.most_seconds, trials_share * hope * best_seconds_) - spent_;
+    }
+    void take(const RenderSettings& settings, std::unique_ptr<RenderJob> job, Trial trial) {
+        // What adaptive sampling gained of the best so far, it is taken to gain of its like.
+        const double gained = settings.sampling == Sampling::adaptive && choice_.settings.sampling == Sampling::adaptive
+                                  ? best_seconds_ / best_->seconds_to(goal_.relative_error)
+                                  : 1.0;
+        const double seconds = gained * trial.seconds_to(goal_.relative_error);
+        choice_.trials.push_back({settings, options_of(settings, given()), seconds});
+        if (!(seconds < clearly_better * best_seconds_)) return;
+        best_ = std::move(trial);
+        choose(settings, std::move(job), seconds);
+    }
+    void choose(const RenderSettings& settings, std::unique_ptr<RenderJob> job, double seconds) {
+        best_seconds_ = seconds;
+        choice_.settings = settings;
+        choice_.job = std::move(job);
+        choice_.chosen = choice_.trials.size() - 1;
+    }
+
+    const Scene& scene_;
+    Renderer& renderer_;
+    ChoiceGoal goal_;
+    std::stop_token stop_;
+    SettingsChoice choice_;
+    std::optional<Trial> best_;  // what is chosen so far, with uniform sampling
+    bool may_still_adapt_;
+    double best_seconds_ = 0.0;               // forecast, of what is chosen so far
+    double preparation_ = 0.0, spent_ = 0.0;  // seconds
+};
 
 }  // namespace
 
 SettingsChoice choose_settings(const Scene& scene, const RenderSettings& given, const OpenSettings& open,
-    Renderer& renderer, double seconds, std::stop_token stop) {
-    const Stopwatch watch;
-    SettingsChoice choice;
-    choice.job = renderer.prepare(scene, given);
-    choice.settings = given;
-    const std::vector<SettingsTrial> all = candidates(scene, given, open);
-    if (all.size() < 2 && !(open.sampling && may_adapt(given))) return choice;
-    const double each = seconds / (2.0 * static_cast<double>(all.size()));  // half of the time, as jobs take some too
-    double least = 0.0;
-    std::optional<Trial> best;
-    for (const SettingsTrial& one : all) {
-        const bool first = choice.trials.empty();
-        if (!first && (watch.seconds() > seconds || stop.stop_requested())) break;
-        std::unique_ptr<RenderJob> job;
-        try {
-            if (!first) job = renderer.prepare(scene, one.settings);
-        } catch (const UnsupportedError&) {
-            continue;  // not an alternative here
-        }
-        std::optional<Trial> trial = trial_of(first ? *choice.job : *job, each, stop);
-        if (!trial) break;
-        choice.trials.push_back(one);
-        choice.trials.back().cost = trial->cost;
-        if (first) {
-            least = trial->cost * clearly_better;
-            best = std::move(trial);
-        } else if (trial->cost < least) {
-            least = trial->cost;
-            best = std::move(trial);
-            choice.chosen = choice.trials.size() - 1;
-            choice.job = std::move(job);
-            choice.settings = one.settings;
-        }
-    }
-    if (open.sampling && best && best->adaptive && may_adapt(choice.settings))
-        try_adaptive(scene, *best, each, renderer, choice, stop);
-    choice.seconds = watch.seconds();
-    return choice;
+    Renderer& renderer, const ChoiceGoal& goal, std::stop_token stop) {
+    Choosing choosing(scene, given, renderer, goal, open.sampling && may_adapt(given), std::move(stop));
+    const bool either = given.integrator == Integrator::path || given.integrator == Integrator::next_event;
+    // Punctual lights are found by next events alone: with them the two are different images.
+    const bool integrators = open.integrator && either && scene.lights.empty();
+    // Plain sums run over all samples one after another, which those of scramblings are not.
+    const bool generators = open.generator && given.generator != Generator::sobol &&
+                            given.sampling == Sampling::uniform && given.accumulation != Accumulation::plain;
+    std::vector<std::uint32_t> starts;
+    for (const std::uint32_t start : {1u, 4u})
+        if (open.roulette && start != given.roulette_start && start <= given.bounces) starts.push_back(start);
+    if (!integrators && !generators && starts.empty() && !(open.sampling && may_adapt(given))) return choosing.taken();
+    std::size_t others = starts.size() + (generators ? 1 : 0) + (open.sampling ? 1 : 0);
+    if (!choosing.try_given(others + (integrators ? 1 : 0))) return choosing.taken();
+    // What gains most, as a rule, comes first, as time may be short.
+    if (integrators)
+        choosing.try_with(
+            [](RenderSettings& settings) {
+                settings.integrator =
+                    settings.integrator == Integrator::path ? Integrator::next_event : Integrator::path;
+                settings.mis = true;
+            },
+            others);
+    // Adaptive sampling and Sobol points exclude each other; the sooner is chosen.
+    if (open.sampling) choosing.try_adaptive();
+    if (generators)
+        choosing.try_with(
+            [](RenderSettings& settings) {
+                settings.generator = Generator::sobol;
+                settings.sampling = Sampling::uniform;
+            },
+            starts.size());
+    for (std::size_t i = 0; i < starts.size(); ++i)
+        choosing.try_with(
+            [&](RenderSettings& settings) { settings.roulette_start = starts[i]; }, starts.size() - i - 1);
+    return choosing.taken();
 }
 
 }  // namespace tandem

@@ -1,5 +1,5 @@
-// Which settings bring a scene to an error soonest, by a short trial of each: for `render --target-error`. Only
-// settings that estimate the same image are tried (MODEL.md section 9), so that nothing but time is at stake.
+// Which settings bring a scene to an error soonest, by short trials: for `render --target-error`. Only settings that
+// estimate the same image are tried (MODEL.md section 9), so that nothing but time is at stake.
 #pragma once
 
 #include <functional>
@@ -17,28 +17,34 @@ struct OpenSettings {
     bool integrator = true;  // path against next-event
     bool roulette = true;    // where it may end a path, within the same bounces
     bool sampling = true;    // uniform against adaptive
+    bool generator = true;   // Sobol points against the given one
+};
+
+struct ChoiceGoal {
+    double relative_error = 0.01;  // that the render is to reach
+    double most_seconds = 20.0;    // of all trials
 };
 
 struct SettingsTrial {
     RenderSettings settings;
-    std::string options;  // of `tandem render`; empty: the given ones
-    double cost = 0.0;    // variance of one sample x its seconds; 0 where a trial saw no noise. Of adaptive sampling
-                          // as foretold of the trial that it would change and of what its passes take
+    std::string options;          // of `tandem render`; empty: the given ones
+    double seconds_to_error = 0;  // forecast, of the render alone; 0 where a trial saw no noise
 };
 
 struct SettingsChoice {
     RenderSettings settings;
     std::unique_ptr<RenderJob> job;     // made for them
-    std::vector<SettingsTrial> trials;  // [0] the given ones
+    std::vector<SettingsTrial> trials;  // [0] the given ones; one alone: nothing else was worth a trial
     std::size_t chosen = 0;
-    double seconds = 0.0;  // that it took
+    double seconds = 0.0;  // that the trials and their preparations took, without that of the chosen job
 };
 
-// The given settings and every alternative get a trial of equal length, on random numbers that the render does not use;
-// the alternative must be better by a tenth, as trials are short. Whether to sample adaptively is asked of the best of
-// them, by how uneven its noise is and how long a path takes in the pixels that would get more. Ends trying others
-// after `seconds` or a stop.
+// A trial of the given settings forecasts how long the render takes. Alternatives get trials as long as all of them
+// together take no more than a share of that: the integrator first, then adaptive sampling, Sobol points and
+// roulette, each on the best so far. Trials use random numbers that the render does not. An alternative must be better
+// by a tenth, as trials are short. Adaptive sampling is judged by how uneven the noise of the best is and how long a
+// path takes in the pixels that would get more; Sobol points by two scramblings. Ends trying others after a stop.
 [[nodiscard]] SettingsChoice choose_settings(const Scene& scene, const RenderSettings& given, const OpenSettings& open,
-    Renderer& renderer, double seconds, std::stop_token stop);
+    Renderer& renderer, const ChoiceGoal& goal, std::stop_token stop);
 
 }  // namespace tandem

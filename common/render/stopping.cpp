@@ -2,12 +2,14 @@
 
 #include <algorithm>
 #include <atomic>
+#include <bit>
 #include <cmath>
 #include <functional>
 #include <vector>
 
 #include "common/deadline.h"
 #include "common/render/adaptive_sampling.h"
+#include "common/render/scrambled_film.h"
 #include "common/statistics/distributions.h"
 #include "common/stopwatch.h"
 
@@ -48,11 +50,12 @@ constexpr std::uint64_t black_samples = 1024;
 
 // Samples to ask for next: of uniform samples without a target error all that are left; else a quarter of what there
 // is, so that the error is looked at often but the overshoot stays small, no more than the error is expected to need,
-// and so that a stop finds adaptive samples where they are of use.
-std::uint64_t next_end(const StoppingRule& rule, std::uint64_t done, std::optional<double> error, Sampling sampling) {
+// and so that a stop finds adaptive samples, and all scramblings, where they are of use.
+std::uint64_t next_end(
+    const StoppingRule& rule, std::uint64_t done, std::optional<double> error, Sampling sampling, bool scrambled) {
     const std::uint64_t last = rule.samples.value_or(std::uint64_t{1} << 40);
     std::uint64_t step = last - done;
-    if (rule.relative_error || !rule.samples || sampling == Sampling::adaptive) {
+    if (rule.relative_error || !rule.samples || sampling == Sampling::adaptive || scrambled) {
         step = std::min(step, std::max(samples_per_block, done / 4));
         if (rule.relative_error && error) {
             const double needed = static_cast<double>(done) * std::pow(*error / *rule.relative_error, 2.0);
@@ -63,6 +66,15 @@ std::uint64_t next_end(const StoppingRule& rule, std::uint64_t done, std::option
     std::uint64_t end = done + step;
     if (end < last) end = (end + samples_per_block - 1) / samples_per_block * samples_per_block;
     return std::min(end, last);
+}
+
+// A scrambling's points for so many samples: a multiple of a sixteenth of the power of two below, so that they stay
+// nearly as even as a power of two of them; and no more in all than asked for.
+std::uint64_t next_points(const StoppingRule& rule, std::uint64_t end, unsigned scramblings) {
+    const std::uint64_t last = rule.samples.value_or(std::uint64_t{1} << 40) / scramblings;
+    const std::uint64_t points = (end + scramblings - 1) / scramblings;
+    const std::uint64_t unit = std::max(samples_per_block, std::bit_floor(points) / 16);
+    return std::min(last, (points + unit - 1) / unit * unit);
 }
 
 double fraction_done(const StoppingRule& rule, double samples, double seconds, std::optional<double> error) {
@@ -82,44 +94,106 @@ std::vector<double> pixel_errors(const FilmMoments& film) {
     return errors;
 }
 
+// Root of the mean of squared errors over pixels and channels, divided by their mean.
+std::optional<double> relative_error_from(const FilmMoments& film, const std::vector<double>& errors) {
+    double mean = 0.0, variance = 0.0;
+    for (const double value : mean_of(film)) mean += value;
+    if (mean <= 0.0 || errors.empty()) return std::nullopt;
+    for (const double error : errors) variance += error;
+    const double values = static_cast<double>(film.pixel_count() * channel_count);
+    return std::sqrt(variance / values) / (mean / values);
+}
+
 // Interval of the root of a mean of squared errors whose expectation is sum v_p / P. Its width has two parts: how much
 // such a mean itself scatters (a pixel's channels counting as one: 2 sum v_p^2 / (sum v_p)^2), and how much the
-// variances may be misjudged, which the parts of the render show.
+// variances may be misjudged.
+ErrorInterval interval_from(double relative_error, double scatter, const VarianceScatter::Misjudged& misjudged) {
+    const double half = 0.5 * std::hypot(normal_quantile(0.975) * scatter,
+                                  student_quantile(0.975, misjudged.degrees) * misjudged.relative);
+    return {relative_error * std::exp(-half), relative_error * std::exp(half)};
+}
+
+// The parts of the render show how much the variances may be misjudged. Of one part alone a bound holds: the variance
+// of a pixel's estimate is at most the mean of its square, and pixels are independent.
 std::optional<ErrorInterval> interval_of(
     const FilmMoments& film, double relative_error, const VarianceScatter& scatter) {
-    const auto misjudged = scatter.misjudged(film.counts);
-    if (!misjudged) return std::nullopt;
     double sum = 0.0, of_squares = 0.0;
     for (const double own : pixel_errors(film)) {
         sum += own;
         of_squares += own * own;
     }
-    const double half = 0.5 * std::hypot(normal_quantile(0.975) * std::sqrt(2.0 * of_squares) / sum,
-                                  student_quantile(0.975, misjudged->degrees) * misjudged->relative);
-    return ErrorInterval{relative_error * std::exp(-half), relative_error * std::exp(half)};
+    if (!(sum > 0.0)) return std::nullopt;
+    const double square = of_squares / (sum * sum);
+    const auto misjudged = scatter.misjudged(film.counts);
+    return interval_from(relative_error, std::sqrt(2.0 * square),
+        misjudged.value_or(VarianceScatter::Misjudged{.relative = std::sqrt(square), .degrees = 1.0 / square}));
 }
+
+// By scramblings a pixel's squared error is known with d = scramblings - 1 degrees of freedom (MODEL.md section 11.4):
+// the mean of its square is (d + 2) / d of the true one's, and its variance 2 / d of that.
+std::optional<ErrorInterval> interval_of(
+    double relative_error, const std::vector<double>& errors, unsigned scramblings) {
+    double sum = 0.0, of_squares = 0.0;
+    for (const double own : errors) {
+        sum += own;
+        of_squares += own * own;
+    }
+    if (!(sum > 0.0)) return std::nullopt;
+    const double degrees = static_cast<double>(scramblings - 1);
+    const double square = of_squares * degrees / (degrees + 2.0) / (sum * sum);  // sum v_p^2 / (sum v_p)^2
+    return interval_from(relative_error, std::sqrt(2.0 * square),
+        {.relative = std::sqrt(2.0 * square / degrees), .degrees = std::max(degrees, degrees / square)});
+}
+
+// The film of one or more scramblings, or of independent samples: render_until() goes on with either.
+class AnyFilm {
+public:
+    AnyFilm(RenderJob& job, Sampling sampling, unsigned scramblings) : scramblings_(scramblings) {
+        if (scramblings > 1)
+            scrambled_.emplace(job, scramblings);
+        else
+            growing_.emplace(job, sampling);
+    }
+    GrowingFilm::Growth grow_to(std::uint64_t samples, const RenderControl& control) {
+        return scrambled_ ? scrambled_->grow_to(samples / scramblings_, control) : growing_->grow_to(samples, control);
+    }
+    [[nodiscard]] double samples() const { return scrambled_ ? scrambled_->samples() : growing_->samples(); }
+    void tell(StoppedRender& result) const {
+        result.film = scrambled_ ? scrambled_->film() : growing_->film();
+        result.relative_error =
+            scrambled_ ? relative_error_from(result.film, scrambled_->pixel_errors()) : relative_error_of(result.film);
+    }
+    [[nodiscard]] std::optional<ErrorInterval> interval(const StoppedRender& result) const {
+        return scrambled_ ? interval_of(*result.relative_error, scrambled_->pixel_errors(), scramblings_)
+                          : interval_of(result.film, *result.relative_error, growing_->scatter());
+    }
+
+private:
+    unsigned scramblings_;
+    std::optional<GrowingFilm> growing_;
+    std::optional<ScrambledFilm> scrambled_;
+};
 
 }  // namespace
 
 std::optional<double> relative_error_of(const FilmMoments& film) {
     if (film.counts.empty() || *std::ranges::min_element(film.counts) < 2) return std::nullopt;
-    double mean = 0.0, variance = 0.0;
-    for (const double value : mean_of(film)) mean += value;
-    if (mean <= 0.0) return std::nullopt;
-    for (const double error : pixel_errors(film)) variance += error;
-    const double values = static_cast<double>(film.pixel_count() * channel_count);
-    return std::sqrt(variance / values) / (mean / values);
+    return relative_error_from(film, pixel_errors(film));
 }
 
 StoppedRender render_until(RenderJob& job, const StoppingRule& rule, std::stop_token stop,
-    const std::function<void(const RenderProgress&)>& progress, Sampling sampling) {
+    const std::function<void(const RenderProgress&)>& progress, Sampling sampling, unsigned scramblings) {
     const Stopwatch watch;
+    if (rule.samples && *rule.samples < scramblings) scramblings = 1;
     TimeLimit limit(rule, stop);
     StoppedRender result;
-    GrowingFilm film(job, sampling);
+    AnyFilm film(job, sampling, scramblings);
+    // Samples that every scrambling can have as many of.
+    const std::uint64_t last = rule.samples.value_or(std::uint64_t{1} << 40) / scramblings * scramblings;
     std::uint64_t done = 0;
     for (;;) {
-        const std::uint64_t end = next_end(rule, done, result.relative_error, sampling);
+        std::uint64_t end = next_end(rule, done, result.relative_error, sampling, scramblings > 1);
+        if (scramblings > 1) end = scramblings * next_points(rule, end, scramblings);
         const RenderControl control{
             .stop = limit.token(), .progress = [&](double samples) {
                 const double all = static_cast<double>(done) + samples;
@@ -134,15 +208,12 @@ StoppedRender render_until(RenderJob& job, const StoppingRule& rule, std::stop_t
         result.seconds += growth.seconds;
         if (growth.device_seconds) result.device_seconds = result.device_seconds.value_or(0.0) + *growth.device_seconds;
         done = end;
-        if (film.samples() > 0.0) {
-            result.film = film.film();
-            result.relative_error = relative_error_of(result.film);
-        }
+        if (film.samples() > 0.0) film.tell(result);
         if (stop.stop_requested()) {
-            result.complete = growth.complete && done == rule.samples;
+            result.complete = growth.complete && rule.samples && done == last;
             break;
         }
-        if (limit.passed() || done == rule.samples) break;
+        if (limit.passed() || done == last) break;
         if (!rule.relative_error) continue;
         if (result.relative_error && *result.relative_error <= *rule.relative_error) break;
         if (!result.relative_error && done >= black_samples && !rule.samples && !rule.seconds) {
@@ -150,8 +221,7 @@ StoppedRender render_until(RenderJob& job, const StoppingRule& rule, std::stop_t
             break;
         }
     }
-    if (result.relative_error)
-        result.relative_error_interval = interval_of(result.film, *result.relative_error, film.scatter());
+    if (result.relative_error) result.relative_error_interval = film.interval(result);
     return result;
 }
 

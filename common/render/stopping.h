@@ -32,7 +32,7 @@ struct StoppedRender {
     double seconds = 0.0;  // of rendering
     std::optional<double> device_seconds;
     std::optional<double> relative_error;                  // none below two samples
-    std::optional<ErrorInterval> relative_error_interval;  // none of a pixel without two parts
+    std::optional<ErrorInterval> relative_error_interval;  // none of an image without noise
     bool complete = true;  // false: stop request, or an error asked for of a black image
     double begun = 0.0;    // where no pixel has a sample that counts: the part of the first that was done
 };
@@ -41,8 +41,10 @@ struct StoppedRender {
 // channels. None below two samples or for a black image.
 [[nodiscard]] std::optional<double> relative_error_of(const FilmMoments& film);
 
-// Adaptive: samples of the rule are a pixel's in the mean, and the job is prepared for it.
+// Adaptive: samples of the rule are a pixel's in the mean, and the job is prepared for it. Scramblings: of Sobol
+// points, for which the job is prepared; with two or more the error is known by them (scrambled_film.h).
 [[nodiscard]] StoppedRender render_until(RenderJob& job, const StoppingRule& rule, std::stop_token stop,
-    const std::function<void(const RenderProgress&)>& progress, Sampling sampling = Sampling::uniform);
+    const std::function<void(const RenderProgress&)>& progress, Sampling sampling = Sampling::uniform,
+    unsigned scramblings = 1);
 
 }  // namespace tandem

@@ -202,10 +202,15 @@ class Commands(ProgramTest):
         self.assertGreater(told["relative_error_high"], told["relative_error"])
         if told["integrator"] != "next-event" or "roulette" in told:
             self.assertIn("settings chosen for the target error: --", result.stdout)
-        result = tandem(*arguments, "--integrator", "path", "--roulette", "0", "--sampling", "uniform")
+        result = tandem(*arguments, "--integrator", "path", "--roulette", "0", "--sampling", "uniform",
+                        "--generator", "philox")
         self.assertEqual(result.returncode, 0, result.stderr)
-        self.assertEqual(json.loads(figures.read_text())["integrator"], "path")
+        fixed = json.loads(figures.read_text())
+        self.assertEqual((fixed["integrator"], fixed["generator"]), ("path", "philox"))
         self.assertNotIn("settings chosen", result.stdout)
+        self.assertNotIn("trials", fixed)
+        self.assertEqual(sum(trial["chosen"] for trial in told["trials"]), 1)
+        self.assertGreater(told["trial_seconds"], 0)
 
     def test_trials_of_scenes_without_noise_are_told_in_words(self):
         result = tandem("render", SCENES / "furnace.json", "-o", self.folder / "out.pfm", "--size", "8", "--target-error", "1%",
@@ -279,12 +284,20 @@ class Commands(ProgramTest):
         for command in [["verify", self.scene], ["effects", self.scene], ["trace", self.scene, "--pixel", "0,0"]]:
             self.refused(tandem(*command, "--sampling", "adaptive"), "--sampling", "render and cost")
 
-    def test_sobol_samples_tell_no_error(self):
+    def test_sobol_samples_tell_an_error_by_scramblings_and_none_by_their_scatter(self):
         figures = self.folder / "out.json"
         render = ["render", self.scene, "-o", self.folder / "out.exr", "--generator", "sobol", "--json", figures]
-        self.refused(tandem(*render, "--target-error", "1%"), "--target-error", "independent")
+        for how in (["--target-error", "1%"], ["--time", "0.5"]):
+            result = tandem(*render, *how)
+            self.assertEqual(result.returncode, 0, result.stderr)
+            told = json.loads(figures.read_text())
+            self.assertEqual((told["generator"], told["scramblings"]), ("sobol", 8))
+            self.assertLessEqual(told["relative_error_low"], told["relative_error"])
+            self.assertLessEqual(told["relative_error"], told["relative_error_high"])
+            self.assertIn("% of the mean (", result.stdout)
         self.assertEqual(tandem(*render).returncode, 0)
-        self.assertNotIn("relative_error", json.loads(figures.read_text()))
+        told = json.loads(figures.read_text())
+        self.assertFalse({"relative_error", "relative_error_low", "scramblings"} & told.keys())
         # Without variances one image is no evidence of anything; several scramblings are.
         self.refused(tandem("compare", self.folder / "out.exr", "vs", self.folder / "out.exr"), "out.exr")
 

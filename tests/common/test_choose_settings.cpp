@@ -1,6 +1,8 @@
 // What a short trial chooses for a target error, where the costs are known.
 #include <doctest/doctest.h>
 
+#include <cmath>
+
 #include "common/cost/choose_settings.h"
 #include "common/error.h"
 #include "tests/common/synthetic_renderer.h"
@@ -8,19 +10,22 @@
 namespace tandem {
 namespace {
 
+constexpr double seconds_of_sample = 1e-6;
+
 // Next events have `ratio` times the variance of paths at the same time; roulette is ten times slower.
 class TrialRenderer : public Renderer {
 public:
-    explicit TrialRenderer(double ratio) : ratio_(ratio) {}
+    TrialRenderer(double ratio, bool even) : ratio_(ratio), even_(even) {}
     RendererInfo info() const override { return {"trial", "no device", "no driver", "C++"}; }
     std::unique_ptr<RenderJob> prepare(const Scene&, const RenderSettings& settings) override {
         if (settings.roulette_start == 4) throw UnsupportedError("no roulette from 4 here");
+        if (settings.generator == Generator::sobol) return sobol_job(settings);
         struct Job : SyntheticJob {
             using SyntheticJob::SyntheticJob;
             double factor = 1.0;
             RenderResult render(SampleRange range, const RenderControl& control) override {
                 RenderResult result = SyntheticJob::render(range, control);
-                result.seconds *= factor;
+                result.seconds = factor * seconds_of_sample * static_cast<double>(result.estimate.count());
                 return result;
             }
         };
@@ -34,14 +39,54 @@ public:
     }
 
 private:
+    // Points in strata: the squared error of n of them falls as n^-3, of which the choice believes n^-2; or independent
+    // numbers, for which `even_` is off.
+    std::unique_ptr<RenderJob> sobol_job(const RenderSettings& settings) const {
+        struct Job : RenderJob {
+            RenderSettings settings;
+            double scale = 1.0;
+            bool even = true;
+            RenderResult render(SampleRange range, const RenderControl&) override {
+                constexpr double strata = 64.0;
+                RenderResult result;
+                result.estimate = Estimate(settings.width, settings.height);
+                Estimate::Plane plane(result.estimate.pixel_count() * channel_count);
+                for (std::uint64_t pixel = 0; pixel < result.estimate.pixel_count(); ++pixel)
+                    for (std::uint64_t sample = range.begin; sample < range.end; ++sample) {
+                        SampleRandom random(settings.seed + (sample >> 32), pixel, sample);
+                        // Bits reversed, so that each power of two of samples is even.
+                        double place = 0.0;
+                        for (unsigned bit = 0; bit < 6; ++bit)
+                            place += ((sample >> bit) & 1) != 0 ? std::ldexp(0.5, -static_cast<int>(bit)) : 0.0;
+                        const double u = even ? place + random.uniform() / strata : random.uniform();
+                        const double value = 5.0 + scale * (u - 0.5) * std::sqrt(12.0);
+                        for (std::size_t c = 0; c < channel_count; ++c) {
+                            plane[pixel * channel_count + c].sum += value;
+                            plane[pixel * channel_count + c].sum_of_squares += value * value;
+                        }
+                    }
+                result.estimate.add_block(range, plane);
+                result.seconds = seconds_of_sample * static_cast<double>(range.count());
+                return result;
+            }
+        };
+        auto job = std::make_unique<Job>();
+        job->settings = settings;
+        job->even = even_;
+        job->scale = settings.integrator == Integrator::next_event ? std::sqrt(ratio_) : 1.0;
+        return job;
+    }
+
     double ratio_;
+    bool even_;
 };
 
-SettingsChoice chosen(double ratio, const OpenSettings& open, const Scene& scene = {}) {
-    TrialRenderer renderer(ratio);
+SettingsChoice chosen(
+    double ratio, const OpenSettings& open, const Scene& scene = {}, bool even = false, double error = 1e-5) {
+    TrialRenderer renderer(ratio, even);
     RenderSettings settings;
     settings.width = settings.height = 16;
-    return choose_settings(scene, settings, open, renderer, 1.0, {});
+    return choose_settings(scene, settings, open, renderer, {.relative_error = error}, {});
 }
 
 TEST_CASE("the settings of least variance times time are chosen, and the job is theirs") {
@@ -49,8 +94,10 @@ TEST_CASE("the settings of least variance times time are chosen, and the job is 
     CHECK(choice.settings.integrator == Integrator::next_event);
     CHECK(choice.settings.roulette_start == no_roulette);
     CHECK(choice.trials.at(choice.chosen).options == "--integrator next-event");
-    CHECK(choice.trials.at(choice.chosen).cost == doctest::Approx(0.25 * choice.trials.front().cost).epsilon(0.1));
-    CHECK(choice.trials.size() == 5);  // with roulette from 1, and without that from 4; adaptive sampling of the best
+    CHECK(choice.trials.at(choice.chosen).seconds_to_error ==
+          doctest::Approx(0.25 * choice.trials.front().seconds_to_error).epsilon(0.1));
+    // With roulette from 1, and without that from 4; adaptive sampling and Sobol points of the best.
+    CHECK(choice.trials.size() == 5);
     const double variance = variance_of(choice.job->render({0, 4096}).estimate).front();
     CHECK(variance == doctest::Approx(0.25).epsilon(0.2));
 }
@@ -59,11 +106,29 @@ TEST_CASE(
     "the given settings stay where nothing is clearly better, where they are fixed, and where images would differ") {
     CHECK(chosen(0.97, {}).chosen == 0);
     CHECK(chosen(4.0, {}).chosen == 0);
-    const SettingsChoice fixed = chosen(0.25, {.integrator = false, .roulette = true});
+    const SettingsChoice fixed = chosen(0.25, {.integrator = false});
     CHECK(fixed.settings.integrator == Integrator::path);
     Scene with_lamp;
     with_lamp.lights.emplace_back();
     CHECK(chosen(0.25, {}, with_lamp).settings.integrator == Integrator::path);
+}
+
+TEST_CASE(
+    "Sobol points are chosen where two scramblings show that they are more even, and what they gain is foretold") {
+    const SettingsChoice choice = chosen(1.0, {.sampling = false}, {}, true);
+    CHECK(choice.settings.generator == Generator::sobol);
+    CHECK(choice.trials.at(choice.chosen).options == "--generator sobol");
+    CHECK(choice.trials.at(choice.chosen).seconds_to_error < 0.1 * choice.trials.front().seconds_to_error);
+    CHECK(chosen(1.0, {.generator = false}, {}, true).settings.generator == Generator::philox);
+    CHECK(chosen(1.0, {}, {}, false).settings.generator == Generator::philox);
+}
+
+TEST_CASE("trials take a small part of what the render is forecast to take, and none is tried for a short render") {
+    // 4 % takes 0.2^2 / 0.04^2 = 25 samples: fewer than a trial of something else is worth.
+    const SettingsChoice few = chosen(0.25, {}, {}, false, 0.04);
+    CHECK(few.trials.size() == 1);
+    CHECK(few.chosen == 0);
+    CHECK(few.trials.front().seconds_to_error == doctest::Approx(64 * seconds_of_sample));  // a block at least
 }
 
 // Two columns of 32 have noise; a path takes `slowness` times as long in lists of pixels.
@@ -105,10 +170,11 @@ TEST_CASE("adaptive sampling is chosen where noise is uneven, unless its passes 
         UnevenRenderer renderer(slowness);
         RenderSettings settings;
         settings.width = settings.height = 32;
-        const SettingsChoice choice = choose_settings(
-            Scene{}, settings, {.integrator = false, .roulette = false, .sampling = true}, renderer, 1.0, {});
+        const SettingsChoice choice = choose_settings(Scene{}, settings,
+            {.integrator = false, .roulette = false, .sampling = true, .generator = false}, renderer,
+            {.relative_error = 1e-6}, {});
         REQUIRE(choice.trials.size() == 2);
-        const double ratio = choice.trials[1].cost / choice.trials[0].cost;
+        const double ratio = choice.trials[1].seconds_to_error / choice.trials[0].seconds_to_error;
         // Two of 32 columns have nearly all the noise, and their neighbours get some samples too: an eighth or so.
         CHECK(ratio == doctest::Approx(0.14 * (0.25 + 0.75 * slowness)).epsilon(0.3));
         CHECK(choice.chosen == (slowness == 1.0 ? 1 : 0));

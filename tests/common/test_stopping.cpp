@@ -5,6 +5,7 @@
 #include <thread>
 
 #include "common/deadline.h"
+#include "common/render/scrambled_film.h"
 #include "common/render/stopping.h"
 #include "common/stopwatch.h"
 #include "tests/common/synthetic_renderer.h"
@@ -196,6 +197,77 @@ TEST_CASE(
         CHECK(result.film.count() < 0.6 * 1914);
     }
     CHECK(held >= 33);
+}
+
+namespace {
+
+// The mean of a scrambling's n points is off by a draw of its own that falls as n^-0.7, faster than that of
+// independent samples; every fourth pixel has heavier tails. Ranges that grow keep the draw: their sums are those of
+// all points so far.
+class ScrambledJob : public RenderJob {
+public:
+    ScrambledJob(std::uint32_t side, std::uint64_t seed) : side_(side), seed_(seed) {}
+    RenderResult render(SampleRange range, const RenderControl&) override {
+        RenderResult result;
+        result.estimate = Estimate(side_, side_);
+        const std::uint64_t scrambling = range.begin >> 32, first = range.begin & 0xFFFFFFFFu;
+        CHECK(scrambling < 8);
+        for (std::uint64_t block = 0; block < range.count(); block += samples_per_block) {
+            Estimate::Plane plane(result.estimate.pixel_count() * channel_count);
+            const std::uint64_t end = first + std::min(block + samples_per_block, range.count());
+            for (std::uint64_t pixel = 0; pixel < result.estimate.pixel_count(); ++pixel) {
+                SampleRandom random(seed_, pixel, scrambling);
+                const double draw = pixel % 4 == 0 ? random.exponential() - 1.0 : 0.3 * random.triangular();
+                const auto sum = [&](std::uint64_t n) {
+                    return static_cast<double>(n) + (n > 0 ? draw * std::pow(static_cast<double>(n), 0.3) : 0.0);
+                };
+                for (std::size_t c = 0; c < channel_count; ++c)
+                    plane[pixel * channel_count + c].sum = sum(end) - sum(first + block);
+            }
+            result.estimate.add_block({range.begin + block, (range.begin - first) + end}, std::move(plane));
+        }
+        return result;
+    }
+
+private:
+    std::uint32_t side_;
+    std::uint64_t seed_;
+};
+
+}  // namespace
+
+TEST_CASE("Sobol points state an error by scramblings, meet a target, and their interval holds the true error") {
+    for (const std::uint32_t side : {16u, 64u}) {  // of eight scramblings and of two
+        const unsigned scramblings = scramblings_for(std::uint64_t{side} * side);
+        CAPTURE(scramblings);
+        constexpr double target = 0.01;
+        unsigned held = 0;
+        for (unsigned i = 0; i < 40; ++i) {
+            ScrambledJob job(side, 100 + i);
+            const StoppedRender result = render_until(job, {{}, {}, target}, {}, {}, Sampling::uniform, scramblings);
+            REQUIRE(result.relative_error_interval.has_value());
+            CHECK(*result.relative_error <= target);
+            CHECK(result.film.counts.front() % (scramblings * samples_per_block) == 0);
+            double squares = 0.0;
+            const std::vector<double> mean = mean_of(result.film);
+            for (const double value : mean) squares += (value - 1.0) * (value - 1.0);
+            const double error = std::sqrt(squares / static_cast<double>(mean.size()));
+            const auto [low, high] = *result.relative_error_interval;
+            CHECK(high / low < 2.0);  // it says something
+            held += low <= error && error <= high ? 1 : 0;
+        }
+        CHECK(held >= 33);
+    }
+}
+
+TEST_CASE("scramblings share out the samples that are asked for, and a stop leaves what there is of them") {
+    ScrambledJob job(4, 1);
+    const StoppedRender result = render_until(job, {100, {}, 1e-9}, {}, {}, Sampling::uniform, 8);
+    CHECK(result.film.count() == 96);  // twelve each
+    CHECK(result.relative_error.has_value());
+    CHECK(result.complete);
+    // Fewer than there are scramblings: one.
+    CHECK(render_until(job, {5, {}, 1e-9}, {}, {}, Sampling::uniform, 8).film.count() == 5);
 }
 
 TEST_CASE("a stop of an adaptive render finds the counts adapted, however many samples were asked for") {

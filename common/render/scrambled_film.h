@@ -1,0 +1,37 @@
+// An image of Sobol points that knows its error (MODEL.md section 11.4): its samples are those of a few independent
+// scramblings of the sequence, and how their means differ is what tells the error of all.
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "common/render/adaptive_sampling.h"
+
+namespace tandem {
+
+// How many scramblings an image of so many pixels has. Fewer points each are less even, so there are two where the
+// pixels are many enough to tell the error by all of them together.
+[[nodiscard]] constexpr unsigned scramblings_for(std::uint64_t pixels) { return pixels >= 4096 ? 2 : 8; }
+
+class ScrambledFilm {
+public:
+    // `job` must outlive it, and be prepared with Generator::sobol. `scramblings` >= 1; one tells no error.
+    ScrambledFilm(RenderJob& job, unsigned scramblings) : job_(job), of_scramblings_(scramblings) {}
+
+    // Goes on until each scrambling has `points` a pixel, or until a stop. Where there are points already, their number
+    // must be a multiple of samples_per_block (else Error). `progress` tells samples of this call.
+    GrowingFilm::Growth grow_to(std::uint64_t points, const RenderControl& control);
+
+    [[nodiscard]] double samples() const;  // a pixel, of all scramblings
+    [[nodiscard]] FilmMoments film() const;
+
+    // The variance of the mean of every pixel, its channels added up, as the scramblings tell it: known by
+    // scramblings - 1 degrees of freedom a pixel. Empty where a scrambling has no samples, or is the only one.
+    [[nodiscard]] std::vector<double> pixel_errors() const;
+
+private:
+    RenderJob& job_;
+    std::vector<Estimate> of_scramblings_;
+};
+
+}  // namespace tandem
