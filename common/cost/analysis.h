@@ -71,8 +71,8 @@ struct ArmFigures {
     [[nodiscard]] TimeToError time_to(double relative_error) const;
 };
 
-// Of all stages from `from` until before `until`. Arms with fewer than fewest_replicates replicates in each are left
-// out. arms[0] is the baseline.
+// Figures from all stages from `from` until before `until`. Arms with fewer than fewest_replicates replicates in each
+// are left out. arms[0] is the baseline.
 struct StageRange {
     std::uint32_t from = 0, until = ~std::uint32_t{0};
 };

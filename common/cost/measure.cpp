@@ -236,7 +236,8 @@ bool CostExperiment::measure(
     // Trials are quadrupled until they are long enough: all of them together take up to six times that.
     const double long_enough =
         std::min(probe_seconds, probing_share * seconds / (6.0 * static_cast<double>(names.size())));
-    warm_up(*jobs_.front(), long_enough, control);
+    constexpr double warming_share = 0.03;  // of the time: many arms make trials too short to warm a device
+    warm_up(*jobs_.front(), std::max(long_enough, std::min(probe_seconds, warming_share * seconds)), control);
     const double warm = now_by(control);
     for (std::size_t i = 0; i < arms_.size(); ++i) {
         if (std::ranges::find(names, arms_[i].name()) == names.end()) continue;

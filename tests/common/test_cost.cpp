@@ -320,7 +320,7 @@ TEST_CASE("cost: kernels that take long to be made leave time for measuring, and
 
 TEST_CASE("cost: a stop is told wherever it comes, and what was measured before it stays") {
     bool nothing = false, part = false, whole = false;
-    for (int at = 1; at < 400 && !whole; at += 3) {
+    for (int at = 1; at < 1200 && !whole; at += 29) {
         CAPTURE(at);
         int looks = 0;
         std::stop_source stop;
@@ -328,7 +328,7 @@ TEST_CASE("cost: a stop is told wherever it comes, and what was measured before 
         control.stop = stop.get_token();
         control.now = [&] {
             if (looks == at) stop.request_stop();
-            return 0.1 * looks++;
+            return 0.02 * looks++;
         };
         try {
             const CostReport report = run_cost(Scene{}, request_for(0.0), control);
