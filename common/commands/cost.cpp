@@ -13,7 +13,7 @@
 #include "common/commands/console.h"
 #include "common/commands/help.h"
 #include "common/commands/shipped_files.h"
-#include "common/cost/run_cost.h"
+#include "common/cost/reference.h"
 #include "common/error.h"
 #include "common/files/read_file.h"
 #include "common/files/write_file.h"
@@ -24,12 +24,13 @@ namespace tandem {
 namespace {
 
 struct CostArguments {
-    std::string scene, backend = "cpu", device, kernel, precision, reference_backend = "cpu", references, resume;
+    std::string scene, backend = "cpu", device, kernel, precision, reference_backend = "cpu", references, reference,
+                       resume, error = "1%";
     std::vector<std::string> knobs;
     RenderOptions options;
     double seconds = 120.0;
     unsigned threads = 0;
-    bool list = false, no_cache = false;
+    bool list = false, no_cache = false, all = false, reference_only = false;
 };
 
 constexpr const char* default_size = "64";
@@ -95,6 +96,7 @@ CostRequest request_of(const CostArguments& arguments, const CommandContext& con
     request.make_reference = maker(context, arguments.reference_backend, arguments);
     request.knobs = arguments.knobs;
     request.references = references_of(arguments);
+    request.reference_file = arguments.reference;
     request.seconds = arguments.seconds;
     request.seed = arguments.options.seed;
     if (!arguments.resume.empty() && std::filesystem::exists(arguments.resume))
@@ -127,23 +129,47 @@ std::string not_done(const CostReport& report) {
     return text;
 }
 
-ExitStatus conclude(const CostReport& report, const CommandContext& context, const CommandTime& time) {
+ExitStatus conclude(
+    CostReport report, const CostArguments& arguments, const CommandContext& context, const CommandTime& time) {
+    report.asked_error = fraction_from(arguments.error, "--error");
     nlohmann::json json = to_json(report);
     json["command"] = context.command_line;
     json["git"] = git_version();
-    fmt::print("{}", to_text(report));
+    fmt::print("{}", arguments.all ? all_to_text(report) : to_text(report));
     write_json(context, json);
     const std::string missing = not_done(report);
     return missing.empty() ? ExitStatus::fine : time.too_short(missing);
 }
 
+// The reference alone, for later measurements, maybe on another device.
+ExitStatus reference_alone(const Scene& scene, const CostRequest& request, const CommandContext& context,
+    const CommandTime& time, const CostArguments& arguments) {
+    ProgressLine line;
+    CostControl control;
+    control.stop = time.token();
+    control.progress = [&](double fraction, const std::string& text) { line.update(fraction, text); };
+    const CostReference reference = render_reference_file(scene, request, time.left(), control);
+    fmt::print("{}: {} samples a pixel in {:.0f} s by {}, known to {}\n", printable(arguments.reference),
+        reference.samples, reference.seconds, reference.made_by, percent(reference.relative_uncertainty()));
+    write_json(context, {{"reference", arguments.reference}, {"samples", reference.samples},
+                            {"seconds", reference.seconds}, {"relative_uncertainty", reference.relative_uncertainty()},
+                            {"image_mean", reference.image_mean()}, {"made_by", reference.made_by},
+                            {"options", reference.options}, {"image", reference.image}, {"git", reference.program}});
+    return ExitStatus::fine;
+}
+
 ExitStatus cost(const CostArguments& arguments, const CommandContext& context, const CommandTime& time) {
+    (void)fraction_from(arguments.error, "--error");  // refused before any work
+    if (arguments.reference_only && arguments.reference.empty())
+        throw InputError("--reference-only: say with --reference which file it is");
     NothingToKeep until_reference(context.interrupts);
     std::vector<std::string> inputs;
     const Scene scene = scene_from(arguments.scene, inputs);
     // A file to go on from is written again.
     check_outputs(context,
-        {{"--resume", arguments.resume}, {"--references", references_of(arguments), OutputKind::folder}}, inputs);
+        {{"--resume", arguments.resume}, {"--references", references_of(arguments), OutputKind::folder},
+            {"--reference", arguments.reference_only ? arguments.reference : ""}},
+        inputs);
     CostRequest request = request_of(arguments, context, scene, inputs);
     check_memory(request.baseline.render);
     if (arguments.list) {
@@ -152,6 +178,10 @@ ExitStatus cost(const CostArguments& arguments, const CommandContext& context, c
     }
     request.seconds = time.left();
     request.read = &context.read;
+    if (arguments.reference_only) {
+        until_reference.end();
+        return reference_alone(scene, request, context, time, arguments);
+    }
     std::mutex mutex;  // no file is left half-written
     std::optional<CostReport> so_far;
     request.keep = [&](const CostReport& known) {
@@ -160,7 +190,7 @@ ExitStatus cost(const CostArguments& arguments, const CommandContext& context, c
     };
     const auto last_resort = time.at_any_rate([&] {
         const std::lock_guard lock(mutex);
-        return so_far ? conclude(*so_far, context, time) : time.too_short("nothing is known yet");
+        return so_far ? conclude(*so_far, arguments, context, time) : time.too_short("nothing is known yet");
     });
     CostReport report;
     {
@@ -179,7 +209,7 @@ ExitStatus cost(const CostArguments& arguments, const CommandContext& context, c
         report = run_cost(scene, std::move(request), control);
     }
     last_resort->done();
-    return conclude(report, context, time);
+    return conclude(report, arguments, context, time);
 }
 
 void add_measuring(CLI::App& command, CostArguments& arguments) {
@@ -194,6 +224,17 @@ void add_measuring(CLI::App& command, CostArguments& arguments) {
         .add_option("--resume", arguments.resume,
             "Save all samples to FILE after every round. Continue from it where it exists")
         ->type_name("FILE");
+    command
+        .add_option("--error", arguments.error, "Error that the table is for: 1% or 0.01, relative to the image's mean")
+        ->type_name("ERROR")
+        ->capture_default_str();
+    command.add_flag("--all", arguments.all, "Print every setting that was measured, and those that were not");
+    command
+        .add_option("--reference", arguments.reference,
+            "Long reference to measure against, which --reference-only wrote, maybe on another device")
+        ->type_name("FILE");
+    command.add_flag("--reference-only", arguments.reference_only,
+        "Render the long reference alone for --time seconds into the --reference FILE. Continue it where it exists");
     command
         .add_option("--references", arguments.references,
             "Folder of long references, which later runs continue (default: tandem/references in the user's cache "
@@ -229,9 +270,13 @@ void add_cost_command(CLI::App& app, CommandContext& context) {
         "  tandem cost scenes/cornell-classic.json --time 60\n"
         "  tandem cost scenes/cornell-classic.json --knob integrator,roulette --json cost.json\n"
         "  tandem cost scenes/glass.json --backend vulkan --time 300 --resume glass.samples --json glass.json\n"
+        "  tandem cost scenes/glass.json --backend vulkan --reference-backend vulkan --reference glass.reference "
+        "--reference-only --time 300\n"
+        "  tandem cost scenes/glass.json --reference glass.reference --error 0.3% --time 300\n"
         "  tandem cost scenes/glass.json --list\n"
         "The baseline is the scene's own settings, changed by the options given. Every other arm changes one knob. "
-        "The last arms combine the best knobs. What is recommended is measured anew. "
+        "Some arms combine the best knobs. All arms run shortly, then the best run until they reach 5, 1 and 0.3 %, on "
+        "random numbers that had no part in the choice. "
         "Errors are against a long reference in double precision on the CPU, without a bounce limit. "
         "Ctrl-C concludes from what is there.\n"
         "Exit status: 0; 3 where the time was too short for some of the settings.");

@@ -6,6 +6,7 @@
 #include <numeric>
 #include <random>
 
+#include "common/cost/regions.h"
 #include "common/statistics/distributions.h"
 #include "common/statistics/multiple_tests.h"
 #include "common/statistics/sample_moments.h"
@@ -28,7 +29,11 @@ PairedEffect paired_seconds(const ArmTrials& arm, const ArmTrials& other) {
         if (same != other.replicates.end())
             differences.push_back(std::log(seconds_a_sample(arm, replicate) / seconds_a_sample(other, *same)));
     }
-    return differences.empty() ? PairedEffect{} : paired_effect({differences});
+    if (!differences.empty()) return paired_effect({differences});
+    PairedEffect unknown;
+    unknown.low = -std::numeric_limits<double>::infinity();
+    unknown.high = std::numeric_limits<double>::infinity();
+    return unknown;
 }
 
 namespace {
@@ -222,7 +227,39 @@ std::optional<Estimated> slope_with_interval(const ArmTrials& arm, double common
     return Estimated{whole, whole - half, whole + half};
 }
 
-ArmFigures figures_of(const CostArm& arm, const ArmTrials& samples, const CostReference& reference) {
+// The stages of an arm that have enough replicates, the longest last.
+using Stages = std::vector<const ArmTrials*>;
+Stages stages_of(const CostSamples& samples, const std::string& name, StageRange range) {
+    Stages stages;
+    for (const ArmTrials& arm : samples.arms)
+        if (arm.name == name && arm.stage >= range.from && arm.stage < range.until &&
+            arm.replicates.size() >= fewest_replicates)
+            stages.push_back(&arm);
+    std::ranges::stable_sort(stages, {}, [](const ArmTrials* arm) { return arm->samples.back(); });
+    return stages;
+}
+
+double samples_of_all(const ArmTrials* arm) {
+    return static_cast<double>(arm->samples.back() * arm->replicates.size());
+}
+
+// Errors at the counts of one stage.
+std::vector<CostPoint> points_of(const ArmTrials& samples, double scale, double common) {
+    std::vector<CostPoint> points;
+    for (std::size_t level = 0; level < samples.samples.size(); ++level) {
+        const SampleMoments square = moments_of(at_level(samples, &Replicate::squared_errors, level));
+        const double half = std::hypot(
+            student_quantile(0.975, square.count - 1.0) * std::sqrt(square.variance_of_mean()), two_sided * common);
+        const auto root = [&](double value) { return std::sqrt(std::max(0.0, scale * value)); };
+        points.push_back({samples.samples[level], bootstrapped_median(at_level(samples, &Replicate::seconds, level)),
+            {root(square.mean), root(square.mean - half), root(square.mean + half)},
+            moments_of(at_level(samples, &Replicate::relative_squared_errors, level)).mean});
+    }
+    return points;
+}
+
+ArmFigures figures_of(const CostArm& arm, const Stages& stages, const CostReference& reference) {
+    const ArmTrials& samples = *stages.back();
     const double mean = reference.image_mean(), scale = 1.0 / (mean * mean);
     const double common = product_error(reference);
     ArmFigures figures;
@@ -231,17 +268,18 @@ ArmFigures figures_of(const CostArm& arm, const ArmTrials& samples, const CostRe
     figures.independent = scattered && arm.settings.render.sampling == Sampling::uniform;
     figures.replicates = samples.replicates.size();
     figures.invalid = samples.invalid;
-    for (std::size_t level = 0; level < samples.samples.size(); ++level) {
-        const SampleMoments square = moments_of(at_level(samples, &Replicate::squared_errors, level));
-        const double half = std::hypot(
-            student_quantile(0.975, square.count - 1.0) * std::sqrt(square.variance_of_mean()), two_sided * common);
-        const auto root = [&](double value) { return std::sqrt(std::max(0.0, scale * value)); };
-        figures.points.push_back(
-            {samples.samples[level], bootstrapped_median(at_level(samples, &Replicate::seconds, level)),
-                {root(square.mean), root(square.mean - half), root(square.mean + half)},
-                moments_of(at_level(samples, &Replicate::relative_squared_errors, level)).mean});
+    for (auto stage = stages.rbegin(); stage != stages.rend(); ++stage) {
+        std::vector<CostPoint> points = points_of(**stage, scale, common);
+        if (!figures.points.empty())
+            std::erase_if(points, [&](const CostPoint& p) { return p.samples >= figures.points.front().samples; });
+        figures.points.insert(figures.points.begin(), points.begin(), points.end());
     }
-    const Bias bias = bias_of(samples, reference);
+    // Bias does not depend on the number of samples: the stage with the most tells it best.
+    const ArmTrials& most = **std::ranges::max_element(stages, {}, samples_of_all);
+    figures.samples_for_bias = samples_of_all(&most);
+    figures.flip = samples.flip;
+    figures.mse = moments_of(at_level(samples, &Replicate::squared_errors, samples.samples.size() - 1)).mean;
+    const Bias bias = bias_of(most, reference);
     figures.squared_bias = {scale * bias.square.value, scale * bias.square.low, scale * bias.square.high};
     figures.floor_p = bias.p;
     const Noise noise = noise_of(samples, scattered);
@@ -253,7 +291,8 @@ ArmFigures figures_of(const CostArm& arm, const ArmTrials& samples, const CostRe
         figures.variance = 0.0;
         return figures;
     }
-    figures.slope = slope_with_interval(samples, common);
+    for (auto stage = stages.rbegin(); stage != stages.rend() && !figures.slope; ++stage)
+        figures.slope = slope_with_interval(**stage, common);
     const Estimated& seconds = figures.points.back().seconds;
     figures.efficiency =
         times_or_over(1.0 / (figures.variance * seconds.value), std::hypot(noise.log_half, log_half_of(seconds)));
@@ -261,8 +300,12 @@ ArmFigures figures_of(const CostArm& arm, const ArmTrials& samples, const CostRe
 }
 
 // p of "this arm's cost is the baseline's".
-double compare(const ArmTrials& samples, const ArmTrials& baseline, const ArmFigures& base, ArmFigures& figures) {
-    const PairedEffect time = paired_seconds(samples, baseline);
+double compare(const Stages& stages, const Stages& baseline, const ArmFigures& base, ArmFigures& figures) {
+    PairedEffect time = paired_seconds(*stages.back(), *baseline.back());
+    // The longest stage that both took part in.
+    for (auto own = stages.rbegin(); own != stages.rend() && !std::isfinite(time.high); ++own)
+        for (auto other = baseline.rbegin(); other != baseline.rend() && !std::isfinite(time.high); ++other)
+            if ((*own)->stage == (*other)->stage) time = paired_seconds(**own, **other);
     figures.time_ratio = {std::exp(time.value), std::exp(time.low), std::exp(time.high)};
     if (!(base.variance > 0.0) || !(figures.variance > 0.0)) return 1.0;
     const auto per_sample = [](const ArmFigures& one) {
@@ -330,54 +373,87 @@ bool ArmFigures::is_safe_at(double relative_error) const {
     return arm.keeps_estimate || squared_bias.high < relative_error * relative_error;
 }
 
+namespace {
+
+// Where the errors that were measured cross `error` for good: log-linear between two counts. Nothing: they do not.
+std::optional<TimeToError> measured_time(const std::vector<CostPoint>& points, double error) {
+    std::size_t first = points.size();
+    while (first > 0 && points[first - 1].rmse.value <= error) --first;
+    if (first == points.size()) return std::nullopt;
+    const CostPoint& below = points[first];
+    TimeToError result;
+    result.relative_error = error;
+    double samples = static_cast<double>(below.samples), log_half = 0.0;
+    if (first > 0) {
+        const CostPoint& above = points[first - 1];
+        const double steps = std::log(above.rmse.value / std::max(below.rmse.value, 1e-300));
+        const double share = std::clamp(std::log(above.rmse.value / error) / steps, 0.0, 1.0);
+        const double ratio = static_cast<double>(below.samples) / static_cast<double>(above.samples);
+        samples = static_cast<double>(above.samples) * std::pow(ratio, share);
+        // The error's interval, through the slope between the two counts.
+        const double error_half = std::log(std::max(1.0, below.rmse.high / std::max(below.rmse.value, 1e-300)));
+        log_half = error_half * std::log(ratio) / std::max(steps, 0.1);
+    }
+    result.samples = samples;
+    result.samples_interval = times_or_over(samples, log_half);
+    result.seconds = times_or_over(seconds_at(points, samples), std::hypot(log_half, log_half_of(below.seconds)));
+    return result;
+}
+
+}  // namespace
+
 TimeToError ArmFigures::time_to(double relative_error) const {
     TimeToError result;
     result.relative_error = relative_error;
     const double aim = relative_error * relative_error;
     const auto most = static_cast<double>(points.back().samples);
-    // V(n) = V (N/n)^k, k = 1 of independent samples. Of others it is what was measured up to N; beyond it no more is
-    // taken for granted than of independent ones.
-    const double measured = independent || !slope ? 1.0 : std::max(1.0, -2.0 * slope->value);
+    if (has_floor && squared_bias.value >= aim && points.back().rmse.value > relative_error) return result;
+    if (auto measured = measured_time(points, relative_error)) return *measured;
+    result.extrapolated = true;
+    // V(n) = V N/n of independent samples. Of others no more is taken for granted.
     const auto samples_for = [&](double squared_floor) {
         const double left = aim - squared_floor;
-        if (left <= 0.0) return std::numeric_limits<double>::infinity();
-        return std::max(1.0, most * std::pow(variance / left, variance > left ? 1.0 : 1.0 / measured));
+        return left > 0.0 ? std::max(most, most * variance / left) : std::numeric_limits<double>::infinity();
     };
     const double samples_needed = samples_for(has_floor ? squared_bias.value : 0.0);
     if (!std::isfinite(samples_needed)) return result;
-    result.extrapolated = samples_needed > most;
     constexpr double no_image = 1.0;  // an error as large as the mean: a few bright samples decide the variance too
-    if (result.extrapolated && points.back().rmse.value >= no_image) {
+    if (points.back().rmse.value >= no_image) {
         result.unknown = true;
         return result;
     }
     result.samples = samples_needed;
     result.floor_unknown = !has_floor && squared_bias.high >= aim;
-    const double seconds = seconds_at(points, samples_needed);
     double log_half = log_half_of(points.back().seconds);
     if (efficiency) log_half = std::max(log_half, log_half_of(*efficiency));
-    Estimated time = times_or_over(seconds, log_half);
-    if (has_floor) {
-        time.low *= samples_for(std::max(0.0, squared_bias.low)) / samples_needed;
-        time.high *= samples_for(squared_bias.high) / samples_needed;
-    }
+    Estimated time = times_or_over(seconds_at(points, samples_needed), log_half);
+    Estimated count = times_or_over(samples_needed, log_half_of_variance);
+    if (has_floor)
+        for (Estimated* one : {&time, &count}) {
+            one->low *= samples_for(std::max(0.0, squared_bias.low)) / samples_needed;
+            one->high *= samples_for(squared_bias.high) / samples_needed;
+        }
     result.seconds = time;
+    result.samples_interval = count;
     return result;
 }
 
-std::vector<ArmFigures> analyse_cost(const std::vector<CostArm>& arms, const CostSamples& samples) {
+std::vector<ArmFigures> analyse_cost(const std::vector<CostArm>& arms, const CostSamples& samples, StageRange range) {
     std::vector<ArmFigures> figures;
     std::vector<double> cost_p;
-    const ArmTrials* baseline = nullptr;
+    Stages baseline;
+    const Regions regions = regions_of(samples.reference, samples.width);
     for (const CostArm& arm : arms) {
-        const auto own = std::ranges::find(samples.arms, arm.name(), &ArmTrials::name);
-        if (own == samples.arms.end() || own->replicates.size() < fewest_replicates) {
-            if (baseline == nullptr) return {};  // nothing to hold the others against
+        const Stages own = stages_of(samples, arm.name(), range);
+        if (own.empty()) {
+            if (baseline.empty()) return {};  // nothing to hold the others against
             continue;
         }
-        figures.push_back(figures_of(arm, *own, samples.reference));
-        if (baseline == nullptr) baseline = &*own;
-        cost_p.push_back(baseline == &*own ? 1.0 : compare(*own, *baseline, figures.front(), figures.back()));
+        figures.push_back(figures_of(arm, own, samples.reference));
+        figures.back().regions = region_errors(*own.back(), samples.reference, regions);
+        if (baseline.empty()) baseline = own;
+        cost_p.push_back(figures.size() == 1 ? 1.0 : compare(own, baseline, figures.front(), figures.back()));
+        compare_regions(figures.front(), figures.back());
     }
     judge(figures, cost_p);
     for (ArmFigures& arm : figures)
@@ -420,7 +496,9 @@ const ArmFigures* soonest(const std::vector<ArmFigures>& figures, double relativ
     return best;
 }
 
-std::vector<std::size_t> best_settings(const std::vector<ArmFigures>& figures) {
+namespace {
+
+std::vector<std::size_t> best_of_each(const std::vector<ArmFigures>& figures) {
     std::vector<std::size_t> best;
     for (std::size_t i = 1; i < figures.size(); ++i) {
         const ArmFigures& arm = figures[i];
@@ -435,8 +513,35 @@ std::vector<std::size_t> best_settings(const std::vector<ArmFigures>& figures) {
         else if (arm.cost_ratio.value < figures[*same].cost_ratio.value)
             *same = i;
     }
+    return best;
+}
+
+}  // namespace
+
+std::vector<std::size_t> best_settings(const std::vector<ArmFigures>& figures) {
+    std::vector<std::size_t> best = best_of_each(figures);
     if (best.size() < 2) best.clear();
     return best;
+}
+
+std::vector<std::vector<std::size_t>> mixed_settings(const std::vector<ArmFigures>& figures) {
+    std::vector<std::vector<std::size_t>> mixes;
+    const auto add = [&](std::vector<std::size_t> mix) {
+        std::ranges::sort(mix);
+        if (mix.size() >= 2 && std::ranges::find(mixes, mix) == mixes.end()) mixes.push_back(std::move(mix));
+    };
+    const std::vector<std::size_t> best = best_of_each(figures);
+    add(best);
+    for (std::size_t i = 1; i < figures.size(); ++i) {
+        const CostArm& late = figures[i].arm;
+        if (late.setting != "sobol" && late.setting != "adaptive") continue;
+        std::vector<std::size_t> mix;
+        for (const std::size_t one : best)
+            if (one != i && !exclude_each_other(figures[one].arm, late)) mix.push_back(one);
+        mix.push_back(i);
+        add(std::move(mix));
+    }
+    return mixes;
 }
 
 }  // namespace tandem

@@ -11,7 +11,7 @@
 
 namespace tandem {
 
-inline constexpr std::array<double, 4> cost_errors{0.05, 0.01, 0.005, 0.001};
+inline constexpr std::array<double, 3> cost_errors{0.05, 0.01, 0.003};
 
 struct CostPoint {
     std::uint64_t samples = 0;
@@ -24,10 +24,21 @@ struct CostPoint {
 struct TimeToError {
     double relative_error = 0.0;
     std::optional<Estimated> seconds;
+    std::optional<Estimated> samples_interval;  // of `samples`
     std::optional<double> samples;
-    bool extrapolated = false;   // beyond the samples that were measured
+    // A forecast: the error is below all that were measured. Else it lies between measured ones, or at one.
+    bool extrapolated = false;
     bool floor_unknown = false;  // a floor as high as this error is not excluded; none is assumed
     bool unknown = false;        // all errors that were measured are 100 % or more: no base for a forecast
+};
+
+// Error of a part of the image, which the reference decides over: relative to that part's mean.
+struct RegionError {
+    std::string name;
+    double share = 0.0;  // of the pixels
+    double rmse = 0.0;   // at the greatest sample count
+    // (variance x seconds) over the baseline's, in this part.
+    double cost_ratio = 1.0;
 };
 
 struct ArmFigures {
@@ -35,8 +46,12 @@ struct ArmFigures {
     bool independent = true;  // samples are, and as many in every pixel: V(n) = s^2 / n
     std::size_t replicates = 0;
     std::vector<CostPoint> points;
-    Estimated squared_bias;               // b^2; may come out below 0 by chance. See bias_of
-    double floor_p = 1.0;                 // of no floor
+    Estimated squared_bias;         // b^2; may come out below 0 by chance. See bias_of
+    double floor_p = 1.0;           // of no floor
+    double samples_for_bias = 0.0;  // a pixel, of all replicates that squared_bias is from
+    double mse = 0.0;               // at the greatest sample count, in the image's own unit
+    double flip = 0.0;              // of one replicate there
+    std::vector<RegionError> regions;
     bool has_floor = false;               // b^2 is significantly above 0, over all arms together (Holm)
     double variance = 0.0;                // V at the greatest sample count
     double log_half_of_variance = 0.0;    // its interval is times or over exp of this
@@ -56,12 +71,17 @@ struct ArmFigures {
     [[nodiscard]] TimeToError time_to(double relative_error) const;
 };
 
-// Arms with fewer than fewest_replicates replicates are left out. arms[0] is the baseline.
-[[nodiscard]] std::vector<ArmFigures> analyse_cost(const std::vector<CostArm>& arms, const CostSamples& samples);
+// Figures from all stages from `from` until before `until`. Arms with fewer than fewest_replicates replicates in each
+// are left out. arms[0] is the baseline.
+struct StageRange {
+    std::uint32_t from = 0, until = ~std::uint32_t{0};
+};
+[[nodiscard]] std::vector<ArmFigures> analyse_cost(
+    const std::vector<CostArm>& arms, const CostSamples& samples, StageRange stages = {});
 
 // Ratio of an arm's seconds a sample to another's, as the logarithm, over the rounds of both: of the greatest number of
 // samples that both have rendered, so that what a render takes besides its samples counts alike, or of each one's
-// greatest.
+// greatest. Nothing is known where no round had both: its interval is then infinite.
 [[nodiscard]] PairedEffect paired_seconds(const ArmTrials& arm, const ArmTrials& other);
 
 // The figures that reach `relative_error` soonest: the baseline (figures[0]), unless another is significantly sooner.
@@ -72,5 +92,9 @@ struct ArmFigures {
 // bounces and roulette the better one.
 // Empty where fewer than two knobs are better.
 [[nodiscard]] std::vector<std::size_t> best_settings(const std::vector<ArmFigures>& figures);
+
+// What is worth to be measured together: best_settings, and the best of each knob with Sobol points and with adaptive
+// sampling in place of what these exclude. Each has two settings at least.
+[[nodiscard]] std::vector<std::vector<std::size_t>> mixed_settings(const std::vector<ArmFigures>& figures);
 
 }  // namespace tandem

@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <optional>
 
+#include "common/cost/schedule.h"
 #include "common/statistics/distributions.h"
 
 namespace tandem {
@@ -45,9 +47,12 @@ ArmFigures renewed(const ArmFigures& before, const ArmFigures& anew) {
     return figures;
 }
 
-// Half-width of the interval of log time: noise, and with a floor all that time_to has to say.
+// Half-width of the interval of log time: how well the number of samples is known, and with a floor all that time_to
+// has to say.
 double log_half_of_noise(const ArmFigures& arm, const TimeToError& time) {
-    return arm.has_floor ? log_half_of(*time.seconds) : arm.log_half_of_variance;
+    if (arm.has_floor) return log_half_of(*time.seconds);
+    const double count = time.samples_interval ? log_half_of(*time.samples_interval) : 0.0;
+    return std::max(count, arm.log_half_of_variance);
 }
 
 struct Renewed {
@@ -67,6 +72,12 @@ std::optional<Renewed> renew(
     return result;
 }
 
+bool ran_together(const ArmTrials& a, const ArmTrials& b) {
+    return std::ranges::any_of(a.replicates, [&](const Replicate& replicate) {
+        return std::ranges::find(b.replicates, replicate.round, &Replicate::round) != b.replicates.end();
+    });
+}
+
 // Seconds a sample are compared round by round, where what the machine does to both cancels.
 Rival compare(const Renewed& rival, const Renewed& best, std::size_t rivals) {
     const PairedEffect paired = paired_seconds(*rival.trials, *best.trials);
@@ -79,9 +90,28 @@ Rival compare(const Renewed& rival, const Renewed& best, std::size_t rivals) {
     return {rival.figures.arm.name(), {std::exp(ratio), std::exp(ratio - half), std::exp(ratio + half)}};
 }
 
+// Of those that took part.
+const ArmFigures* soonest_of(
+    const std::vector<ArmFigures>& took_part, const std::vector<ArmFigures>& figures, double error) {
+    const ArmFigures* best = nullptr;
+    double least = std::numeric_limits<double>::infinity();
+    for (const ArmFigures& one : took_part) {
+        const ArmFigures* arm = named(figures, one.arm.name());
+        if (arm == nullptr || !arm->is_safe_at(error)) continue;
+        const TimeToError time = arm->time_to(error);
+        if (!time.seconds || time.seconds->value >= least) continue;
+        least = time.seconds->value;
+        best = arm;
+    }
+    return best;
+}
+
+}  // namespace
+
 std::optional<Confirmation> confirm_at(
     double error, const std::vector<ArmFigures>& figures, const std::vector<ArmFigures>& now, const CostSamples& anew) {
     const ArmFigures* first = soonest(figures, error);
+    if (first != nullptr && named(now, first->arm.name()) == nullptr) first = soonest_of(now, figures, error);
     if (first == nullptr) return std::nullopt;
     const std::optional<Renewed> best = renew(*first, now, anew, error);
     if (!best) return std::nullopt;
@@ -94,7 +124,7 @@ std::optional<Confirmation> confirm_at(
     const std::vector<const ArmFigures*> rivals = rivals_of(figures, *first, error);
     for (const ArmFigures* rival : rivals) {
         const std::optional<Renewed> again = renew(*rival, now, anew, error);
-        if (!again) continue;
+        if (!again || !ran_together(*again->trials, *best->trials)) continue;
         result.rivals.push_back(compare(*again, *best, rivals.size()));
         const Rival& last = result.rivals.back();
         if (last.time_ratio.high < 1.0 && again->time.seconds->value < result.seconds.value) {
@@ -112,49 +142,27 @@ std::optional<Confirmation> confirm_at(
     return result;
 }
 
-}  // namespace
-
-std::vector<std::string> arms_to_confirm(const std::vector<ArmFigures>& figures) {
-    std::vector<std::string> names;
-    const auto add = [&](const ArmFigures& arm) {
-        if (std::ranges::find(names, arm.arm.name()) == names.end()) names.push_back(arm.arm.name());
-    };
-    for (const double error : cost_errors) {
-        const ArmFigures* best = soonest(figures, error);
-        if (best == nullptr || !(best->variance > 0.0)) continue;
-        const std::vector<const ArmFigures*> rivals = rivals_of(figures, *best, error);
-        if (rivals.empty()) continue;
-        add(*best);
-        for (const ArmFigures* rival : rivals) add(*rival);
-    }
-    return names;
-}
-
-CostSamples trials_to_confirm(const std::vector<std::string>& names, const CostSamples& samples) {
-    CostSamples anew;
-    anew.reference = samples.reference;
-    for (const ArmTrials& arm : samples.arms) {
-        if (std::ranges::find(names, arm.name) == names.end()) continue;
-        ArmTrials fresh;
-        fresh.name = arm.name;
-        fresh.samples = arm.samples;
-        fresh.first_replicate = fresh_replicates;
-        fresh.sum.assign(arm.sum.size(), 0.0);
-        fresh.sum_of_squares = fresh.sum;
-        anew.arms.push_back(std::move(fresh));
-    }
-    return anew;
-}
-
-std::vector<Confirmation> confirm(
-    const std::vector<ArmFigures>& figures, const std::vector<CostArm>& arms, const CostSamples& anew) {
-    std::vector<CostArm> measured;
-    for (const CostArm& arm : arms)
-        if (std::ranges::find(anew.arms, arm.name(), &ArmTrials::name) != anew.arms.end()) measured.push_back(arm);
-    const std::vector<ArmFigures> now = analyse_cost(measured, anew);
+std::vector<Confirmation> confirm(const std::vector<CostArm>& arms, const CostSamples& samples) {
     std::vector<Confirmation> result;
-    for (const double error : cost_errors)
-        if (auto one = confirm_at(error, figures, now, anew)) result.push_back(std::move(*one));
+    for (std::size_t index = 0; index < cost_errors.size(); ++index) {
+        const std::uint32_t begin = goal_stage(index), end = goal_stage(index + 1);
+        CostSamples anew;  // the last stage of each arm
+        anew.reference = samples.reference;
+        anew.width = samples.width;
+        for (const ArmTrials& arm : samples.arms) {
+            if (arm.stage < begin || arm.stage >= end || arm.replicates.size() < fewest_replicates) continue;
+            std::erase_if(
+                anew.arms, [&](const ArmTrials& one) { return one.name == arm.name && one.stage < arm.stage; });
+            if (std::ranges::find(anew.arms, arm.name, &ArmTrials::name) == anew.arms.end()) anew.arms.push_back(arm);
+        }
+        if (anew.arms.empty()) continue;
+        std::vector<CostArm> measured;
+        for (const CostArm& arm : arms)
+            if (std::ranges::find(anew.arms, arm.name(), &ArmTrials::name) != anew.arms.end()) measured.push_back(arm);
+        const std::vector<ArmFigures> before = analyse_cost(arms, samples, {short_stage, begin});
+        const std::vector<ArmFigures> now = analyse_cost(measured, anew);
+        if (auto one = confirm_at(cost_errors[index], before, now, anew)) result.push_back(std::move(*one));
+    }
     return result;
 }
 

@@ -1,8 +1,9 @@
 // Whether what `tandem cost` recommends is the fastest when measured anew: the arm that was found soonest to an error
-// among many has been lucky more often than not. So it and its nearest rivals run once more, side by side, on random
-// numbers and in rounds that had no part in the choice.
+// among many has been lucky more often than not. The stages of the schedule measure it and its nearest rivals side by
+// side, on random numbers and in rounds that had no part in the choice.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -31,21 +32,14 @@ struct Confirmation {
     std::vector<Rival> rivals;  // the nearest first
 };
 
-// The number of the first replicate of a confirmation: more than any measurement gets to.
-inline constexpr std::uint64_t fresh_replicates = std::uint64_t{1} << 16;
 inline constexpr std::size_t most_rivals = 3;  // of an error, and the baseline
 
-// The names of the arms to be measured anew: the soonest to each of cost_errors, its nearest rivals that are safe at
-// that error, and the baseline. Empty where nothing has a rival or noise.
-[[nodiscard]] std::vector<std::string> arms_to_confirm(const std::vector<ArmFigures>& figures);
+// For each of cost_errors that an arm reaches and that had a stage of its own: floors are taken from all that came
+// before it, noise and times from that stage alone, whose random numbers had no part in the choice of arms.
+[[nodiscard]] std::vector<Confirmation> confirm(const std::vector<CostArm>& arms, const CostSamples& samples);
 
-// Empty trials of those arms, at the sample counts of `samples`, for CostExperiment::measure to fill: of replicates
-// that no other measurement uses.
-[[nodiscard]] CostSamples trials_to_confirm(const std::vector<std::string>& names, const CostSamples& samples);
-
-// For each of cost_errors that an arm reaches: floors and slopes are taken from `figures`, noise and times from `anew`
-// alone. Errors whose arms have fewer than fewest_replicates replicates in `anew` are left out.
-[[nodiscard]] std::vector<Confirmation> confirm(
-    const std::vector<ArmFigures>& figures, const std::vector<CostArm>& arms, const CostSamples& anew);
+// At one error: `before` all figures without `anew`, `now` those of `anew` alone.
+[[nodiscard]] std::optional<Confirmation> confirm_at(
+    double error, const std::vector<ArmFigures>& before, const std::vector<ArmFigures>& now, const CostSamples& anew);
 
 }  // namespace tandem

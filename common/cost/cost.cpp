@@ -4,9 +4,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <nlohmann/json.hpp>
 
+#include "common/cost/regions.h"
+#include "common/cost/schedule.h"
 #include "common/text.h"
+#include "common/validation/verdict/error_metrics.h"
 
 namespace tandem {
 
@@ -31,6 +35,13 @@ std::string duration(double seconds) {
     if (seconds < 600.0) return fmt::format("{:.3g} s", seconds);
     if (seconds < 7200.0) return fmt::format("{:.0f} min", seconds / 60.0);
     return fmt::format("{:.0f} h", seconds / 3600.0);
+}
+
+std::string words_of(const TimeToError& time) {
+    if (!time.seconds) return time.unknown ? "not known yet" : "never: its bias is greater";
+    if (!time.extrapolated) return duration(time.seconds->value) + ", measured";
+    return fmt::format("{} ({} to {}), forecast", duration(time.seconds->value), duration(time.seconds->low),
+        duration(time.seconds->high));
 }
 
 std::string time_cell(const TimeToError& time) {
@@ -126,7 +137,12 @@ json to_json(const ArmFigures& arm) {
     for (const TimeToError& time : arm.times) {
         json one{{"relative_error", time.relative_error}, {"extrapolated", time.extrapolated},
             {"floor_unknown", time.floor_unknown}, {"unknown", time.unknown}, {"seconds", nullptr},
-            {"seconds_low", nullptr}, {"seconds_high", nullptr}, {"samples", nullptr}};
+            {"measured", time.seconds.has_value() && !time.extrapolated}, {"seconds_low", nullptr},
+            {"seconds_high", nullptr}, {"samples", nullptr}, {"samples_low", nullptr}, {"samples_high", nullptr}};
+        if (time.samples_interval) {
+            one["samples_low"] = time.samples_interval->low;
+            one["samples_high"] = time.samples_interval->high;
+        }
         if (time.seconds) {
             one["seconds"] = time.seconds->value;
             one["seconds_low"] = time.seconds->low;
@@ -135,6 +151,9 @@ json to_json(const ArmFigures& arm) {
         }
         times.push_back(std::move(one));
     }
+    json regions = json::object();
+    for (const RegionError& region : arm.regions)
+        regions[region.name] = {{"share", region.share}, {"rmse", region.rmse}, {"cost_ratio", region.cost_ratio}};
     const Estimated floor = arm.bias_floor();
     json result{{"knob", arm.arm.knob}, {"setting", arm.arm.setting}, {"options", arm.arm.options},
         {"replicates", arm.replicates}, {"points", points}, {"bias_floor", floor.value}, {"bias_floor_low", floor.low},
@@ -142,7 +161,9 @@ json to_json(const ArmFigures& arm) {
         {"slope", nullptr}, {"slope_low", nullptr}, {"slope_high", nullptr}, {"seconds_to", times},
         {"seconds_to_one_percent", nullptr}, {"seconds_to_one_percent_extrapolated", arm.times[1].extrapolated},
         {"pareto", arm.pareto}, {"keeps_estimate", arm.arm.keeps_estimate}, {"time_ratio", to_json(arm.time_ratio)},
-        {"cost_ratio", to_json(arm.cost_ratio)}, {"cost_differs", arm.cost_differs}, {"invalid_samples", arm.invalid}};
+        {"cost_ratio", to_json(arm.cost_ratio)}, {"cost_differs", arm.cost_differs}, {"invalid_samples", arm.invalid},
+        {"bias_floor_known", arm.has_floor || floor.high <= floor_bound}, {"mse", arm.mse}, {"flip", arm.flip},
+        {"regions", regions}};
     if (arm.efficiency) {
         result["efficiency"] = arm.efficiency->value;
         result["efficiency_low"] = arm.efficiency->low;
@@ -165,7 +186,8 @@ const ArmFigures* recommended(const CostReport& report, double relative_error) {
             if (arm.arm.name() == confirmation->recommended) return &arm;
     const ArmFigures* best = soonest(report.figures, relative_error);
     const ArmFigures& baseline = report.figures.front();
-    const bool by_luck = best != nullptr && best != &baseline && best->variance > 0.0;
+    const bool by_luck =
+        best != nullptr && best != &baseline && best->variance > 0.0 && best->time_to(relative_error).extrapolated;
     return by_luck && baseline.time_to(relative_error).seconds ? &baseline : best;
 }
 
@@ -183,8 +205,32 @@ std::string render_command(const CostReport& report, const CostArm& arm) {
 // What was soonest among many, by luck or not, and had no second measurement.
 std::string not_confirmed(const CostReport& report, const ArmFigures& best, double error) {
     const ArmFigures* first = soonest(report.figures, error);
+    if (!best.time_to(error).extrapolated) return "Nothing that may be as fast was measured to this error.";
     if (first == &best) return "It was not measured anew.";
     return fmt::format("{} was found sooner, but was not measured anew: give more --time.", first->arm.name());
+}
+
+}  // namespace
+
+namespace {
+
+// The command to an error, and what is known of it.
+std::string sentence_to(const CostReport& report, double error) {
+    const Confirmation* confirmation = confirmation_of(report, error);
+    const ArmFigures* best = recommended(report, error);
+    if (best == nullptr) {
+        const bool unknown =
+            std::ranges::any_of(report.figures, [&](const ArmFigures& arm) { return arm.time_to(error).unknown; });
+        return unknown
+                   ? fmt::format("To {}: not known, as errors of 100 % and more foretell nothing; give more --time.",
+                         level(error))
+                   : fmt::format("No setting here reaches {}.", level(error));
+    }
+    const TimeToError time = best->time_to(error);
+    return fmt::format("To {}: `{} --samples {:.0f}`, {}{}. {}", level(error), render_command(report, best->arm),
+        std::ceil(*time.samples), words_of(time),
+        time.floor_unknown ? "; a bias as great is not excluded, and none assumed" : "",
+        confirmation == nullptr ? not_confirmed(report, *best, error) : sentence_on(*confirmation));
 }
 
 }  // namespace
@@ -193,26 +239,7 @@ std::vector<std::string> recommendations(const CostReport& report) {
     std::vector<std::string> sentences;
     if (report.figures.empty()) return sentences;
     const ArmFigures& baseline = report.figures.front();
-    for (const double error : cost_errors) {
-        const Confirmation* confirmation = confirmation_of(report, error);
-        const ArmFigures* best = recommended(report, error);
-        if (best == nullptr) {
-            const bool unknown =
-                std::ranges::any_of(report.figures, [&](const ArmFigures& arm) { return arm.time_to(error).unknown; });
-            sentences.push_back(
-                unknown
-                    ? fmt::format("To {}: not known, as errors of 100 % and more foretell nothing; give more --time.",
-                          level(error))
-                    : fmt::format("No setting here reaches {}.", level(error)));
-            continue;
-        }
-        const TimeToError time = best->time_to(error);
-        sentences.push_back(
-            fmt::format("To {}: `{} --samples {:.0f}`, {}{}{}. {}", level(error), render_command(report, best->arm),
-                std::ceil(*time.samples), duration(time.seconds->value), time.extrapolated ? " (extrapolated)" : "",
-                time.floor_unknown ? "; a floor as high is not excluded, and none assumed" : "",
-                confirmation == nullptr ? not_confirmed(report, *best, error) : sentence_on(*confirmation)));
-    }
+    for (const double error : cost_errors) sentences.push_back(sentence_to(report, error));
     for (const ArmFigures& arm : report.figures) {
         if (&arm == &baseline) {
             if (arm.has_floor)
@@ -235,25 +262,110 @@ json to_json(const CostReport& report) {
     return {{"scene", report.scene}, {"backend", report.backend}, {"device", report.device}, {"driver", report.driver},
         {"width", report.width}, {"height", report.height},
         {"errors",
-            "rmse and bias_floor: relative to the mean of the reference image; relmse: mean over pixels and "
-            "channels of (x - r)^2 / (r^2 + 0.01)"},
+            fmt::format(
+                "rmse and bias_floor: relative to the mean of the reference image; relmse: mean over pixels "
+                "and channels of (x - r)^2 / (r^2 + {:g}); mse: in the image's own unit; flip: mean, of images "
+                "exposed to a mean of {:g} and clipped at 1; mse, flip and regions: at the greatest sample count",
+                ErrorMetrics::epsilon, shown_mean)},
+        {"regions",
+            fmt::format(
+                "dark: the darkest {:g} of the pixels by the reference's luminance; bright: the brightest {:g}; "
+                "edges: the {:g} with the greatest relative step of luminance to the right or lower neighbour; "
+                "rmse: relative to the region's mean",
+                dark_share, bright_share, edges_share)},
+        {"asked_error_relative", report.asked_error},
         {"reference",
             {{"samples", report.reference.samples}, {"relative_uncertainty", report.reference.relative_uncertainty()},
                 {"image_mean", report.reference.image_mean()}, {"backend", report.reference_backend},
-                {"options", report.reference.options}, {"seconds", report.reference.seconds}}},
+                {"options", report.reference.options}, {"seconds", report.reference.seconds},
+                {"made_by", report.reference.made_by}, {"git", report.reference.program},
+                {"image", report.reference.image}}},
         {"arms", arms}, {"not_measured", skipped}, {"confirmations", confirmations},
         {"recommendations", recommendations(report)}, {"seconds", report.seconds}};
 }
 
+namespace {
+
+std::string head_of(const CostReport& report) {
+    return fmt::format("{} on {} ({}), {}x{}; reference {} samples by {}, known to {}\n", escaped(report.scene),
+        report.device, report.backend, report.width, report.height, report.reference.samples,
+        report.reference.made_by.empty() ? report.reference_backend : report.reference.made_by,
+        percent(report.reference.relative_uncertainty()));
+}
+
+std::string bias_of(const ArmFigures& arm) {
+    const Estimated floor = arm.bias_floor();
+    if (arm.has_floor)
+        return fmt::format("{} ({} to {})", percent(floor.value), percent(floor.low), percent(floor.high));
+    return fmt::format("{}, below {}", arm.arm.keeps_estimate ? "none by design" : "none found", percent(floor.high));
+}
+
+// Regions where a setting that is good in the mean costs half as much again as the baseline.
+std::string bad_regions(const ArmFigures& arm) {
+    constexpr double bad = 1.5;
+    std::string text;
+    if (arm.cost_ratio.value > 1.0) return text;
+    for (const RegionError& region : arm.regions)
+        if (region.cost_ratio > bad) text += fmt::format("; {} regions: {} x", region.name, factor(region.cost_ratio));
+    return text;
+}
+
+// The soonest at the asked error; the baseline; and cheap tricks, whose bias must be known before they are used.
+std::vector<const ArmFigures*> rows_of(const CostReport& report) {
+    constexpr std::size_t most_tricks = 3;
+    const ArmFigures& baseline = report.figures.front();
+    std::vector<const ArmFigures*> sound, tricks;
+    for (const ArmFigures& arm : report.figures) {
+        const bool cheap = arm.has_floor && (arm.time_ratio.value < 1.0 || arm.cost_ratio.value < 1.0);
+        if (&arm != &baseline && !arm.arm.keeps_estimate && cheap)
+            tricks.push_back(&arm);
+        else if (&arm != &baseline && arm.time_to(report.asked_error).seconds && arm.is_safe_at(report.asked_error))
+            sound.push_back(&arm);
+    }
+    std::ranges::stable_sort(
+        sound, {}, [&](const ArmFigures* arm) { return arm->time_to(report.asked_error).seconds->value; });
+    std::ranges::stable_sort(tricks, {}, [](const ArmFigures* arm) { return arm->bias_floor().value; });
+    tricks.resize(std::min(tricks.size(), most_tricks));
+    sound.resize(std::min(sound.size(), most_rows - 1 - tricks.size()));
+    sound.push_back(&baseline);
+    const auto seconds = [&](const ArmFigures* arm) {
+        const TimeToError time = arm->time_to(report.asked_error);
+        return time.seconds ? time.seconds->value : std::numeric_limits<double>::infinity();
+    };
+    std::ranges::stable_sort(sound, {}, seconds);
+    sound.insert(sound.end(), tricks.begin(), tricks.end());
+    return sound;
+}
+
+}  // namespace
+
 std::string to_text(const CostReport& report) {
-    std::string text = fmt::format(
-        "{} on {} ({}), {}x{}; reference {} samples by {}, known to {}\nTimes in brackets: ~ extrapolated beyond what "
-        "was measured, ? a floor as high is not excluded, unknown: errors of 100 % and more foretell nothing. * is on "
-        "the Pareto front.\n\n",
-        escaped(report.scene), report.device, report.backend, report.width, report.height, report.reference.samples,
-        report.reference_backend, percent(report.reference.relative_uncertainty()));
-    text += fmt::format("  {:32} {:>9} {:>22} {:>22} {:>9} {:>9} {:>9} {:>9}\n", "arm", "time", "floor", "slope", "5 %",
-        "1 %", "0.5 %", "0.1 %");
+    if (report.figures.empty()) return head_of(report);
+    std::string text = head_of(report);
+    text += fmt::format("\n{:44} {:36} {}\n", "settings", "to " + level(report.asked_error), "bias");
+    for (const ArmFigures* arm : rows_of(report)) {
+        const TimeToError time = arm->time_to(report.asked_error);
+        const bool baseline = arm == report.figures.data();
+        text += fmt::format("{:44} {:36} {}{}\n", baseline ? "the scene's own (baseline)" : arm->arm.options,
+            words_of(time), bias_of(*arm), bad_regions(*arm));
+    }
+    text += fmt::format("\n{}\n", sentence_to(report, report.asked_error));
+    const auto more = report.figures.size() - std::min(report.figures.size(), rows_of(report).size());
+    if (more > 0 || !report.skipped.empty())
+        text += fmt::format(
+            "{} more settings were measured, {} were not; --all prints them.\n", more, report.skipped.size());
+    return text;
+}
+
+std::string all_to_text(const CostReport& report) {
+    std::string text = head_of(report);
+    text += fmt::format(
+        "Times: ~ forecast, ? a bias as great is not excluded, unknown: errors of 100 % and more foretell nothing. * "
+        "is "
+        "on the Pareto front.\n\n");
+    text += fmt::format("  {:32} {:>9} {:>22} {:>22}", "arm", "time", "floor", "slope");
+    for (const double error : cost_errors) text += fmt::format(" {:>9}", level(error));
+    text += "\n";
     for (const ArmFigures& arm : report.figures) {
         const std::string slope =
             arm.slope ? fmt::format("{:.2f} ({:.2f} to {:.2f})", arm.slope->value, arm.slope->low, arm.slope->high)

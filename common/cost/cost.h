@@ -19,18 +19,23 @@ struct CostReport {
     std::vector<SkippedArm> skipped;
     std::vector<Confirmation> confirmations;  // of what is soonest; none for errors that were not measured anew
     double seconds = 0.0;
-    bool whole = true;  // no stop cut the measurements short
+    bool whole = true;          // no stop cut the measurements short
+    double asked_error = 0.01;  // that the table is for
 };
 
 // Sentences that a person can act on: what each knob buys and costs, and the command to the errors of cost_errors, with
 // what measuring anew had to say to it.
 [[nodiscard]] std::vector<std::string> recommendations(const CostReport& report);
 
-// What they recommend for an error: the soonest, unless measuring anew has refuted it; what was not measured anew gives
-// way to the baseline, where that reaches the error. Nothing: none does, as far as is known.
+// What they recommend for an error: the soonest, unless measuring anew has refuted it; a forecast that was not
+// measured anew gives way to the baseline, where that reaches the error. Nothing: none does, as far as is known.
 [[nodiscard]] const ArmFigures* recommended(const CostReport& report, double relative_error);
 
 [[nodiscard]] nlohmann::json to_json(const CostReport& report);
+// The table of a user: at most `most_rows` settings, the soonest at report.asked_error first.
+inline constexpr std::size_t most_rows = 10;
 [[nodiscard]] std::string to_text(const CostReport& report);
+// All arms, and a sentence on each.
+[[nodiscard]] std::string all_to_text(const CostReport& report);
 
 }  // namespace tandem

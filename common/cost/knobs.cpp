@@ -172,17 +172,17 @@ std::vector<KnobSetting> knob_settings(
     return all;
 }
 
-ArmSettings reference_settings(const Scene& scene, const ArmSettings& baseline, const std::string& reference_backend) {
+ArmSettings reference_settings(
+    const Scene& /*scene*/, const ArmSettings& baseline, const std::string& reference_backend) {
     ArmSettings reference = baseline;
-    // Next events never make an estimate wrong, and without them punctual lights are not found at all.
-    const bool punctual = !scene.lights.empty();
-    const bool unbiased = baseline.render.integrator == Integrator::path && !punctual;
-    reference.render.integrator = unbiased ? Integrator::path : Integrator::next_event;
+    // What converges fastest: next events with MIS never make an estimate wrong, and Sobol points of different upper
+    // halves of the sample number are scrambled independently, so that the two halves are independent.
+    reference.render.integrator = Integrator::next_event;
     reference.render.mis = true;
     reference.render.bounces = unlimited_bounces;
     reference.render.roulette_start = reference_roulette;
     reference.render.intersection = IntersectionSettings{};
-    reference.render.generator = Generator::philox;
+    reference.render.generator = Generator::sobol;
     reference.render.clamp = std::numeric_limits<double>::infinity();
     reference.render.fresnel.reset();
     reference.render.accumulation.reset();

@@ -8,21 +8,20 @@
 #include <random>
 #include <utility>
 
+#include "common/cost/schedule.h"
 #include "common/error.h"
 #include "common/stopwatch.h"
+#include "common/validation/judges/judges.h"
 #include "common/validation/verdict/error_metrics.h"
 
 namespace tandem {
 
 namespace {
 
-constexpr std::size_t wanted_replicates = 12;
 constexpr std::size_t most_levels = 8;
-constexpr double chunk_seconds = 0.3;    // of the reference: so long at most (about) does a stop wait
 constexpr double most_overdrawn = 0.05;  // of the time, that an arm may take beyond its share
 constexpr double probe_seconds = 0.05;
 constexpr double probing_share = 0.5;  // of the time: arms whose turn to be tried comes later are left out
-constexpr std::uint64_t second_half = std::uint64_t{1} << 62;  // first sample of the reference's second half
 
 void tell(const CostControl& control, double fraction, const std::string& text) {
     if (control.progress) control.progress(std::clamp(fraction, 0.0, 1.0), text);
@@ -33,54 +32,6 @@ std::optional<RenderResult> render_all(RenderJob& job, SampleRange range, const 
     RenderResult result = job.render(range, {.stop = control.stop, .progress = {}});
     if (result.estimate.count() != range.count()) return std::nullopt;
     return result;
-}
-
-// Sums of one half of the reference.
-struct Half {
-    PixelValues sum, squares;
-    std::uint64_t samples = 0, first = 0;
-
-    void add(const Estimate& estimate) {
-        const Estimate::Plane totals = estimate.totals();
-        sum.resize(totals.size(), 0.0);
-        squares.resize(totals.size(), 0.0);
-        for (std::size_t i = 0; i < totals.size(); ++i) {
-            sum[i] += totals[i].sum;
-            squares[i] += totals[i].sum_of_squares;
-        }
-        samples += estimate.count();
-    }
-};
-
-void restore(const CostReference& earlier, std::array<Half, 2>& halves) {
-    for (std::size_t h = 0; h < 2; ++h) {
-        Half& half = halves[h];
-        half.samples = earlier.samples / 2;
-        const auto n = static_cast<double>(half.samples);
-        half.sum.resize(earlier.mean.size());
-        half.squares.resize(earlier.mean.size());
-        for (std::size_t i = 0; i < half.sum.size(); ++i) {
-            const double mean = earlier.mean[i] + (h == 0 ? 1.0 : -1.0) * earlier.half_difference[i];
-            half.sum[i] = n * mean;
-            half.squares[i] = earlier.half_variance[i] * n * (n - 1.0) + n * mean * mean;
-        }
-    }
-}
-
-void conclude(const std::array<Half, 2>& halves, CostReference& reference) {
-    const auto n = static_cast<double>(halves[0].samples);
-    const std::size_t size = halves[0].sum.size();
-    reference.samples = 2 * halves[0].samples;
-    reference.mean.resize(size);
-    reference.half_difference.resize(size);
-    reference.half_variance.resize(size);
-    for (std::size_t i = 0; i < size; ++i) {
-        const double first = halves[0].sum[i] / n, second = halves[1].sum[i] / n;
-        reference.mean[i] = 0.5 * (first + second);
-        reference.half_difference[i] = 0.5 * (first - second);
-        const double deviations = halves[0].squares[i] + halves[1].squares[i] - n * (first * first + second * second);
-        reference.half_variance[i] = std::max(0.0, deviations / (2.0 * (n - 1.0)) / n);
-    }
 }
 
 // What the figures of a replicate are made of.
@@ -151,6 +102,17 @@ double mean_variance(const FilmMoments& film) {
     return sum / static_cast<double>(variances.size());
 }
 
+// FLIP of images as they are shown: with a mean of `shown_mean` (linear), clipped at 1. [Andersson et al. 2020]
+double flip_of(const PixelValues& image, const CostReference& reference, std::pair<std::uint32_t, std::uint32_t> size) {
+    const double exposure = shown_mean / reference.image_mean();
+    const auto shown = [&](const PixelValues& values) {
+        PixelValues result(values);
+        for (double& value : result) value = std::clamp(value * exposure, 0.0, 1.0);
+        return result;
+    };
+    return flip_error(shown(reference.mean), shown(image), size.first, size.second);
+}
+
 // One replicate; nothing after a stop. Counts of whole blocks continue each other, smaller ones are renders of their
 // own.
 bool render_replicate(RenderJob& job, Sampling sampling, std::uint64_t round, const CostReference& reference,
@@ -162,6 +124,7 @@ bool render_replicate(RenderJob& job, Sampling sampling, std::uint64_t round, co
     double seconds = 0.0;
     std::uint64_t invalid = 0;
     PixelValues image;
+    std::pair<std::uint32_t, std::uint32_t> film_size;
     for (const std::uint64_t samples : arm.samples) {
         if (!film) {
             film.emplace(job, sampling, begin);
@@ -174,6 +137,7 @@ bool render_replicate(RenderJob& job, Sampling sampling, std::uint64_t round, co
         const FilmMoments now = film->film();
         arm.invalid += now.invalid - std::exchange(invalid, now.invalid);
         image = mean_of(now);
+        film_size = {now.width, now.height};
         if (samples == arm.samples.back() && samples > 1) replicate.sample_variance = mean_variance(now);
         if (samples % samples_per_block != 0) film.reset();
         const Errors errors = errors_of(image, reference);
@@ -186,13 +150,16 @@ bool render_replicate(RenderJob& job, Sampling sampling, std::uint64_t round, co
         arm.sum[i] += deviation;
         arm.sum_of_squares[i] += deviation * deviation;
     }
+    if (arm.replicates.empty()) arm.flip = flip_of(image, reference, film_size);
     arm.replicates.push_back(std::move(replicate));
     return true;
 }
 
-// Whether adaptive sampling, which the arm or the baseline has, would do just what the other does.
-bool does_not_adapt(const CostArm& arm, const CostArm& baseline, const ArmTrials& trials) {
-    return arm.settings.render.sampling != baseline.settings.render.sampling && trials.samples.back() <= least_alike;
+std::uint64_t next_round(const CostSamples& samples) {
+    std::uint64_t round = 0;
+    for (const ArmTrials& arm : samples.arms)
+        for (const Replicate& replicate : arm.replicates) round = std::max(round, replicate.round + 1);
+    return round;
 }
 
 std::size_t samples_known(const CostSamples& samples, const std::string& name) {
@@ -200,11 +167,14 @@ std::size_t samples_known(const CostSamples& samples, const std::string& name) {
     return found == samples.arms.end() ? 0 : found->samples.size();
 }
 
-ArmTrials& samples_named(CostSamples& samples, const std::string& name) {
-    const auto found = std::ranges::find(samples.arms, name, &ArmTrials::name);
+ArmTrials& samples_of(CostSamples& samples, const std::string& name, std::uint32_t stage) {
+    const auto same = [&](const ArmTrials& arm) { return arm.name == name && arm.stage == stage; };
+    const auto found = std::ranges::find_if(samples.arms, same);
     if (found != samples.arms.end()) return *found;
     ArmTrials arm;
     arm.name = name;
+    arm.stage = stage;
+    arm.first_replicate = first_replicate_of(stage);
     arm.sum.assign(samples.reference.mean.size(), 0.0);
     arm.sum_of_squares = arm.sum;
     samples.arms.push_back(std::move(arm));
@@ -214,36 +184,6 @@ ArmTrials& samples_named(CostSamples& samples, const std::string& name) {
 }  // namespace
 
 double now_by(const CostControl& control) { return control.now ? control.now() : steady_seconds(); }
-
-CostReference render_reference(
-    RenderJob& job, std::optional<CostReference> earlier, double seconds, const CostControl& control) {
-    CostReference reference;
-    std::array<Half, 2> halves{};
-    halves[1].first = second_half;
-    if (earlier) {
-        reference = std::move(*earlier);
-        restore(reference, halves);
-    }
-    const double start = now_by(control), before = reference.seconds;
-    std::uint64_t chunk = samples_per_block;
-    for (double spent = 0.0; (before + spent < seconds || reference.samples == 0) && !control.stop.stop_requested();) {
-        for (Half& half : halves) {
-            const std::uint64_t from = half.first + half.samples;
-            const auto part = render_all(job, {from, from + chunk}, control);
-            if (!part) return reference;
-            if (part->estimate.invalid() > 0)
-                throw Error("the long reference has samples that are not finite or negative (MODEL.md section 12)");
-            half.add(part->estimate);
-            if (part->seconds < 0.5 * chunk_seconds && chunk < (std::uint64_t{1} << 20) && &half == &halves[1])
-                chunk *= 2;
-        }
-        conclude(halves, reference);
-        spent = now_by(control) - start;
-        reference.seconds = before + spent;
-        tell(control, reference.seconds / seconds, "the long reference");
-    }
-    return reference;
-}
 
 struct CostExperiment::Renderers {
     struct One {
@@ -292,13 +232,12 @@ bool CostExperiment::measure(
     const std::vector<std::string>& names, double seconds, CostSamples& samples, const CostControl& control) {
     const double start = now_by(control);
     std::vector<std::size_t> taking_part;
-    std::uint64_t round = 0;
-    for (const ArmTrials& arm : samples.arms)
-        for (const Replicate& replicate : arm.replicates) round = std::max(round, replicate.round + 1);
+    std::uint64_t round = next_round(samples);
     // Trials are quadrupled until they are long enough: all of them together take up to six times that.
     const double long_enough =
         std::min(probe_seconds, probing_share * seconds / (6.0 * static_cast<double>(names.size())));
-    warm_up(*jobs_.front(), long_enough, control);
+    constexpr double warming_share = 0.03;  // of the time: many arms make trials too short to warm a device
+    warm_up(*jobs_.front(), std::max(long_enough, std::min(probe_seconds, warming_share * seconds)), control);
     const double warm = now_by(control);
     for (std::size_t i = 0; i < arms_.size(); ++i) {
         if (std::ranges::find(names, arms_[i].name()) == names.end()) continue;
@@ -309,23 +248,15 @@ bool CostExperiment::measure(
         }
         const auto speed = seconds_per_sample(*jobs_[i], long_enough, control);
         if (!speed) return false;
-        ArmTrials& arm = samples_named(samples, arms_[i].name());
+        ArmTrials& arm = samples_of(samples, arms_[i].name(), short_stage);
         if (arm.samples.empty())
-            arm.samples = levels_for(*speed, seconds / static_cast<double>(names.size() * wanted_replicates));
+            arm.samples = levels_for(*speed, seconds / static_cast<double>(names.size() * most_replicates));
         // A sample a replicate says little, but more than nothing; without a baseline nothing could be said at all.
         const double least = static_cast<double>(fewest_replicates) * *speed;
         if (arm.samples.empty() && (arms_[i].knob == "baseline" || least <= most_overdrawn * seconds))
             arm.samples = {1};
         if (arm.samples.empty()) {
             skip_for_time(arms_[i], "too slow for a sample in its share of the time");
-            continue;
-        }
-        if (does_not_adapt(arms_[i], arms_.front(), arm)) {
-            skipped_.push_back({arms_[i].knob, arms_[i].setting,
-                fmt::format(
-                    "no more than {} samples a pixel in its share of the time, and up to {} adaptive sampling is "
-                    "uniform",
-                    arm.samples.back(), least_alike)});
             continue;
         }
         taking_part.push_back(i);
@@ -336,16 +267,53 @@ bool CostExperiment::measure(
         const double spent = now_by(control) - start;
         const double next = done == 0 ? 0.0 : spent / static_cast<double>(done);
         if (done >= fewest_replicates && spent + next > seconds) break;
+        std::erase_if(taking_part, [&](std::size_t i) {
+            return samples_of(samples, arms_[i].name(), short_stage).replicates.size() >= most_replicates;
+        });
+        if (taking_part.empty()) return true;
         std::shuffle(taking_part.begin(), taking_part.end(), order);
         for (const std::size_t i : taking_part) {
             tell(control, (now_by(control) - start) / seconds, arms_[i].name());
             if (!render_replicate(*jobs_[i], arms_[i].settings.render.sampling, round, samples.reference, control,
-                    samples_named(samples, arms_[i].name())))
+                    samples_of(samples, arms_[i].name(), short_stage)))
                 return done >= fewest_replicates;
         }
         if (control.save) control.save(samples);
     }
     return done >= fewest_replicates;
+}
+
+bool CostExperiment::extend(const CostStage& stage, double seconds, CostSamples& samples, const CostControl& control) {
+    const double start = now_by(control);
+    const auto job_of = [&](const std::string& name) {
+        return static_cast<std::size_t>(std::ranges::find(arms_, name, &CostArm::name) - arms_.begin());
+    };
+    std::vector<CostStage::Arm> arms;
+    std::ranges::copy_if(stage.arms, std::back_inserter(arms),
+        [&](const CostStage::Arm& arm) { return job_of(arm.name) < arms_.size(); });
+    std::uint64_t round = next_round(samples);
+    std::mt19937_64 order(seed_ + round);
+    bool any = false;
+    for (std::size_t before = 1; before > 0; ++round) {
+        before = 0;
+        std::shuffle(arms.begin(), arms.end(), order);
+        for (const CostStage::Arm& wanted : arms) {
+            ArmTrials& trials = samples_of(samples, wanted.name, stage.stage);
+            if (trials.samples.empty()) trials.samples = wanted.samples;
+            const double spent = now_by(control) - start;
+            if (trials.replicates.size() >= stage.replicates || spent + seconds_a_replicate(trials, samples) > seconds)
+                continue;
+            tell(control, spent / seconds, stage.purpose + ": " + wanted.name);
+            const std::size_t arm = job_of(wanted.name);
+            if (!render_replicate(*jobs_[arm], arms_[arm].settings.render.sampling, round, samples.reference, control,
+                    samples_of(samples, wanted.name, stage.stage)))
+                return any;
+            ++before;
+            any = true;
+        }
+        if (before > 0 && control.save) control.save(samples);
+    }
+    return any;
 }
 
 }  // namespace tandem

@@ -1,5 +1,5 @@
-// Runs the arms of `tandem cost`: the long reference, then rounds in each of which every arm renders one replicate, in
-// random order, so that what the machine's mood does to the times it does to all of them.
+// Runs the arms of `tandem cost` in rounds, in each of which every arm of a stage renders one replicate, in random
+// order, so that what the machine's mood does to the times it does to all of them.
 #pragma once
 
 #include <functional>
@@ -41,11 +41,22 @@ struct CostControl {
 // Replicate r of an arm renders the samples from r * 2^replicate_shift on: random numbers of its own, whatever the
 // generator.
 inline constexpr unsigned replicate_shift = film_numbers_shift;
-inline constexpr std::size_t fewest_replicates = 4;
+inline constexpr std::size_t fewest_replicates = 4, most_replicates = 12;
+inline constexpr double shown_mean = 0.2;  // of images as FLIP sees them, linear
+// Number of a stage's first replicate, so that no two stages share random numbers.
+[[nodiscard]] constexpr std::uint64_t first_replicate_of(std::uint32_t stage) { return std::uint64_t{stage} << 10; }
 
-// Continues `earlier`, or begins, until about `seconds` are spent on it in all (by its own account), or a stop.
-[[nodiscard]] CostReference render_reference(
-    RenderJob& job, std::optional<CostReference> earlier, double seconds, const CostControl& control);
+// What the schedule asks for (schedule.h).
+struct CostStage {
+    struct Arm {
+        std::string name;
+        std::vector<std::uint64_t> samples;  // ascending powers of two
+    };
+    std::uint32_t stage = 0;
+    std::vector<Arm> arms;
+    std::size_t replicates = fewest_replicates;
+    std::string purpose;  // for people
+};
 
 // The arms made ready, each on a renderer that it shares with those of equal options.
 class CostExperiment {
@@ -60,12 +71,16 @@ public:
     [[nodiscard]] RendererInfo info() const;  // of the first arm's renderer
     [[nodiscard]] const std::vector<SkippedArm>& skipped() const { return skipped_; }
 
-    // Rounds over the arms of these names (all must have been added) for about `seconds`, but fewest_replicates at
-    // least, if no stop comes before. Arms without samples yet get the counts that their share of the time allows;
-    // those too slow for one sample a replicate are skipped. Results go to `samples`, whose reference is there. False
-    // where a stop came before there were fewest_replicates.
+    // The short stage: rounds over the arms of these names (all must have been added) for about `seconds`, at most
+    // most_replicates, but fewest_replicates at least, if no stop comes before. Arms without samples yet get the counts
+    // that their share of the time allows; those too slow for one sample a replicate are skipped. Results go to
+    // `samples`, whose reference is there. False where a stop came before there were fewest_replicates.
     bool measure(
         const std::vector<std::string>& names, double seconds, CostSamples& samples, const CostControl& control);
+
+    // A later stage: rounds until every arm has its replicates, a stop comes, or no replicate more would be done within
+    // `seconds`. Whether there are more than before.
+    bool extend(const CostStage& stage, double seconds, CostSamples& samples, const CostControl& control);
 
 private:
     struct Renderers;

@@ -3,56 +3,24 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <chrono>
 #include <iterator>
-#include <nlohmann/json.hpp>
 #include <utility>
 
+#include "common/cost/reference.h"
+#include "common/cost/schedule.h"
 #include "common/deadline.h"
 #include "common/error.h"
-#include "common/experiment/experiment.h"
-#include "common/files/read_file.h"
-#include "common/files/write_file.h"
 #include "common/text.h"
 
 namespace tandem {
 
 namespace {
 
-// Shares of the time: the reference, and of the rest what the arms of mixed knobs get, and what is measured anew.
-constexpr double reference_share = 0.35, mix_share = 0.2, confirmation_share = 0.15;
-constexpr double making_share = 0.3;  // of the time after the reference, for the kernels of the arms
-constexpr double mix_begin = 1.0 - mix_share - confirmation_share, confirmation_begin = 1.0 - confirmation_share;
-constexpr std::uint64_t reference_seed = 0x7265666572656e63u;  // "referenc": unlike any that a user gives
-
-std::string text_of(const ArmSettings& settings, const RendererInfo& info) {
-    const RenderSettings& render = settings.render;
-    const IntersectionSettings& meeting = render.intersection;
-    return fmt::format(
-        "{}x{} seed {} {} bounces {} roulette {} rays {} {} kernels {} {} {} {} on {} {} {} precision {} {} generator "
-        "{} clamp {} fresnel {} mis {} accumulation {} sampling {}",
-        render.width, render.height, render.seed, integrator_name(render.integrator), render.bounces,
-        render.roulette_start, render.ray_min, render.ray_max, static_cast<int>(meeting.triangles),
-        static_cast<int>(meeting.convex), static_cast<int>(meeting.guard), meeting.epsilon, info.backend, info.device,
-        info.driver, settings.backend.precision ? static_cast<int>(*settings.backend.precision) : -1,
-        settings.backend.kernel, static_cast<int>(render.generator), render.clamp,
-        render.fresnel ? static_cast<int>(*render.fresnel) : -1, render.mis,
-        static_cast<int>(render.accumulation.value_or(info.accumulation)),
-        sampling_names[static_cast<std::size_t>(render.sampling)]);
-}
-
-// What the reference's bits depend on: the files, the settings, the machine and the program.
-std::string key_of(const CostRequest& request, const ArmSettings& settings, const RendererInfo& info) {
-    return hash_of(fmt::format("{}\n{}\n{}", request.scene_bytes, text_of(settings, info), request.program));
-}
-
-std::optional<CostReference> cached(const std::filesystem::path& file, const std::string& key, std::size_t size) {
-    if (!std::filesystem::exists(file)) return std::nullopt;
-    CostReference reference = reference_from_bytes(read_file(file), file.string());
-    if (reference.key != key || reference.mean.size() != size)
-        throw input_error(file.string(), "", "is not the reference that its name says", "delete it");
-    return reference;
-}
+// Shares of the time: the reference, and of what is left then the short stage of all arms and that of mixed knobs.
+constexpr double reference_share = 0.3, short_share = 0.35, mix_share = 0.08;
+constexpr double making_share = 0.3;      // of the time after the reference, for the kernels of the arms
+constexpr double scheduled_share = 0.93;  // the rest is for replicates that take longer than foretold, and figures
+constexpr double saving_share = 0.05;     // of the time, for saving
 
 // What is said on the way, as a share of the whole.
 CostControl within(const CostControl& control, double from, double to) {
@@ -63,66 +31,48 @@ CostControl within(const CostControl& control, double from, double to) {
     return inner;
 }
 
-InputError other_measurement() {
-    return InputError(
-        "--resume: that measurement is of another scene, size, device, program or of other settings; name another file "
-        "to begin anew");
+// One more setting on top of a mix.
+void add_to(CostArm& mix, const CostArm& arm, const std::vector<KnobSetting>& knobs) {
+    const auto knob = std::ranges::find_if(
+        knobs, [&](const KnobSetting& one) { return one.knob == arm.knob && one.setting == arm.setting; });
+    if (knob == knobs.end()) return;
+    knob->apply(mix.settings);
+    mix.keeps_estimate = mix.keeps_estimate && knob->keeps_estimate;
+    mix.setting += (mix.setting.empty() ? "" : " + ") + arm.name();
+    mix.options += (mix.options.empty() ? "" : " ") + arm.options;
 }
 
-CostReference make_reference(const Scene& scene, const CostRequest& request, const CostControl& control) {
-    ArmSettings settings = reference_settings(scene, request.baseline, request.reference_backend);
-    settings.render.seed = reference_seed;
-    const std::unique_ptr<Renderer> renderer = request.make_reference(settings.backend);
-    const std::unique_ptr<RenderJob> job = renderer->prepare(scene, settings.render);
-    const RendererInfo info = renderer->info();
-    const std::string key = key_of(request, settings, info);
-    if (request.earlier && request.earlier->reference.key != key) throw other_measurement();
-    if (request.earlier) return request.earlier->reference;
-    const std::filesystem::path file =
-        request.references.empty() ? std::filesystem::path() : request.references / (key + ".cbor");
-    const std::size_t size = std::size_t{settings.render.width} * settings.render.height * channel_count;
-    std::optional<CostReference> earlier = file.empty() ? std::nullopt : cached(file, key, size);
-    const double before = earlier ? earlier->seconds : 0.0;
-    CostReference reference = render_reference(*job, std::move(earlier), reference_share * request.seconds, control);
-    if (reference.samples == 0)
-        throw StoppedError(fmt::format(
-            "stopped before there was a reference, of {} samples a pixel at least; a smaller --size has one sooner",
-            2 * samples_per_block));
-    reference.key = key;
-    reference.options = fmt::format("--integrator {} --bounces {} --roulette {}{}",
-        integrator_name(settings.render.integrator), settings.render.bounces, settings.render.roulette_start,
-        settings.backend.precision
-            ? " --precision " + std::string(precision_names[static_cast<std::size_t>(*settings.backend.precision)])
-            : "");
-    if (!file.empty() && reference.seconds > before) {
-        std::filesystem::create_directories(request.references);
-        write_text_file(file, to_bytes(reference), request.read == nullptr ? FilesRead{} : *request.read);
-    }
-    if (!(reference.image_mean() > 0.0))
-        throw InputError("the image is black, so that no error is relative to anything");
-    return reference;
-}
-
-CostArm mixed(
+// The best settings together; and, as these pay off at many samples, each with Sobol points and with adaptive sampling.
+std::vector<CostArm> mixes(
     const std::vector<ArmFigures>& figures, const std::vector<KnobSetting>& knobs, const CostRequest& request) {
-    CostArm mix{"mix", "", "", request.baseline, true};
-    for (const std::size_t best : best_settings(figures)) {
-        const CostArm& arm = figures[best].arm;
-        const auto knob = std::ranges::find_if(
-            knobs, [&](const KnobSetting& one) { return one.knob == arm.knob && one.setting == arm.setting; });
-        if (knob == knobs.end()) continue;
-        knob->apply(mix.settings);
-        mix.keeps_estimate = mix.keeps_estimate && knob->keeps_estimate;
-        mix.setting += (mix.setting.empty() ? "" : " + ") + arm.name();
-        mix.options += (mix.options.empty() ? "" : " ") + arm.options;
+    std::vector<CostArm> all;
+    for (const std::vector<std::size_t>& together : mixed_settings(figures)) {
+        CostArm mix{"mix", "", "", request.baseline, true};
+        for (const std::size_t one : together) add_to(mix, figures[one].arm, knobs);
+        all.push_back(std::move(mix));
     }
-    return mix;
+    return all;
 }
 
 std::vector<std::string> names_of(const std::vector<CostArm>& arms) {
     std::vector<std::string> names;
     for (const CostArm& arm : arms) names.push_back(arm.name());
     return names;
+}
+
+// Up to least_alike samples a pixel adaptive sampling is uniform: such figures say nothing of it.
+void leave_out_what_did_not_adapt(CostReport& report) {
+    const Sampling base = report.figures.front().arm.settings.render.sampling;
+    for (const ArmFigures& figures : report.figures)
+        if (figures.arm.settings.render.sampling != base && figures.points.back().samples <= least_alike)
+            report.skipped.push_back({figures.arm.knob, figures.arm.setting,
+                fmt::format(
+                    "no more than {} samples a pixel in its share of the time, and up to {} adaptive sampling is "
+                    "uniform",
+                    figures.points.back().samples, least_alike)});
+    std::erase_if(report.figures, [&](const ArmFigures& figures) {
+        return figures.arm.settings.render.sampling != base && figures.points.back().samples <= least_alike;
+    });
 }
 
 void check_knobs(const std::vector<KnobSetting>& all, const std::vector<std::string>& wanted) {
@@ -174,12 +124,15 @@ CostReport run_cost(const Scene& scene, CostRequest request, const CostControl& 
     const RendererInfo info = experiment.info();
     check_knobs(knob_settings(scene, request.baseline, info, 0.0), request.knobs);
     CostSamples samples;
-    samples.reference = make_reference(scene, request, within(control, 0.0, reference_share));
-    samples.key = hash_of(samples.reference.key + text_of(request.baseline, info));
+    samples.reference =
+        long_reference(scene, request, reference_share * request.seconds, within(control, 0.0, reference_share));
+    samples.key =
+        hash_of(samples.reference.key + request.scene_bytes + request.program + text_of(request.baseline, info));
     if (request.earlier) {
         if (request.earlier->key != samples.key) throw other_measurement();
         samples = std::move(*request.earlier);
     }
+    samples.width = report.width;
     const double mean = samples.reference.image_mean();
     // On a GPU the kernels of twenty arms take longer than many a time for measuring.
     const double making_end = spent() + making_share * std::max(0.0, request.seconds - spent());
@@ -197,10 +150,14 @@ CostReport run_cost(const Scene& scene, CostRequest request, const CostControl& 
         return samples;
     };
     CostControl saving = control;
+    double may_save = 0.0;  // many images are saved: no more often than it is worth
     if (control.save)
         saving.save = [&](const CostSamples&) {
+            if (spent() < may_save) return;
+            const double begin = spent();
             (void)whole();
             control.save(samples);
+            may_save = spent() + (spent() - begin) / saving_share;
         };
 
     const auto tell = [&] {
@@ -216,32 +173,39 @@ CostReport run_cost(const Scene& scene, CostRequest request, const CostControl& 
         report.seconds = whole().seconds;
     };
 
-    const double left = request.seconds - spent();
-    report.whole = experiment.measure(names_of(experiment.arms()), std::max(0.0, left * mix_begin), samples,
-        within(saving, reference_share, mix_begin));
+    const auto left = [&] { return std::max(0.0, scheduled_share * request.seconds - spent()); };
+    const double shortest = left() * short_share;
+    report.whole =
+        experiment.measure(names_of(experiment.arms()), shortest, samples, within(saving, reference_share, 0.5));
     take(analyse_cost(experiment.arms(), samples));
     if (report.figures.empty())
         throw StoppedError(fmt::format(
             "stopped before the baseline had {} replicates; a smaller --size has them sooner", fewest_replicates));
     tell();
-    const CostArm mix = mixed(report.figures, knob_settings(scene, request.baseline, info, mean), request);
-    if (!mix.setting.empty() && !control.stop.stop_requested() && experiment.add(mix)) {
-        std::vector<std::string> names{"baseline", mix.name()};
-        for (const std::size_t best : best_settings(report.figures)) names.push_back(report.figures[best].arm.name());
-        const double rest = std::max(0.5 * mix_share * request.seconds, confirmation_begin * request.seconds - spent());
-        report.whole =
-            experiment.measure(names, rest, samples, within(saving, mix_begin, confirmation_begin)) && report.whole;
+    std::vector<std::string> mixed;
+    // What is mixed follows from the short stage alone, so that a continued measurement mixes the same.
+    for (const CostArm& mix : mixes(analyse_cost(experiment.arms(), samples, {short_stage, short_stage + 1}),
+             knob_settings(scene, request.baseline, info, mean), request))
+        if (!control.stop.stop_requested() && experiment.add(mix)) mixed.push_back(mix.name());
+    if (!mixed.empty() && !control.stop.stop_requested()) {
+        const double rest = left() * mix_share * static_cast<double>(mixed.size());
+        report.whole = experiment.measure(mixed, rest, samples, within(saving, 0.5, 0.55)) && report.whole;
         take(analyse_cost(experiment.arms(), samples));
         tell();
     }
-    if (const std::vector<std::string> names = arms_to_confirm(report.figures); !names.empty()) {
-        CostSamples anew = trials_to_confirm(names, samples);
-        CostControl unsaved = control;  // it is of use to no later measurement
-        unsaved.save = {};
-        const double rest = std::max(0.5 * confirmation_share * request.seconds, request.seconds - spent());
-        report.whole = experiment.measure(names, rest, anew, within(unsaved, confirmation_begin, 1.0)) && report.whole;
-        report.confirmations = confirm(report.figures, experiment.arms(), anew);
+    const double later = spent();
+    while (!control.stop.stop_requested()) {
+        const std::optional<CostStage> stage = next_stage(report.figures, samples, left());
+        if (!stage) break;
+        const double done = (spent() - later) / std::max(1e-9, request.seconds - later);
+        const CostControl inner = within(saving, 0.55 + 0.45 * std::min(1.0, done), 1.0);
+        if (!experiment.extend(*stage, left(), samples, inner)) break;
+        take(analyse_cost(experiment.arms(), samples));
+        tell();
     }
+    report.whole = report.whole && !control.stop.stop_requested();
+    report.confirmations = confirm(experiment.arms(), samples);
+    leave_out_what_did_not_adapt(report);
     report.skipped.insert(report.skipped.end(), experiment.skipped().begin(), experiment.skipped().end());
     report.seconds = whole().seconds;
     if (control.save) control.save(samples);

@@ -1,5 +1,5 @@
-// The whole of `tandem cost` on one scene and backend: reference, single knobs, the best of them together, and what is
-// recommended measured anew.
+// The whole of `tandem cost` on one scene and backend: reference, a short stage of all arms and of the best of them
+// together, then the stages of the schedule.
 #pragma once
 
 #include <filesystem>
@@ -17,13 +17,14 @@ struct CostRequest {
     std::vector<std::pair<std::string, std::string>> given;  // the options of `tandem render` that make the baseline
     std::string backend, reference_backend;
     MakeRenderer make, make_reference;
-    std::vector<std::string> knobs;    // only these; empty: all
-    std::filesystem::path references;  // folder of cached references, made if it is not there; empty: none
-    const FilesRead* read = nullptr;   // that are not to be replaced
-    double seconds = 120.0;            // for everything, as planned; a stop cuts
+    std::vector<std::string> knobs;        // only these; empty: all
+    std::filesystem::path references;      // folder of cached references, made if it is not there; empty: none
+    std::filesystem::path reference_file;  // one that was rendered before, maybe elsewhere; empty: none
+    const FilesRead* read = nullptr;       // that are not to be replaced
+    double seconds = 120.0;                // for everything, as planned; a stop cuts
     std::uint64_t seed = 1;
     std::optional<CostSamples> earlier;           // a measurement to continue
-    std::function<void(const CostReport&)> keep;  // what is known before the mix, and before it is measured anew
+    std::function<void(const CostReport&)> keep;  // what is known after a stage
 };
 
 // The single arms of a request, and those that cannot matter. `renderer`: the baseline's. `mean` of the image, 0: not

@@ -52,7 +52,8 @@ json to_json(const CostReference& reference) {
     return {{"key", reference.key}, {"options", reference.options}, {"samples", reference.samples},
         {"seconds", reference.seconds}, {"size", reference.mean.size()}, {"mean", binary_of(reference.mean)},
         {"half_difference", binary_of(reference.half_difference)},
-        {"half_variance", binary_of(reference.half_variance)}};
+        {"half_variance", binary_of(reference.half_variance)}, {"image", reference.image},
+        {"made_by", reference.made_by}, {"program", reference.program}};
 }
 
 CostReference reference_from(const json& value) {
@@ -65,6 +66,9 @@ CostReference reference_from(const json& value) {
     reference.mean = values_of(value.at("mean"), size);
     reference.half_difference = values_of(value.at("half_difference"), size);
     reference.half_variance = values_of(value.at("half_variance"), size);
+    reference.image = value.at("image").get<std::string>();
+    reference.made_by = value.at("made_by").get<std::string>();
+    reference.program = value.at("program").get<std::string>();
     return reference;
 }
 
@@ -75,13 +79,17 @@ json to_json(const ArmTrials& arm) {
             {{"round", replicate.round}, {"seconds", replicate.seconds}, {"squared_errors", replicate.squared_errors},
                 {"relative_squared_errors", replicate.relative_squared_errors},
                 {"sample_variance", replicate.sample_variance}});
-    return {{"name", arm.name}, {"samples", arm.samples}, {"replicates", replicates}, {"invalid", arm.invalid},
+    return {{"name", arm.name}, {"stage", arm.stage}, {"first_replicate", arm.first_replicate},
+        {"samples", arm.samples}, {"replicates", replicates}, {"invalid", arm.invalid}, {"flip", arm.flip},
         {"sum", binary_of(arm.sum)}, {"sum_of_squares", binary_of(arm.sum_of_squares)}};
 }
 
 ArmTrials arm_from(const json& value, std::size_t size) {
     ArmTrials arm;
     arm.name = value.at("name").get<std::string>();
+    arm.stage = value.at("stage").get<std::uint32_t>();
+    arm.first_replicate = value.at("first_replicate").get<std::uint64_t>();
+    arm.flip = value.at("flip").get<double>();
     arm.samples = value.at("samples").get<std::vector<std::uint64_t>>();
     arm.invalid = value.at("invalid").get<std::uint64_t>();
     arm.sum = values_of(value.at("sum"), size);

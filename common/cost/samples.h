@@ -21,13 +21,17 @@ struct CostReference {
     double seconds = 0.0;         // spent on it, ever
     PixelValues mean;             // of both halves
     PixelValues half_difference;  // (half 1 - half 2) / 2, whose mean square is the variance of `mean`
-    PixelValues half_variance;    // of the mean of one half, as its samples show it
+    // Of the mean of one half, as its samples show it: an upper bound where they are not independent (Sobol points).
+    PixelValues half_variance;
+    std::string image{};    // hash of the scene's files and the size: what it is an image of, on whatever device
+    std::string made_by{};  // backend, device and driver
+    std::string program{};  // version
 
     [[nodiscard]] double image_mean() const;
     [[nodiscard]] double relative_uncertainty() const;  // root mean square standard error of `mean`, over image_mean()
 };
 
-// One rendering of an arm at all its sample counts, from random numbers of its own.
+// One rendering of an arm at all sample counts of a stage, from random numbers of its own.
 struct Replicate {
     std::uint64_t round = 0;                      // arms of one round ran side by side
     std::vector<double> seconds;                  // wall clock, by sample count
@@ -39,20 +43,23 @@ struct Replicate {
 };
 
 struct ArmTrials {
-    std::string name;                    // "integrator next-event": unique
+    std::string name;                    // "integrator next-event": unique within a stage
+    std::uint32_t stage = 0;             // of the schedule (schedule.h)
     std::vector<std::uint64_t> samples;  // ascending powers of two
     std::uint64_t first_replicate = 0;   // the number of replicates[0]: what its random numbers are
     std::vector<Replicate> replicates;
     // Sums over replicates of the images at the greatest sample count, less the reference's mean.
     PixelValues sum, sum_of_squares;
     std::uint64_t invalid = 0;
+    double flip = 0.0;  // of the first replicate at the greatest sample count
 };
 
 struct CostSamples {
     std::string key;  // of what was asked: a continued measurement must match
     CostReference reference;
     std::vector<ArmTrials> arms;
-    double seconds = 0.0;  // of measuring, the reference's included
+    double seconds = 0.0;     // of measuring, the reference's included
+    std::uint32_t width = 0;  // of the images; not kept in files
 };
 
 // A line with a checksum, then CBOR [RFC 8949], images as binary strings of doubles in this machine's order.

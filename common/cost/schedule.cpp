@@ -1,0 +1,269 @@
+#include "common/cost/schedule.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <limits>
+
+#include "common/render/adaptive_sampling.h"
+
+namespace tandem {
+
+namespace {
+
+// Shares of the time that is left which a goal or the floors may take, so that what comes later has a chance.
+constexpr std::array<double, cost_errors.size()> goal_share{0.25, 0.9, 1.0};
+constexpr double floor_share = 0.35;
+// Where nothing else is left to do, a goal is begun that so many measurements as long as this one would finish.
+constexpr double pieces = 8.0;
+constexpr double surely = 1.15;  // samples beyond the forecast, as it may be too low by chance
+constexpr std::uint64_t most_samples = std::uint64_t{1} << 30;
+constexpr unsigned halvings = 12;  // of the sample counts that a replicate is looked at
+
+const ArmTrials* trials_at(const CostSamples& samples, const std::string& name, std::uint32_t stage) {
+    for (const ArmTrials& arm : samples.arms)
+        if (arm.name == name && arm.stage == stage) return &arm;
+    return nullptr;
+}
+
+std::vector<std::uint64_t> levels_up_to(double wanted) {
+    const double capped = std::clamp(wanted, 1.0, static_cast<double>(most_samples));
+    const std::uint64_t most = std::bit_ceil(static_cast<std::uint64_t>(std::ceil(capped)));
+    // Counts below a block's are renders of their own, so only the greatest counts of a long replicate are looked at.
+    const std::uint64_t least = std::max(most >> halvings, std::min(most, samples_per_block));
+    std::vector<std::uint64_t> levels;
+    for (std::uint64_t n = least; n <= most; n *= 2) levels.push_back(n);
+    return levels;
+}
+
+double seconds_of(const ArmFigures& arm, const std::vector<std::uint64_t>& levels) {
+    const CostPoint& last = arm.points.back();
+    return last.seconds.value * static_cast<double>(levels.back()) / static_cast<double>(last.samples);
+}
+
+bool is_at(const ArmTrials& trials, double error, double mean) {
+    double sum = 0.0;
+    for (const Replicate& replicate : trials.replicates) sum += replicate.squared_errors.back();
+    return sum <= error * error * mean * mean * static_cast<double>(trials.replicates.size());
+}
+
+bool has_replicates(const ArmTrials& trials, std::size_t count) { return trials.replicates.size() >= count; }
+
+// What a stage lacks of `replicates`, in seconds, and the arms that it is made of.
+struct Lack {
+    CostStage stage;
+    double seconds = 0.0;
+};
+Lack lack_of(const CostSamples& samples, std::uint32_t stage, std::size_t replicates) {
+    Lack lack;
+    lack.stage.stage = stage;
+    lack.stage.replicates = replicates;
+    for (const ArmTrials& arm : samples.arms) {
+        if (arm.stage != stage || arm.samples.empty() || has_replicates(arm, replicates)) continue;
+        lack.stage.arms.push_back({arm.name, arm.samples});
+        lack.seconds += seconds_a_replicate(arm, samples) * static_cast<double>(replicates - arm.replicates.size());
+    }
+    return lack;
+}
+
+bool is_entered(const CostSamples& samples, std::uint32_t stage) {
+    return std::ranges::any_of(samples.arms, [&](const ArmTrials& arm) { return arm.stage == stage; });
+}
+
+// Adaptive sampling and Sobol points pay off at many samples, which a short stage does not show.
+bool pays_late(const ArmFigures& arm) {
+    return arm.arm.settings.render.sampling == Sampling::adaptive ||
+           arm.arm.settings.render.generator == Generator::sobol;
+}
+
+struct Candidate {
+    const ArmFigures* arm;
+    std::vector<std::uint64_t> levels;
+    double seconds;  // to the error
+};
+
+std::optional<Candidate> candidate(const ArmFigures& arm, double error) {
+    const TimeToError time = arm.time_to(error);
+    if (!time.seconds || !time.samples || (!arm.arm.keeps_estimate && arm.has_floor && !arm.is_safe_at(error)))
+        return std::nullopt;
+    double wanted = surely * *time.samples;
+    if (time.extrapolated) wanted *= std::exp(std::min(0.5 * log_half_of(*time.seconds), std::log(2.0)));
+    if (arm.arm.settings.render.sampling == Sampling::adaptive)
+        wanted = std::max(wanted, static_cast<double>(2 * least_alike));  // below it adapts to nothing
+    return Candidate{&arm, levels_up_to(wanted), time.seconds->value};
+}
+
+// The arms that could be soonest at an error, as far as the time allows: the soonest two, the baseline and what pays
+// late before the rest.
+std::vector<CostStage::Arm> contenders(
+    const std::vector<ArmFigures>& figures, std::size_t index, double seconds, bool in_pieces) {
+    std::vector<Candidate> all;
+    for (const ArmFigures& arm : figures)
+        if (auto one = candidate(arm, cost_errors[index])) all.push_back(std::move(*one));
+    std::ranges::stable_sort(all, {}, &Candidate::seconds);
+    constexpr std::size_t first = 2, late = 2;
+    std::vector<const Candidate*> order;
+    const auto add = [&](const Candidate& one) {
+        if (std::ranges::find(order, &one) == order.end()) order.push_back(&one);
+    };
+    for (std::size_t i = 0; i < std::min(first, all.size()); ++i) add(all[i]);
+    std::size_t paying = 0;
+    for (const Candidate& one : all)
+        if (one.arm == figures.data() || (pays_late(*one.arm) && paying++ < late)) add(one);
+    for (std::size_t i = 0; i < std::min(goal_arms[index], all.size()); ++i) add(all[i]);
+    std::vector<CostStage::Arm> chosen;
+    double left = seconds * (in_pieces ? pieces : goal_share[index]);
+    for (const Candidate* one : order) {
+        const double replicate = seconds_of(*one->arm, one->levels);
+        const double takes = static_cast<double>(fewest_replicates) * replicate;
+        if (takes > left || replicate > seconds) continue;
+        left -= takes;
+        chosen.push_back({one->arm->arm.name(), one->levels});
+    }
+    return chosen;
+}
+
+// Those of a goal's last attempt that are not at the error, with twice the samples at least.
+std::vector<CostStage::Arm> not_there(const std::vector<ArmFigures>& figures, const CostSamples& samples,
+    std::size_t index, std::uint32_t attempt, double seconds) {
+    std::vector<CostStage::Arm> again;
+    double left = seconds * goal_share[index];
+    const double mean = samples.reference.image_mean();
+    for (const ArmFigures& arm : figures) {
+        const ArmTrials* before = trials_at(samples, arm.arm.name(), goal_stage(index, attempt - 1));
+        if (before == nullptr || !has_replicates(*before, fewest_replicates) ||
+            is_at(*before, cost_errors[index], mean))
+            continue;
+        auto one = candidate(arm, cost_errors[index]);
+        if (!one) continue;
+        if (one->levels.back() <= before->samples.back())
+            one->levels = levels_up_to(2.0 * static_cast<double>(before->samples.back()));
+        const double takes = static_cast<double>(fewest_replicates) * seconds_of(arm, one->levels);
+        if (takes > left) continue;
+        left -= takes;
+        again.push_back({arm.arm.name(), std::move(one->levels)});
+    }
+    return again;
+}
+
+// `in_pieces`: what later measurements will finish is begun.
+std::optional<CostStage> goal(const std::vector<ArmFigures>& figures, const CostSamples& samples, std::size_t index,
+    double seconds, bool in_pieces) {
+    for (std::uint32_t attempt = 0; attempt < attempts; ++attempt) {
+        const std::uint32_t stage = goal_stage(index, attempt);
+        CostStage next;
+        if (is_entered(samples, stage)) {
+            Lack lack = lack_of(samples, stage, fewest_replicates);
+            if (lack.stage.arms.empty()) continue;
+            if (lack.seconds > seconds && !in_pieces) return std::nullopt;
+            next = std::move(lack.stage);
+            std::erase_if(next.arms, [&](const CostStage::Arm& arm) {
+                return seconds_a_replicate(*trials_at(samples, arm.name, stage), samples) > seconds;
+            });
+        } else {
+            next.arms = attempt == 0 ? contenders(figures, index, seconds, in_pieces)
+                                     : not_there(figures, samples, index, attempt, seconds);
+            next.stage = stage;
+        }
+        if (next.arms.empty()) return std::nullopt;
+        next.purpose = fmt::format("to {:g} %", 100.0 * cost_errors[index]);
+        return next;
+    }
+    return std::nullopt;
+}
+
+bool is_reached(const CostSamples& samples, std::size_t index) {
+    const double mean = samples.reference.image_mean();
+    return std::ranges::any_of(samples.arms, [&](const ArmTrials& arm) {
+        return arm.stage >= goal_stage(index) && has_replicates(arm, fewest_replicates) &&
+               is_at(arm, cost_errors[index], mean);
+    });
+}
+
+// Arms whose bias is neither found nor bounded, the cheapest first.
+std::optional<CostStage> floors(const std::vector<ArmFigures>& figures, const CostSamples& samples, double seconds) {
+    CostStage next;
+    next.stage = floor_stage;
+    next.purpose = "bounding bias";
+    Lack lack = lack_of(samples, floor_stage, fewest_replicates);
+    if (!lack.stage.arms.empty() && lack.seconds <= seconds) {
+        next.arms = std::move(lack.stage.arms);
+        return next;
+    }
+    struct Unresolved {
+        CostStage::Arm arm;
+        double seconds;
+    };
+    std::vector<Unresolved> all;
+    for (const ArmFigures& arm : figures) {
+        constexpr double square = floor_bound * floor_bound;
+        if (arm.has_floor || arm.squared_bias.high <= square || !(arm.variance > 0.0) ||
+            trials_at(samples, arm.arm.name(), floor_stage) != nullptr)
+            continue;
+        // The interval of b^2 is as wide as the variance of the mean of all replicates.
+        const double half = arm.squared_bias.high - arm.squared_bias.value;
+        const double wanted = surely * arm.samples_for_bias * half / square / static_cast<double>(fewest_replicates);
+        std::vector<std::uint64_t> levels = levels_up_to(wanted);
+        const double takes = static_cast<double>(fewest_replicates) * seconds_of(arm, levels);
+        all.push_back({{arm.arm.name(), std::move(levels)}, takes});
+    }
+    std::ranges::stable_sort(all, {}, &Unresolved::seconds);
+    double left = seconds * floor_share;
+    for (Unresolved& one : all) {
+        if (one.seconds > left) break;
+        left -= one.seconds;
+        next.arms.push_back(std::move(one.arm));
+    }
+    if (next.arms.empty()) return std::nullopt;
+    return next;
+}
+
+}  // namespace
+
+double seconds_a_replicate(const ArmTrials& trials, const CostSamples& samples) {
+    const ArmTrials* longest = nullptr;
+    for (const ArmTrials& arm : samples.arms)
+        if (arm.name == trials.name && !arm.replicates.empty() &&
+            (longest == nullptr || arm.samples.back() > longest->samples.back()))
+            longest = &arm;
+    if (longest == nullptr || trials.samples.empty()) return 0.0;
+    double seconds = 0.0;
+    for (const Replicate& replicate : longest->replicates) seconds += replicate.seconds.back();
+    return seconds / static_cast<double>(longest->replicates.size()) * static_cast<double>(trials.samples.back()) /
+           static_cast<double>(longest->samples.back());
+}
+
+std::optional<CostStage> next_stage(
+    const std::vector<ArmFigures>& figures, const CostSamples& samples, double seconds) {
+    if (figures.empty()) return std::nullopt;
+    for (std::size_t index = 0; index < cost_errors.size(); ++index) {
+        if (auto next = goal(figures, samples, index, seconds, false)) return next;
+        // What is asked first is how soon 1 % is reached; a harder error takes longer than one that was not.
+        const bool last = !is_reached(samples, index);
+        if (index == 1 || last)
+            if (auto next = floors(figures, samples, seconds)) return next;
+        if (last) break;
+    }
+    // More replicates, of the hardest goals first.
+    std::vector<std::uint32_t> stages;
+    for (std::uint32_t stage = goal_stage(cost_errors.size()); stage-- > first_goal_stage;) stages.push_back(stage);
+    stages.insert(stages.end(), {floor_stage, short_stage});
+    for (const std::uint32_t stage : stages) {
+        Lack lack = lack_of(samples, stage, most_replicates);
+        std::erase_if(lack.stage.arms, [&](const CostStage::Arm& arm) {
+            return seconds_a_replicate(*trials_at(samples, arm.name, stage), samples) > seconds;
+        });
+        if (lack.stage.arms.empty()) continue;
+        lack.stage.purpose = "more replicates";
+        return lack.stage;
+    }
+    for (std::size_t index = 0; index < cost_errors.size(); ++index) {
+        if (is_reached(samples, index)) continue;
+        return goal(figures, samples, index, seconds, true);
+    }
+    return std::nullopt;
+}
+
+}  // namespace tandem

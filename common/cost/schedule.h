@@ -1,0 +1,32 @@
+// What `tandem cost` measures next: successive halving. All arms have a short stage. Then, error by error from the
+// largest on, the arms that could be there soonest are rendered until they are there. In between, arms whose bias is
+// not bounded get the samples that bound it. Decisions follow from the samples alone, so that a continued measurement
+// goes on where it was stopped.
+#pragma once
+
+#include <optional>
+
+#include "common/cost/analysis.h"
+
+namespace tandem {
+
+inline constexpr std::uint32_t short_stage = 0, floor_stage = 1, first_goal_stage = 4, attempts = 3;
+// Where error `index` of cost_errors is measured; attempts after the first are for arms that were not there yet.
+[[nodiscard]] constexpr std::uint32_t goal_stage(std::size_t index, std::uint32_t attempt = 0) {
+    return first_goal_stage + attempts * static_cast<std::uint32_t>(index) + attempt;
+}
+
+// A floor below this is bounded well enough.
+inline constexpr double floor_bound = 0.01;
+
+// Arms that take part in a goal: fewer for smaller errors. The best adaptive and Sobol arms come besides.
+inline constexpr std::array<std::size_t, cost_errors.size()> goal_arms{12, 6, 4};
+
+// Seconds that a replicate of these trials takes, by what the arm's longest replicates took.
+[[nodiscard]] double seconds_a_replicate(const ArmTrials& trials, const CostSamples& samples);
+
+// The next stage that `seconds` allow. Nothing: none is left, or none fits.
+[[nodiscard]] std::optional<CostStage> next_stage(
+    const std::vector<ArmFigures>& figures, const CostSamples& samples, double seconds);
+
+}  // namespace tandem

@@ -1,0 +1,131 @@
+// The schedule of `tandem cost`: which arms it renders until which error is measured.
+#include <nlohmann/json.hpp>
+
+#include "tests/common/known_cost.h"
+#include "tests/temporary_folder.h"
+
+namespace tandem {
+namespace {
+
+using namespace known_cost;
+
+CostReport measured_for(double seconds, double bias) {
+    CostRequest request = request_for(bias);
+    request.seconds = seconds;
+    int looks = 0;
+    return run_cost(Scene{}, request, control_of(looks));
+}
+
+TEST_CASE("cost schedule: every asked error is reached and measured where there is time") {
+    const CostReport report = measured_for(100.0, 0.2);
+    const ArmFigures& fastest = arm(report, "integrator next-event");
+    for (const double error : cost_errors) {
+        CAPTURE(error);
+        const TimeToError time = fastest.time_to(error);
+        REQUIRE(time.seconds.has_value());
+        CHECK_FALSE(time.extrapolated);
+        CHECK(holds(*time.seconds, 0.5 * seconds_a_sample / (level * level) / (error * error)));
+        const ArmFigures* best = recommended(report, error);
+        REQUIRE(best != nullptr);
+        // Sobol points are no better here, and mixes with them as good.
+        CHECK(best->arm.name().find("next-event") != std::string::npos);
+    }
+    CHECK(fastest.points.back().rmse.value <= 0.003);
+    const nlohmann::json json = to_json(report);
+    for (const nlohmann::json& one : json.at("arms"))
+        if (one.at("setting") == "next-event" && one.at("knob") == "integrator")
+            for (const nlohmann::json& time : one.at("seconds_to")) CHECK(time.at("measured").get<bool>());
+}
+
+TEST_CASE("cost schedule: what there is no time to measure is called a forecast") {
+    const CostReport report = measured_for(4.0, 0.2);
+    const TimeToError time = arm(report, "integrator next-event").time_to(0.003);
+    CHECK(time.extrapolated);
+    CHECK(to_json(report).at("arms").at(0).at("seconds_to").at(2).at("measured") == false);
+}
+
+TEST_CASE("cost schedule: a planted bias is named with its interval, and other arms are bounded below 1 %") {
+    const double bias = 0.2;
+    const CostReport report = measured_for(60.0, bias);
+    for (const ArmFigures& figures : report.figures) {
+        CAPTURE(figures.arm.name());
+        const bool planted = figures.arm.settings.render.integrator == Integrator::whitted;
+        CHECK(figures.has_floor == planted);
+        if (planted)
+            CHECK(holds(figures.squared_bias, bias * bias / (level * level)));
+        else
+            CHECK(figures.bias_floor().high <= floor_bound);
+    }
+}
+
+TEST_CASE("cost schedule: a slow setting is not measured to an error that the best reaches many times over") {
+    const CostReport report = measured_for(12.0, 0.2);
+    const auto longest = [&](const std::string& name) { return arm(report, name).points.back().samples; };
+    CHECK(longest("integrator next-event") > longest("precision double"));
+}
+
+TEST_CASE("cost schedule: a measurement continued in pieces reaches what no piece reaches alone") {
+    CostRequest request = request_for(0.2);
+    request.seconds = 14.0;
+    CostControl control;
+    std::string saved;
+    bool reached = false;
+    for (int piece = 0; piece < 6; ++piece) {
+        int looks = 0;
+        control = control_of(looks);
+        control.save = [&](const CostSamples& samples) { saved = to_bytes(samples); };
+        const CostReport report = run_cost(Scene{}, request, control);
+        const bool now = !arm(report, "integrator next-event").time_to(0.003).extrapolated;
+        if (piece == 0) CHECK_FALSE(now);
+        reached = reached || now;
+        request.earlier = samples_from_bytes(saved, "saved");
+    }
+    CHECK(reached);
+}
+
+TEST_CASE(
+    "cost schedule: a reference file is rendered alone, continued, used by another device, and refused elsewhere") {
+    const TemporaryFolder folder;
+    CostRequest request = request_for(0.1);
+    request.reference_file = folder / "image.reference";
+    int looks = 0;
+    const CostReference part = render_reference_file(Scene{}, request, 1.0, control_of(looks));
+    const CostReference whole = render_reference_file(Scene{}, request, 1.0, control_of(looks));
+    CHECK(whole.samples > part.samples);
+    CHECK(whole.relative_uncertainty() < 0.03);
+    // Another device: its renderer says so, and no reference is rendered there.
+    request.make_reference = [](const BackendOptions&) -> std::unique_ptr<Renderer> {
+        throw UnsupportedError("no reference is rendered here");
+    };
+    const CostReport report = run_cost(Scene{}, request, control_of(looks));
+    CHECK(report.reference.samples == whole.samples);
+    CHECK(to_json(report).at("reference").at("made_by") == "known, no device, no driver");
+    request.baseline.render.width = 8;
+    CHECK_THROWS_AS((void)run_cost(Scene{}, request, control_of(looks)), InputError);
+    request = request_for(0.1);
+    request.reference_file = folder / "image.reference";
+    request.scene_bytes = "another scene";
+    CHECK_THROWS_AS((void)run_cost(Scene{}, request, control_of(looks)), InputError);
+}
+
+TEST_CASE("cost schedule: the table has at most ten rows, tells measured from forecast in words, and names bias") {
+    CostRequest request = request_for(0.2);
+    request.knobs = {};
+    request.seconds = 30.0;
+    int looks = 0;
+    CostReport report = run_cost(Scene{}, request, control_of(looks));
+    REQUIRE(report.figures.size() > most_rows);
+    const std::string text = to_text(report);
+    const std::size_t begin = text.find("\n\n") + 2, end = text.find("\n\n", begin);
+    const auto lines = std::count(
+        text.begin() + static_cast<std::ptrdiff_t>(begin), text.begin() + static_cast<std::ptrdiff_t>(end), '\n');
+    CHECK(lines <= static_cast<std::ptrdiff_t>(most_rows));
+    CHECK(text.find(", measured") != std::string::npos);
+    CHECK(text.find("tandem render") != std::string::npos);
+    report.asked_error = 1e-4;
+    CHECK(to_text(report).find("), forecast") != std::string::npos);
+    CHECK(to_text(report).find("settings                ") != std::string::npos);
+}
+
+}  // namespace
+}  // namespace tandem
