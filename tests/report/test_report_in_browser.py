@@ -170,7 +170,124 @@ class CostReport(unittest.TestCase):
         self.assertTrue(all(width > 200 for width in told["plots"]), told["plots"])
         self.assertEqual(told["fetched"], [])
         for text in ("roulette 4", "never", "20 % (18 % to 22 %)", "precision mixed: not here", "--roulette 4 --samples 10000"):
-            self.assertIn(text, told["text"])
+            self.assertIn(text, told["text"].replace("\u00a0", " "))
+
+
+# Appended to a copy of the overview: moves the slider, chooses another picture, and tells what the page measures of itself.
+OVERVIEW_PROBE = """<script>
+addEventListener("load", () => {
+  const [left, right] = document.querySelectorAll(".slider img"), range = document.querySelector(".slider input");
+  const before = left.src;
+  range.value = 25; range.dispatchEvent(new Event("input"));
+  const choice = document.querySelector(".slider select");
+  choice.value = "0"; choice.dispatchEvent(new Event("change"));
+  document.title = JSON.stringify({
+    plots: [...document.querySelectorAll("svg.frontier")].map(s => s.getBoundingClientRect().width),
+    dots: [...document.querySelectorAll(".dots")].map(d => (d.getAttribute("d").match(/M/g) || []).length),
+    best: [...document.querySelectorAll("svg.frontier")].map(s => s.querySelectorAll(".best").length),
+    pictures: [...document.querySelectorAll("img.picture, img.difference")].map(i => [i.naturalWidth, i.naturalHeight]),
+    clip: right.style.clipPath, changed: left.src !== before,
+    same: left.src === document.querySelector("img.picture").src,
+    wide: document.documentElement.scrollWidth - innerWidth,
+    clipped: [...document.querySelectorAll("p, li, td, figure, h3")].filter(e => e.scrollWidth > e.clientWidth + 1).map(e => e.innerText),
+    fetched: performance.getEntriesByType("resource").filter(r => !r.name.startsWith("data:")).map(r => r.name),
+    text: document.body.innerText,
+  });
+});
+</script>"""
+
+
+def stored_result(scene, factor):
+    arms = [cost_arm("baseline", "", 2e-3 * factor, 0, False), cost_arm("bounces", "1", 1e-4 * factor, 0.2, True),
+            cost_arm("roulette", "4", 5e-4 * factor, 0, True)]
+    for point in arms[1]["points"]:
+        point["rmse_low"] = 0.9 * point["rmse"]
+    arms[2]["seconds_to"][1]["extrapolated"] = True  # to 1 %
+    return {"scene": scene, "backend": "cpu", "device": "a device with a long name, 128 threads", "driver": "a driver", "width": 64,
+            "height": 36, "git": "0123456789ab", "arms": arms, "not_measured": [], "recommendations": [],
+            "reference": {"samples": 4096, "relative_uncertainty": 0.001, "backend": "cpu", "options": "--bounces 256"}}
+
+
+class Overview(unittest.TestCase):
+    """The page over scenes and machines, of results and pictures that are written here."""
+
+    @classmethod
+    def setUpClass(cls):
+        from PIL import Image  # python3-matplotlib brings it
+        cls.folder = pathlib.Path(tempfile.mkdtemp())
+        for machine, factor in (("cpu", 1), ("gpu", 0.01)):
+            (cls.folder / machine).mkdir()
+            for scene in ("box", "glass"):
+                (cls.folder / machine / f"{scene}.json").write_text(json.dumps(stored_result(scene, factor)))
+        pictures = cls.folder / "pictures/cpu/box"
+        pictures.mkdir(parents=True)
+        kept = [{"file": "r.jpg", "title": "reference", "options": "--bounces 256", "seconds": None, "error": None}]
+        for number, title in enumerate(("1 s, roulette 4", "1 s, baseline")):
+            kept.append({"file": f"{number}.jpg", "difference": f"{number}d.jpg", "title": title, "options": "--roulette 4", "seconds": 1.0,
+                         "error": 0.125, "at_most": bool(number)})
+        for number, name in enumerate(name for picture in kept for name in (picture["file"], picture.get("difference")) if name):
+            Image.new("RGB", (32, 18), (40 * number, 90, 120)).save(pictures / name)
+        (pictures / "pictures.json").write_text(json.dumps(
+            {"scene": "box", "width": 32, "height": 18, "device": "a device", "commit": "0123456", "full_colour": 0.5,
+             "reference": {"samples": 4096, "relative_uncertainty": 0.001, "seconds": 60}, "missing": ["5 %, baseline: not reached"],
+             "pictures": kept}))
+        run(sys.executable, SCRIPTS / "report", cls.folder)
+        cls.page = (cls.folder / "overview.html").read_text()
+
+    @classmethod
+    def tearDownClass(cls):
+        shutil.rmtree(cls.folder)
+
+    def see(self, width):
+        probed = self.folder / "probed.html"
+        probed.write_text(self.page.replace("</body>", OVERVIEW_PROBE + "</body>"))
+        shown = run(BROWSER, "--headless", "--no-sandbox", "--disable-gpu", f"--user-data-dir={self.folder / 'profile'}",
+                    f"--window-size={width},1600", "--virtual-time-budget=5000", "--dump-dom", probed.as_uri()).stdout
+        return json.loads(html.unescape(shown.split("<title>", 1)[1].split("</title>", 1)[0]))
+
+    def test_every_scene_and_machine_has_a_plot_and_the_slider_moves(self):
+        seen = self.see(1200)
+        self.assertEqual(len(seen["plots"]), 4)
+        self.assertTrue(all(width > 250 for width in seen["plots"]), seen["plots"])
+        # A dot for each of three settings' four points, without those whose interval reaches too low.
+        known = [p for p in stored_result("box", 1)["arms"] for p in p["points"] if p["rmse_low"] > 0.5 * p["rmse"]]
+        self.assertEqual(seen["dots"], 4 * [len(known)])
+        self.assertTrue(all(count >= 1 for count in seen["best"]), seen["best"])
+        self.assertEqual(seen["pictures"], 5 * [[32, 18]])
+        self.assertIn("25%", seen["clip"])
+        self.assertTrue(seen["changed"] and seen["same"])
+        self.assertEqual(seen["fetched"], [])
+        text = seen["text"].replace("\u00a0", " ").replace("\n", " ")
+        for mention in ("5 s forecast", "never", "bias 20 %", "error 12 %", "error below 12 %", "5 %, baseline: not reached", "commit 0123456789ab"):
+            self.assertIn(mention, text)
+
+    def test_nothing_runs_over_the_side(self):
+        for width in (1200, 400):
+            seen = self.see(width)
+            self.assertLessEqual(seen["wide"], 0, width)
+            self.assertEqual(seen["clipped"], [], width)
+
+    def test_check_finds_a_page_that_is_not_of_the_results(self):
+        check = [sys.executable, SCRIPTS / "report", self.folder, "--check"]
+        self.assertEqual(run(*check).returncode, 0)
+        page = self.folder / "overview.html"
+        page.write_text(self.page + " ")
+        self.assertEqual(run(*check).returncode, 1)
+        page.write_text(self.page)
+        pictures = self.folder / "pictures/cpu/box/pictures.json"
+        clean = pictures.read_text()
+        pictures.write_text(clean.replace('"0123456"', '"0123456-dirty"'))
+        run(sys.executable, SCRIPTS / "report", self.folder)
+        self.assertEqual(run(*check).returncode, 1)
+        pictures.write_text(clean)
+        page.write_text(self.page)
+
+    def test_each_scene_has_a_page_of_its_own(self):
+        run(sys.executable, SCRIPTS / "report", self.folder, "--scenes", self.folder / "pages")
+        pages = {path.stem: path.read_text() for path in (self.folder / "pages").iterdir()}
+        self.assertEqual(sorted(pages), ["box", "glass"])
+        self.assertEqual([page.count("<svg class=") for page in pages.values()], [2, 2])
+        self.assertNotIn('id="glass"', pages["box"])
 
 
 if __name__ == "__main__":

@@ -1,0 +1,128 @@
+"""Times to an equal error of two renderers, by interpolation between measured points, and the page of them. Imported by
+scripts/measure/equal_error."""
+import json
+import math
+import statistics
+
+# Student's t, two-sided 95 %, by degrees of freedom.
+T = {1: 12.706, 2: 4.303, 3: 3.182, 4: 2.776, 5: 2.571, 6: 2.447, 7: 2.365, 8: 2.306, 9: 2.262, 10: 2.228, 15: 2.131, 20: 2.086}
+
+TEXT = """# Cycles and Tandem at equal error
+
+{found}
+
+Made by `scripts/measure/equal_error`; do not edit.
+
+- Cycles is {version}, with its best settings on each scene: adaptive sampling by a noise threshold or an even number of samples,
+  either sampling pattern, with and without roulette. They were chosen on seed 0, in favour of Cycles. No denoiser, no clamping.
+- A lamp that is a rectangle is an area light in Cycles. Lamps of other shapes it finds by scattering alone: its own sampling of
+  meshes is not exact enough at grazing angles.
+- Tandem is `tandem render --target-error`, which chooses its settings in a trial. The trial's time is counted.
+- Both rendered {size} pixels wide on the CPU, in turn, in one run on {processor}. Measured at commit {commit}.
+- Errors are root mean squares over pixels and channels, over the mean, against a reference by a third renderer. Its own noise is
+  taken out. An error below twice the reference's uncertainty is not shown.
+- Each time is read between two measured points of a seed, never beyond them. Shown are geometric means over {seeds} seeds, with
+  Student's interval at 95 % of the logarithms. A dash: not every seed reached it in renders of up to {most:g} s.
+- *Cycles over Tandem* pairs seeds measured next to each other; above 1 Tandem is sooner.
+- Start and load of the scene are not in these times; the second table has them.
+
+| scene | error | Cycles, s | Tandem, s | Cycles over Tandem |
+|---|---|---|---|---|
+{rows}
+
+| scene | Cycles' settings | Cycles starts, s | loads, s | Tandem starts and loads, s | reference, uncertainty |
+|---|---|---|---|---|---|
+{starts}
+"""
+
+
+def seconds_to(curve, error):
+    """Seconds on the line, in logarithms, between the two measured (seconds, error) around that error; None beyond them."""
+    curve = sorted(curve, key=lambda point: point[0])
+    for (t0, e0), (t1, e1) in zip(curve, curve[1:]):
+        if e0 >= error >= e1 > 0 and e0 > e1:
+            share = math.log(e0 / error) / math.log(e0 / e1)
+            return math.exp((1 - share) * math.log(t0) + share * math.log(t1))
+    return None
+
+
+def interval(values):
+    """Geometric mean with Student's interval of the logarithms; None for fewer than two."""
+    if len(values) < 2:
+        return None
+    logs = [math.log(value) for value in values]
+    freedom = len(logs) - 1
+    t = T[max(known for known in T if known <= freedom)]
+    half = t * statistics.stdev(logs) / math.sqrt(len(logs))
+    middle = statistics.mean(logs)
+    return tuple(math.exp(value) for value in (middle, middle - half, middle + half))
+
+
+def times(row, who, error, seeds):
+    """By seed; None where a seed was not measured or did not reach the error."""
+    found = []
+    for seed in range(1, seeds + 1):
+        curve = [(p["seconds"], p["relative_error"]) for p in row["points"] if p["who"] == who and p["seed"] == seed]
+        found.append(seconds_to(curve, error))
+    return found
+
+
+def shown(value):
+    return "–" if value is None else "{:.3g} ({:.3g} to {:.3g})".format(*value)
+
+
+def comparisons(record):
+    """(scene, error, Cycles' times, Tandem's times, ratios), each an interval or None."""
+    for scene, row in record["scenes"].items():
+        for error in row.get("targets", []):
+            both = [times(row, who, error, record["seeds"]) for who in ("cycles", "tandem")]
+            whole = [interval(values) if None not in values else None for values in both]
+            ratio = interval([c / t for c, t in zip(*both)]) if None not in both[0] + both[1] else None
+            yield scene, error, *whole, ratio
+
+
+def settings(arm):
+    if arm is None:
+        return "not chosen yet"
+    pattern = "Sobol" if arm["sampling_pattern"] == "SOBOL" else "multi-jitter"
+    return f"{'adaptive' if arm['adaptive'] else 'even'}, {pattern}, roulette {'on' if arm['roulette'] else 'off'}"
+
+
+def page_of(record):
+    rows, starts = [], []
+    sooner = later = alike = missing = 0
+    for scene, error, cycles, tandem, ratio in comparisons(record):
+        rows.append(f"| {scene} | {100 * error:g} % | {shown(cycles)} | {shown(tandem)} | {shown(ratio)} |")
+        sooner += ratio is not None and ratio[1] > 1
+        later += ratio is not None and ratio[2] < 1
+        alike += ratio is not None and ratio[1] <= 1 <= ratio[2]
+        missing += ratio is None
+    for scene, row in record["scenes"].items():
+        if not row.get("starts"):
+            continue
+        median = lambda key: statistics.median(start[key] for start in row["starts"])
+        reference = row["reference"]
+        starts.append(f"| {scene} | {settings(row.get('arm'))} | {median('cycles_start_seconds'):.3g} | "
+                      f"{median('cycles_load_seconds'):.3g} | {median('tandem_start_and_load_seconds'):.3g} | "
+                      f"{reference['backend']} on {reference['device']}, {reference['samples']} samples, "
+                      f"{100 * reference['relative_uncertainty']:.2g} % |")
+    versions = sorted({row["version"] for row in record["scenes"].values() if "version" in row})
+    found = (f"Of {sooner + later + alike + missing} pairs of scene and error, Tandem is significantly sooner in {sooner}, Cycles in {later}; "
+             f"{alike} are undecided, {missing} were not reached by both.")
+    return TEXT.format(found=found, version=", ".join(versions), size=record["size"], processor=record["processor"],
+                       commit=record["commit"], seeds=record["seeds"], most=record["most_seconds"], rows="\n".join(rows),
+                       starts="\n".join(starts))
+
+
+def text_of(record):
+    """JSON with a line a point, so that a changed result reads as one."""
+    record = json.loads(json.dumps(record))
+    points = {}
+    for scene, row in record["scenes"].items():
+        points[scene] = row.get("points", [])
+        row["points"] = f"POINTS {scene}"
+    text = json.dumps(record, indent=1)
+    for scene, found in points.items():
+        lines = ",\n".join("    " + json.dumps(point) for point in found)
+        text = text.replace(json.dumps(f"POINTS {scene}"), f"[\n{lines}\n   ]" if found else "[]")
+    return text + "\n"

@@ -1,0 +1,117 @@
+# The frontier, the sentences of README and the times to an equal error, of results that are written here. Run by ctest with
+# SCRIPTS = scripts/.
+import math
+import os
+import pathlib
+import random
+import sys
+import unittest
+
+sys.path.insert(0, str(pathlib.Path(os.environ["SCRIPTS"]) / "make"))
+import accuracy_claims  # noqa: E402  (after the path is set)
+import equal_error_page  # noqa: E402
+import frontier  # noqa: E402
+
+
+def arm(knob, setting, points, cost=1.0, floor=0.0):
+    return {"knob": knob, "setting": setting, "options": f"--{knob} {setting}", "keeps_estimate": floor == 0, "seconds_to": [],
+            "bias_floor": floor, "bias_floor_low": 0.9 * floor, "bias_floor_high": 1.1 * floor + 1e-4, "bias_floor_significant": floor > 0,
+            "cost_ratio": {"value": cost, "low": 0.9 * cost, "high": 1.1 * cost},
+            "points": [{"seconds": t, "rmse": e, "rmse_low": 0.9 * e, "rmse_high": 1.1 * e} for t, e in points]}
+
+
+def result(*arms):
+    return {"scene": "box", "arms": [arm("baseline", "", [(1, 0.5), (4, 0.25), (16, 0.125)]), *arms]}
+
+
+class Frontier(unittest.TestCase):
+    def test_an_error_is_known_between_measured_points_alone(self):
+        points = [(1, 0.5), (4, 0.25)]
+        self.assertAlmostEqual(frontier.error_at(points, 2), math.sqrt(0.5 * 0.25))
+        self.assertIsNone(frontier.error_at(points, 0.99))
+        self.assertIsNone(frontier.error_at(points, 4.01))
+
+    def test_a_biased_preview_leads_until_the_better_one_passes_it(self):
+        stretches = frontier.frontier(result(arm("bounces", "1", [(0.1, 0.3), (1, 0.3), (16, 0.3)], floor=0.3)))
+        self.assertEqual([name for name, _, _ in stretches], ["bounces 1", "baseline"])
+        for _, _, points in stretches:
+            self.assertTrue(all(0.1 <= t <= 16.001 and 0.124 <= e <= 0.5 for t, e in points), points)
+        errors = [e for _, _, points in stretches for _, e in points]
+        self.assertTrue(all(after <= frontier.FLAT * before for before, after in zip(errors, errors[1:])), errors)
+
+    def test_a_setting_that_is_hardly_better_does_not_take_over(self):
+        close = arm("generator", "hash", [(1, 0.49), (4, 0.245), (16, 0.122)])
+        first = frontier.frontier(result(close))
+        self.assertEqual(len(first), 1)
+
+    def test_a_point_that_is_not_known_is_not_drawn(self):
+        unknown = arm("bounces", "8", [(1, 0.4), (16, 0.001)])
+        unknown["points"][1]["rmse_low"] = -0.01
+        self.assertEqual(frontier.known_points(unknown), [(1, 0.4)])
+
+    def test_a_plot_has_a_dot_a_point_and_nothing_outside(self):
+        report = result(arm("roulette", "4", [(0.5, 0.5), (2, 0.25), (8, 0.125)]))
+        plot = frontier.plot(report, frontier.limits([report]), "a title")
+        dots = plot.split('class="dots" d="')[1].split('"')[0].strip("M").split("M")
+        self.assertEqual(len(dots), 6)
+        for dot in dots:
+            x, y = map(float, dot.removesuffix("h0").split())
+            self.assertTrue(frontier.LEFT <= x <= frontier.WIDTH - frontier.RIGHT and frontier.TOP <= y <= frontier.HEIGHT - frontier.BOTTOM)
+
+
+class Sentences(unittest.TestCase):
+    def machines(self, sobol=0.5, path=3.0, floor=0.1):
+        arms = [arm("generator", "sobol", [], sobol), arm("integrator", "path", [], path), arm("bounces", "4", [], 0.9, floor)]
+        return {"cpu": {name: result(*arms) for name in ("a", "b")}, "gpu": {"a": result(*arms)}}
+
+    def test_they_name_each_machine_with_its_figure(self):
+        told = accuracy_claims.sentences(self.machines())
+        self.assertEqual(len(told), 3)
+        self.assertIn("2.0 (cpu) and 2.0 (gpu)", told[0])
+        self.assertIn("2 of 2 (cpu) and 1 of 1 (gpu)", told[1])
+
+    def test_each_is_refused_where_one_machine_contradicts_it(self):
+        for claim, wrong in zip(accuracy_claims.CLAIMS, ({"sobol": 1.5}, {"path": 0.5}, {"floor": 0.0})):
+            results = self.machines()
+            claim(results)
+            results["gpu"] = self.machines(**wrong)["gpu"]
+            with self.assertRaises(accuracy_claims.DoesNotHold):
+                claim(results)
+
+
+class EqualError(unittest.TestCase):
+    def record(self, factor):
+        """Errors that fall as the root of time, Tandem's factor times sooner, with noise of 3 %."""
+        noise = random.Random(1)
+        points = [{"who": who, "level": level, "seed": seed, "seconds": seconds * speed * math.exp(noise.gauss(0, 0.03)),
+                   "relative_error": 0.1 / math.sqrt(seconds)}
+                  for who, speed in (("cycles", factor), ("tandem", 1.0)) for seed in range(1, 6) for level, seconds in enumerate((1, 4, 16, 64))]
+        return {"seeds": 5, "scenes": {"box": {"targets": [0.05, 0.02, 0.01], "points": points}}}
+
+    def test_times_are_read_between_points_and_never_beyond(self):
+        curve = [(1, 0.1), (4, 0.05), (16, 0.025)]
+        self.assertAlmostEqual(equal_error_page.seconds_to(curve, 0.05), 4)
+        self.assertAlmostEqual(equal_error_page.seconds_to(curve, 0.1 / math.sqrt(2)), 2)
+        self.assertIsNone(equal_error_page.seconds_to(curve, 0.2))
+        self.assertIsNone(equal_error_page.seconds_to(curve, 0.02))
+
+    def test_the_interval_holds_the_factor_and_what_is_not_reached_is_a_dash(self):
+        found = {error: (cycles, tandem, ratio) for _, error, cycles, tandem, ratio in equal_error_page.comparisons(self.record(3.0))}
+        for error, seconds in ((0.05, 4), (0.02, 25)):
+            cycles, tandem, ratio = found[error]
+            self.assertTrue(ratio[1] < 3.0 < ratio[2] and ratio[2] < 3.5, ratio)
+            self.assertAlmostEqual(tandem[0], seconds, delta=0.1 * seconds)
+        self.assertEqual(found[0.01], (None, None, None))  # errors end at 1.25 %
+        self.assertEqual(equal_error_page.shown(None), "–")
+
+    def test_a_seed_that_lacks_leaves_the_cell_empty(self):
+        record = self.record(1.0)
+        record["scenes"]["box"]["points"] = [p for p in record["scenes"]["box"]["points"] if (p["who"], p["seed"]) != ("cycles", 5)]
+        _, _, cycles, tandem, ratio = next(equal_error_page.comparisons(record))
+        self.assertIsNone(cycles)
+        self.assertIsNotNone(tandem)
+        self.assertIsNone(ratio)
+
+
+if __name__ == "__main__":
+    unittest.main()
