@@ -9,6 +9,7 @@
 #include "common/commands/console.h"
 #include "common/error.h"
 #include "common/exercise/class_marks.h"
+#include "common/exercise/mark_picture.h"
 #include "common/exercise/submission.h"
 #include "common/stopwatch.h"
 #include "common/text.h"
@@ -115,21 +116,38 @@ Submission submission_from(const CommandContext& context, const std::string& wor
     return {file, number};
 }
 
-Mark mark_of(const CommandContext& context, const Submission& submission, std::uint64_t seed) {
+PicturedMark mark_of(const CommandContext& context, const Submission& submission, std::uint64_t seed) {
     const Exercise& exercise = context.program.exercises[submission.number - 1];
     try {
-        return mark_of(exercise, read_submission(submission.file), seed);
+        return pictured_mark_of(exercise, read_submission(submission.file), seed);
     } catch (const RefusedSubmission& refusal) {
-        return {.kind = MarkKind::wrong,
-            .summary = std::string("it is not read: ") + refusal.what(),
-            .evidence = {},
-            .errs_like = {}};
+        return {.mark = {.kind = MarkKind::wrong,
+                    .summary = std::string("it is not read: ") + refusal.what(),
+                    .evidence = {},
+                    .errs_like = {}}};
     }
 }
 
 void print_mark(const std::string& file, const Mark& mark) {
     fmt::print("{}: {}", escaped(file), feedback_of(mark));
     std::fflush(stdout);
+}
+
+// "03-ray-sphere.glsl": writes 03-ray-sphere.png into the current folder, and says what to look at. Returns its name.
+std::string write_picture(
+    const Submission& submission, const std::optional<MarkPicture>& picture, const CommandContext& context) {
+    if (!picture) return {};
+    const std::string file = submission.file.stem().string() + ".png";
+    try {
+        write_png(file, image_of(*picture), 1.0, context.read);
+    } catch (const InputError& error) {
+        fmt::print(stderr, "tandem: no picture: {}\n", escaped(error.what()));
+        return {};
+    }
+    fmt::print("  see    {}: right, yours, and the difference (red: yours is more, blue: less)\n         {}\n",
+        escaped(file), picture->shows);
+    std::fflush(stdout);
+    return file;
 }
 
 ExitStatus check_exercises(const ExerciseArguments& arguments, const CommandContext& context) {
@@ -146,13 +164,16 @@ ExitStatus check_exercises(const ExerciseArguments& arguments, const CommandCont
     ExitStatus status = ExitStatus::fine;
     for (const Submission& submission : submissions) {
         const Stopwatch watch;
-        const Mark mark = mark_of(context, submission, arguments.seed);
+        const PicturedMark pictured = mark_of(context, submission, arguments.seed);
+        const Mark& mark = pictured.mark;
         print_mark(submission.file.string(), mark);
+        const std::string picture = write_picture(submission, pictured.picture, context);
         if (mark.kind == MarkKind::wrong) status = ExitStatus::disagree;
         if (mark.kind == MarkKind::undecided && status == ExitStatus::fine) status = ExitStatus::undecided;
         report.push_back({{"file", submission.file.string()}, {"exercise", submission.number},
             {"mark", name_of(mark.kind)}, {"summary", mark.summary}, {"evidence", mark.evidence},
             {"errs_like", mark.errs_like}, {"ran", mark.ran}, {"seconds", watch.seconds()}});
+        if (!picture.empty()) report.back()["picture"] = picture;
     }
     write_json(context, report);
     return status;

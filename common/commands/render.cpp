@@ -16,7 +16,9 @@
 #include "common/distribution/range_render.h"
 #include "common/distribution/ranks.h"
 #include "common/error.h"
+#include "common/image/feature_layers.h"
 #include "common/image/image_io.h"
+#include "common/render/sample_film.h"
 #include "common/render/scrambled_film.h"
 #include "common/render/stopping.h"
 #include "common/scene/loader/scene_loader.h"
@@ -30,7 +32,7 @@ namespace {
 constexpr std::uint64_t default_samples = 64;
 
 struct RenderArguments {
-    std::string scene, output, backend = "cpu", device, kernel, precision, target_error, range, resume;
+    std::string scene, output, backend = "cpu", device, kernel, precision, target_error, range, resume, aov, every;
     std::optional<std::uint64_t> samples;
     std::optional<double> seconds;
     RenderOptions options;
@@ -97,13 +99,32 @@ std::map<std::string, std::string> metadata_of(const nlohmann::json& report) {
     return metadata;
 }
 
-void write_output(const RenderArguments& arguments, const nlohmann::json& report, const FilmMoments& film,
-    bool independent, const FilesRead& read) {
-    const Image image = image_of(film, metadata_of(report), independent);
-    if (is_png(arguments.output))
-        write_png(arguments.output, image, arguments.exposure, read);
-    else
-        write_image(arguments.output, image, read);
+// "box.png", "albedo": "box.albedo.png".
+std::string name_beside(const std::string& output, std::string_view word) {
+    const std::filesystem::path path(output);
+    return (path.parent_path() / fmt::format("{}.{}{}", path.stem().string(), word, path.extension().string()))
+        .string();
+}
+
+// "box.png", 16: "box-000016.png".
+std::string name_in_film(const std::string& output, std::uint64_t samples) {
+    const std::filesystem::path path(output);
+    return (path.parent_path() / fmt::format("{}-{:06}{}", path.stem().string(), samples, path.extension().string()))
+        .string();
+}
+
+void write_output(const std::string& file, const RenderArguments& arguments, const nlohmann::json& report,
+    const FilmMoments& film, bool independent, const FilesRead& read, const FeatureImages& features = {}) {
+    Image image = image_of(film, metadata_of(report), independent);
+    if (!is_png(file)) {
+        add_layers(image, features);
+        write_image(file, image, read);
+        return;
+    }
+    write_png(file, image, arguments.exposure, read);
+    for (const Feature feature : features.chosen)
+        write_png(name_beside(file, feature_names.at(static_cast<std::size_t>(feature))),
+            feature_picture(features, feature, film.width, film.height), 1.0, read);
 }
 
 // The scatter of a pixel's Sobol samples says nothing of the error of their mean (MODEL.md section 3.2).
@@ -259,23 +280,34 @@ StoppedRender render_part(RenderJob& job, Part& part, SampleRange range, const R
     return result;
 }
 
-// So many Sobol points as --samples says are of one scrambling, whose ranges can be merged. Else several tell the
-// error (MODEL.md section 11.4).
-unsigned scramblings_of(const RenderSettings& settings, const StoppingRule& rule) {
-    if (independent(settings) || (rule.samples && !rule.relative_error)) return 1;
+// So many Sobol points as --samples says are of one scrambling, whose ranges can be merged, and so are those of
+// --every, which go on from image to image. Else several tell the error (MODEL.md section 11.4).
+unsigned scramblings_of(const RenderSettings& settings, const StoppingRule& rule, const RenderArguments& arguments) {
+    if (independent(settings) || (rule.samples && !rule.relative_error) || !arguments.every.empty()) return 1;
     return scramblings_for(std::uint64_t{settings.width} * settings.height);
 }
 
-StoppedRender render_whole(
-    RenderJob& job, const StoppingRule& rule, const RenderSettings& settings, const CommandContext& context) {
+// "2x": a power of two from 2 to a block's samples, so that each image goes on from the one before.
+std::uint64_t factor_from(const std::string& every) {
+    for (std::uint64_t factor = 2; factor <= samples_per_block; factor *= 2)
+        if (every == fmt::format("{}x", factor)) return factor;
+    throw InputError(
+        fmt::format("--every: '{}' is none of 2x, 4x, 8x, 16x, 32x, 64x; 2x writes 1, 2, 4, ... samples", every));
+}
+
+StoppedRender render_whole(RenderJob& job, const StoppingRule& rule, const RenderSettings& settings,
+    const RenderArguments& arguments, const std::function<void(std::uint64_t, const FilmMoments&)>& keep,
+    const CommandContext& context) {
     ProgressLine line;
-    const unsigned scramblings = scramblings_of(settings, rule);
+    const unsigned scramblings = scramblings_of(settings, rule, arguments);
     const bool tells = independent(settings) || scramblings > 1;
     const auto tell = [&](RenderProgress progress) {
         if (!tells) progress.relative_error.reset();
         line.update(progress.fraction, progress_text(progress));
     };
-    StoppedRender result = render_until(job, rule, context.stop, tell, settings.sampling, scramblings);
+    StoppedRender result = arguments.every.empty()
+                               ? render_until(job, rule, context.stop, tell, settings.sampling, scramblings)
+                               : render_film(job, rule, factor_from(arguments.every), context.stop, tell, keep);
     if (!tells) {
         result.relative_error.reset();
         result.relative_error_interval.reset();
@@ -294,6 +326,64 @@ std::unique_ptr<Renderer> renderer_from(const RenderArguments& arguments, const 
             .threads = arguments.threads,
             .validation = arguments.validation},
         arguments.scene, words, context);
+}
+
+// Throws InputError for what --aov and --every cannot be combined with, or write.
+void check_extra_images(const RenderArguments& arguments) {
+    for (const auto& [option, value] : {std::pair{"--aov", arguments.aov}, {"--every", arguments.every}}) {
+        if (value.empty()) continue;
+        if (!arguments.range.empty() || !arguments.resume.empty())
+            throw InputError(
+                fmt::format("{}: parts of an image (--range, --resume) hold sums alone; leave one out", option));
+        if (has_ranks()) throw InputError(fmt::format("{}: not under mpirun; render it by one process", option));
+    }
+    if (!arguments.aov.empty() && !is_png(arguments.output) && !arguments.output.ends_with(".exr"))
+        throw InputError(
+            fmt::format("--aov: {} has no place for features; end the name in .exr (layers) or .png "
+                        "(pictures beside it)",
+                arguments.output));
+    if (!arguments.aov.empty()) static_cast<void>(features_from(arguments.aov));
+    if (!arguments.every.empty() && !arguments.target_error.empty())
+        throw InputError("--every: goes by samples, not by an error (--target-error); leave one out");
+    if (!arguments.every.empty() && arguments.options.sampling == sampling_names[1])
+        throw InputError("--every: adaptive sampling shares out all samples at once; leave --sampling or --every out");
+}
+
+// The files beside -o, as far as they are known before: a film by time may get more.
+std::vector<Output> extra_outputs(const RenderArguments& arguments, const StoppingRule& rule) {
+    std::vector<Output> outputs;
+    if (!arguments.aov.empty() && is_png(arguments.output))
+        for (const Feature feature : features_from(arguments.aov))
+            outputs.push_back({"--aov",
+                name_beside(arguments.output, feature_names.at(static_cast<std::size_t>(feature))), OutputKind::image});
+    if (arguments.every.empty()) return outputs;
+    constexpr std::uint64_t likely = 1 << 16;
+    const std::uint64_t last = rule.samples.value_or(likely);
+    for (std::uint64_t samples = 1; samples < last; samples *= factor_from(arguments.every))
+        outputs.push_back({"--every", name_in_film(arguments.output, samples), OutputKind::image});
+    outputs.push_back({"--every", name_in_film(arguments.output, last), OutputKind::image});
+    return outputs;
+}
+
+// Before the image, whose time it counts to. Throws StoppedError where that does not suffice.
+FeatureImages features_for(const RenderArguments& arguments, const Scene& scene, Renderer& renderer,
+    const RenderSettings& settings, const StoppingRule& rule, const Stopwatch& watch) {
+    FeatureImages features;
+    if (arguments.aov.empty()) return features;
+    features.chosen = features_from(arguments.aov);
+    features.samples = std::min(most_feature_samples, rule.samples.value_or(most_feature_samples));
+    const std::unique_ptr<RenderJob> job = renderer.prepare(scene, feature_settings(settings));
+    const Deadline limit(
+        {}, rule.seconds ? std::optional(std::max(1e-3, *rule.seconds - watch.seconds())) : std::nullopt);
+    ProgressLine line;
+    auto pixels = render_features(
+        *job, scene, settings, features.samples, limit.token(), [&](double share) { line.update(share, "features"); });
+    if (!pixels)
+        throw StoppedError(fmt::format(
+            "--time: {:g} s do not suffice for --aov; nothing is written; give more --time or a smaller --size",
+            *rule.seconds));
+    features.pixels = std::move(*pixels);
+    return features;
 }
 
 // What all ranks of mpirun are to have alike.
@@ -333,8 +423,11 @@ ExitStatus render(const RenderArguments& arguments, const CommandContext& contex
     RenderSettings settings = settings_from(arguments.options, scene);
     check_memory(settings);
     StoppingRule rule = stopping_rule(arguments);
-    check_outputs(context,
-        {{"-o", arguments.output, OutputKind::image}, {"--resume", arguments.resume, OutputKind::image}}, inputs);
+    check_extra_images(arguments);
+    std::vector<Output> outputs = extra_outputs(arguments, rule);
+    outputs.insert(outputs.begin(),
+        {{"-o", arguments.output, OutputKind::image}, {"--resume", arguments.resume, OutputKind::image}});
+    check_outputs(context, outputs, inputs);
     if (!arguments.resume.empty()) check_part_ending("--resume", arguments.resume);
     if (ranks) {
         check_splittable(settings);
@@ -355,20 +448,27 @@ ExitStatus render(const RenderArguments& arguments, const CommandContext& contex
             renderer->info().driver, settings.width, settings.height);
 
     if (part) part->metadata = metadata_of(describe(arguments, settings, renderer->info(), scene, {}));
+    const FeatureImages features = features_for(arguments, scene, *renderer, settings, rule, watch);
     starting.end();
     take_start_off(rule, watch.seconds());
+    const auto keep = [&](std::uint64_t samples, const FilmMoments& film) {
+        StoppedRender state;
+        state.film = film;
+        write_output(name_in_film(arguments.output, samples), arguments,
+            describe(arguments, settings, renderer->info(), scene, state), film, independent(settings), context.read);
+    };
     StoppedRender result = part ? render_part(*job, *part, range, arguments, renderer->info(), context)
-                                : render_whole(*job, rule, settings, context);
+                                : render_whole(*job, rule, settings, arguments, keep, context);
     if (result.film.count() == 0.0) throw without_sample(result, arguments, context);
 
     nlohmann::json report = describe(arguments, settings, renderer->info(), scene, result);
     if (arguments.range.empty()) {
-        write_output(arguments, report, result.film, independent(settings), context.read);
+        write_output(arguments.output, arguments, report, result.film, independent(settings), context.read, features);
     } else {
         part->metadata = metadata_of(report);
         write_part(arguments.output, *part, context.read);
     }
-    if (const unsigned scramblings = scramblings_of(settings, rule); scramblings > 1 && !part)
+    if (const unsigned scramblings = scramblings_of(settings, rule, arguments); scramblings > 1 && !part)
         report["scramblings"] = scramblings;
     tell(tried, report);
     write_json(context, report);
@@ -446,6 +546,18 @@ void add_how_long(CLI::App& command, RenderArguments& arguments) {
         ->group(rare_options);
 }
 
+void add_what_else(CLI::App& command, RenderArguments& arguments) {
+    command
+        .add_option("--aov", arguments.aov,
+            "Also write what the camera's rays meet first: albedo, normal, depth, distance, position, coverage, "
+            "primitive, material (separated by commas), or all. In .exr as layers, for .png as pictures beside it")
+        ->type_name("LIST");
+    command
+        .add_option("--every", arguments.every,
+            "2x: also write the images of 1, 2, 4, 8, ... samples, as numbered files (4x: 1, 4, 16, ...)")
+        ->type_name("FACTOR");
+}
+
 }  // namespace
 
 void add_render_command(CLI::App& app, CommandContext& context) {
@@ -453,6 +565,7 @@ void add_render_command(CLI::App& app, CommandContext& context) {
     const auto arguments = std::make_shared<RenderArguments>();
     add_what(*command, *arguments);
     add_how_long(*command, *arguments);
+    add_what_else(*command, *arguments);
     add_render_options(*command, arguments->options);
     add_how(*command, *arguments);
     add_common_options(*command, context,
@@ -460,6 +573,8 @@ void add_render_command(CLI::App& app, CommandContext& context) {
         "  tandem render scenes/one-weekend.json -o out.exr --backend vulkan --size 600 --time 30\n"
         "  tandem render scenes/cornell-thesis.json -o out.exr --target-error 5% --json figures.json\n"
         "  tandem render scenes/glass.json -o part.exr --range 0:512 --samples 1024\n"
+        "  tandem render scenes/glass.json -o glass.exr --aov albedo,normal,depth\n"
+        "  tandem render scenes/glass.json -o glass.png --samples 256 --every 2x\n"
         "Ctrl-C stops the render and writes what is done.");
     command->callback([&context, arguments, command] {
         arguments->has_generator = command->count("--generator") > 0;

@@ -202,7 +202,7 @@ Fault fault_by_property(const Trial& trial) {
 
 }  // namespace
 
-Mark check_values(const Trial& trial) {
+Mark check_values(const Trial& trial, std::size_t* worst) {
     Fault fault;
     for (std::size_t i = 0; i < trial.arguments.size(); ++i) {
         const auto tolerance = tolerances(trial, trial.exercise->answer, trial.arguments[i]);
@@ -222,6 +222,7 @@ Mark check_values(const Trial& trial) {
     Mark mark = mark_of_fault(trial, fault,
         fmt::format("shown at {} arguments, none off by more than {:.1e}", fault.asked, fault.greatest_right));
     if (mark.kind == MarkKind::right) return mark;
+    if (worst != nullptr) *worst = fault.index;
     Values exact;
     trial.exercise->answer(trial.arguments[fault.index], exact);
     mark.evidence.push_back("right  " + list_of(trial.result_names, exact));
@@ -304,7 +305,7 @@ ChiSquare chi_square(const Histogram& a, const Histogram& b) {
 
 }  // namespace
 
-Mark check_distribution(const Trial& trial, std::uint64_t seed) {
+Mark check_distribution(const Trial& trial, std::uint64_t seed, std::optional<MarkPicture>* picture) {
     const Exercise& exercise = *trial.exercise;
     const Histogram own = histogram_of(exercise, trial.arguments, trial.results);
     const Histogram right = histogram_by(trial, exercise.answer, seed);
@@ -327,6 +328,13 @@ Mark check_distribution(const Trial& trial, std::uint64_t seed) {
         mark.evidence.push_back(fmt::format("region ({}, {}) of {} x {} has {:.3f} % of them; right is {:.3f} %",
             test.worst % bins_a_side, test.worst / bins_a_side, bins_a_side, bins_a_side,
             100.0 * own[test.worst] / total, 100.0 * right[test.worst] / (reference_factor * total)));
+        if (picture != nullptr) {
+            *picture = MarkPicture{.side = bins_a_side,
+                .right = right,
+                .yours = own,
+                .shows = fmt::format("how many samples fall into each of {0} x {0} regions", bins_a_side)};
+            for (double& samples : (*picture)->right) samples /= reference_factor;
+        }
     } else if (fault.off > 0) {
         mark.summary = fmt::format("the density is right, but {} of {} answers are off", fault.off, fault.asked);
     }

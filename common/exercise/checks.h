@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "common/exercise/exercise.h"
-#include "common/exercise/marker.h"
+#include "common/exercise/mark_picture.h"
 
 namespace tandem {
 
@@ -17,9 +17,12 @@ struct Trial {
 // The arguments of that index: the same for the same seed.
 [[nodiscard]] Values drawn(const Exercise& exercise, std::uint64_t seed, std::uint32_t index);
 
-[[nodiscard]] Mark check_values(const Trial& trial);
+// `worst`, if any, gets the index of the arguments that a wrong answer's evidence is from.
+[[nodiscard]] Mark check_values(const Trial& trial, std::size_t* worst = nullptr);
 [[nodiscard]] Mark check_property(const Trial& trial);
-[[nodiscard]] Mark check_distribution(const Trial& trial, std::uint64_t seed);
+// `picture`, if any, gets that of another density.
+[[nodiscard]] Mark check_distribution(
+    const Trial& trial, std::uint64_t seed, std::optional<MarkPicture>* picture = nullptr);
 [[nodiscard]] Mark check_expectation(const Trial& trial);
 
 }  // namespace tandem

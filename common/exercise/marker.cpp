@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <glm/geometric.hpp>
 #include <numbers>
 
 #include "common/exercise/checks.h"
@@ -19,6 +20,21 @@ constexpr std::uint32_t pointwise_count = 8192, statistical_count = 1u << 18;
 
 bool is_pointwise(CheckKind kind) { return kind == CheckKind::values || kind == CheckKind::property; }
 
+// The answers of the student's function.
+std::vector<Values> answers_to(const std::vector<Values>& arguments, std::size_t argument_count,
+    std::size_t result_count, const std::string& shader) {
+    std::vector<float> given;
+    for (const Values& list : arguments)
+        for (std::size_t k = 0; k < argument_count; ++k) given.push_back(static_cast<float>(list[k]));
+    const std::vector<float> answers = run_apart(
+        shader, given, static_cast<std::uint32_t>(arguments.size()), static_cast<std::uint32_t>(result_count));
+    std::vector<Values> results(arguments.size());
+    for (std::size_t i = 0; i < results.size(); ++i)
+        for (std::size_t k = 0; k < result_count; ++k)
+            results[i][k] = static_cast<double>(answers[i * result_count + k]);
+    return results;
+}
+
 Trial trial_of(const Exercise& exercise, const std::string& text, std::uint64_t seed) {
     Trial trial;
     trial.exercise = &exercise;
@@ -26,19 +42,83 @@ Trial trial_of(const Exercise& exercise, const std::string& text, std::uint64_t 
     trial.result_names = names_of_values(exercise.results);
     const std::string shader = shader_of(exercise, text);
     const std::uint32_t count = is_pointwise(exercise.kind) ? pointwise_count : statistical_count;
-    std::vector<float> given;
-    for (std::uint32_t i = 0; i < count; ++i) {
-        Values arguments = drawn(exercise, seed, i);
-        for (std::size_t k = 0; k < trial.argument_names.size(); ++k) given.push_back(static_cast<float>(arguments[k]));
-        trial.arguments.push_back(arguments);
-    }
-    const auto width = static_cast<std::uint32_t>(trial.result_names.size());
-    const std::vector<float> answers = run_apart(shader, given, count, width);
-    for (std::uint32_t i = 0; i < count; ++i) {
-        Values& results = trial.results.emplace_back();
-        for (std::uint32_t k = 0; k < width; ++k) results[k] = static_cast<double>(answers[std::size_t{i} * width + k]);
-    }
+    for (std::uint32_t i = 0; i < count; ++i) trial.arguments.push_back(drawn(exercise, seed, i));
+    trial.results = answers_to(trial.arguments, trial.argument_names.size(), trial.result_names.size(), shader);
     return trial;
+}
+
+// What a ray's function finds about the ray at which it is most wrong: the direction turns from column to column and
+// from row to row. Nothing for functions of other things.
+std::optional<MarkPicture> picture_about(const Trial& trial, const std::string& text, const Values& worst) {
+    constexpr std::uint32_t side = 64;
+    const auto place_of = [&](const char* name) -> std::size_t {
+        return static_cast<std::size_t>(std::ranges::find(trial.argument_names, name) - trial.argument_names.begin());
+    };
+    const std::size_t at = place_of("direction.x"), none = trial.argument_names.size();
+    if (at == none || place_of("origin.x") == none || trial.result_names.size() != 1) return std::nullopt;
+    const glm::dvec3 forward = worst.three(at);
+    const glm::dvec3 other = std::abs(forward.y) < 0.9 ? glm::dvec3(0.0, 1.0, 0.0) : glm::dvec3(1.0, 0.0, 0.0);
+    const glm::dvec3 right = glm::normalize(glm::cross(forward, other)), up = glm::cross(right, forward);
+    std::vector<Values> arguments;
+    for (std::uint32_t i = 0; i < side * side; ++i) {
+        const double x = (i % side + 0.5) / (0.5 * side) - 1.0, y = 1.0 - (i / side + 0.5) / (0.5 * side);
+        const glm::dvec3 turned = glm::normalize(forward + x * right + y * up);
+        Values& list = arguments.emplace_back(worst);
+        for (int c = 0; c < 3; ++c) list[at + static_cast<std::size_t>(c)] = double{static_cast<float>(turned[c])};
+    }
+    MarkPicture picture{.side = side, .right = {}, .yours = {}, .shows = {}};
+    picture.shows =
+        fmt::format("{} of rays from that origin, turned by up to 45 degrees: left to right, and up and down",
+            trial.result_names[0]);
+    const std::vector<Values> found = answers_to(arguments, none, 1, shader_of(*trial.exercise, text));
+    for (std::uint32_t i = 0; i < side * side; ++i) {
+        Values exact;
+        trial.exercise->answer(arguments[i], exact);
+        picture.right.push_back(exact[0]);
+        picture.yours.push_back(found[i][0]);
+    }
+    return picture;
+}
+
+// Where the function fails only there, the mark stands without the picture.
+void add_picture(PicturedMark& pictured, const Trial& trial, const std::string& text, std::size_t worst) {
+    try {
+        pictured.picture = picture_about(trial, text, trial.arguments[worst]);
+    } catch (const SubmissionFailure& failure) {
+        pictured.mark.evidence.push_back(std::string("no picture, as it ") + failure.what());
+    }
+}
+
+PicturedMark marked(const Exercise& exercise, const std::string& text, std::uint64_t seed, bool with_picture) {
+    PicturedMark pictured;
+    Mark& mark = pictured.mark;
+    try {
+        const Trial trial = trial_of(exercise, text, seed);
+        std::size_t worst = 0;
+        switch (exercise.kind) {
+            case CheckKind::values:
+                mark = check_values(trial, &worst);
+                if (mark.kind == MarkKind::wrong && with_picture) add_picture(pictured, trial, text, worst);
+                break;
+            case CheckKind::property:
+                mark = check_property(trial);
+                break;
+            case CheckKind::distribution:
+                mark = check_distribution(trial, seed, with_picture ? &pictured.picture : nullptr);
+                break;
+            case CheckKind::expectation:
+                mark = check_expectation(trial);
+                break;
+        }
+        mark.ran = true;
+    } catch (const RefusedSubmission& refusal) {
+        mark.summary = std::string("it is not run: ") + refusal.what();
+    } catch (const SubmissionFailure& failure) {
+        mark.summary = std::string("it ") + failure.what();
+        mark.evidence = failure.log();
+    }
+    if (mark.errs_like.size() > 3) mark.errs_like.resize(3);
+    return pictured;
 }
 
 }  // namespace
@@ -56,32 +136,11 @@ Values drawn(const Exercise& exercise, std::uint64_t seed, std::uint32_t index) 
 }
 
 Mark mark_of(const Exercise& exercise, const std::string& text, std::uint64_t seed) {
-    Mark mark;
-    try {
-        const Trial trial = trial_of(exercise, text, seed);
-        switch (exercise.kind) {
-            case CheckKind::values:
-                mark = check_values(trial);
-                break;
-            case CheckKind::property:
-                mark = check_property(trial);
-                break;
-            case CheckKind::distribution:
-                mark = check_distribution(trial, seed);
-                break;
-            case CheckKind::expectation:
-                mark = check_expectation(trial);
-                break;
-        }
-        mark.ran = true;
-    } catch (const RefusedSubmission& refusal) {
-        mark.summary = std::string("it is not run: ") + refusal.what();
-    } catch (const SubmissionFailure& failure) {
-        mark.summary = std::string("it ") + failure.what();
-        mark.evidence = failure.log();
-    }
-    if (mark.errs_like.size() > 3) mark.errs_like.resize(3);
-    return mark;
+    return marked(exercise, text, seed, false).mark;
+}
+
+PicturedMark pictured_mark_of(const Exercise& exercise, const std::string& text, std::uint64_t seed) {
+    return marked(exercise, text, seed, true);
 }
 
 std::string_view name_of(MarkKind kind) {

@@ -30,7 +30,7 @@ def mark_of(number, text):
             file.write_bytes(text)
         else:
             file.write_text(text)
-        result = run("check", file, "--json", "-")
+        result = run("check", file, "--json", "-", folder=name)
         mark = json.loads(result.stdout)[0]
         assert result.returncode == {"right": 0, "wrong": 1, "undecided": 3}[mark["mark"]], result
         return mark
@@ -51,6 +51,29 @@ class Exercises(unittest.TestCase):
             self.assertEqual(by_number.stdout, by_file.stdout)
             self.assertRegex(by_number.stdout, r"(?s)^03-ray-sphere.glsl: wrong: .* answers are off\n  at     origin = \(.*"
                                                r"\n  yours  t = 1\n  right  t = ")
+
+    def test_wrong_answers_get_a_picture(self):
+        vertical = "vec3 cosine_hemisphere(float a, float b) { return vec3(0.0, 0.0, 1.0); }"
+        no_number = SPHERE + " { return sqrt(-1.0 - radius); }"
+        whole = "vec3 uniform_hemisphere(float a, float b) {\n  float r = sqrt(1.0 - a * a);\n" \
+                "  return vec3(r * cos(6.2831853 * b), r * sin(6.2831853 * b), a);\n}"
+        for file, text, told in (("11-cosine-hemisphere.glsl", vertical, "regions"), ("03-ray-sphere.glsl", no_number, "45 degrees"),
+                                 ("10-uniform-hemisphere.glsl", whole, None)):
+            with self.subTest(file), tempfile.TemporaryDirectory() as name:
+                (pathlib.Path(name) / file).write_text(text)
+                result, picture = run("check", file, folder=name), pathlib.Path(name) / file.replace(".glsl", ".png")
+                self.assertEqual(result.returncode, 0 if told is None else 1, result.stdout)
+                self.assertEqual(picture.exists(), told is not None)
+                if told is None:
+                    continue
+                self.assertIn(f"see    {picture.name}: right, yours, and the difference", result.stdout)
+                self.assertIn(told, result.stdout)
+                self.assertEqual(picture.read_bytes()[16:24], (588).to_bytes(4, "big") + (192).to_bytes(4, "big"))
+                picture.unlink()
+                picture.mkdir()
+                again = run("check", file, folder=name)
+                self.assertEqual(again.returncode, 1)
+                self.assertIn("no picture", again.stderr)
 
     def test_what_there_is_not_is_refused(self):
         for words, told in ((("check", "31"), "1 to 30"), (("start", "ray-spere"), "did you mean ray-sphere"),

@@ -86,6 +86,7 @@ class Lessons(unittest.TestCase):
             subprocess.run([sys.executable, SOURCE / "scripts" / "make" / "lessons", "-o", page], check=True, capture_output=True)
             text = page.read_text()
         self.assertEqual(text.count("data:image/png"), len(LESSONS))
+        self.assertEqual(sorted(re.findall(r'data-panels="(\d)"', text)), list("223333344"))  # the others are plots, or of two sizes
         for target in re.findall(r'(?:src|href)="([^"]+)"', text):
             self.assertTrue(target.startswith("data:") or f'id="{target[1:]}"' in text, target)
 

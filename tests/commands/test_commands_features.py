@@ -1,0 +1,151 @@
+# render --aov and --every: feature images against closed forms on every backend, and films against separate renders. Run by
+# ctest with TANDEM = the program, SCENES = the folder of the shipped scenes.
+import math
+import pathlib
+import re
+import signal
+import subprocess
+import time
+import unittest
+
+from program import SPHERE, TANDEM, ProgramTest, tandem
+
+BACKENDS = ("cpu", "vulkan", "first", "oracle")
+
+# A square at z = 0, seen from z = 3 and, by its corners' normals, tilted by 45 degrees about the y axis.
+TILTED = """v -5 -5 0
+v 5 -5 0
+v 5 5 0
+v -5 5 0
+vn 1 0 1
+f 1//1 2//1 3//1
+f 1//1 3//1 4//1
+"""
+
+
+def layers(image):
+    """For each channel its rows of values. Whole numbers come as parts of the greatest one."""
+    told = subprocess.run(["oiiotool", "--info", "-v", "--dumpdata", image], capture_output=True, text=True, check=True).stdout
+    names = [name.split()[0] for name in re.search(r"channel list: (.*)", told)[1].split(", ")]
+    rows = re.findall(r"Pixel \((\d+), \d+\): (.*)", told)
+    size = 1 + max(int(x) for x, _ in rows)
+    pixels = [list(map(float, values.split())) for _, values in rows]
+    return {name: [[pixel[c] for pixel in pixels[at:at + size]] for at in range(0, len(pixels), size)] for c, name in enumerate(names)}
+
+
+def vector(channels, name, x, y, axes="XYZ"):
+    return [channels[f"{name}.{axis}"][y][x] for axis in axes]
+
+
+class Features(ProgramTest):
+    def rendered(self, scene, backend, samples=4, size=8):
+        """The channels of an image with all features."""
+        image = self.folder / f"{backend}.exr"
+        result = tandem("render", scene, "-o", image, "--backend", backend, "--size", size, "--samples", samples, "--aov", "all")
+        self.assertEqual(result.returncode, 0, result.stderr)
+        return layers(image)
+
+    def near(self, found, expected, error=2e-6):
+        for a, b in zip(found, expected, strict=True):
+            self.assertLess(abs(a - b), error, (found, expected))
+
+    def test_a_sphere_s_normals_and_places(self):
+        for backend in BACKENDS:
+            with self.subTest(backend):
+                image = self.rendered(self.scene, backend)
+                for y in range(8):
+                    for x in range(8):
+                        # The unit sphere about the origin: each hit is its own normal.
+                        self.near(vector(image, "normal", x, y), vector(image, "position", x, y))
+                        self.near(vector(image, "albedo", x, y, "RGB"), [0.5 if image["coverage.A"][y][x] else 0.0] * 3)
+                self.assertGreater(math.hypot(*vector(image, "normal", 4, 4)), 0.9)
+                for name, of_ball, of_nothing in (("coverage.A", 1, 0), ("primitive.ID", 0, 1), ("material.ID", 0, 1)):
+                    self.assertEqual((image[name][4][4], image[name][0][0]), (of_ball, of_nothing), name)
+                self.assertEqual((image["depth.Z"][0][0], image["distance.Z"][0][0]), (math.inf, math.inf))
+                self.near([image["depth.Z"][4][4]], [4 - image["position.Z"][4][4]])
+
+    def test_a_plane_s_depth_and_distance(self):
+        (self.folder / "tilted.obj").write_text(TILTED)
+        scene = {**SPHERE, "camera": {"position": [0, 0, 3], "target": [0, 0, 0], "vertical_field_degrees": 90},
+                 "entities": [{"name": "square", "material": "grey", "primitives": [{"obj": {"file": "tilted.obj"}}]}]}
+        scene = self.write(scene, "plane.json")
+        self.refused(tandem("render", scene, "-o", self.folder / "a.exr", "--backend", "first", "--aov", "depth"), "first", "shading")
+        for backend in ("cpu", "vulkan", "oracle"):
+            with self.subTest(backend):
+                image = self.rendered(scene, backend, samples=1)
+                for y in range(8):
+                    for x in range(8):
+                        place = vector(image, "position", x, y)
+                        self.near([image["depth.Z"][y][x], image["distance.Z"][y][x]], [3.0, math.dist(place, (0, 0, 3))], 4e-6)
+                        # Where the tilted normal faces the camera it counts; elsewhere the square's own (MODEL.md 5.4).
+                        tilted = 3 - place[0] > 1e-3
+                        self.near(vector(image, "normal", x, y), [math.sqrt(0.5), 0, math.sqrt(0.5)] if tilted else [0, 0, 1])
+
+    def test_features_leave_the_image_as_it_is(self):
+        plain, more = self.folder / "plain.exr", self.folder / "more.exr"
+        for image, words in ((plain, ()), (more, ("--aov", "albedo,normal,depth"))):
+            tandem("render", self.scene, "-o", image, "--samples", "8", *words)
+        without, with_features = layers(plain), layers(more)
+        self.assertEqual(set(with_features) - set(without), {f"albedo.{c}" for c in "RGB"} | {f"normal.{c}" for c in "XYZ"} | {"depth.Z"})
+        self.assertEqual(without, {name: rows for name, rows in with_features.items() if name in without})
+        tandem("render", self.scene, "-o", more, "--samples", "8", "--seed", "1", "--aov", "primitive")
+        self.assertEqual(tandem("compare", plain, more, "--margin", "50%", "--tile-margin", "90%").returncode, 0)
+
+    def test_png_gets_pictures_beside_it(self):
+        result = tandem("render", self.scene, "-o", self.folder / "a.png", "--samples", "2", "--aov", "normal,material")
+        self.assertEqual(result.returncode, 0, result.stderr)
+        self.assertEqual(set(self.left_behind()), {"a.png", "a.normal.png", "a.material.png"})
+
+    def test_a_film_has_the_bits_of_separate_renders(self):
+        for backend, words in (("cpu", ()), ("vulkan", ("--accumulation", "plain"))):
+            with self.subTest(backend=backend, words=words):
+                folder = self.folder / f"{backend}{len(words)}"
+                folder.mkdir()
+                common = ("--backend", backend, "--size", "8", *words)
+                result = tandem("render", self.scene, "-o", folder / "a.pfm", "--samples", "200", "--every", "4x", *common)
+                self.assertEqual(result.returncode, 0, result.stderr)
+                counts = (1, 4, 16, 64, 200)
+                self.assertEqual({path.name for path in folder.iterdir()}, {"a.pfm", *(f"a-{count:06}.pfm" for count in counts)})
+                for count in (16, 64, 200):
+                    tandem("render", self.scene, "-o", folder / "b.pfm", "--samples", count, *common)
+                    self.assertEqual((folder / f"a-{count:06}.pfm").read_bytes(), (folder / "b.pfm").read_bytes(), count)
+                self.assertEqual((folder / "a.pfm").read_bytes(), (folder / "b.pfm").read_bytes())
+
+    def test_a_film_that_is_stopped_keeps_its_last_state(self):
+        image = self.folder / "a.exr"
+        with subprocess.Popen([TANDEM, "render", self.scene, "-o", image, "--samples", "1000000000", "--every", "2x"], stdout=subprocess.PIPE,
+                              stderr=subprocess.DEVNULL, text=True) as running:
+            begun = time.monotonic()
+            while not (self.folder / "a-000256.exr").exists() and time.monotonic() - begun < 60:
+                time.sleep(0.01)
+            running.send_signal(signal.SIGINT)
+            told = running.communicate(timeout=60)[0]
+        self.assertEqual(running.returncode, 0, told)
+        done = int(re.search(r": (\d+) samples a pixel", told)[1])
+        self.assertEqual(layers(image)["count"][0][0], done)
+        whole = sorted(int(path.stem[2:]) for path in self.folder.glob("a-*.exr"))
+        self.assertEqual(whole, [2 ** k for k in range(len(whole))])
+        self.assertLessEqual(whole[-1], done)
+
+    def test_a_film_by_time(self):
+        result = tandem("render", self.scene, "-o", self.folder / "a.png", "--every", "2x", "--time", "0.3")
+        self.assertEqual(result.returncode, 0, result.stderr)
+        self.assertTrue((self.folder / "a-000001.png").exists() and (self.folder / "a.png").exists())
+
+    def test_what_does_not_fit_is_refused(self):
+        for words, mentions in ((("--aov", "norml"), ("norml", "did you mean normal")), (("--aov", "depth", "-o", "a.pfm"), ("a.pfm", ".exr")),
+                                (("--every", "3x"), ("3x", "2x")), (("--every", "2x", "--range", "0:64"), ("--every", "--range")),
+                                (("--every", "2x", "--sampling", "adaptive"), ("adaptive",)),
+                                (("--every", "2x", "-o", self.folder / "none" / "a.png"), ("none",))):
+            out = () if "-o" in words else ("-o", self.folder / "a.exr")
+            self.refused(tandem("render", self.scene, *out, *words, cwd=self.folder), *mentions)
+            self.assertEqual({path.name for path in pathlib.Path(self.folder).iterdir()}, {"scene.json"})
+
+    def test_a_picture_beside_is_not_written_over_the_scene(self):
+        scene = self.write(SPHERE, "a-000002.png")
+        self.refused(tandem("render", scene, "-o", self.folder / "a.png", "--samples", "4", "--every", "2x"), "a-000002.png")
+        self.assertIn("camera", scene.read_text())
+
+
+if __name__ == "__main__":
+    unittest.main()
