@@ -1,0 +1,190 @@
+// A Vulkan layer that lets chosen calls fail as a window system or a device in trouble would, so that tests need
+// neither. TANDEM_FAULTS="acquire 5 out-of-date, present 7 suboptimal, submit 9 lost": which call of the kind, and its
+// answer. A lost device answers so ever after.
+#include <vulkan/vk_layer.h>
+#include <vulkan/vulkan.h>
+
+#include <cstdint>
+#include <cstdlib>
+#include <cstring>
+#include <map>
+#include <mutex>
+#include <sstream>
+#include <string>
+#include <utility>
+
+#define LAYER_EXPORT extern "C" __attribute__((visibility("default")))
+
+namespace {
+
+struct Faults {
+    std::map<std::pair<std::string, std::uint64_t>, VkResult> wanted;  // by call and its number, from 1 on
+    std::map<std::string, std::uint64_t> calls;
+    bool lost = false;
+};
+
+VkResult result_named(const std::string& name) {
+    if (name == "out-of-date") return VK_ERROR_OUT_OF_DATE_KHR;
+    if (name == "suboptimal") return VK_SUBOPTIMAL_KHR;
+    if (name == "surface-lost") return VK_ERROR_SURFACE_LOST_KHR;
+    if (name == "lost") return VK_ERROR_DEVICE_LOST;
+    std::abort();  // a test with a wrong name must not pass
+}
+
+Faults read_faults() {
+    Faults faults;
+    const char* text = std::getenv("TANDEM_FAULTS");
+    std::stringstream list(text != nullptr ? text : "");
+    for (std::string one; std::getline(list, one, ',');) {
+        std::stringstream words(one);
+        std::string call, answer;
+        std::uint64_t number = 0;
+        words >> call >> number >> answer;
+        faults.wanted[{call, number}] = result_named(answer);
+    }
+    return faults;
+}
+
+std::mutex mutex;
+Faults faults = read_faults();
+std::map<void*, PFN_vkGetDeviceProcAddr> devices;      // the next layer's, by dispatch table
+std::map<void*, PFN_vkGetInstanceProcAddr> instances;  // likewise
+
+void* key(const void* handle) { return *static_cast<void* const*>(handle); }
+
+// What the call is to answer; VK_SUCCESS: what it does.
+VkResult fault_of(const char* call) {
+    const std::scoped_lock lock(mutex);
+    if (faults.lost) return VK_ERROR_DEVICE_LOST;
+    const auto found = faults.wanted.find({call, ++faults.calls[call]});
+    if (found == faults.wanted.end()) return VK_SUCCESS;
+    faults.lost = found->second == VK_ERROR_DEVICE_LOST;
+    return found->second;
+}
+
+template <class Function>
+Function next_of(const void* handle, VkDevice device, const char* name) {
+    const std::scoped_lock lock(mutex);
+    return reinterpret_cast<Function>(devices.at(key(handle))(device, name));
+}
+
+std::map<void*, VkDevice> device_of_queue;  // they share a dispatch table with their device
+
+VKAPI_ATTR VkResult VKAPI_CALL acquire(VkDevice device, VkSwapchainKHR swapchain, std::uint64_t timeout,
+    VkSemaphore semaphore, VkFence fence, std::uint32_t* image) {
+    const VkResult fault = fault_of("acquire");
+    if (fault < 0) return fault;
+    const VkResult result = next_of<PFN_vkAcquireNextImageKHR>(device, device, "vkAcquireNextImageKHR")(
+        device, swapchain, timeout, semaphore, fence, image);
+    return result == VK_SUCCESS ? fault : result;
+}
+
+// An image that is out of date is handed over all the same, and its semaphores are waited for.
+VKAPI_ATTR VkResult VKAPI_CALL present(VkQueue queue, const VkPresentInfoKHR* info) {
+    const VkResult fault = fault_of("present");
+    if (fault == VK_ERROR_DEVICE_LOST) return fault;
+    const VkResult result =
+        next_of<PFN_vkQueuePresentKHR>(queue, device_of_queue.at(key(queue)), "vkQueuePresentKHR")(queue, info);
+    return result == VK_SUCCESS ? fault : result;
+}
+
+VKAPI_ATTR VkResult VKAPI_CALL submit(VkQueue queue, std::uint32_t count, const VkSubmitInfo* infos, VkFence fence) {
+    const VkResult fault = fault_of("submit");
+    if (fault < 0) return fault;
+    return next_of<PFN_vkQueueSubmit>(queue, device_of_queue.at(key(queue)), "vkQueueSubmit")(
+        queue, count, infos, fence);
+}
+
+VKAPI_ATTR VkResult VKAPI_CALL wait_for_fences(
+    VkDevice device, std::uint32_t count, const VkFence* fences, VkBool32 all, std::uint64_t timeout) {
+    const VkResult fault = fault_of("wait");
+    if (fault < 0) return fault;
+    return next_of<PFN_vkWaitForFences>(device, device, "vkWaitForFences")(device, count, fences, all, timeout);
+}
+
+VKAPI_ATTR VkResult VKAPI_CALL wait_idle(VkDevice device) {
+    const VkResult fault = fault_of("idle");
+    // The device is sound in truth: what it was given must end before it goes.
+    const VkResult result = next_of<PFN_vkDeviceWaitIdle>(device, device, "vkDeviceWaitIdle")(device);
+    return fault < 0 ? fault : result;
+}
+
+// The link to the layer below, taken off the chain.
+template <class Link, class Info>
+Link* take_link(const Info* info, VkStructureType type) {
+    for (auto* one = static_cast<const VkBaseInStructure*>(info->pNext); one != nullptr; one = one->pNext) {
+        auto* link = reinterpret_cast<Link*>(const_cast<VkBaseInStructure*>(one));
+        if (one->sType == type && link->function == VK_LAYER_LINK_INFO) return link;
+    }
+    std::abort();
+}
+
+VKAPI_ATTR VkResult VKAPI_CALL create_instance(
+    const VkInstanceCreateInfo* info, const VkAllocationCallbacks* allocator, VkInstance* instance) {
+    auto* link = take_link<VkLayerInstanceCreateInfo>(info, VK_STRUCTURE_TYPE_LOADER_INSTANCE_CREATE_INFO);
+    const PFN_vkGetInstanceProcAddr next = link->u.pLayerInfo->pfnNextGetInstanceProcAddr;
+    link->u.pLayerInfo = link->u.pLayerInfo->pNext;
+    const auto create = reinterpret_cast<PFN_vkCreateInstance>(next(nullptr, "vkCreateInstance"));
+    const VkResult result = create(info, allocator, instance);
+    const std::scoped_lock lock(mutex);
+    if (result == VK_SUCCESS) instances[key(*instance)] = next;
+    return result;
+}
+
+VKAPI_ATTR VkResult VKAPI_CALL create_device(VkPhysicalDevice physical, const VkDeviceCreateInfo* info,
+    const VkAllocationCallbacks* allocator, VkDevice* device) {
+    auto* link = take_link<VkLayerDeviceCreateInfo>(info, VK_STRUCTURE_TYPE_LOADER_DEVICE_CREATE_INFO);
+    const PFN_vkGetInstanceProcAddr next_instance = link->u.pLayerInfo->pfnNextGetInstanceProcAddr;
+    const PFN_vkGetDeviceProcAddr next = link->u.pLayerInfo->pfnNextGetDeviceProcAddr;
+    link->u.pLayerInfo = link->u.pLayerInfo->pNext;
+    const auto create = reinterpret_cast<PFN_vkCreateDevice>(next_instance(nullptr, "vkCreateDevice"));
+    const VkResult result = create(physical, info, allocator, device);
+    const std::scoped_lock lock(mutex);
+    if (result == VK_SUCCESS) {
+        devices[key(*device)] = next;
+        device_of_queue[key(*device)] = *device;
+    }
+    return result;
+}
+
+PFN_vkVoidFunction own(const char* name);
+
+VKAPI_ATTR PFN_vkVoidFunction VKAPI_CALL device_function(VkDevice device, const char* name) {
+    if (const PFN_vkVoidFunction function = own(name)) return function;
+    const std::scoped_lock lock(mutex);
+    return devices.at(key(device))(device, name);
+}
+
+VKAPI_ATTR PFN_vkVoidFunction VKAPI_CALL instance_function(VkInstance instance, const char* name) {
+    if (const PFN_vkVoidFunction function = own(name)) return function;
+    if (instance == nullptr) return nullptr;
+    const std::scoped_lock lock(mutex);
+    return instances.at(key(instance))(instance, name);
+}
+
+PFN_vkVoidFunction own(const char* name) {
+    const auto is = [&](const char* other) { return std::strcmp(name, other) == 0; };
+    const auto plain = [](auto function) { return reinterpret_cast<PFN_vkVoidFunction>(function); };
+    if (is("vkCreateInstance")) return plain(create_instance);
+    if (is("vkCreateDevice")) return plain(create_device);
+    if (is("vkGetInstanceProcAddr")) return plain(instance_function);
+    if (is("vkGetDeviceProcAddr")) return plain(device_function);
+    if (is("vkAcquireNextImageKHR")) return plain(acquire);
+    if (is("vkQueuePresentKHR")) return plain(present);
+    if (is("vkQueueSubmit")) return plain(submit);
+    if (is("vkWaitForFences")) return plain(wait_for_fences);
+    if (is("vkDeviceWaitIdle")) return plain(wait_idle);
+    return nullptr;
+}
+
+}  // namespace
+
+LAYER_EXPORT VKAPI_ATTR VkResult VKAPI_CALL vkNegotiateLoaderLayerInterfaceVersion(VkNegotiateLayerInterface* version) {
+    constexpr std::uint32_t known = 2;
+    if (version->loaderLayerInterfaceVersion < known) return VK_ERROR_INITIALIZATION_FAILED;
+    version->loaderLayerInterfaceVersion = known;
+    version->pfnGetInstanceProcAddr = instance_function;
+    version->pfnGetDeviceProcAddr = device_function;
+    version->pfnGetPhysicalDeviceProcAddr = nullptr;
+    return VK_SUCCESS;
+}
