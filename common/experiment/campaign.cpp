@@ -46,6 +46,7 @@ bool is_known(const BenchResults& results, const Experiment& experiment, const C
     std::vector<ExperimentSamples> own;
     for (const ExperimentSamples& samples : results.samples)
         if (experiment.made(samples)) own.push_back(samples);
+    if (!own.empty() && own.front().ended == "not applicable") return true;
     for (const Arm& arm : experiment.family->arms(*experiment.workload)) {
         const auto has_it = [&](const ExperimentSamples& samples) {
             return std::ranges::find(samples.arms, arm.name, &ArmSamples::arm) != samples.arms.end();
@@ -122,7 +123,8 @@ unsigned run_campaign(const std::vector<Family>& families, const CampaignOptions
             };
             ExperimentSamples samples =
                 run_experiment(replicate == 0 ? *family : without_gate(*family), *workload, runner);
-            if (samples.arms.front().seconds.empty()) return replicate;  // stopped before the first block
+            if (samples.arms.front().seconds.empty() && samples.ended == "stopped")
+                return replicate;  // before any block
             results.samples.push_back(std::move(samples));
             left_to_make -= least.preparation;
             if (options.keep) options.keep(results);

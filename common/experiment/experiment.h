@@ -58,6 +58,7 @@ struct Family {
     std::string source;                                     // who says so
     std::string held;                                       // what stays the same
     std::string clock = "total";                            // the readings that arms are compared by
+    bool everywhere = true;                                 // false: a device may lack what all arms need
     std::string along;                                      // the workload factor that grows
     std::vector<Workload> workloads;                        // ascending along it
     std::function<std::vector<Arm>(const Workload&)> arms;  // the first one is the baseline

@@ -31,6 +31,14 @@ std::string clocks_line(const nlohmann::json& device) {
         1e-3 * clocks.value("deviation_nanoseconds_greatest", 0.0));
 }
 
+// Whether what refused the baseline refused the whole family.
+bool without_baseline(const std::vector<ArmResult>& arms, const ArmResult& arm) {
+    return std::ranges::any_of(arms, [&](const ArmResult& other) {
+        return other.family == arm.family && other.workload.name == arm.workload.name && other.arm == arm.baseline &&
+               other.identity == Identity::not_applicable;
+    });
+}
+
 }  // namespace
 
 std::string to_text(const BenchResults& results, const std::vector<Claim>& claims) {
@@ -52,7 +60,11 @@ std::string to_text(const BenchResults& results, const std::vector<Claim>& claim
             if (arm.family != name) continue;
             if (arm.workload.name != workload) text += "  " + arm.workload.name + "\n";
             workload = arm.workload.name;
-            text += line_of(arm);
+            const bool refused = without_baseline(arms, arm);
+            if (!refused)
+                text += line_of(arm);
+            else if (arm.arm == arm.baseline)
+                text += fmt::format("    not applicable: {}\n", arm.reason);
         }
         for (const Crossover& crossover : crossovers(arms, family.at("along"), name))
             text += fmt::format("  {}: {}\n", crossover.arm, crossover.text);

@@ -63,12 +63,20 @@ std::vector<Contender> make_contenders(
             if (contenders.empty()) baseline = contender.run->output();
             gate(arm, baseline, contender);
         } catch (const UnsupportedError& refusal) {
-            if (contenders.empty()) throw;
+            if (contenders.empty() && family.everywhere) throw;
             contender.run.reset();
             contender.samples.identity = Identity::not_applicable;
             contender.samples.reason = refusal.what();
         }
         contenders.push_back(std::move(contender));
+        if (!contenders.front().run) break;  // what refused the baseline refuses all
+    }
+    if (!contenders.empty() && !contenders.front().run) {
+        const ArmSamples refused = contenders.front().samples;
+        const std::vector<Arm> arms = family.arms(workload);
+        for (std::size_t i = 1; i < arms.size(); ++i)
+            if (asked_for(arms[i].name, only))
+                contenders.push_back({nullptr, {arms[i].name, arms[i].text, refused.identity, refused.reason, {}}});
     }
     if (contenders.empty()) throw Error("the family " + family.name + " has no arms");
     return contenders;
@@ -190,6 +198,8 @@ ExperimentSamples run_experiment(const Family& family, const Workload& workload,
     for (; samples.ended.empty(); ++blocks) {
         if (options.stop.stop_requested()) {
             samples.ended = "stopped";
+        } else if (!contenders.front().run) {
+            samples.ended = "not applicable";
         } else if (blocks >= options.fewest_blocks && now() - start >= options.seconds) {
             samples.ended = "budget";
         } else if (blocks >= options.most_blocks) {

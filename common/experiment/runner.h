@@ -33,7 +33,7 @@ struct ExperimentSamples {
     Workload workload;
     std::uint64_t seed = 0;            // of the order within blocks
     std::uint64_t runs_a_reading = 1;  // a reading is their mean, where one run is too short
-    std::string ended;                 // "narrow", "budget", "blocks", "stopped"
+    std::string ended;                 // "narrow", "budget", "blocks", "stopped", "not applicable"
     double made_seconds = 0.0;         // on making arms and gating them
     double seconds = 0.0;              // on blocks
     std::vector<ArmSamples> arms;
@@ -54,7 +54,8 @@ struct RunnerOptions {
     std::function<double()> now;  // seconds; empty: the steady clock
 };
 
-// Throws Error where the baseline itself cannot run.
+// Throws UnsupportedError where the baseline itself cannot run; where the family is not for everywhere, all its arms
+// are not applicable then, with the baseline's reason.
 [[nodiscard]] ExperimentSamples run_experiment(
     const Family& family, const Workload& workload, const RunnerOptions& options);
 

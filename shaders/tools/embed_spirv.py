@@ -1,8 +1,10 @@
 #!/usr/bin/env python3
-"""Writes SPIR-V modules into a C++ file that defines tandem::shader_code (vulkan/framework/shader_library.h).
+"""Writes SPIR-V modules into a C++ file that defines tandem::shader_code (vulkan/framework/shader_library.h), or into a
+header of arrays NAME_words.
 
 usage: embed_spirv.py OUT.cpp PLANTED_BUGS(0|1) STAGE=FILE.spv...
        embed_spirv.py OUT.cpp variants STAGE:VARIANT=FILE.spv...
+       embed_spirv.py OUT.h header NAME=FILE.spv...
 """
 
 import struct
@@ -20,6 +22,13 @@ def words_of(name, path):
 
 def main():
     out, planted_bugs, modules = sys.argv[1], sys.argv[2], [argument.split("=", 1) for argument in sys.argv[3:]]
+    if planted_bugs == "header":
+        lines = ["#pragma once", "", "#include <cstdint>", "", "namespace tandem {", ""]
+        for name, path in modules:
+            lines += words_of(name, path)
+        with open(out, "w", encoding="utf-8") as file:
+            file.write("\n".join([*lines, "", "}  // namespace tandem", ""]))
+        return
     lines = ['#include "vulkan/framework/shader_library.h"', "", "namespace tandem {", "", "namespace {", ""]
     for name, path in modules:
         lines += words_of(name.replace(":", "_"), path)

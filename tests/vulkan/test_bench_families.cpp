@@ -6,8 +6,11 @@
 #include <cstdlib>
 
 #include "common/error.h"
+#include "common/experiment/runner.h"
 #include "tests/vulkan/scenes.h"
 #include "vulkan/bench/families.h"
+#include "vulkan/bench/frame_image.h"
+#include "vulkan/resources/show_place.h"
 
 using namespace tandem;
 using namespace tandem::testing;
@@ -51,6 +54,7 @@ std::size_t check_arms(const Family& family) {
             if (output && baseline && arm.same_bits && defined) CHECK(output->digest == baseline->digest);
             CHECK(run->run().at(family.clock) > 0.0);
         } catch (const UnsupportedError& refusal) {
+            if (!family.everywhere && &arm == arms.data()) return arms.size();
             CHECK(&arm != arms.data());  // the baseline runs everywhere
             CHECK(std::string(refusal.what()).size() > 10);
             ++refused;
@@ -70,11 +74,47 @@ TEST_CASE("every arm of every family computes what its baseline computes") {
 TEST_CASE("the layer has nothing to say about several queues, frames in flight, transfers and pipelines") {
     const SharedDevice device = device_of(true);
     for (const Family& family : {queues_family(device), frames_family(device), transfers_family(device),
-             transfers_beside_family(device), pipelines_family(device)})
+             transfers_beside_family(device), pipelines_family(device), images_family(device)})
         (void)check_arms(family);
     const std::vector<std::string> messages = device->log().take();
     CHECK(messages.empty());
     for (const std::string& message : messages) MESSAGE(message);
+}
+
+TEST_CASE("frames end in the pixels that the host makes of their estimate") {
+    const SharedDevice device = device_of(false);
+    const Family family = images_family(device);
+    const RenderWork work = work_of(family.workloads.front());
+    const Estimate estimate =
+        device->job(work.size, work.bounces, {}, summed_in_pairs)->render({0, work.samples}, {}).estimate;
+    const std::vector<std::uint8_t> pixels = shown_pixels(estimate);
+    CHECK(pixels.size() == 4 * 16 * 9);
+    CHECK(std::ranges::count(pixels, pixels.front()) < 400);  // a picture
+    const std::unique_ptr<ArmRun> baseline = family.arms(family.workloads.front()).front().make();
+    CHECK(baseline->output().value().digest == digest_of(pixels));
+    (void)baseline->run();
+    CHECK(baseline->output().value().digest == digest_of(pixels));
+}
+
+TEST_CASE("where nothing can be shown, the family of presentation is not applicable, with the reason") {
+    const SharedDevice device = device_of(false);
+    const MakeShowPlace nowhere = []() -> std::shared_ptr<ShowPlace> { throw DeviceError("there is no screen"); };
+    Family family = presentation_family(device, nowhere);
+    const bool headless = [&] {
+        try {
+            return family.arms(family.workloads.front()).front().make() != nullptr;
+        } catch (const UnsupportedError&) {
+            return false;
+        }
+    }();
+    if (headless) return;  // Vulkan has a surface without a display here
+    const ExperimentSamples samples = run_experiment(family, family.workloads.front(), {});
+    CHECK(samples.arms.size() == family.arms(family.workloads.front()).size());
+    for (const ArmSamples& arm : samples.arms) {
+        CHECK(arm.identity == Identity::not_applicable);
+        CHECK(arm.reason.find("there is no screen") != std::string::npos);
+        CHECK(arm.seconds.empty());
+    }
 }
 
 TEST_CASE("every claim speaks of arms that there are") {

@@ -40,19 +40,20 @@ std::vector<double> time_empty_submissions(const Device& device, std::size_t cou
 
 }  // namespace
 
-std::vector<Family> all_families(const SharedDevice& device) {
+std::vector<Family> all_families(const SharedDevice& device, const MakeShowPlace& make_window) {
     return {memory_family(device), fresh_memory_family(device), submission_family(device), waiting_family(device),
         recording_family(device), threads_family(device), barriers_family(device), parameters_family(device),
         descriptors_family(device), queues_family(device), frames_family(device), transfers_family(device),
         transfers_beside_family(device), pipelines_family(device), kernels_family(device), workgroups_family(device),
-        megakernel_family(device), candidates_family(device)};
+        megakernel_family(device), candidates_family(device), images_family(device),
+        presentation_family(device, make_window)};
 }
 
-BenchTarget vulkan_bench(const BenchRequest& request) {
+BenchTarget vulkan_bench(const BenchRequest& request, const MakeShowPlace& make_window) {
     const auto device = std::make_shared<BenchDevice>(request);
     BenchTarget target;
     target.device = facts_of(device->device());
-    target.families = all_families(device);
+    target.families = all_families(device, make_window);
     target.self_test = self_test_family(device);
     target.self_test_seconds = self_test_busy_seconds;
     target.claims = pattern_claims();

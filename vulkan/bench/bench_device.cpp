@@ -68,24 +68,25 @@ std::optional<DeviceClock> clock_of(const Device& device) {
 
 }  // namespace
 
-BenchDevice::BenchDevice(const BenchRequest& request)
-    : scene_(request.scene),
-      instance_(validation_wanted(false)),
-      device_(instance_, request.device, Queues::all),
+BenchDevice::BenchDevice(const BenchRequest& request, const std::vector<const char*>& instance_extensions,
+    const std::vector<const char*>& device_extensions)
+    : request_(request),
+      instance_(validation_wanted(false), instance_extensions),
+      device_(instance_, request.device, Queues::all, device_extensions),
       clock_(clock_of(device_)),
       stages_(device_),
       sizes_(sizes_for(request, device_)) {}
 
 std::unique_ptr<VulkanJob> BenchDevice::job(
     ImageSize size, std::uint32_t bounces, const JobPatterns& patterns, const Tuning& tuning) {
-    RenderSettings settings = default_settings(scene_);
+    RenderSettings settings = default_settings(request_.scene);
     settings.width = size.width;
     settings.height = size.height;
     settings.bounces = bounces;
     settings.roulette_start = no_roulette;
     if (tuning) tuning(settings);
     return std::make_unique<VulkanJob>(
-        instance_, device_, stages_, scene_, settings, Acceleration::automatic, PlantedBug::none, patterns);
+        instance_, device_, stages_, request_.scene, settings, Acceleration::automatic, PlantedBug::none, patterns);
 }
 
 const Specialisation& BenchDevice::specialisation() {

@@ -23,8 +23,12 @@ using Tuning = std::function<void(RenderSettings&)>;
 
 class BenchDevice {
 public:
-    explicit BenchDevice(const BenchRequest& request);
+    // `instance_extensions`, `device_extensions`: besides its own.
+    explicit BenchDevice(const BenchRequest& request, const std::vector<const char*>& instance_extensions = {},
+        const std::vector<const char*>& device_extensions = {});
 
+    [[nodiscard]] const BenchRequest& request() const { return request_; }
+    [[nodiscard]] const Instance& instance() const { return instance_; }
     [[nodiscard]] const Device& device() const { return device_; }
     // Log of the validation layer, which only TANDEM_VALIDATION=1 wakes: it has no place beside a clock.
     [[nodiscard]] ValidationLog& log() const { return instance_.log(); }
@@ -40,7 +44,7 @@ public:
     [[nodiscard]] std::uint32_t bounces() const { return 12; }  // the thesis's
 
 private:
-    Scene scene_;
+    BenchRequest request_;
     Instance instance_;
     Device device_;
     std::optional<DeviceClock> clock_;

@@ -233,6 +233,32 @@ std::vector<Claim> barrier_claims() {
     };
 }
 
+std::vector<Claim> image_claims() {
+    return {
+        {.id = "transition-last",
+            .text = "the layout change moved from pre- into post-processing saves time",
+            .source = "Ferreira 2019 (future work)",
+            .contrast = {.family = "images", .arm = "blit", .against = "transition-first", .workload = "smallest"},
+            .predicted = Predicted::less,
+            .rule = "refuted where it saves surely less than 1 % of the smallest frame"},
+        {.id = "first-recorded-once",
+            .text = "pre-processing alone recorded once saves time",
+            .source = "Ferreira 2019 (future work)",
+            .contrast = {.family = "images",
+                .arm = "first-recorded-once",
+                .against = "transition-first",
+                .workload = "smallest"},
+            .predicted = Predicted::less,
+            .rule = "refuted where it saves surely less than 1 % of the smallest frame"},
+        {.id = "attachments",
+            .text = "a render pass that draws the frame is as fast as a kernel and a copy",
+            .source = "Ferreira 2019 (future work)",
+            .contrast = {.family = "images", .arm = "attachment", .against = "copy"},
+            .predicted = Predicted::no_more,
+            .rule = "refuted where it costs surely more than 1 % of the largest frame"},
+    };
+}
+
 std::vector<Claim> queue_claims() {
     return {
         {.id = "several-queues",
@@ -296,8 +322,8 @@ std::vector<Claim> queue_claims() {
 
 std::vector<Claim> pattern_claims() {
     std::vector<Claim> claims;
-    for (const auto& part :
-        {memory_claims(), scheduling_claims(), thread_claims(), binding_claims(), barrier_claims(), queue_claims()})
+    for (const auto& part : {memory_claims(), scheduling_claims(), thread_claims(), binding_claims(), barrier_claims(),
+             queue_claims(), image_claims()})
         claims.insert(claims.end(), part.begin(), part.end());
     return claims;
 }

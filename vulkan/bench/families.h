@@ -3,6 +3,7 @@
 #pragma once
 
 #include "vulkan/bench/bench_device.h"
+#include "vulkan/make_show_place.h"
 
 namespace tandem {
 
@@ -25,12 +26,16 @@ namespace tandem {
 [[nodiscard]] Family megakernel_family(const SharedDevice& device);        // what its invocations take and share
 [[nodiscard]] Family candidates_family(const SharedDevice& device);        // which triangles are tested in full
 
+[[nodiscard]] Family images_family(const SharedDevice& device);  // how a frame ends in an image
+// Presented frames. `make_window`: where they are seen; empty: nowhere, if there is no display.
+[[nodiscard]] Family presentation_family(const SharedDevice& device, const MakeShowPlace& make_window);
+
 // Not one of all_families(): it tests the runner, not a pattern.
 inline constexpr double self_test_busy_seconds = 0.5e-3;
 [[nodiscard]] Family self_test_family(const SharedDevice& device);
 
 // All of them, in the order in which they run and are listed.
-[[nodiscard]] std::vector<Family> all_families(const SharedDevice& device);
+[[nodiscard]] std::vector<Family> all_families(const SharedDevice& device, const MakeShowPlace& make_window = {});
 
 // What the thesis [Ferreira 2019] and vendors' guides recommend, tied to arms of the families above.
 [[nodiscard]] std::vector<Claim> pattern_claims();

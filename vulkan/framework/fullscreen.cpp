@@ -25,10 +25,11 @@ vk::raii::ShaderModule make_module(const Device& device, std::span<const std::ui
 
 FullscreenPass::FullscreenPass(const Device& device) : device_(device), pass_(make_pass(device)) {}
 
-vk::raii::Pipeline FullscreenPass::make_pipeline(vk::PipelineLayout layout, std::span<const std::uint32_t> vertex,
-    std::span<const std::uint32_t> fragment, std::span<const SpecialisationConstant> constants) const {
-    const vk::raii::ShaderModule vertex_module = make_module(device_, vertex);
-    const vk::raii::ShaderModule fragment_module = make_module(device_, fragment);
+vk::raii::Pipeline make_fullscreen_pipeline(const Device& device, vk::PipelineLayout layout,
+    const FullscreenPlace& place, std::span<const std::uint32_t> vertex, std::span<const std::uint32_t> fragment,
+    std::span<const SpecialisationConstant> constants) {
+    const vk::raii::ShaderModule vertex_module = make_module(device, vertex);
+    const vk::raii::ShaderModule fragment_module = make_module(device, fragment);
     const std::vector<vk::SpecializationMapEntry> entries = map_entries(constants);
     const vk::SpecializationInfo specialisation(
         static_cast<std::uint32_t>(entries.size()), entries.data(), constants.size_bytes(), constants.data());
@@ -41,12 +42,16 @@ vk::raii::Pipeline FullscreenPass::make_pipeline(vk::PipelineLayout layout, std:
     vk::PipelineRasterizationStateCreateInfo rasterisation;
     rasterisation.setLineWidth(1.0f);
     const vk::PipelineMultisampleStateCreateInfo one_sample;
-    const vk::PipelineColorBlendStateCreateInfo no_colours;
+    using Channel = vk::ColorComponentFlagBits;
+    vk::PipelineColorBlendAttachmentState overwritten;
+    overwritten.setColorWriteMask(Channel::eR | Channel::eG | Channel::eB | Channel::eA);
+    const std::vector<vk::PipelineColorBlendAttachmentState> attachments(place.colours, overwritten);
+    const vk::PipelineColorBlendStateCreateInfo colours({}, false, vk::LogicOp::eCopy, attachments);
     const std::array dynamic{vk::DynamicState::eViewport, vk::DynamicState::eScissor};
     const vk::PipelineDynamicStateCreateInfo dynamic_states({}, dynamic);
-    return vk::raii::Pipeline(device_.handle(), nullptr,
+    return vk::raii::Pipeline(device.handle(), nullptr,
         vk::GraphicsPipelineCreateInfo({}, stages, &no_input, &triangles, nullptr, &viewport, &rasterisation,
-            &one_sample, nullptr, &no_colours, &dynamic_states, layout, *pass_));
+            &one_sample, nullptr, &colours, &dynamic_states, layout, place.pass, place.subpass));
 }
 
 vk::raii::Framebuffer FullscreenPass::make_framebuffer(std::uint32_t width, std::uint32_t height) const {

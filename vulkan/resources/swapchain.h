@@ -40,8 +40,8 @@ struct SwapchainSpec {
 // It has one size and mode. A change makes another one, from the old: Vulkan may then hand images over.
 class Swapchain {
 public:
-    // Of swapchain_size(…, `wish`), which must not be 0. `old` is retired. Throws UnsupportedError where the surface
-    // cannot have so many images.
+    // Its size is swapchain_size(…, `wish`), which must not be 0. `old` is retired. Throws UnsupportedError where the
+    // surface cannot have so many images.
     Swapchain(const Device& device, const vk::raii::SurfaceKHR& surface, const SwapchainSpec& spec, vk::Extent2D wish,
         const Swapchain* old);
 

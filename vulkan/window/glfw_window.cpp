@@ -68,6 +68,10 @@ vk::Extent2D GlfwWindow::size() const {
     return {static_cast<std::uint32_t>(width), static_cast<std::uint32_t>(height)};
 }
 
+void GlfwWindow::set_size(vk::Extent2D size) {
+    glfwSetWindowSize(window_.get(), static_cast<int>(size.width), static_cast<int>(size.height));
+}
+
 bool GlfwWindow::closing() const { return glfwWindowShouldClose(window_.get()) == GLFW_TRUE; }
 
 void GlfwWindow::close() { glfwSetWindowShouldClose(window_.get(), GLFW_TRUE); }

@@ -25,6 +25,7 @@ public:
 
     // What is drawn, in pixels; 0 while the window is minimised.
     [[nodiscard]] vk::Extent2D size() const;
+    void set_size(vk::Extent2D size);  // a wish, in screen coordinates
     [[nodiscard]] bool closing() const;
     void close();
     [[nodiscard]] bool key(int glfw_key) const;  // whether it is down

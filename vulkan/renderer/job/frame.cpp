@@ -57,11 +57,23 @@ SubmissionTimes VulkanJob::frame(std::uint64_t samples, bool fresh) {
     return times;
 }
 
-void VulkanJob::start_frame(std::uint64_t samples, bool fresh) {
+void VulkanJob::add_frame(std::uint64_t samples, bool fresh) {
     begin_frame(fresh);
     for (const Tile& tile : tiles()) recorder_->add_frame(tile, samples);
+}
+
+void VulkanJob::submit_frame() {
     begin_submission();
     submission_.start();
+}
+
+void VulkanJob::start_frame(std::uint64_t samples, bool fresh) {
+    add_frame(samples, fresh);
+    submit_frame();
+}
+
+vk::DescriptorBufferInfo VulkanJob::sums(std::uint32_t place) const {
+    return resources_.buffers(SetIndex::image, place).front();
 }
 
 SubmissionTimes VulkanJob::finish_frame() {

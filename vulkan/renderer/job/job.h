@@ -26,6 +26,15 @@ public:
     [[nodiscard]] SubmissionTimes frame(std::uint64_t samples, bool fresh = false);
     // The two halves of a frame in one submission: other jobs may be at work between them, this one may not be used.
     void start_frame(std::uint64_t samples, bool fresh = false);
+    // The two halves of start_frame(). What is added to submission() before, between and after them goes with the frame
+    // in this order.
+    void add_frame(std::uint64_t samples, bool fresh = false);
+    void submit_frame();
+    [[nodiscard]] Submission& submission() { return submission_; }
+    // Where the sums of the frame that was added last will lie once it ran, [channel * pixels + pixel]
+    // (shaders/kernels/moments.glsl): one of two places, which take turns.
+    [[nodiscard]] std::uint32_t sums_place() const { return kernels_.sum_parity(); }
+    [[nodiscard]] vk::DescriptorBufferInfo sums(std::uint32_t place) const;
     [[nodiscard]] SubmissionTimes finish_frame();
     [[nodiscard]] const Specialisation& specialisation() const { return specialisation_; }
 

@@ -1,0 +1,35 @@
+// Where the family `presentation` presents: made when its first arm is, so that no window opens for other families.
+#pragma once
+
+#include "vulkan/bench/bench_device.h"
+#include "vulkan/resources/show_place.h"
+#include "vulkan/resources/swapchain.h"
+
+namespace tandem {
+
+class PresentRun;
+
+class PresentationStage {
+public:
+    // A window, or without a display a surface without one (VK_EXT_headless_surface). Throws UnsupportedError, with the
+    // reason, where neither is to be had or the device cannot present.
+    PresentationStage(const BenchRequest& request, const MakeShowPlace& make_place);
+
+    [[nodiscard]] const SharedDevice& device() const { return device_; }
+    [[nodiscard]] const vk::raii::SurfaceKHR& surface() const { return surface_; }
+    [[nodiscard]] const SurfaceAbilities& abilities() const { return *abilities_; }
+    // A surface has one swapchain at a time: whoever held it before drops its own. Throws UnsupportedError where the
+    // window does not take that size.
+    void take(PresentRun* run, vk::Extent2D size);
+    void leave(const PresentRun* run);
+    void poll() { place_->poll(); }
+
+private:
+    std::shared_ptr<ShowPlace> place_;
+    SharedDevice device_;
+    vk::raii::SurfaceKHR surface_ = nullptr;
+    std::optional<SurfaceAbilities> abilities_;
+    PresentRun* holder_ = nullptr;
+};
+
+}  // namespace tandem

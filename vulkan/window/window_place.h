@@ -1,0 +1,11 @@
+// A window in which benchmarks present.
+#pragma once
+
+#include "vulkan/make_show_place.h"
+
+namespace tandem {
+
+// As MakeShowPlace says.
+[[nodiscard]] std::shared_ptr<ShowPlace> make_window_place();
+
+}  // namespace tandem
