@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <memory>
+#include <optional>
 
 #include "common/commands/command.h"
 #include "common/commands/help.h"
@@ -23,6 +24,9 @@ ExitStatus judges(const JudgesArguments& arguments, const CommandContext& contex
     check_outputs(context, {}, {arguments.a, arguments.b});
     const Image a = read_image(arguments.a), b = read_image(arguments.b);
     const JudgedPair pair = judged_pair(a, b);
+    // Before anything is printed, as it may refuse the images.
+    std::optional<SceneVerdict> verdict;
+    if (!pair.reference_variance.empty()) verdict = compare_images({{arguments.a, a}}, {{arguments.b, b}});
     nlohmann::json findings = nlohmann::json::array();
     for (const JudgeFinding& finding : ask_judges(pair)) {
         fmt::print("{:28} {:10} {:>10.4g} against {:<8.4g} {}\n", finding.name, finding.notices() ? "differ" : "alike",
@@ -30,13 +34,12 @@ ExitStatus judges(const JudgesArguments& arguments, const CommandContext& contex
         findings.push_back({{"judge", finding.name}, {"notices", finding.notices()}, {"score", finding.score},
             {"limit", finding.limit}, {"rule", finding.rule}});
     }
-    if (pair.reference_variance.empty()) {
-        fmt::print("The other judges need variances: name files that tandem render wrote as .exr.\n");
+    if (verdict) {
+        fmt::print("{:28} {:10} {}\n", "tandem compare", name_of(verdict->verdict), escaped(verdict->sentence));
+        findings.push_back({{"judge", "tandem compare"}, {"notices", verdict->verdict == Verdict::disagree},
+            {"verdict", name_of(verdict->verdict)}, {"sentence", verdict->sentence}});
     } else {
-        const SceneVerdict verdict = compare_images({{arguments.a, a}}, {{arguments.b, b}});
-        fmt::print("{:28} {:10} {}\n", "tandem compare", name_of(verdict.verdict), escaped(verdict.sentence));
-        findings.push_back({{"judge", "tandem compare"}, {"notices", verdict.verdict == Verdict::disagree},
-            {"verdict", name_of(verdict.verdict)}, {"sentence", verdict.sentence}});
+        fmt::print("The other judges need variances: name files that tandem render wrote as .exr.\n");
     }
     write_json(context, {{"judges", findings}});
     return ExitStatus::fine;

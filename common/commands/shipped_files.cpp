@@ -1,6 +1,10 @@
 #include "common/commands/shipped_files.h"
 
 #include <filesystem>
+#include <vector>
+
+#include "common/error.h"
+#include "common/text.h"
 
 namespace tandem {
 
@@ -22,6 +26,15 @@ fs::path shipped_root() {
     return {};
 }
 
+// The names of the scenes in scenes/ itself.
+std::vector<std::string> shipped_scenes() {
+    std::vector<std::string> names;
+    std::error_code error;
+    for (const fs::directory_entry& entry : fs::directory_iterator(shipped_root() / "scenes", error))
+        if (entry.path().extension() == ".json") names.push_back(entry.path().stem().string());
+    return names;
+}
+
 }  // namespace
 
 std::string shipped_file(const std::string& name) {
@@ -38,6 +51,9 @@ std::string shipped_file(const std::string& name) {
 CLI::Validator scene_name() {
     const auto replace = [](std::string& text) -> std::string {
         text = shipped_file(text);
+        if (std::error_code error; fs::exists(text, error)) return {};
+        if (const std::string meant = did_you_mean(fs::path(text).stem().string(), shipped_scenes()); !meant.empty())
+            throw input_error(text, "", "no such file", meant + "check the path");
         return {};
     };
     return {replace, ""};

@@ -13,7 +13,7 @@ namespace tandem {
 // What a command's SCENE may be.
 inline constexpr const char* scene_help = "Scene file, or the name of a shipped scene";
 
-// Puts shipped_file in the place of what was typed.
+// Puts shipped_file in the place of what was typed. Throws InputError where a shipped scene has nearly that name.
 [[nodiscard]] CLI::Validator scene_name();
 
 }  // namespace tandem

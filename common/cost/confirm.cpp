@@ -90,7 +90,7 @@ Rival compare(const Renewed& rival, const Renewed& best, std::size_t rivals) {
     return {rival.figures.arm.name(), {std::exp(ratio), std::exp(ratio - half), std::exp(ratio + half)}};
 }
 
-// Of those that took part.
+// The setting that reaches the error soonest, of those that took part.
 const ArmFigures* soonest_of(
     const std::vector<ArmFigures>& took_part, const std::vector<ArmFigures>& figures, double error) {
     const ArmFigures* best = nullptr;

@@ -67,6 +67,18 @@ class Commands(ProgramTest):
         matrix = [{"matrix": [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, "nan"]}]
         self.render_refused(self.changed("/entities/0/transform", matrix), "/entities/0/transform")
 
+    def test_a_misspelt_shipped_scene_is_named(self):
+        self.render_refused("glas", "glas: no such file; did you mean glass?")
+        self.render_refused("scenes/cornel-classic.json", "did you mean cornell-classic?")
+
+    def test_judges_of_one_seed_are_refused_before_they_speak(self):
+        images = [self.folder / "a.exr", self.folder / "b.exr"]
+        for image, samples in zip(images, (4, 8)):
+            self.assertEqual(tandem("render", self.scene, "-o", image, "--samples", samples).returncode, 0)
+        result = tandem("judges", *images)
+        self.refused(result, "was made with seed")
+        self.assertEqual(result.stdout, "")
+
     def test_bad_arguments_are_refused(self):
         out = self.folder / "out.exr"
         for arguments, mention in [

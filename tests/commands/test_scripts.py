@@ -212,19 +212,58 @@ class FreshBugs(unittest.TestCase):
 
     def test_a_bug_is_tabulated_with_its_effect_its_verdict_and_its_blame(self):
         patch = self.folder / "swapped.patch"
-        patch.write_text("subsystem: textures\n\ndiff --git a/x b/x\n")
+        patch.write_text("subsystem: textures\nkind: Left and right are exchanged.\nscene: closed-forms/slab\n\ndiff --git a/x b/x\n")
         result = self.run_script(patch, "--scenes", "glass", "--time", "1")
         self.assertEqual((result.returncode, result.stderr), (0, ""))
         table = (self.folder / "out/FRESH_BUGS.md").read_text()
         self.assertIn("1 of 1 bugs are found", table)
-        self.assertIn("The sound program disagrees on 0 of 1 scenes.", table)
+        self.assertIn("The sound program disagrees on 0 of 2 scenes.", table)
         self.assertIn("| above 0.5 % or 10 % (the margins) | 1 | 1 | 0 |", table)
-        self.assertRegex(table, r"\| swapped \| 50 % \| 100 % \| disagree \| glass \| tiles 16x16 \| \d+ \| textures \| among three \| candidate \|")
+        self.assertRegex(table, r"\| swapped \| Left and right are exchanged. \| 50 % \| 100 % \| disagree \| closed-forms/slab "
+                                r"\| tiles 16x16 \| \d+ \| textures \| among three \| candidate \|")
+
+    # Two at a time, each in a tree of its own; one does not compile, and the tree is as before for the next.
+    def test_bugs_of_a_folder_with_the_source_are_built_without_git(self):
+        source, out = self.folder / "source", self.folder / "fresh"
+        for name in "sound", "bugged":
+            shutil.copy(self.folder / "out/programs/sound", self.folder / name)
+        source.mkdir()
+        preset = {"name": "release", "generator": "Ninja", "binaryDir": "${sourceDir}/build/release"}
+        (source / "CMakePresets.json").write_text(json.dumps({"version": 6, "configurePresets": [preset]}))
+        (source / "CMakeLists.txt").write_text("cmake_minimum_required(VERSION 3.25)\nproject(tandem LANGUAGES CXX)\n"
+                                               "add_executable(tandem main.cpp)\n"
+                                               "set_target_properties(tandem PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR})\n")
+        program = f'#include <unistd.h>\nint main(int, char** argv) {{ return execv("{self.folder}/sound", argv); }}\n'
+        (source / "main.cpp").write_text(program)
+        line = program.splitlines()[1]
+        patches = []
+        for name, changed in (("a-bug", line.replace("/sound", "/bugged")), ("b-broken", line.replace("argv);", "args);")),
+                              ("c-bug", line.replace("/sound", "/bugged"))):
+            patches.append(self.folder / f"{name}.patch")
+            patches[-1].write_text(f"diff --git a/main.cpp b/main.cpp\n--- a/main.cpp\n+++ b/main.cpp\n@@ -1,2 +1,2 @@\n"
+                                   f" #include <unistd.h>\n-{line}\n+{changed}\n")
+        no_git = self.folder / "no-git"
+        no_git.mkdir()
+        (no_git / "git").write_text("#!/bin/sh\nexit 127\n")
+        (no_git / "git").chmod(0o755)
+        result = subprocess.run([sys.executable, SCRIPTS / "measure/fresh_bugs", *patches, "--source", source, "--commit", "c0ffee", "--jobs",
+                                 "2", "--scenes", "glass", "--time", "1", "-o", out], capture_output=True, text=True,
+                                env=os.environ | {"PATH": f"{no_git}:{os.environ['PATH']}"})
+        self.assertEqual(result.returncode, 1, result.stderr)
+        self.assertIn("b-broken.patch: cmake --build", result.stderr)
+        record = json.loads((out / "fresh_bugs.json").read_text())
+        self.assertEqual(record["commit"], "c0ffee")
+        self.assertEqual(sorted((line["bug"], line["verdicts"][-1]["verdict"]) for line in record["bugs"]), [("a-bug", "disagree"), ("c-bug", "disagree")])
+        for tree in "tree-0", "tree-1":
+            self.assertEqual((out / tree / "main.cpp").read_text(), program)
 
     def test_what_is_no_patch_or_no_scene_is_refused(self):
         patch = self.folder / "none.patch"
         patch.write_text("nothing")
-        for arguments, reason in (([patch], "is no patch"), ([patch, "--scenes", "nowhere"], "nowhere: is neither")):
+        astray = self.folder / "astray.patch"
+        astray.write_text("scene: nowhere\n\ndiff --git a/x b/x\n")
+        for arguments, reason in (([patch], "is no patch"), ([patch, "--scenes", "nowhere"], "nowhere: is neither"),
+                                  ([astray], "nowhere: is neither"), ([patch, "--source", self.folder, "--commit", "x"], "no folder with the source")):
             result = self.run_script(*arguments)
             self.assertEqual(result.returncode, 2)
             self.assertEqual(len(result.stderr.splitlines()), 1)

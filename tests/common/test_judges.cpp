@@ -32,6 +32,26 @@ JudgeFinding finding_of(const JudgedPair& pair, std::string_view judge) {
 
 }  // namespace
 
+// Two images of steps in every direction; the second is brighter, or wraps to dark, in its right half.
+// The expected values are those of other programs: scikit-image 0.19.3 (Gaussian weights, population covariance) and
+// the FLIP.h 1.6 of FLIP's authors, in single precision.
+TEST_CASE("SSIM and FLIP have the values that other programs give") {
+    constexpr int width = 48, height = 36;
+    std::vector<double> grey_a, grey_b, a, b;
+    for (int y = 0; y < height; ++y)
+        for (int x = 0; x < width; ++x)
+            for (int c = 0; c < 3; ++c) {
+                const int steps = 3 * x + 5 * y + 29 * c + x * y / 8, brighter = x > width / 2 ? 9 : 0;
+                a.push_back(steps % 64 / 63.0);
+                b.push_back((steps + brighter) % 64 / 63.0);
+                if (c > 0) continue;
+                grey_a.push_back(a.back());
+                grey_b.push_back(b.back());
+            }
+    CHECK(structural_similarity(grey_a, grey_b, width, height) == doctest::Approx(0.6555419568417236).epsilon(1e-10));
+    CHECK(flip_error(a, b, width, height) == doctest::Approx(0.21377844).epsilon(1e-4));
+}
+
 // Without structure SSIM is its luminance term [Wang et al. 2004, equation 6].
 TEST_CASE("SSIM of even images is the ratio of their means") {
     const double a = 0.5, b = 0.25, c1 = 1e-4;

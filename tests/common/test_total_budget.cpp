@@ -69,10 +69,10 @@ struct Machine {
 }  // namespace
 
 TEST_CASE("Twice the margin needs four times the seconds, and what is furthest from its margin counts") {
-    const double look = forecast_seconds(verdict_known_to(0.005, 0.01, 9.0)).value();
-    CHECK(look == doctest::Approx(10.0));
-    CHECK(forecast_seconds(verdict_known_to(0.010, 0.01, 9.0)).value() == doctest::Approx(4.0 * look));
-    CHECK(forecast_seconds(verdict_known_to(0.010, 0.30, 9.0)).value() == doctest::Approx(9.0 * look));
+    const double look = 18.0;  // a tenth of a budget is for what comes after looks
+    CHECK(forecast_seconds(verdict_known_to(0.005, 0.01, look)).value() == doctest::Approx(20.0));
+    CHECK(forecast_seconds(verdict_known_to(0.010, 0.01, look)).value() == doctest::Approx(80.0));
+    CHECK(forecast_seconds(verdict_known_to(0.010, 0.30, look)).value() == doctest::Approx(180.0));
 }
 
 TEST_CASE("A closed form that is not met yet counts in the forecast") {
@@ -125,6 +125,6 @@ TEST_CASE("No scene gets more than the most of one, and nothing begins after a s
 TEST_CASE("The seconds that undecided scenes need add up") {
     const std::vector<SceneVerdict> verdicts{verdict_known_to(0.010, 0.01, 9.0),
         verdict_known_to(0.004, 0.01, 9.0, Verdict::agree), verdict_known_to(0.005, 0.01, 9.0)};
-    CHECK(seconds_needed(verdicts).value() == doctest::Approx(50.0));
+    CHECK(seconds_needed(verdicts).value() == doctest::Approx(40.0 + 11.0));
     CHECK(!seconds_needed({SceneVerdict()}));
 }

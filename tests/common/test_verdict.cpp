@@ -203,9 +203,11 @@ TEST_CASE("the schedule doubles up to what the budget affords, in whole batches"
 }
 
 TEST_CASE("short budgets keep a fifth for what tells a disagreement apart, long ones a tenth") {
-    CHECK(share_of_looks(6.0) == doctest::Approx(0.8));
-    CHECK(share_of_looks(16.0) == doctest::Approx(0.875));
-    CHECK(share_of_looks(120.0) == doctest::Approx(0.9));
+    CHECK(seconds_of_looks(6.0) == doctest::Approx(4.8));
+    CHECK(seconds_of_looks(16.0) == doctest::Approx(14.0));
+    CHECK(seconds_of_looks(120.0) == doctest::Approx(108.0));
+    for (const double budget : {0.0, 6.0, 10.0, 16.0, 20.0, 120.0})
+        CHECK(budget_of_looks(seconds_of_looks(budget)) == doctest::Approx(budget));
 }
 
 TEST_CASE("a budget of nothing still allows one look at two batches") {

@@ -18,6 +18,7 @@ constexpr double most_of_calls = 0.25;
 constexpr std::uint64_t few_batches = 16;
 constexpr std::size_t most_spare_looks = 2;
 constexpr std::size_t most_paired_looks = 6;
+constexpr double seconds_to_explain = 2.0, least_to_explain = 0.1, most_to_explain = 0.2;  // the latter of the budget
 
 std::uint64_t round_down(double samples, std::uint64_t multiple) {
     // 2^50 samples are out of reach; the cut keeps the conversion defined.
@@ -26,15 +27,20 @@ std::uint64_t round_down(double samples, std::uint64_t multiple) {
 
 }  // namespace
 
-double share_of_looks(double budget_seconds) {
-    constexpr double seconds_to_explain = 2.0, least = 0.1, most = 0.2;
-    return 1.0 - std::clamp(seconds_to_explain / std::max(budget_seconds, 1e-12), least, most);
+double seconds_of_looks(double budget_seconds) {
+    return std::clamp(budget_seconds - seconds_to_explain, (1.0 - most_to_explain) * budget_seconds,
+        (1.0 - least_to_explain) * budget_seconds);
+}
+
+double budget_of_looks(double seconds) {
+    return std::clamp(
+        seconds + seconds_to_explain, seconds / (1.0 - least_to_explain), seconds / (1.0 - most_to_explain));
 }
 
 Schedule make_schedule(const ScheduleRequest& request) {
     Schedule schedule;
     const double sample = request.seconds_per_sample_reference + request.seconds_per_sample_candidate;
-    const double budget = share_of_looks(request.budget_seconds) * std::max(0.0, request.budget_seconds);
+    const double budget = seconds_of_looks(std::max(0.0, request.budget_seconds));
 
     schedule.batch_samples = samples_per_block;
     const auto of_batch = [&] { return sample + request.seconds_a_call / static_cast<double>(schedule.batch_samples); };
@@ -68,9 +74,7 @@ Schedule make_schedule(const ScheduleRequest& request) {
          samples <= request.max_samples && schedule.spare_looks.size() < most_spare_looks; samples *= 2)
         schedule.spare_looks.push_back(samples);
     schedule.paired_batches = std::min(schedule.paired_batches, schedule.looks.front() / batch);
-    const double most_pairs =
-        std::min(share_of_looks(request.budget_seconds) * request.budget_seconds / std::max(both, 1e-12),
-            static_cast<double>(request.max_samples));
+    const double most_pairs = std::min(budget / std::max(both, 1e-12), static_cast<double>(request.max_samples));
     for (std::uint64_t batches = 2 * schedule.paired_batches;
          batches > 0 && static_cast<double>(batches * batch) <= most_pairs &&
          schedule.paired_looks.size() < most_paired_looks;

@@ -19,9 +19,11 @@ struct Schedule {
     std::vector<std::uint64_t> paired_looks;
 };
 
-// The share of a budget in which looks end. The rest is for judging, uneven speed, and what tells a disagreement apart:
-// traces, likeness, oracle. They get two seconds of short budgets, a fifth at most, and a tenth of long ones.
-[[nodiscard]] double share_of_looks(double budget_seconds);
+// The part of a budget in which looks end. The rest is for judging, uneven speed, and what tells a disagreement apart:
+// traces, likeness, oracle. They get two seconds, but no less than a tenth and no more than a fifth of the budget.
+[[nodiscard]] double seconds_of_looks(double budget_seconds);
+// The budget whose looks may take so long.
+[[nodiscard]] double budget_of_looks(double seconds);
 
 struct ScheduleRequest {
     double seconds_per_sample_reference = 0.0;  // a sample of every pixel

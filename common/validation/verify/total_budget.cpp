@@ -94,8 +94,7 @@ std::optional<double> forecast_seconds(const SceneVerdict& verdict) {
     for (const LevelResult& level : judgement.levels)
         if (level.name.starts_with("closed form")) most = std::max(most, times_margin(level, margins.image));
     if (!std::isfinite(most)) return std::nullopt;
-    const double look = verdict.looks.back().seconds * std::max(1.0, most * most);
-    return look / share_of_looks(look);
+    return budget_of_looks(verdict.looks.back().seconds * std::max(1.0, most * most));
 }
 
 void verify_within(const TotalBudget& budget, std::vector<std::optional<SceneVerdict>>& verdicts) {
