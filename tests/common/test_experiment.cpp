@@ -10,6 +10,7 @@
 #include "common/experiment/analysis.h"
 #include "common/experiment/campaign.h"
 #include "common/experiment/claims.h"
+#include "common/experiment/results.h"
 
 using namespace tandem;
 
@@ -386,6 +387,36 @@ CampaignOptions campaign_on(SyntheticClock& clock, double seconds, unsigned repl
 }
 
 }  // namespace
+
+TEST_CASE("where a family need not run everywhere, what refuses its baseline refuses all of it, at once and for good") {
+    SyntheticClock clock(1);
+    Family family = family_of(clock, {0.0});
+    const std::size_t count = family.arms(family.workloads.front()).size();
+    family.arms = [arms = family.arms](const Workload& workload) {
+        std::vector<Arm> all = arms(workload);
+        all.front().make = []() -> std::unique_ptr<ArmRun> { throw UnsupportedError("there is no display"); };
+        return all;
+    };
+    CHECK_THROWS_AS(static_cast<void>(run_experiment(family, family.workloads.front(), {})), UnsupportedError);
+    family.everywhere = false;
+    BenchResults results;
+    CHECK(run_campaign({family}, campaign_on(clock, 100.0, 8), results) == 8);
+    REQUIRE(results.samples.size() == 1);
+    REQUIRE(results.samples.front().arms.size() == count);
+    for (const ArmSamples& arm : results.samples.front().arms) {
+        CHECK(arm.identity == Identity::not_applicable);
+        CHECK(arm.reason == "there is no display");
+        CHECK(arm.seconds.empty());
+    }
+    results.device = nlohmann::json::object();
+    results.families.push_back(texts_of(family));
+    const std::string text = to_text(results, {});
+    CHECK(text.find("not applicable: there is no display") != std::string::npos);
+    CHECK(text.find("there is no display") == text.rfind("there is no display"));
+    const BenchResults again = results_from_json(to_json(results, {}), "stored");
+    CHECK(again.samples.front().arms.front().identity == Identity::not_applicable);
+    CHECK(count_arms({family}, {}, results).missing == 0);
+}
 
 TEST_CASE("a campaign makes every arm anew in each round, with another seed") {
     SyntheticClock clock(1);

@@ -116,6 +116,7 @@ TEST_CASE("optional features that are made use of are told by name") {
     CHECK(tells("timeline semaphores") == has.timeline_semaphores);
     CHECK(tells("push descriptors") == has.push_descriptors);
     CHECK(tells("calibrated timestamps") == has.calibrated_timestamps);
+    CHECK(tells("stores to images of any format") == has.stores_any_format);
     CHECK(tells("ray tracing") == has.ray_tracing);
     CHECK(names_of({}).empty());
     DeviceFeatures one;
