@@ -1,21 +1,15 @@
 // What a command asks of a window, and what it tells afterwards. Who makes windows implements ShowWindow.
 #pragma once
 
-#include <array>
 #include <functional>
 #include <optional>
 #include <stop_token>
 #include <string>
-#include <string_view>
 
+#include "common/render/present_mode.h"
 #include "common/view/session.h"
 
 namespace tandem {
-
-// How images are handed to the screen (VkPresentModeKHR). fifo: at each refresh one, none left out; every device has
-// it. fifo_relaxed: a late one at once. mailbox: at each refresh the newest. immediate: at once, which may tear.
-enum class PresentMode : std::uint32_t { fifo = 0, fifo_relaxed = 1, mailbox = 2, immediate = 3 };
-inline constexpr std::array<std::string_view, 4> present_mode_names{"fifo", "fifo-relaxed", "mailbox", "immediate"};
 
 struct WindowOptions {
     std::string title;

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <utility>
 
@@ -131,6 +132,15 @@ Submission::Submission(const Device& device, const VulkanPatterns& patterns)
 
 void Submission::add(const Key& key, Recording recording) { pending_.push_back({key, std::move(recording)}); }
 
+void Submission::add_kept_first(const Key& key, Recording recording) {
+    kept_first_.push_back({key, std::move(recording)});
+}
+
+void Submission::wait_for(vk::Semaphore semaphore, vk::PipelineStageFlags at) {
+    waited_for_ = semaphore;
+    waited_at_ = at;
+}
+
 void Submission::forget_recorded() { recorded_.clear(); }
 
 void Submission::make_free(Pool& pool) const {
@@ -183,19 +193,18 @@ void Submission::record_all(std::vector<vk::CommandBuffer>& handles, SubmissionT
     });
 }
 
-void Submission::record_pre_recorded(std::vector<vk::CommandBuffer>& handles) {
+void Submission::record_pre_recorded(const std::vector<Pending>& pending, std::vector<vk::CommandBuffer>& handles) {
     const std::size_t per_buffer = std::max(1u, patterns_.recordings_per_buffer);
-    if (recorded_.size() > most_recorded) recorded_.clear();
-    for (std::size_t first = 0; first < pending_.size(); first += per_buffer) {
-        const std::size_t last = std::min(pending_.size(), first + per_buffer);
+    for (std::size_t first = 0; first < pending.size(); first += per_buffer) {
+        const std::size_t last = std::min(pending.size(), first + per_buffer);
         std::vector<Key> keys;
-        for (std::size_t i = first; i < last; ++i) keys.push_back(pending_[i].key);
+        for (std::size_t i = first; i < last; ++i) keys.push_back(pending[i].key);
         auto found = recorded_.find(keys);
         if (found == recorded_.end()) {
             vk::raii::CommandBuffer commands =
                 std::move(allocate(device_, own_pool_.pool, vk::CommandBufferLevel::ePrimary, 1).front());
             commands.begin(vk::CommandBufferBeginInfo());
-            for (std::size_t i = first; i < last; ++i) pending_[i].recording(commands);
+            for (std::size_t i = first; i < last; ++i) pending[i].recording(commands);
             commands.end();
             found = recorded_.emplace(std::move(keys), std::move(commands)).first;
         }
@@ -213,22 +222,31 @@ void Submission::record_primary(std::vector<vk::CommandBuffer>& handles) {
 }
 
 void Submission::submit(const std::vector<vk::CommandBuffer>& handles) {
-    const vk::Semaphore timeline = *timeline_;
     const bool signals = patterns_.wait == WaitPattern::timeline;
     if (signals) ++timeline_value_;
-    const vk::TimelineSemaphoreSubmitInfo value({}, timeline_value_);
     std::vector<vk::SubmitInfo> infos;
     if (patterns_.submission == SubmissionPattern::many_buffers)
         infos.emplace_back(nullptr, nullptr, handles);
     else
         for (const vk::CommandBuffer& handle : handles) infos.emplace_back(nullptr, nullptr, handle);
-    if (signals) infos.back().setSignalSemaphores(timeline).setPNext(&value);
+    // The values of binary semaphores are ignored.
+    const std::array<std::uint64_t, 2> values{timeline_value_, 0};
+    std::vector<vk::Semaphore> signalled;
+    if (signals) signalled.push_back(*timeline_);
+    if (signalled_) signalled.push_back(signalled_);
+    vk::TimelineSemaphoreSubmitInfo value;
+    value.setSignalSemaphoreValueCount(static_cast<std::uint32_t>(signalled.size()))
+        .setPSignalSemaphoreValues(values.data());
+    infos.back().setSignalSemaphores(signalled);
+    if (signals) infos.back().setPNext(&value);
+    if (waited_for_) infos.front().setWaitSemaphores(waited_for_).setWaitDstStageMask(waited_at_);
     const vk::Fence fence = patterns_.wait == WaitPattern::fence ? *fence_ : vk::Fence();
     if (patterns_.submission == SubmissionPattern::many_submits) {
         for (const vk::SubmitInfo& info : infos) queue_.submit(info, &info == &infos.back() ? fence : vk::Fence());
     } else {
         queue_.submit(infos, fence);
     }
+    waited_for_ = signalled_ = nullptr;
 }
 
 void Submission::wait() {
@@ -267,10 +285,11 @@ void Submission::start() {
     SubmissionTimes& times = times_ = {};
     if (pending_.empty()) return;
     const auto start = Clock::now();
+    if (recorded_.size() > most_recorded) recorded_.clear();
     std::vector<vk::CommandBuffer> handles;
     if (patterns_.recording == RecordingPattern::pre_recorded) {
         const double cpu_start = thread_cpu_seconds();
-        record_pre_recorded(handles);
+        record_pre_recorded(pending_, handles);
         times.record_cpu = thread_cpu_seconds() - cpu_start;
     } else {
         record_all(handles, times);
@@ -278,6 +297,9 @@ void Submission::start() {
     pending_.clear();
     times.command_buffers = handles.size();
     if (patterns_.recording == RecordingPattern::secondary) record_primary(handles);
+    std::vector<vk::CommandBuffer> first;
+    record_pre_recorded(std::exchange(kept_first_, {}), first);
+    handles.insert(handles.begin(), first.begin(), first.end());
     if (*stamps_) {
         handles.insert(handles.begin(), *stamp_buffers_[0]);
         handles.push_back(*stamp_buffers_[1]);

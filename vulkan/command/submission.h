@@ -51,6 +51,13 @@ public:
     Submission(const Device& device, const VulkanPatterns& patterns);
 
     void add(const Key& key, Recording recording);
+    // The same for commands that go before all others of the next submission, in a command buffer of their own that is
+    // recorded once and found again by its key.
+    void add_kept_first(const Key& key, Recording recording);
+    // Binary semaphores of the next submission alone: its commands wait for the one at this stage, and signal the other
+    // when they are done.
+    void wait_for(vk::Semaphore semaphore, vk::PipelineStageFlags at);
+    void signal(vk::Semaphore semaphore) { signalled_ = semaphore; }
     // Records what was added, submits it in this order and waits. Nothing added: nothing is submitted.
     [[nodiscard]] SubmissionTimes run();
     // The two halves of run(): with several Submissions, those of one can run while another is recorded. Between them
@@ -76,7 +83,7 @@ private:
     void make_free(Pool& pool) const;
     [[nodiscard]] const vk::raii::CommandBuffer& take(Pool& pool) const;
     void record_all(std::vector<vk::CommandBuffer>& handles, SubmissionTimes& times);
-    void record_pre_recorded(std::vector<vk::CommandBuffer>& handles);
+    void record_pre_recorded(const std::vector<Pending>& pending, std::vector<vk::CommandBuffer>& handles);
     void record_primary(std::vector<vk::CommandBuffer>& handles);
     void submit(const std::vector<vk::CommandBuffer>& handles);
     void wait();
@@ -91,7 +98,9 @@ private:
     std::vector<Pool> pools_;                                       // by recording thread
     Pool own_pool_;                                                 // stamps and primaries
     std::map<std::vector<Key>, vk::raii::CommandBuffer> recorded_;  // of own_pool_
-    std::vector<Pending> pending_;
+    std::vector<Pending> pending_, kept_first_;
+    vk::Semaphore waited_for_, signalled_;  // of the next submission; null: none
+    vk::PipelineStageFlags waited_at_;
     std::uint32_t stamp_bits_;  // of the queue's clock; 0: it has none
     vk::raii::QueryPool stamps_;
     vk::raii::CommandBuffers stamp_buffers_ = nullptr;  // first and last of each submission

@@ -57,6 +57,7 @@ DeviceFeatures features_of(const vk::raii::PhysicalDevice& physical) {
     features.calibrated_timestamps = offers(physical, VK_EXT_CALIBRATED_TIMESTAMPS_EXTENSION_NAME);
     features.doubles = plain.shaderFloat64;
     features.fragment_stores = plain.fragmentStoresAndAtomics;
+    features.stores_any_format = plain.shaderStorageImageWriteWithoutFormat;
     features.buffer_addresses = newer.bufferDeviceAddress;
     features.ray_tracing =
         features.buffer_addresses &&
@@ -81,6 +82,7 @@ std::vector<std::string> names_of(const DeviceFeatures& features) {
     add(features.storage_arrays, "arrays of storage buffers");
     add(features.storage_arrays_nonuniform, "arrays of storage buffers, indexed non-uniformly");
     add(features.fragment_stores, "stores of fragments");
+    add(features.stores_any_format, "stores to images of any format");
     add(features.calibrated_timestamps, "calibrated timestamps");
     add(features.ray_tracing, "ray tracing");
     return names;
@@ -115,6 +117,7 @@ vk::raii::Device make_device(const vk::raii::PhysicalDevice& physical, const Dev
     plain.shaderFloat64 = has.doubles;
     plain.shaderStorageBufferArrayDynamicIndexing = has.storage_arrays;
     plain.fragmentStoresAndAtomics = has.fragment_stores;
+    plain.shaderStorageImageWriteWithoutFormat = has.stores_any_format;
     vk::PhysicalDeviceVulkan12Features newer;
     newer.timelineSemaphore = has.timeline_semaphores;
     newer.bufferDeviceAddress = has.buffer_addresses;

@@ -17,6 +17,7 @@ struct DeviceFeatures {
     bool storage_arrays = false;             // of storage buffers, by indices that all invocations share
     bool storage_arrays_nonuniform = false;  // by any index
     bool fragment_stores = false;            // fragments may write to buffers
+    bool stores_any_format = false;          // kernels may store to images whose format they do not name
     bool calibrated_timestamps = false;      // beside the host's clock (device_clock.h)
     bool ray_tracing = false;                // pipelines of it, and the acceleration structures that they take
 };

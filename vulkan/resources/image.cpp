@@ -69,7 +69,7 @@ std::string unsupported_image(const Device& device, const ImageSpec& spec) {
     return {};
 }
 
-Image::Image(const Device& device, const ImageSpec& spec) : spec_(spec) {
+DeviceImage::DeviceImage(const Device& device, const ImageSpec& spec) : spec_(spec) {
     if (const std::string reason = unsupported_image(device, spec); !reason.empty()) throw UnsupportedError(reason);
     image_ = vk::raii::Image(device.handle(), info_of(spec));
     memory_ = allocate(device, image_.getMemoryRequirements(), spec.host_visible);

@@ -10,7 +10,7 @@ struct ImageSpec {
     vk::Format format = vk::Format::eR8G8B8A8Unorm;
     vk::ImageUsageFlags usage;
     vk::ImageTiling tiling = vk::ImageTiling::eOptimal;
-    // For linear tiling: the host may map it (Image::mapped). Else it is for the device alone.
+    // For linear tiling: the host may map it (DeviceImage::mapped). Else it is for the device alone.
     bool host_visible = false;
 };
 
@@ -18,10 +18,10 @@ struct ImageSpec {
 inline constexpr vk::ImageSubresourceRange whole_image{vk::ImageAspectFlagBits::eColor, 0, 1, 0, 1};
 inline constexpr vk::ImageSubresourceLayers first_layer{vk::ImageAspectFlagBits::eColor, 0, 0, 1};
 
-class Image {
+class DeviceImage {
 public:
     // Throws UnsupportedError, with the reason, where the device has no such images; Error where it cannot hold one.
-    Image(const Device& device, const ImageSpec& spec);
+    DeviceImage(const Device& device, const ImageSpec& spec);
 
     [[nodiscard]] vk::Image handle() const { return *image_; }
     // Null where no usage takes one: of what is only copied from and to.

@@ -22,7 +22,7 @@ constexpr const char* help_text =
     "middle drag: shift\n"
     "wheel: nearer, farther\n"
     "W A S D Q E: fly\n"
-    "R: first view\n"
+    "R: first view    P: next present mode\n"
     "F2: save    F11: full screen\n"
     "H: hide this panel    Esc: quit";
 
@@ -96,6 +96,7 @@ void Panel::take_keys(ViewSession& session, const WindowOptions& options) {
     if (was(GLFW_KEY_ESCAPE)) window_.close();
     if (was(GLFW_KEY_H)) visible_ = !visible_;
     if (was(GLFW_KEY_R)) session.reset_camera();
+    if (was(GLFW_KEY_P)) next_mode();
     if (was(GLFW_KEY_F2)) save(options);
     if (was(GLFW_KEY_F11)) window_.set_full_screen(!window_.full_screen());
 }
@@ -140,8 +141,16 @@ void Panel::show_backends(const ViewSession& session) const {
     }
 }
 
+void Panel::next_mode() {
+    constexpr std::size_t count = present_mode_names.size();
+    auto mode = static_cast<std::size_t>(presenter_.mode());
+    do mode = (mode + 1) % count;
+    while (!presenter_.abilities().has(static_cast<PresentMode>(mode)));
+    presenter_.set_mode(static_cast<PresentMode>(mode));
+}
+
 void Panel::show_presentation() {
-    PresentMode mode = presenter_.swapchain().mode();
+    const PresentMode mode = presenter_.mode();
     const std::string shown(present_mode_names[static_cast<std::size_t>(mode)]);
     if (!ImGui::BeginCombo("present mode", shown.c_str())) return;
     for (std::size_t i = 0; i < present_mode_names.size(); ++i) {

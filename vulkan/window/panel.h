@@ -25,6 +25,7 @@ private:
     void show(ViewSession& session, const WindowOptions& options, double seconds_a_frame);
     void show_backends(const ViewSession& session) const;
     void show_presentation();
+    void next_mode();  // of those that there are
     void move_camera(ViewSession& session);
     void take_keys(ViewSession& session, const WindowOptions& options);
     void save(const WindowOptions& options);

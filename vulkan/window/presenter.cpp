@@ -17,8 +17,6 @@ using Layout = vk::ImageLayout;
 using Stage = vk::PipelineStageFlagBits;
 
 constexpr std::uint64_t forever = std::numeric_limits<std::uint64_t>::max();
-constexpr vk::ImageSubresourceRange whole_image{vk::ImageAspectFlagBits::eColor, 0, 1, 0, 1};
-constexpr vk::ImageSubresourceLayers first_layer{vk::ImageAspectFlagBits::eColor, 0, 0, 1};
 
 // What was copied into the image stays; the panel is drawn over it, and the image is left ready to present.
 vk::raii::RenderPass make_render_pass(const Device& device, vk::Format format) {
@@ -35,12 +33,8 @@ vk::raii::RenderPass make_render_pass(const Device& device, vk::Format format) {
     return {device.handle(), vk::RenderPassCreateInfo({}, colour, subpass, dependencies)};
 }
 
-void change_layout(vk::CommandBuffer commands, vk::Image image, Layout from, Layout to, vk::AccessFlags before,
-    vk::AccessFlags after, vk::PipelineStageFlags stage_before = Stage::eTransfer) {
-    const vk::ImageMemoryBarrier barrier(
-        before, after, from, to, VK_QUEUE_FAMILY_IGNORED, VK_QUEUE_FAMILY_IGNORED, image, whole_image);
-    commands.pipelineBarrier(stage_before, Stage::eTransfer, {}, {}, {}, barrier);
-}
+// The blits of frames before are done with the image before it changes.
+constexpr ImageUse blitted_before{Stage::eTransfer, Access::eTransferRead, Layout::eUndefined};
 
 std::array<vk::Offset3D, 2> corners(const vk::Rect2D& place) {
     return {vk::Offset3D(place.offset.x, place.offset.y, 0),
@@ -73,7 +67,7 @@ Presenter::Presenter(const Device& device, const vk::raii::SurfaceKHR& surface, 
         frames_[i].done = vk::raii::Fence(device.handle(), vk::FenceCreateInfo(vk::FenceCreateFlagBits::eSignaled));
         frames_[i].acquired = vk::raii::Semaphore(device.handle(), vk::SemaphoreCreateInfo());
     }
-    make_swapchain(size);
+    if (!make_swapchain(size)) throw DeviceError("the window has no size; make it larger");
 }
 
 // A lost device cannot be waited for, and need not be.
@@ -84,11 +78,14 @@ void Presenter::wait() const {
     }
 }
 
-void Presenter::make_swapchain(vk::Extent2D size) {
+bool Presenter::make_swapchain(vk::Extent2D size) {
+    const vk::Extent2D given = swapchain_size(device_, surface_, size);
+    if (given.width == 0 || given.height == 0) return false;
     device_.handle().waitIdle();
     targets_.clear();
     swapchain_.emplace([&] {
-        return Swapchain(device_, surface_, abilities_.format(), size, mode_, swapchain_ ? &*swapchain_ : nullptr);
+        const SwapchainSpec spec{.format = abilities_.format(), .mode = mode_};
+        return Swapchain(device_, surface_, spec, size, swapchain_ ? &*swapchain_ : nullptr);
     }());
     ++made_;
     outdated_ = false;
@@ -99,6 +96,7 @@ void Presenter::make_swapchain(vk::Extent2D size) {
                                                          swapchain_->size().width, swapchain_->size().height, 1)),
                 vk::raii::Semaphore(device_.handle(), vk::SemaphoreCreateInfo())});
     }
+    return true;
 }
 
 void Presenter::set_mode(PresentMode mode) {
@@ -129,17 +127,10 @@ vk::Rect2D Presenter::picture_place() const {
 }
 
 void Presenter::make_picture(vk::Extent2D size) {
-    if (picture_size_.width > 0) device_.handle().waitIdle();  // frames may still read the old one
-    picture_image_ = nullptr;
-    picture_memory_ = nullptr;
-    vk::ImageCreateInfo info({}, vk::ImageType::e2D, vk::Format::eR8G8B8A8Unorm, {size.width, size.height, 1}, 1, 1);
-    info.usage = vk::ImageUsageFlagBits::eTransferDst | vk::ImageUsageFlagBits::eTransferSrc;
-    picture_image_ = vk::raii::Image(device_.handle(), info);
-    const vk::MemoryRequirements needs = picture_image_.getMemoryRequirements();
-    const std::uint32_t type = device_.memory_type(needs.memoryTypeBits, {}, vk::MemoryPropertyFlagBits::eDeviceLocal);
-    picture_memory_ = vk::raii::DeviceMemory(device_.handle(), vk::MemoryAllocateInfo(needs.size, type));
-    picture_image_.bindMemory(*picture_memory_, 0);
-    picture_size_ = size;
+    if (picture_image_) device_.handle().waitIdle();  // frames may still read the old one
+    picture_image_.reset();
+    using Usage = vk::ImageUsageFlagBits;
+    picture_image_.emplace(device_, ImageSpec{.size = size, .usage = Usage::eTransferDst | Usage::eTransferSrc});
 }
 
 // The frame's own staging memory, so that the device may still read that of the frame before.
@@ -151,32 +142,28 @@ void Presenter::record_upload(Frame& frame) {
         frame.staging.emplace(device_, MemoryDomain::upload, std::span(&spec, 1));
     }
     std::memcpy(frame.staging->mapped(0), picture_.rgba.data(), picture_.rgba.size());
-    const vk::CommandBuffer commands = *frame.commands;
-    // The blits of frames before are done with the image before it changes.
-    change_layout(commands, *picture_image_, Layout::eUndefined, Layout::eTransferDstOptimal, Access::eTransferRead,
-        Access::eTransferWrite);
-    commands.copyBufferToImage((*frame.staging)[0], *picture_image_, Layout::eTransferDstOptimal,
-        vk::BufferImageCopy(
-            frame.staging->offset(0), 0, 0, first_layer, {}, {picture_size_.width, picture_size_.height, 1}));
-    change_layout(commands, *picture_image_, Layout::eTransferDstOptimal, Layout::eTransferSrcOptimal,
-        Access::eTransferWrite, Access::eTransferRead);
+    const vk::raii::CommandBuffer& commands = frame.commands;
+    const vk::Image image = picture_image_->handle();
+    const vk::Extent2D size = picture_size();
+    transition(commands, image, blitted_before, copied_to);
+    commands.copyBufferToImage((*frame.staging)[0], image, copied_to.layout,
+        vk::BufferImageCopy(frame.staging->offset(0), 0, 0, first_layer, {}, {size.width, size.height, 1}));
+    transition(commands, image, copied_to, copied_from);
     picture_changed_ = false;
 }
 
 void Presenter::record_picture(const Frame& frame, vk::Image target) const {
-    const vk::CommandBuffer commands = *frame.commands;
-    // The image was waited for at this stage.
-    change_layout(commands, target, Layout::eUndefined, Layout::eTransferDstOptimal, {}, Access::eTransferWrite);
+    const vk::raii::CommandBuffer& commands = frame.commands;
+    transition(commands, target, acquired_image(Stage::eTransfer), copied_to);
     constexpr float grey = 0.1f;
     commands.clearColorImage(target, Layout::eTransferDstOptimal,
         vk::ClearColorValue(std::array<float, 4>{grey, grey, grey, 1.0f}), whole_image);
-    if (picture_size_.width == 0) return;
-    change_layout(commands, target, Layout::eTransferDstOptimal, Layout::eTransferDstOptimal, Access::eTransferWrite,
-        Access::eTransferWrite);
+    if (!picture_image_) return;
+    transition(commands, target, copied_to, copied_to);
     const vk::Rect2D place = picture_place();
-    const vk::Rect2D whole({0, 0}, picture_size_);
-    const bool larger = place.extent.width >= picture_size_.width;  // pixels stay square and sharp
-    commands.blitImage(*picture_image_, Layout::eTransferSrcOptimal, target, Layout::eTransferDstOptimal,
+    const vk::Rect2D whole({0, 0}, picture_size());
+    const bool larger = place.extent.width >= whole.extent.width;  // pixels stay square and sharp
+    commands.blitImage(picture_image_->handle(), Layout::eTransferSrcOptimal, target, Layout::eTransferDstOptimal,
         vk::ImageBlit(first_layer, corners(whole), first_layer, corners(place)),
         larger ? vk::Filter::eNearest : vk::Filter::eLinear);
 }
@@ -195,8 +182,8 @@ void Presenter::record(Frame& frame, std::uint32_t image, const std::function<vo
 
 bool Presenter::draw(vk::Extent2D size, const std::function<void(vk::CommandBuffer)>& panel) {
     if (size.width == 0 || size.height == 0) return false;
-    if (outdated_ || size != swapchain_->size()) make_swapchain(size);
-    if (const vk::Extent2D wanted{picture_.width, picture_.height}; wanted != picture_size_) make_picture(wanted);
+    if ((outdated_ || size != swapchain_->size()) && !make_swapchain(size)) return false;
+    if (const vk::Extent2D wanted{picture_.width, picture_.height}; wanted != picture_size()) make_picture(wanted);
     Frame& frame = frames_[frame_count_ % frames_in_flight];
     (void)device_.handle().waitForFences(*frame.done, true, forever);
     std::uint32_t image = 0;

@@ -7,8 +7,9 @@
 
 #include "common/view/session.h"
 #include "vulkan/resources/buffer_group.h"
+#include "vulkan/resources/image.h"
+#include "vulkan/resources/swapchain.h"
 #include "vulkan/window/glfw_window.h"
-#include "vulkan/window/swapchain.h"
 
 namespace tandem {
 
@@ -24,6 +25,7 @@ public:
     [[nodiscard]] const Swapchain& swapchain() const { return *swapchain_; }
     [[nodiscard]] std::uint64_t swapchains_made() const { return made_; }
     [[nodiscard]] vk::RenderPass render_pass() const { return *render_pass_; }
+    [[nodiscard]] PresentMode mode() const { return mode_; }  // of the frames to come
     void set_mode(PresentMode mode);
     void wait() const;  // until the device has done all frames, or is lost
 
@@ -50,8 +52,12 @@ private:
         vk::raii::Semaphore drawn = nullptr;
     };
 
-    void make_swapchain(vk::Extent2D size);
+    // False: the surface has no size now.
+    [[nodiscard]] bool make_swapchain(vk::Extent2D size);
     void make_picture(vk::Extent2D size);
+    [[nodiscard]] vk::Extent2D picture_size() const {
+        return picture_image_ ? picture_image_->spec().size : vk::Extent2D();
+    }
     void record_upload(Frame& frame);
     void record(Frame& frame, std::uint32_t image, const std::function<void(vk::CommandBuffer)>& panel);
     void record_picture(const Frame& frame, vk::Image target) const;
@@ -71,9 +77,7 @@ private:
 
     ViewSession::Shown picture_;
     bool picture_changed_ = false;
-    vk::Extent2D picture_size_;
-    vk::raii::DeviceMemory picture_memory_ = nullptr;
-    vk::raii::Image picture_image_ = nullptr;
+    std::optional<DeviceImage> picture_image_;
 };
 
 }  // namespace tandem

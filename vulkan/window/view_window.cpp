@@ -48,12 +48,11 @@ private:
     std::vector<double> between_;
 };
 
-// Destroys what is younger first, then lets the log speak.
 class ViewWindow {
 public:
-    explicit ViewWindow(const WindowOptions& options)
-        : window_(options.title, options.width, options.height),
-          instance_(validation_wanted(options.validation), window_.instance_extensions()),
+    ViewWindow(GlfwWindow& window, const Instance& instance, const WindowOptions& options)
+        : window_(window),
+          instance_(instance),
           surface_(window_.surface(instance_.handle())),
           device_(instance_, options.device, Queues::one, {VK_KHR_SWAPCHAIN_EXTENSION_NAME}),
           presenter_(device_, surface_, window_.size(), options.present_mode),
@@ -64,16 +63,19 @@ public:
 
     WindowReport run(ViewSession& session, const WindowOptions& options, const std::stop_token& stop) {
         Pace pace;
+        bool drawn = true;
         while (!window_.closing() && !stop.stop_requested()) {
             const bool shown = options.frames > 0 && pace.frames() >= options.frames;
             if (shown && (!options.frames_wait || session.finished())) break;
-            const bool minimised = window_.size().width == 0;
+            const vk::Extent2D size = window_.size();
+            const bool minimised = size.width == 0 || size.height == 0;
             const double rest = least_seconds_a_frame - pace.seconds_since_last();
-            window_.poll(minimised ? 0.1 : std::max(0.0, rest));
+            window_.poll(minimised ? 0.1 : drawn ? std::max(0.0, rest) : least_seconds_a_frame);
             panel_.update(session, options, pace.recent());
             session.follow();
             take_picture(session);
-            if (presenter_.draw(window_.size(), [&](vk::CommandBuffer commands) { panel_.draw(commands); })) pace.add();
+            drawn = presenter_.draw(window_.size(), [&](vk::CommandBuffer commands) { panel_.draw(commands); });
+            if (drawn) pace.add();
             instance_.log().raise();
         }
         return {pace.frames(), pace.seconds(), pace.slow(), presenter_.swapchains_made(), presenter_.swapchain().mode(),
@@ -90,8 +92,8 @@ private:
         if (const ViewSession::Shown shown = session.shown(appearance); shown.width > 0) presenter_.set_picture(shown);
     }
 
-    GlfwWindow window_;
-    Instance instance_;
+    GlfwWindow& window_;
+    const Instance& instance_;
     vk::raii::SurfaceKHR surface_;
     Device device_;
     Presenter presenter_;
@@ -104,8 +106,11 @@ private:
 
 WindowReport show_in_window(ViewSession& session, const WindowOptions& options, const std::stop_token& stop) {
     try {
-        ViewWindow window(options);
-        return window.run(session, options, stop);
+        GlfwWindow window(options.title, options.width, options.height);
+        const Instance instance(validation_wanted(options.validation), window.instance_extensions());
+        const WindowReport report = ViewWindow(window, instance, options).run(session, options, stop);
+        instance.log().raise();  // also about what was left when the device was destroyed
+        return report;
     } catch (const vk::DeviceLostError&) {
         throw DeviceError("the device that shows the window was lost; start tandem view again");
     } catch (const vk::SystemError& failure) {

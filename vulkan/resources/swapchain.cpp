@@ -1,4 +1,6 @@
-#include "vulkan/window/swapchain.h"
+#include "vulkan/resources/swapchain.h"
+
+#include <fmt/format.h>
 
 #include <algorithm>
 #include <array>
@@ -13,6 +15,8 @@ namespace {
 // Values are encoded as sRGB before they come here: the format must not encode them again.
 constexpr std::array formats{vk::Format::eB8G8R8A8Unorm, vk::Format::eR8G8B8A8Unorm};
 
+constexpr vk::ImageUsageFlags viewed = vk::ImageUsageFlagBits::eStorage | vk::ImageUsageFlagBits::eColorAttachment;
+
 vk::Extent2D within(vk::Extent2D size, const vk::SurfaceCapabilitiesKHR& limits) {
     constexpr std::uint32_t free_choice = std::numeric_limits<std::uint32_t>::max();
     if (limits.currentExtent.width != free_choice) return limits.currentExtent;
@@ -20,7 +24,22 @@ vk::Extent2D within(vk::Extent2D size, const vk::SurfaceCapabilitiesKHR& limits)
         std::clamp(size.height, limits.minImageExtent.height, limits.maxImageExtent.height)};
 }
 
+std::uint32_t count_for(std::uint32_t wanted, const vk::SurfaceCapabilitiesKHR& limits) {
+    const std::uint32_t least = limits.minImageCount;
+    const std::uint32_t most =
+        limits.maxImageCount == 0 ? std::numeric_limits<std::uint32_t>::max() : limits.maxImageCount;
+    if (wanted == 0) return std::min(std::max(least, 2u) + 1, most);
+    if (wanted < least)
+        throw UnsupportedError(fmt::format("the surface keeps {} images at least, not {}", least, wanted));
+    if (wanted > most) throw UnsupportedError(fmt::format("the surface has {} images at most, not {}", most, wanted));
+    return wanted;
+}
+
 }  // namespace
+
+vk::Extent2D swapchain_size(const Device& device, const vk::raii::SurfaceKHR& surface, vk::Extent2D wish) {
+    return within(wish, device.physical().getSurfaceCapabilitiesKHR(*surface));
+}
 
 vk::PresentModeKHR vulkan_mode(PresentMode mode) {
     switch (mode) {
@@ -44,7 +63,8 @@ SurfaceAbilities::SurfaceAbilities(const Device& device, const vk::raii::Surface
         throw DeviceError(name + " draws no triangles on the queue that computes; choose another --device");
     if (physical.getSurfaceSupportKHR(device.queue_family(), *surface) == VK_FALSE)
         throw DeviceError(name + " cannot show images on this display; choose another --device");
-    if (!(physical.getSurfaceCapabilitiesKHR(*surface).supportedUsageFlags & vk::ImageUsageFlagBits::eTransferDst))
+    usage_ = physical.getSurfaceCapabilitiesKHR(*surface).supportedUsageFlags;
+    if (!(usage_ & vk::ImageUsageFlagBits::eTransferDst))
         throw DeviceError(name + " takes no copies to this display's images; choose another --device");
     const auto offered = physical.getSurfaceFormatsKHR(*surface);
     const auto found = std::ranges::find_if(offered,
@@ -59,34 +79,34 @@ bool SurfaceAbilities::has(PresentMode mode) const {
     return std::ranges::find(modes_, vulkan_mode(mode)) != modes_.end();
 }
 
-Swapchain::Swapchain(const Device& device, const vk::raii::SurfaceKHR& surface, vk::SurfaceFormatKHR format,
-    vk::Extent2D size, PresentMode mode, const Swapchain* old)
-    : mode_(mode) {
+Swapchain::Swapchain(const Device& device, const vk::raii::SurfaceKHR& surface, const SwapchainSpec& spec,
+    vk::Extent2D wish, const Swapchain* old)
+    : mode_(spec.mode) {
     const vk::SurfaceCapabilitiesKHR limits = device.physical().getSurfaceCapabilitiesKHR(*surface);
-    size_ = within(size, limits);
-    // One more than the surface keeps, so that one can be drawn while it does.
+    size_ = within(wish, limits);
     least_images_ = std::max(limits.minImageCount, 2u);
-    const std::uint32_t most =
-        limits.maxImageCount == 0 ? std::numeric_limits<std::uint32_t>::max() : limits.maxImageCount;
     vk::SwapchainCreateInfoKHR info;
     info.surface = *surface;
-    info.minImageCount = std::min(least_images_ + 1, most);
-    info.imageFormat = format.format;
-    info.imageColorSpace = format.colorSpace;
+    info.minImageCount = count_for(spec.images, limits);
+    info.imageFormat = spec.format.format;
+    info.imageColorSpace = spec.format.colorSpace;
     info.imageExtent = size_;
     info.imageArrayLayers = 1;
-    info.imageUsage = vk::ImageUsageFlagBits::eColorAttachment | vk::ImageUsageFlagBits::eTransferDst;
+    info.imageUsage = spec.usage;
     info.preTransform = limits.currentTransform;
     const bool opaque = static_cast<bool>(limits.supportedCompositeAlpha & vk::CompositeAlphaFlagBitsKHR::eOpaque);
     info.compositeAlpha = opaque ? vk::CompositeAlphaFlagBitsKHR::eOpaque : vk::CompositeAlphaFlagBitsKHR::eInherit;
-    info.presentMode = vulkan_mode(mode);
+    info.presentMode = vulkan_mode(spec.mode);
     info.clipped = true;
     if (old != nullptr) info.oldSwapchain = *old->swapchain_;
     swapchain_ = vk::raii::SwapchainKHR(device.handle(), info);
     for (const VkImage image : swapchain_.getImages()) {
         images_.emplace_back(image);
-        views_.emplace_back(device.handle(), vk::ImageViewCreateInfo({}, images_.back(), vk::ImageViewType::e2D,
-                                                 format.format, {}, {vk::ImageAspectFlagBits::eColor, 0, 1, 0, 1}));
+        views_.push_back(nullptr);
+        if (!(spec.usage & viewed)) continue;
+        views_.back() = vk::raii::ImageView(
+            device.handle(), vk::ImageViewCreateInfo({}, images_.back(), vk::ImageViewType::e2D, spec.format.format, {},
+                                 {vk::ImageAspectFlagBits::eColor, 0, 1, 0, 1}));
     }
 }
 

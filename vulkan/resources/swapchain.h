@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "common/view/window.h"
+#include "common/render/present_mode.h"
 #include "vulkan/core/device.h"
 
 namespace tandem {
@@ -16,20 +16,34 @@ public:
 
     [[nodiscard]] bool has(PresentMode mode) const;
     [[nodiscard]] vk::SurfaceFormatKHR format() const { return format_; }
+    [[nodiscard]] vk::ImageUsageFlags usage() const { return usage_; }
 
 private:
     std::vector<vk::PresentModeKHR> modes_;
     vk::SurfaceFormatKHR format_;
+    vk::ImageUsageFlags usage_;  // that its images can have
 };
 
 [[nodiscard]] vk::PresentModeKHR vulkan_mode(PresentMode mode);
 
+// The size of a swapchain for the surface now: `wish` where it leaves the choice. 0 while a window is minimised: then
+// there can be none.
+[[nodiscard]] vk::Extent2D swapchain_size(const Device& device, const vk::raii::SurfaceKHR& surface, vk::Extent2D wish);
+
+struct SwapchainSpec {
+    vk::SurfaceFormatKHR format;
+    PresentMode mode = PresentMode::fifo;
+    std::uint32_t images = 0;  // at least; 0: one more than the surface keeps, so that one can be drawn while it does
+    vk::ImageUsageFlags usage = vk::ImageUsageFlagBits::eColorAttachment | vk::ImageUsageFlagBits::eTransferDst;
+};
+
 // It has one size and mode. A change makes another one, from the old: Vulkan may then hand images over.
 class Swapchain {
 public:
-    // `size` is a wish where the surface lets the swapchain decide; of the surface otherwise. `old` is retired.
-    Swapchain(const Device& device, const vk::raii::SurfaceKHR& surface, vk::SurfaceFormatKHR format, vk::Extent2D size,
-        PresentMode mode, const Swapchain* old);
+    // Its size is swapchain_size(…, `wish`), which must not be 0. `old` is retired. Throws UnsupportedError where the
+    // surface cannot have so many images.
+    Swapchain(const Device& device, const vk::raii::SurfaceKHR& surface, const SwapchainSpec& spec, vk::Extent2D wish,
+        const Swapchain* old);
 
     [[nodiscard]] const vk::raii::SwapchainKHR& handle() const { return swapchain_; }
     [[nodiscard]] vk::Extent2D size() const { return size_; }
@@ -37,6 +51,7 @@ public:
     [[nodiscard]] std::uint32_t least_images() const { return least_images_; }
     [[nodiscard]] std::size_t image_count() const { return images_.size(); }
     [[nodiscard]] vk::Image image(std::size_t i) const { return images_[i]; }
+    // Null where no usage takes one.
     [[nodiscard]] vk::ImageView view(std::size_t i) const { return *views_[i]; }
 
 private:
