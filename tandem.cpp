@@ -8,6 +8,7 @@
 #include "vulkan/framework/list_shader.h"
 #ifdef TANDEM_WINDOW
 #include "vulkan/window/view_window.h"
+#include "vulkan/window/window_surface.h"
 #endif
 
 int main(int argc, char** argv) {
@@ -15,10 +16,12 @@ int main(int argc, char** argv) {
         .backends = {tandem::cpu_backend(), tandem::vulkan_backend(), tandem::oracle_backend(),
             tandem::first_backend()},
         .devices = tandem::devices_as_json,
-        .bench = tandem::vulkan_bench,
 #ifdef TANDEM_WINDOW
+        .bench =
+            [](const tandem::BenchRequest& request) { return tandem::vulkan_bench(request, tandem::window_surface); },
         .show = tandem::show_in_window,
 #else
+        .bench = [](const tandem::BenchRequest& request) { return tandem::vulkan_bench(request); },
         .show = {},
 #endif
         .exercises = tandem::exercises(),

@@ -68,10 +68,11 @@ std::optional<DeviceClock> clock_of(const Device& device) {
 
 }  // namespace
 
-BenchDevice::BenchDevice(const BenchRequest& request)
+BenchDevice::BenchDevice(const BenchRequest& request, const std::vector<const char*>& instance_extensions,
+    const std::vector<const char*>& device_extensions)
     : scene_(request.scene),
-      instance_(validation_wanted(false)),
-      device_(instance_, request.device, Queues::all),
+      instance_(validation_wanted(false), instance_extensions),
+      device_(instance_, request.device, Queues::all, device_extensions),
       clock_(clock_of(device_)),
       stages_(device_),
       sizes_(sizes_for(request, device_)) {}
@@ -91,6 +92,14 @@ std::unique_ptr<VulkanJob> BenchDevice::job(
 const Specialisation& BenchDevice::specialisation() {
     if (!specialisation_) specialisation_ = job(sizes_.front(), bounces(), {})->specialisation();
     return *specialisation_;
+}
+
+JobPatterns thesis_frame_patterns() {
+    JobPatterns patterns;
+    patterns.tracer.kernel = KernelShape::thesis;
+    patterns.vulkan.scene = ScenePlacement::host_visible;
+    patterns.vulkan.parameters = ParameterPattern::uniform;
+    return patterns;
 }
 
 Workload workload_of(const RenderWork& work) {

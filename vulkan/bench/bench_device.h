@@ -23,8 +23,11 @@ using Tuning = std::function<void(RenderSettings&)>;
 
 class BenchDevice {
 public:
-    explicit BenchDevice(const BenchRequest& request);
+    // With these extensions besides those that all devices get: to present, for instance.
+    explicit BenchDevice(const BenchRequest& request, const std::vector<const char*>& instance_extensions = {},
+        const std::vector<const char*>& device_extensions = {});
 
+    [[nodiscard]] const Instance& instance() const { return instance_; }
     [[nodiscard]] const Device& device() const { return device_; }
     // Log of the validation layer, which only TANDEM_VALIDATION=1 wakes: it has no place beside a clock.
     [[nodiscard]] ValidationLog& log() const { return instance_.log(); }
@@ -50,6 +53,9 @@ private:
 };
 // Arms and families hold the device together.
 using SharedDevice = std::shared_ptr<BenchDevice>;
+
+// The thesis's frame: its stages, and Scene, Camera and Settings where the host writes them.
+[[nodiscard]] JobPatterns thesis_frame_patterns();
 
 // A frame's worth of work.
 struct RenderWork {
