@@ -1,6 +1,7 @@
 // Who opens a window to present in, for those who need not know what windows are made of.
 #pragma once
 
+#include <cstdint>
 #include <functional>
 #include <memory>
 
@@ -8,7 +9,7 @@ namespace tandem {
 
 class ShowPlace;  // vulkan/resources/show_place.h
 
-// Throws DeviceError, with the reason, where there is no display.
-using MakeShowPlace = std::function<std::shared_ptr<ShowPlace>()>;
+// Of so many pixels. Throws DeviceError, with the reason, where there is no display.
+using MakeShowPlace = std::function<std::shared_ptr<ShowPlace>(std::uint32_t width, std::uint32_t height)>;
 
 }  // namespace tandem

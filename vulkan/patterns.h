@@ -17,6 +17,13 @@ enum class MemoryLayout : std::uint32_t {
     others_per_set,  // the reverse
 };
 
+// Where Scene and Camera live, which the host writes.
+enum class ScenePlacement : std::uint32_t {
+    device_local,  // for the device alone: copied there from memory of the host
+    host_visible,  // in memory of the host, which the device reads each time: the thesis's
+    mapped,        // in the device's own memory, written by the host if it can reach that
+};
+
 enum class RecordingPattern : std::uint32_t {
     on_the_fly,    // before each submission
     pre_recorded,  // once, then submitted again and again
@@ -89,6 +96,7 @@ struct QueueSlot {
 
 struct VulkanPatterns {
     MemoryLayout memory = MemoryLayout::per_set;
+    ScenePlacement scene = ScenePlacement::device_local;
     RecordingPattern recording = RecordingPattern::on_the_fly;
     ResetPattern reset = ResetPattern::pool;
     bool one_time_submit = true;  // the flag on command buffers recorded on the fly

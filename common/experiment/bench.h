@@ -16,10 +16,13 @@ struct BenchRequest {
     std::vector<std::pair<std::uint32_t, std::uint32_t>> sizes;  // of images, ascending; empty: fit for the device
 };
 
-// One job of the thesis's experiment; frames are timed from the call to the end of the wait.
+// One job of the thesis's experiment.
 class ThesisJob {
 public:
     virtual ~ThesisJob() = default;
+    // What a frame is and what its time is of, a sentence each.
+    [[nodiscard]] virtual std::string frame_text() const = 0;
+    [[nodiscard]] virtual std::string clock_text() const = 0;
     // Seconds. `fresh`: scene and camera changed, so that pre-processing and vertex stage run.
     [[nodiscard]] virtual double frame(std::uint32_t samples, bool fresh) = 0;
 };
@@ -27,6 +30,7 @@ struct ThesisSetup {
     std::uint32_t width = 1920, height = 1080, bounces = 12;
     unsigned threads = 1;
     bool cohesive = true;
+    bool presented = false;  // frames go to a window
 };
 
 struct BenchTarget {
@@ -38,6 +42,8 @@ struct BenchTarget {
     // Seconds that so many submissions of nothing took, each with its wait: the floor beneath every reading.
     std::function<std::vector<double>(std::size_t count)> empty_submissions;
     std::function<std::unique_ptr<ThesisJob>(const ThesisSetup&)> thesis_job;
+    // Why no frame can be presented here; empty: they can.
+    std::function<std::string(const ThesisSetup&)> no_presentation;
 };
 using MakeBench = std::function<BenchTarget(const BenchRequest&)>;
 

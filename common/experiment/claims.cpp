@@ -15,8 +15,9 @@ namespace {
 
 // The log of a ratio of two arms with what its uncertainty is, or why there is none.
 struct Measured {
-    std::optional<PairedEffect> effect;
-    std::string reason;
+    std::optional<PairedEffect> effect = {};
+    std::string reason = {};
+    std::string workload = {}, clock = {};
 };
 
 // "samples=12": the first workload with that factor.
@@ -65,11 +66,12 @@ std::string missing(const ArmSamples* arm, const std::string& name, const std::s
 Measured measure(const Contrast& contrast, const std::vector<ExperimentSamples>& samples) {
     const std::string workload = workload_of(contrast, samples);
     ProcessBlocks logs;
+    std::string clock;
     std::string reason = "the family " + contrast.family + " was not run";
     if (!workload.empty()) reason += " at " + workload;
     for (const ExperimentSamples& one : samples) {
         if (one.family != contrast.family || one.workload.name != workload) continue;
-        const std::string clock = contrast.clock.empty() ? one.clock : contrast.clock;
+        clock = contrast.clock.empty() ? one.clock : contrast.clock;
         const std::string against = contrast.against.empty() ? one.arms.front().arm : contrast.against;
         const ArmSamples *own = arm_of(one, contrast.arm), *other = arm_of(one, against);
         reason = missing(own, contrast.arm, clock);
@@ -82,7 +84,7 @@ Measured measure(const Contrast& contrast, const std::vector<ExperimentSamples>&
         if (!blocks.empty()) logs.push_back(std::move(blocks));
     }
     if (logs.empty()) return {std::nullopt, reason.empty() ? "no readings" : reason};
-    return {paired_effect(logs), {}};
+    return {paired_effect(logs), {}, workload, clock};
 }
 
 // The difference of two independent effects: errors add in squares; degrees of freedom after Welch and Satterthwaite.
@@ -117,6 +119,8 @@ ClaimResult measured_claim(const Claim& claim, const std::vector<ExperimentSampl
     result.reason = measured.reason;
     if (!measured.effect) return result;
     const PairedEffect& effect = *measured.effect;
+    result.workload = measured.workload;
+    result.clock = measured.clock;
     result.verdict = ClaimVerdict::below_resolution;
     result.effect = std::expm1(effect.value);
     result.low = std::expm1(effect.low);

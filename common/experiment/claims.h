@@ -38,6 +38,7 @@ struct ClaimResult {
     Claim claim;
     ClaimVerdict verdict = ClaimVerdict::not_applicable;
     std::string reason;                          // where it is not applicable
+    std::string workload, clock;                 // of the first contrast, where it was measured
     double effect = 0.0, low = 0.0, high = 0.0;  // relative: -0.02 is 2 % faster
     double smallest_detectable = 0.0;            // relative
     double p = 1.0, p_family = 1.0;              // of no effect; Holm over all claims

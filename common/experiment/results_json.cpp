@@ -80,7 +80,12 @@ json to_json(const ClaimResult& result) {
     entry["effect_high"] = figure(result.high);
     entry["smallest_detectable"] = figure(result.smallest_detectable);
     entry["p_family"] = figure(result.p_family);
-    if (!measured) entry["reason"] = result.reason;
+    if (measured) {
+        entry["workload"] = result.workload;
+        entry["clock"] = result.clock;
+    } else {
+        entry["reason"] = result.reason;
+    }
     return entry;
 }
 

@@ -75,9 +75,10 @@ std::string to_text(const BenchResults& results, const std::vector<Claim>& claim
     if (std::ranges::any_of(verdicts, measured)) text += "\nClaims on this device\n";
     for (const ClaimResult& claim : verdicts) {
         if (!measured(claim)) continue;
-        text += fmt::format("  {:12} {:16} {:+.1f} % ({:+.1f} to {:+.1f}); smallest seen {:.1f} %: {} [{}]\n",
-            claim.claim.id, name_of(claim.verdict), 100.0 * claim.effect, 100.0 * claim.low, 100.0 * claim.high,
-            100.0 * claim.smallest_detectable, claim.claim.text, claim.claim.source);
+        text +=
+            fmt::format("  {:12} {:16} {:+.1f} % ({:+.1f} to {:+.1f}); smallest seen {:.1f} %: {} [{}; {}, clock {}]\n",
+                claim.claim.id, name_of(claim.verdict), 100.0 * claim.effect, 100.0 * claim.low, 100.0 * claim.high,
+                100.0 * claim.smallest_detectable, claim.claim.text, claim.claim.source, claim.workload, claim.clock);
     }
     return text;
 }

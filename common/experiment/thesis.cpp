@@ -129,26 +129,47 @@ LogarithmicFit fit_logarithm(const std::vector<ThesisSweepPoint>& points) {
     return fit;
 }
 
+namespace {
+
+// Leaves in `run` what was measured when a stop ends it by an exception.
+void measure_run(const BenchTarget& target, const ThesisOptions& options, ThesisRun& run, Steps& steps) {
+    {
+        const std::unique_ptr<ThesisJob> any = target.thesis_job(options.setup);
+        run.frame = any->frame_text();
+        run.clock = any->clock_text();
+        (void)any->frame(1, true);  // not counted: drivers may finish a pipeline at its first dispatch
+    }
+    for (const ThesisRow& row : thesis_rows) run.cells.push_back(measure_cell(target, options, row, steps));
+    ThesisSetup setup = options.setup;
+    setup.threads = sweep_threads;
+    const std::unique_ptr<ThesisJob> sweep = target.thesis_job(setup);
+    for (std::uint32_t samples = 1; samples <= sweep_end; ++samples)
+        run.sweep.push_back(measure_point(*sweep, samples, options.sweep_frames, 0.0, steps));
+    setup.bounces = 2;
+    const std::unique_ptr<ThesisJob> two = target.thesis_job(setup);
+    for (const auto& [samples, thesis] : thesis_two_bounces)
+        run.two_bounces.push_back(measure_point(*two, samples, options.sweep_frames, thesis, steps));
+}
+
+}  // namespace
+
 ThesisReport run_thesis(const BenchTarget& target, const ThesisOptions& options) {
     ThesisReport report;
     report.setup = options.setup;
     report.protocol_size = options.setup.width == 1920 && options.setup.height == 1080 && options.setup.bounces == 12;
-    Steps steps(options, samples_in_all(options));
+    report.not_presented = target.no_presentation(options.setup);
+    const bool presents = report.not_presented.empty();
+    Steps steps(options, (presents ? 2.0 : 1.0) * samples_in_all(options));
     try {
-        for (const ThesisRow& row : thesis_rows) report.cells.push_back(measure_cell(target, options, row, steps));
-        ThesisSetup setup = options.setup;
-        setup.threads = sweep_threads;
-        const std::unique_ptr<ThesisJob> sweep = target.thesis_job(setup);
-        for (std::uint32_t samples = 1; samples <= sweep_end; ++samples)
-            report.sweep.push_back(measure_point(*sweep, samples, options.sweep_frames, 0.0, steps));
-        setup.bounces = 2;
-        const std::unique_ptr<ThesisJob> two = target.thesis_job(setup);
-        for (const auto& [samples, thesis] : thesis_two_bounces)
-            report.two_bounces.push_back(measure_point(*two, samples, options.sweep_frames, thesis, steps));
+        measure_run(target, options, report.headless, steps);
+        ThesisOptions in_window = options;
+        in_window.setup.presented = true;
+        if (presents) measure_run(target, in_window, report.presented.emplace(), steps);
     } catch (const Steps::Stopped&) {
         report.stopped = true;
     }
-    report.fit = fit_logarithm(report.sweep);
+    report.headless.fit = fit_logarithm(report.headless.sweep);
+    if (report.presented) report.presented->fit = fit_logarithm(report.presented->sweep);
     return report;
 }
 

@@ -2,7 +2,9 @@
 // figures beside ours.
 #pragma once
 
+#include <optional>
 #include <stop_token>
+#include <string>
 
 #include "common/experiment/bench.h"
 #include "common/statistics/interval.h"
@@ -41,17 +43,26 @@ struct LogarithmicFit {
 };
 [[nodiscard]] LogarithmicFit fit_logarithm(const std::vector<ThesisSweepPoint>& points);
 
-struct ThesisReport {
-    ThesisSetup setup;
-    bool protocol_size = true;  // 1920x1080 at 12 bounces; else figures do not compare with the thesis's
+// The whole protocol, with frames in a window or without one.
+struct ThesisRun {
+    std::string frame, clock;  // ThesisJob's texts
     std::vector<ThesisCell> cells;
     std::vector<ThesisSweepPoint> sweep;        // 1 … 12 samples, 8 threads, cohesive
     std::vector<ThesisSweepPoint> two_bounces;  // 10, 30, 50 samples
     LogarithmicFit fit;                         // of the sweep
+};
+
+struct ThesisReport {
+    ThesisSetup setup;
+    bool protocol_size = true;  // 1920x1080 at 12 bounces; else figures do not compare with the thesis's
+    ThesisRun headless;
+    std::optional<ThesisRun> presented;
+    std::string not_presented;  // why there is no such run
     bool stopped = false;
 };
 
-// Throws what making jobs throws. A stop leaves out what was not measured.
+// Without a window, and in one where there is one. Throws what making jobs throws. A stop leaves out what was not
+// measured.
 [[nodiscard]] ThesisReport run_thesis(const BenchTarget& target, const ThesisOptions& options);
 
 [[nodiscard]] nlohmann::json to_json(const ThesisReport& report);

@@ -41,6 +41,11 @@ layout(std430, set = 2, binding = 12) writeonly restrict buffer Samples { vec4 s
 layout(std430, set = 2, binding = 13) restrict buffer Queues { RayQueue queues[]; };
 READ_HALF(14, InteriorsIn, uvec4, interiors_in);
 WRITTEN_HALF(15, InteriorsOut, uvec4, interiors_out);
+#ifdef SUMS_AT_PATH_END
+#include "kernels/film.glsl"
+layout(std430, set = 3, binding = 0) restrict buffer PixelSums { Sums pixel_sums[]; };
+layout(std430, set = 3, binding = 2) restrict buffer Counters { uint invalid_samples; };
+#endif
 
 // Without a primitive and shadow rays there is no intersect stage: every ray leaves the scene.
 #ifdef RAYS_IN_PLACE
@@ -67,12 +72,27 @@ void leave_place() {
 #endif
 }
 
+// The sample of the pixel at this place is done: it goes to the stage that adds samples up, or to the sums at once.
+void finish(uint place, vec3 radiance) {
+#ifdef SUMS_AT_PATH_END
+    bool invalid;
+    const vec3 added = summand(radiance, invalid);
+    if (invalid) atomicAdd(invalid_samples, 1);
+    for (uint channel = 0; channel < 3; ++channel) {
+        const uint at = channel * settings.pixel_count + place;
+        pixel_sums[at] = add_sample(pixel_sums[at], added[channel]);
+    }
+#else
+    samples[place] = vec4(radiance, 0.0);
+#endif
+    leave_place();
+}
+
 // Ends the path or puts it into the queue of the next segment. place: of the pixel in the tile.
 void depart(uint place, Path path, Departure leaving) {
     const bool onwards = goes_on(leaving), shadow = has_shadow(leaving);
     if (!onwards && !shadow) {
-        samples[place] = vec4(path.radiance, 0.0);
-        leave_place();
+        finish(place, path.radiance);
         return;
     }
     const uint at = enqueue();
@@ -111,8 +131,7 @@ void main() {
         k == 0 ? uvec4(floatBitsToUint(vec3(1.0)), settings.first_invocation + i) : throughputs_in[i];
     const uint place = carried.w, pixel = pixel_at(place);
     if (has_light_sampling && slot == hit_ended) {
-        samples[place] = vec4(radiance, 0.0);
-        leave_place();
+        finish(place, radiance);
         return;
     }
     const uvec4 start = keeps_origin ? origins_in[i] : uvec4(0);

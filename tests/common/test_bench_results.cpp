@@ -45,8 +45,10 @@ BenchResults results_with(double plain, double other) {
 class InventedJob : public ThesisJob {
 public:
     InventedJob(const ThesisSetup& setup, int& jobs) : setup_(setup) { ++jobs; }
+    std::string frame_text() const override { return setup_.presented ? "in a window" : "in an image"; }
+    std::string clock_text() const override { return "invented"; }
     double frame(std::uint32_t samples, bool fresh) override {
-        const double seconds = 1e-3 * (2.0 + 3.0 * samples + (fresh ? 1.0 : 0.0));
+        const double seconds = 1e-3 * (2.0 + 3.0 * samples + (fresh ? 1.0 : 0.0) + (setup_.presented ? 0.5 : 0.0));
         return setup_.bounces == 2 ? seconds / 3.0 : seconds;
     }
 
@@ -110,10 +112,11 @@ TEST_CASE("the thesis's method keeps its protocol") {
     int jobs = 0;
     BenchTarget target;
     target.thesis_job = [&](const ThesisSetup& setup) { return std::make_unique<InventedJob>(setup, jobs); };
+    target.no_presentation = [](const ThesisSetup&) { return std::string("no display"); };
     const ThesisReport report = run_thesis(target, {});
     CHECK(report.protocol_size);
-    REQUIRE(report.cells.size() == 8);
-    for (const ThesisCell& cell : report.cells) {
+    REQUIRE(report.headless.cells.size() == 8);
+    for (const ThesisCell& cell : report.headless.cells) {
         CHECK(cell.first.size() == 5);
         CHECK(cell.fresh.size() == 10);
         CHECK(cell.steady.size() == 60);
@@ -121,14 +124,26 @@ TEST_CASE("the thesis's method keeps its protocol") {
         CHECK(cell.steady[0] == doctest::Approx(2.0 + 3.0 * cell.samples));
         CHECK(cell.thesis_steady > 180.0);
     }
-    CHECK(jobs == 8 * 5 + 2);  // each first frame in a job of its own; sweep; two bounces
-    REQUIRE(report.sweep.size() == 12);
-    REQUIRE(report.two_bounces.size() == 3);
-    CHECK(report.two_bounces[2].samples == 50);
-    CHECK(report.two_bounces[2].milliseconds[0] == doctest::Approx(152.0 / 3.0));
+    CHECK(jobs == 1 + 8 * 5 + 2);  // the texts'; each first frame in a job of its own; sweep; two bounces
+    REQUIRE(report.headless.sweep.size() == 12);
+    REQUIRE(report.headless.two_bounces.size() == 3);
+    CHECK(report.headless.two_bounces[2].samples == 50);
+    CHECK(report.headless.two_bounces[2].milliseconds[0] == doctest::Approx(152.0 / 3.0));
+    CHECK(!report.presented);
+    CHECK(to_text(report).find("Not applicable here: no display") != std::string::npos);
+    CHECK(to_json(report).at("not_presented") == "no display");
     ThesisOptions small;
     small.setup.width = 160;
     CHECK(!run_thesis(target, small).protocol_size);
+    // With a window the whole protocol runs once more.
+    target.no_presentation = [](const ThesisSetup&) { return std::string(); };
+    const ThesisReport both = run_thesis(target, {});
+    REQUIRE(both.presented);
+    REQUIRE(both.presented->cells.size() == 8);
+    CHECK(both.headless.cells[0].steady[0] == doctest::Approx(5.0));
+    CHECK(both.presented->cells[0].steady[0] == doctest::Approx(5.5));
+    CHECK(both.presented->sweep.size() == 12);
+    CHECK(to_json(both).at("presented").at("frame") == "in a window");
 }
 
 TEST_CASE("a logarithm is fitted with intervals that hold it") {

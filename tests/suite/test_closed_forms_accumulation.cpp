@@ -174,7 +174,7 @@ TEST_CASE("all kernel shapes add up to the same bits") {
         RenderSettings settings = with_longer_side(default_settings(scene), 10);
         settings.accumulation = accumulation;
         std::vector<std::vector<double>> means;
-        for (const char* kernel : {"stages", "megakernel", "image-stages", "fragment"}) {
+        for (const char* kernel : {"stages", "megakernel", "image-stages", "fragment", "thesis"}) {
             BackendOptions options;
             options.kernel = kernel;
             const auto renderer = vulkan_backend().create(options);

@@ -63,7 +63,7 @@ TEST_CASE("dispatches over the whole image, and fragments, give the bits of the 
     settings.roulette_start = 2;
     const Scene scene = foggy_scene();  // everything that a path can carry
     const Estimate expected = image("stages", scene, settings, {0, 70});
-    for (const char* kernel : {"image-stages", "fragment"}) {
+    for (const char* kernel : {"image-stages", "fragment", "thesis"}) {
         CAPTURE(kernel);
         CHECK(same_bits(image(kernel, scene, settings, {0, 70}), expected));
     }
@@ -155,6 +155,7 @@ TEST_CASE("an unknown kernel shape is refused, naming those there are") {
     BackendOptions options;
     options.kernel = "octopus";
     CHECK_THROWS_WITH_AS(static_cast<void>(vulkan_backend().create(options)),
-        "--kernel: no kernel shape 'octopus'; choose one of stages, megakernel, image-stages, fragment, ray-tracing",
+        "--kernel: no kernel shape 'octopus'; choose one of stages, megakernel, image-stages, fragment, ray-tracing, "
+        "thesis",
         InputError);
 }

@@ -53,6 +53,10 @@ std::vector<JobPatterns> variants() {
         with([](JobPatterns& p) { p.vulkan.memory = MemoryLayout::one_buffer; }),
         with([](JobPatterns& p) { p.vulkan.memory = MemoryLayout::rays_per_set; }),
         with([](JobPatterns& p) { p.vulkan.memory = MemoryLayout::others_per_set; }),
+        with([](JobPatterns& p) { p.vulkan.scene = ScenePlacement::mapped; }), with([](JobPatterns& p) {
+            p.vulkan.scene = ScenePlacement::host_visible;
+            p.vulkan.memory = MemoryLayout::one_block;
+        }),
         with([](JobPatterns& p) { p.tracer.workgroup = 32; }), with([](JobPatterns& p) { p.tracer.tile_pixels = 100; }),
         with([](JobPatterns& p) { p.vulkan.recording = RecordingPattern::pre_recorded; }),
         with([](JobPatterns& p) { p.vulkan.recording = RecordingPattern::secondary; }),

@@ -48,7 +48,7 @@ TEST_CASE("a list of pixels has the bits that the image has there, in every shap
         }
     };
     check(outdoor_scene(true),
-        {"stages", "image-stages", "megakernel"});  // where intersection depends on the pixel's time
+        {"stages", "image-stages", "megakernel", "thesis"});  // where intersection depends on the pixel's time
     check(foggy_scene(), {"stages"});
 }
 

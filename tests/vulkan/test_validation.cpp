@@ -55,7 +55,7 @@ TEST_CASE("the layer has nothing to say about six stages with every effect") { c
 TEST_CASE("the layer has nothing to say about the megakernel with every effect") { check_silence("megakernel"); }
 
 TEST_CASE("the layer has nothing to say about dispatches over the whole image and fragments") {
-    for (const char* kernel : {"image-stages", "fragment"}) {
+    for (const char* kernel : {"image-stages", "fragment", "thesis"}) {
         BackendOptions options;
         options.validation = true;
         options.kernel = kernel;

@@ -94,6 +94,14 @@ const Specialisation& BenchDevice::specialisation() {
     return *specialisation_;
 }
 
+JobPatterns thesis_frame_patterns() {
+    JobPatterns patterns;
+    patterns.tracer.kernel = KernelShape::thesis;
+    patterns.vulkan.scene = ScenePlacement::host_visible;
+    patterns.vulkan.parameters = ParameterPattern::uniform;
+    return patterns;
+}
+
 Workload workload_of(const RenderWork& work) {
     return {fmt::format("{}x{}, {} sample{}, {} bounces", work.size.width, work.size.height, work.samples,
                 work.samples == 1 ? "" : "s", work.bounces),

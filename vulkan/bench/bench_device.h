@@ -55,6 +55,9 @@ private:
 // Arms and families hold the device together.
 using SharedDevice = std::shared_ptr<BenchDevice>;
 
+// The thesis's frame: its stages, and Scene, Camera and Settings where the host writes them.
+[[nodiscard]] JobPatterns thesis_frame_patterns();
+
 // A frame's worth of work.
 struct RenderWork {
     ImageSize size;

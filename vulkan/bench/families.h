@@ -22,6 +22,7 @@ namespace tandem {
 [[nodiscard]] Family transfers_beside_family(const SharedDevice& device);  // the same, while a frame runs
 [[nodiscard]] Family pipelines_family(const SharedDevice& device);         // caches, derivatives, threads
 [[nodiscard]] Family kernels_family(const SharedDevice& device);           // shapes of the kernels
+[[nodiscard]] Family thesis_steps_family(const SharedDevice& device);      // from the thesis's frame to ours
 [[nodiscard]] Family workgroups_family(const SharedDevice& device);        // and their workgroups
 [[nodiscard]] Family megakernel_family(const SharedDevice& device);        // what its invocations take and share
 [[nodiscard]] Family candidates_family(const SharedDevice& device);        // which triangles are tested in full

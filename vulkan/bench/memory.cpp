@@ -1,6 +1,5 @@
 // Where buffers live: what it costs to allocate them so, and what to use them.
-#include <span>
-
+#include "common/error.h"
 #include "vulkan/bench/families.h"
 
 namespace tandem {
@@ -29,11 +28,75 @@ JobPatterns patterns_of(const Layout& layout) {
     return patterns;
 }
 
-// Makes a job, pipelines being at hand, and renders its first frame.
-Arm first_frame_arm(const SharedDevice& device, const Workload& workload, const Layout& layout) {
+struct Placement {
+    const char *name, *text;
+    ScenePlacement scene;
+};
+
+constexpr std::array<Placement, 2> placements{{
+    {"host-visible", "Scene and Camera in the host's memory, which the device reads each time: the thesis's placement",
+        ScenePlacement::host_visible},
+    {"mapped", "Scene and Camera in the device's own memory, written there by the host", ScenePlacement::mapped},
+}};
+
+// Throws UnsupportedError where the placement's memory is that of another one.
+void check_placement(const Device& device, ScenePlacement placement) {
+    using Flag = vk::MemoryPropertyFlagBits;
+    constexpr vk::MemoryPropertyFlags reached = Flag::eHostVisible | Flag::eHostCoherent;
+    const std::string& name = device.description().name;
+    const std::uint32_t own = device.memory_type(~0u, Flag::eDeviceLocal, {}),
+                        hosts = device.memory_type(~0u, reached, {});
+    if (own == hosts) throw UnsupportedError(name + " has its own memory and the host's in one type");
+    const std::uint32_t mapped = device.memory_type(~0u, reached, Flag::eDeviceLocal);
+    if (placement == ScenePlacement::mapped && mapped == hosts)
+        throw UnsupportedError("the host reaches nothing of the memory of " + name);
+}
+
+Arm placement_arm(const SharedDevice& device, const Workload& workload, const Placement& placement) {
+    JobPatterns patterns;
+    patterns.vulkan.scene = placement.scene;
+    Arm arm = render_arm(device, workload, placement.name, placement.text, patterns);
+    arm.make = [=, make = arm.make] {
+        check_placement(device->device(), placement.scene);
+        return make();
+    };
+    return arm;
+}
+
+// Frames before each of which the host sends scene and camera, and the vertex stage runs.
+class SentRun : public ArmRun {
+public:
+    SentRun(const SharedDevice& device, const RenderWork& work)
+        : work_(work), job_(device->job(work.size, work.bounces, {})) {}
+
+    [[nodiscard]] ClockReadings run() override {
+        const double start = steady_seconds();
+        const SubmissionTimes times = job_->frame(work_.samples, true);
+        return readings_of(times, steady_seconds() - start);
+    }
+    [[nodiscard]] std::optional<ArmOutput> output() override {
+        auto estimate = std::make_shared<const Estimate>(job_->render({0, gate_samples}, {}).estimate);
+        return ArmOutput{digest_of(*estimate), std::move(estimate)};
+    }
+
+private:
+    RenderWork work_;
+    std::unique_ptr<VulkanJob> job_;
+};
+
+// The thesis's frame in its cohesive and its split memory.
+JobPatterns thesis_in(MemoryLayout layout) {
+    JobPatterns patterns = thesis_frame_patterns();
+    patterns.vulkan.memory = layout;
+    return patterns;
+}
+
+// Makes a job, pipelines being at hand, and renders its first frame; then one of a scene sent anew.
+Arm first_frame_arm(const SharedDevice& device, const Workload& workload, std::string name, std::string text,
+    const JobPatterns& patterns) {
     const RenderWork work = work_of(workload);
-    const auto make_job = [=] { return device->job(work.size, work.bounces, patterns_of(layout)); };
-    return {layout.name, layout.text, [=] {
+    const auto make_job = [=] { return device->job(work.size, work.bounces, patterns); };
+    return {std::move(name), std::move(text), [=] {
                 (void)make_job();  // a layout that the device cannot have is refused here
                 return run_of([=] {
                     const double start = steady_seconds();
@@ -44,6 +107,8 @@ Arm first_frame_arm(const SharedDevice& device, const Workload& workload, const 
                     ClockReadings readings = readings_of(times, end - start);
                     readings["prepare"] = made - start;
                     readings["first-frame"] = end - made;
+                    (void)job->frame(work.samples, true);
+                    readings["fresh-frame"] = steady_seconds() - end;
                     return readings;
                 });
             }};
@@ -64,6 +129,9 @@ Family memory_family(const SharedDevice& device) {
         std::vector<Arm> arms;
         for (const Layout& layout : layouts)
             arms.push_back(render_arm(device, workload, layout.name, layout.text, patterns_of(layout)));
+        for (const Placement& placement : placements) arms.push_back(placement_arm(device, workload, placement));
+        arms.push_back({"sent-each-frame", "Scene and Camera sent before each frame, whose vertex stage runs again",
+            [=] { return std::make_unique<SentRun>(device, work_of(workload)); }});
         return arms;
     };
     return family;
@@ -80,8 +148,13 @@ Family fresh_memory_family(const SharedDevice& device) {
     for (const ImageSize& size : device->sizes()) family.workloads.push_back(workload_of({size, 1, device->bounces()}));
     family.arms = [device](const Workload& workload) {
         std::vector<Arm> arms;
-        for (const Layout& layout : std::span(layouts).first(5))
-            arms.push_back(first_frame_arm(device, workload, layout));
+        for (const Layout& layout : layouts)
+            arms.push_back(first_frame_arm(device, workload, layout.name, layout.text, patterns_of(layout)));
+        arms.push_back(first_frame_arm(device, workload, "thesis-cohesive",
+            "the thesis's frame, Scene, Camera and Settings host-visible, an allocation a descriptor set",
+            thesis_in(MemoryLayout::per_set)));
+        arms.push_back(first_frame_arm(
+            device, workload, "thesis-split", "the same, an allocation a buffer", thesis_in(MemoryLayout::per_buffer)));
         return arms;
     };
     return family;

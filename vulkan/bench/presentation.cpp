@@ -37,17 +37,6 @@ public:
     void poll() override {}
 };
 
-std::shared_ptr<ShowPlace> make_place_of(const MakeShowPlace& make_window) {
-    std::string reason = "this build has no window (TANDEM_WINDOW is off)";
-    try {
-        if (make_window) return make_window();
-    } catch (const DeviceError& failure) {
-        reason = failure.what();
-    }
-    if (HeadlessPlace::offered()) return std::make_shared<HeadlessPlace>();
-    throw UnsupportedError(reason + "; nor has Vulkan a surface without a display (VK_EXT_headless_surface)");
-}
-
 // What the arms vary.
 struct Showing {
     std::optional<PresentMode> mode;  // none: the one that waits for no refresh, of those that there are
@@ -82,6 +71,17 @@ void check(const PresentationStage& stage, const Showing& showing) {
 }
 
 }  // namespace
+
+std::shared_ptr<ShowPlace> open_place(const MakeShowPlace& make_window, std::uint32_t width, std::uint32_t height) {
+    std::string reason = "this build has no window (TANDEM_WINDOW is off)";
+    try {
+        if (make_window) return make_window(width, height);
+    } catch (const DeviceError& failure) {
+        reason = failure.what();
+    }
+    if (HeadlessPlace::offered()) return std::make_shared<HeadlessPlace>();
+    throw UnsupportedError(reason + "; nor has Vulkan a surface without a display (VK_EXT_headless_surface)");
+}
 
 // Presents rows of frames. Its swapchain is there while it holds the surface.
 class PresentRun : public ArmRun {
@@ -258,7 +258,7 @@ ClockReadings PresentRun::present(std::uint32_t count, const FetchedImage* fetch
 }
 
 PresentationStage::PresentationStage(const BenchRequest& request, const MakeShowPlace& make_place)
-    : place_(make_place_of(make_place)) {
+    : place_(open_place(make_place, 320, 180)) {
     try {
         device_ = std::make_shared<BenchDevice>(
             request, place_->instance_extensions(), std::vector<const char*>{VK_KHR_SWAPCHAIN_EXTENSION_NAME});

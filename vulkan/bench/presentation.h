@@ -7,12 +7,16 @@
 
 namespace tandem {
 
+// A window of so many pixels, or without a display a surface without one (VK_EXT_headless_surface). Throws
+// UnsupportedError, with the reason, where neither is to be had.
+[[nodiscard]] std::shared_ptr<ShowPlace> open_place(
+    const MakeShowPlace& make_window, std::uint32_t width, std::uint32_t height);
+
 class PresentRun;
 
 class PresentationStage {
 public:
-    // A window, or without a display a surface without one (VK_EXT_headless_surface). Throws UnsupportedError, with the
-    // reason, where neither is to be had or the device cannot present.
+    // Throws UnsupportedError, with the reason, where no place is to be had or the device cannot present.
     PresentationStage(const BenchRequest& request, const MakeShowPlace& make_place);
 
     [[nodiscard]] const SharedDevice& device() const { return device_; }

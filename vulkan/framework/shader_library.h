@@ -38,8 +38,8 @@ inline constexpr std::array<const char*, stage_count> stage_names{"pre-process",
 [[nodiscard]] std::span<const std::uint32_t> shader_code(Stage stage);
 
 // Stages compiled otherwise, as patterns want them (vulkan/patterns.h): parameters from elsewhere than push constants,
-// ray state in arrays of descriptors, rays that stay at their pixels' places. Or for another precision
-// (shaders/arithmetic/real.glsl), or with sums in double.
+// ray state in arrays of descriptors, rays that stay at their pixels' places, alone or as the thesis's frame has them.
+// Or for another precision (shaders/arithmetic/real.glsl), or with sums in double.
 enum class ShaderVariant : std::uint32_t {
     plain,
     uniform,
@@ -49,6 +49,10 @@ enum class ShaderVariant : std::uint32_t {
     arrays,
     arrays_nonuniform,
     in_place,
+    thesis,
+    thesis_double_sums,
+    thesis_uniform,
+    thesis_uniform_double_sums,
     mixed,
     in_double,
     double_sums,

@@ -12,9 +12,10 @@ namespace tandem {
 enum class KernelShape : std::uint32_t {
     stages,        // the thesis's six, as a wavefront: rays in queues from segment to segment, dispatched indirectly
     megakernel,    // whole paths, in registers, pixel by pixel
-    image_stages,  // the thesis's six as they were: each over the whole image, rays at their pixels' places
+    image_stages,  // the six, each over the whole image, rays at their pixels' places
     fragment,      // the megakernel's work in the fragment shader of a render pass
     ray_tracing,   // the same in a ray-tracing pipeline, whose traversal finds hits (VK_KHR_ray_tracing_pipeline)
+    thesis,        // the thesis's frame: image_stages that add samples up as paths end, and at last fill an image
 };
 
 // How the invocations of a megakernel's dispatch come to their pixels.

@@ -9,6 +9,7 @@ namespace {
 
 class WindowPlace : public ShowPlace {
 public:
+    WindowPlace(std::uint32_t width, std::uint32_t height) : window_("Tandem bench", width, height) {}
     [[nodiscard]] std::vector<const char*> instance_extensions() const override {
         return window_.instance_extensions();
     }
@@ -19,11 +20,13 @@ public:
     void poll() override { window_.poll(0.0); }
 
 private:
-    GlfwWindow window_{"Tandem bench", 320, 180};
+    GlfwWindow window_;
 };
 
 }  // namespace
 
-std::shared_ptr<ShowPlace> make_window_place() { return std::make_shared<WindowPlace>(); }
+std::shared_ptr<ShowPlace> make_window_place(std::uint32_t width, std::uint32_t height) {
+    return std::make_shared<WindowPlace>(width, height);
+}
 
 }  // namespace tandem

@@ -6,6 +6,6 @@
 namespace tandem {
 
 // As MakeShowPlace says.
-[[nodiscard]] std::shared_ptr<ShowPlace> make_window_place();
+[[nodiscard]] std::shared_ptr<ShowPlace> make_window_place(std::uint32_t width, std::uint32_t height);
 
 }  // namespace tandem

@@ -51,8 +51,8 @@ VulkanJob::VulkanJob(const Instance& instance, const Device& device, Stages& sta
       pipelines_(stages.pipelines(specialisation_, form())),
       tile_pixels_(std::min(tile_size(device, part().pixel_count, kept_),
           patterns.tracer.tile_pixels > 0 ? patterns.tracer.tile_pixels : std::numeric_limits<std::uint32_t>::max())),
-      resources_(
-          device, scene_, kept_, settings_.bounces, tile_pixels_, patterns.vulkan.memory, specialisation_.lists_pixels),
+      resources_(device, scene_, kept_, settings_.bounces, tile_pixels_, patterns.vulkan.memory,
+          specialisation_.lists_pixels, patterns.vulkan.scene),
       kernels_(device, stages.layout(form()), *pipelines_, resources_, scene_, told_settings(settings_, scene_),
           specialisation_.workgroup, patterns.vulkan),
       submission_(device, patterns.vulkan),
@@ -143,7 +143,8 @@ std::uint64_t VulkanJob::render_tile_block(const Tile& tile, SampleRange block, 
     recorder_->begin(tile, block, keeps_sums);
     std::optional<std::uint32_t> before_parts;  // invalid samples, while parts of a sample are counted
     for (bool begun = false; recorder_->done() < block.count(); begun = true) {
-        if (progress.control.stop.stop_requested()) break;  // what was begun of a sample is dropped
+        const bool between_samples = recorder_->drops_parts() || recorder_->done_of_next() == 0.0;
+        if (between_samples && progress.control.stop.stop_requested()) break;  // what was begun of a sample is dropped
         if (recorder_->counts_part_of_next()) before_parts = begun ? count_invalid() : invalid_before_;
         recorder_->add_portion();
         recorder_->took(run(progress));

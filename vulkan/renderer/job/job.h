@@ -22,8 +22,10 @@ public:
     [[nodiscard]] std::vector<PathTrace> trace(std::uint32_t x, std::uint32_t y, SampleRange samples) override;
     // What a window would show next: `samples` samples of every pixel from sample 0 on, left on the device, where
     // render() would fetch sums block by block. `fresh`: scene and camera are sent anew. Throws UnsupportedError where
-    // the image does not fit on the device at once.
+    // the image does not fit on the device at once. The thesis's frame goes on with later samples (thesis_recorder.h).
     [[nodiscard]] SubmissionTimes frame(std::uint64_t samples, bool fresh = false);
+    // Later frames end in this image (FrameRecorder::set_target).
+    void show_in(const FrameTarget& target) { recorder_->set_target(target); }
     // The two halves of a frame in one submission: other jobs may be at work between them, this one may not be used.
     void start_frame(std::uint64_t samples, bool fresh = false);
     // The two halves of start_frame(). What is added to submission() before, between and after them goes with the frame

@@ -95,6 +95,7 @@ PathTrace PathTracing::read(const gpu::Vec4* words) const {
 // In place of the pixels of a tile, samples of the first of them.
 std::vector<PathTrace> PathTracing::follow(const gpu::Settings& settings) {
     const bool first = !std::exchange(scene_uploaded_, true);
+    if (first) resources_.write_scene();
     submission_.add({}, [&](const vk::raii::CommandBuffer& commands) {
         if (first) {
             resources_.record_upload(commands);

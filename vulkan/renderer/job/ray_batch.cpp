@@ -136,6 +136,7 @@ VulkanIntersector::VulkanIntersector(const Instance& instance, const Device& dev
 
 void VulkanIntersector::place_scene() {
     const std::uint32_t count = scene_.triangle_count + scene_.sphere_count + scene_.cuboid_count;
+    resources_.write_scene();
     submission_.add({}, [=, this](const vk::raii::CommandBuffer& commands) {
         resources_.record_upload(commands);
         barrier(commands, transfer_write, compute_access);

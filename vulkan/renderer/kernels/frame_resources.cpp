@@ -142,12 +142,26 @@ std::vector<BufferSpec> image_specs(std::uint64_t pixels, std::uint64_t listed) 
         sums, sums, {element + listed * list_bytes, Usage::eStorageBuffer | Usage::eTransferSrc | Usage::eTransferDst}};
 }
 
+MemoryDomain domain_of(ScenePlacement placement) {
+    switch (placement) {
+        case ScenePlacement::host_visible:
+            return MemoryDomain::upload;
+        case ScenePlacement::mapped:
+            return MemoryDomain::mapped;
+        case ScenePlacement::device_local:
+            break;
+    }
+    return MemoryDomain::device;
+}
+
 // The list of pixels is the last.
-std::vector<BufferSpec> upload_specs(const SceneData& scene, std::uint64_t listed) {
+std::vector<BufferSpec> upload_specs(const SceneData& scene, std::uint64_t listed, ScenePlacement placement) {
     std::vector<BufferSpec> specs;
-    for (const SceneBuffer& buffer : scene_list(scene))
-        if (buffer.data != nullptr && buffer.bytes > 0) specs.push_back({buffer.bytes, Usage::eTransferSrc});
-    specs.push_back({camera_of(scene).bytes, Usage::eTransferSrc});
+    if (placement == ScenePlacement::device_local) {
+        for (const SceneBuffer& buffer : scene_list(scene))
+            if (buffer.data != nullptr && buffer.bytes > 0) specs.push_back({buffer.bytes, Usage::eTransferSrc});
+        specs.push_back({camera_of(scene).bytes, Usage::eTransferSrc});
+    }
     specs.push_back({listed * list_bytes, Usage::eTransferSrc});
     return specs;
 }
@@ -162,14 +176,14 @@ std::array<BufferSpec, 1> camera_specs(const SceneData& scene) {
 }
 
 SharedMemory shared_memory(const SceneData& scene, const std::optional<PathState>& path, std::uint32_t bounces,
-    std::uint32_t pixels, MemoryLayout memory, std::uint32_t listed) {
+    std::uint32_t pixels, MemoryLayout memory, std::uint32_t listed, ScenePlacement placement) {
     SharedMemory shared;
     if (memory != MemoryLayout::one_block) return shared;
-    shared.reserve(MemoryDomain::device, scene_specs(scene));
-    shared.reserve(MemoryDomain::device, camera_specs(scene));
+    shared.reserve(domain_of(placement), scene_specs(scene));
+    shared.reserve(domain_of(placement), camera_specs(scene));
     shared.reserve(MemoryDomain::device, ray_specs(path, pixels, bounces));
     shared.reserve(MemoryDomain::device, image_specs(pixels, listed));
-    shared.reserve(MemoryDomain::upload, upload_specs(scene, listed));
+    shared.reserve(MemoryDomain::upload, upload_specs(scene, listed, placement));
     shared.reserve(MemoryDomain::readback, readback_specs(pixels));
     return shared;
 }
@@ -231,24 +245,27 @@ std::vector<vk::DescriptorBufferInfo> ray_arrays(const BufferGroup& rays) {
 }  // namespace
 
 FrameResources::FrameResources(const Device& device, const SceneData& scene, const std::optional<PathState>& path,
-    std::uint32_t bounces, std::uint32_t tile_pixels, MemoryLayout memory, bool lists_pixels)
-    : shared_(shared_memory(scene, path, bounces, tile_pixels, memory, lists_pixels ? tile_pixels : 0)),
-      scene_(device, MemoryDomain::device, scene_specs(scene), layout_of(memory, false), &shared_),
-      camera_(device, MemoryDomain::device, camera_specs(scene), layout_of(memory, false), &shared_),
+    std::uint32_t bounces, std::uint32_t tile_pixels, MemoryLayout memory, bool lists_pixels, ScenePlacement placement)
+    : staged_(placement == ScenePlacement::device_local),
+      shared_(shared_memory(scene, path, bounces, tile_pixels, memory, lists_pixels ? tile_pixels : 0, placement)),
+      scene_(device, domain_of(placement), scene_specs(scene), layout_of(memory, false), &shared_),
+      camera_(device, domain_of(placement), camera_specs(scene), layout_of(memory, false), &shared_),
       rays_(device, MemoryDomain::device, ray_specs(path, tile_pixels, bounces), layout_of(memory, true), &shared_),
       image_(device, MemoryDomain::device, image_specs(tile_pixels, lists_pixels ? tile_pixels : 0),
           layout_of(memory, true), &shared_),
-      upload_(device, MemoryDomain::upload, upload_specs(scene, lists_pixels ? tile_pixels : 0),
+      upload_(device, MemoryDomain::upload, upload_specs(scene, lists_pixels ? tile_pixels : 0, placement),
           layout_of(memory, false), &shared_),
       readback_(device, MemoryDomain::readback, readback_specs(tile_pixels), layout_of(memory, false), &shared_) {
-    const auto stage = [&](const void* data, vk::DeviceSize bytes, std::size_t buffer) {
-        std::memcpy(upload_.mapped(uploads_.size()), data, bytes);
-        uploads_.emplace_back(bytes, buffer);
-    };
     const auto list = scene_list(scene);
     for (std::size_t i = 0; i < list.size(); ++i)
-        if (list[i].data != nullptr && list[i].bytes > 0) stage(list[i].data, list[i].bytes, i);
-    stage(camera_of(scene).data, camera_of(scene).bytes, 0);
+        if (list[i].data != nullptr && list[i].bytes > 0) uploads_.push_back({list[i].data, list[i].bytes, i});
+    uploads_.push_back({camera_of(scene).data, camera_of(scene).bytes, 0});
+}
+
+void FrameResources::write_scene() const {
+    for (std::size_t i = 0; i < uploads_.size(); ++i)
+        std::memcpy(
+            staged_ ? upload_.mapped(i) : target_of(i).mapped(uploads_[i].buffer), uploads_[i].data, uploads_[i].bytes);
 }
 
 std::vector<vk::DescriptorBufferInfo> FrameResources::buffers(SetIndex set, std::uint32_t parity) const {
@@ -274,9 +291,9 @@ std::vector<vk::DescriptorBufferInfo> FrameResources::written_by_dispatches() co
 }
 
 void FrameResources::record_upload(const vk::raii::CommandBuffer& commands) const {
-    for (std::size_t i = 0; i < uploads_.size(); ++i) {
-        const auto& [bytes, buffer] = uploads_[i];
-        const BufferGroup& target = i + 1 == uploads_.size() ? camera_ : scene_;
+    for (std::size_t i = 0; staged_ && i < uploads_.size(); ++i) {
+        const auto& [data, bytes, buffer] = uploads_[i];
+        const BufferGroup& target = target_of(i);
         commands.copyBuffer(
             upload_[i], target[buffer], vk::BufferCopy(upload_.offset(i), target.offset(buffer), bytes));
     }

@@ -18,9 +18,10 @@ inline constexpr std::size_t sums_per_pixel = 3;  // one for each channel
 class FrameResources {
 public:
     // `tile_pixels`: pixels that are in flight at a time. `path`: what is kept of them in buffers; none: nothing.
-    // `lists_pixels`: there is room for a list of them.
+    // `lists_pixels`: there is room for a list of them. `scene` must outlive it.
     FrameResources(const Device& device, const SceneData& scene, const std::optional<PathState>& path,
-        std::uint32_t bounces, std::uint32_t tile_pixels, MemoryLayout memory, bool lists_pixels = false);
+        std::uint32_t bounces, std::uint32_t tile_pixels, MemoryLayout memory, bool lists_pixels = false,
+        ScenePlacement placement = ScenePlacement::device_local);
 
     // What the bindings of a set point to; the halves of Rays and Image by their parity, or, of Rays, both as arrays.
     static constexpr std::uint32_t both_parities = 2;
@@ -34,7 +35,10 @@ public:
     // What dispatches write and others read: the Rays and Image sets.
     [[nodiscard]] std::vector<vk::DescriptorBufferInfo> written_by_dispatches() const;
 
-    // Copies scene and camera to the device.
+    // The host writes scene and camera: to their place, or to where record_upload copies them from. No device reads
+    // them meanwhile.
+    void write_scene() const;
+    // Copies scene and camera to the device, where the host cannot write them there itself.
     void record_upload(const vk::raii::CommandBuffer& commands) const;
     // Sets the counters to 0.
     void record_clear_counters(const vk::raii::CommandBuffer& commands) const;
@@ -65,9 +69,20 @@ public:
 private:
     static constexpr std::size_t ray_queues = 13;  // among the buffers of the Rays set
 
+    // Of scene or camera, as the host has it.
+    struct Upload {
+        const void* data;
+        vk::DeviceSize bytes;
+        std::size_t buffer;  // of the Scene set; the last upload is the camera's
+    };
+    [[nodiscard]] const BufferGroup& target_of(std::size_t upload) const {
+        return upload + 1 == uploads_.size() ? camera_ : scene_;
+    }
+
+    bool staged_;  // the host writes to upload_
     SharedMemory shared_;
     BufferGroup scene_, camera_, rays_, image_, upload_, readback_;
-    std::vector<std::pair<vk::DeviceSize, std::size_t>> uploads_;  // bytes, buffer of the Scene set
+    std::vector<Upload> uploads_;
 };
 
 // What the buffers hold, by name, in bytes, the tables of a scene part by part; buffers that hold nothing are left out.

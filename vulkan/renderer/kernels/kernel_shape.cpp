@@ -10,7 +10,8 @@ namespace tandem {
 
 namespace {
 
-constexpr std::array<std::string_view, 5> names{"stages", "megakernel", "image-stages", "fragment", "ray-tracing"};
+constexpr std::array<std::string_view, 6> names{
+    "stages", "megakernel", "image-stages", "fragment", "ray-tracing", "thesis"};
 
 }  // namespace
 

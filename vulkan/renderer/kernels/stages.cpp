@@ -78,6 +78,7 @@ ShaderVariant KernelForm::variant() const {
     if (precision == GeometryPrecision::mixed) return ShaderVariant::mixed;
     if (precision == GeometryPrecision::double_precision) return ShaderVariant::in_double;
     if (shape == KernelShape::image_stages) return ShaderVariant::in_place;
+    if (shape == KernelShape::thesis) return told_by_buffer() ? ShaderVariant::thesis_uniform : ShaderVariant::thesis;
     if (descriptors == DescriptorPattern::arrays) return ShaderVariant::arrays;
     if (descriptors == DescriptorPattern::arrays_nonuniform) return ShaderVariant::arrays_nonuniform;
     switch (parameters) {
@@ -97,6 +98,8 @@ ShaderVariant KernelForm::variant() const {
 }
 
 ShaderVariant KernelForm::summing_variant() const {
+    if (shape == KernelShape::thesis)
+        return told_by_buffer() ? ShaderVariant::thesis_uniform_double_sums : ShaderVariant::thesis_double_sums;
     switch (parameters) {
         case ParameterPattern::push_constants:
             break;
@@ -133,6 +136,7 @@ std::vector<SetBindings> set_bindings(const KernelForm& form) {
     if (form.parameters == ParameterPattern::dynamic_uniform) sets.push_back({Type::eUniformBufferDynamic});
     if (form.parameters == ParameterPattern::storage) sets.push_back({Type::eStorageBuffer});
     if (form.shape == KernelShape::ray_tracing) sets.push_back({Type::eAccelerationStructureKHR});
+    if (form.shape == KernelShape::thesis) sets.push_back({Type::eStorageImage});
     return sets;
 }
 
@@ -183,10 +187,15 @@ void check(const Device& device, const KernelForm& form, const std::vector<SetBi
             "leave --kernel out");
     if (form.sums_in_double && !has.doubles)
         throw UnsupportedError(name + " has no doubles in shaders (shaderFloat64); use --accumulation compensated");
-    const bool default_form =
-        form.parameters == ParameterPattern::push_constants && form.descriptors == DescriptorPattern::per_combination;
+    const bool default_parameters = form.parameters == ParameterPattern::push_constants ||
+                                    (form.shape == KernelShape::thesis && form.told_by_buffer());
+    const bool default_form = default_parameters && form.descriptors == DescriptorPattern::per_combination;
     if (form.shape != KernelShape::stages && !default_form)
-        throw UnsupportedError("patterns of parameters and descriptors are made for the wavefront of six stages alone");
+        throw UnsupportedError(
+            "patterns of parameters and descriptors are made for the wavefront of six stages alone, those of uniform "
+            "buffers for the thesis's frame too");
+    if (form.shape == KernelShape::thesis && !has.stores_any_format)
+        throw UnsupportedError(name + " does not write to images of any format (shaderStorageImageWriteWithoutFormat)");
     if (form.variant() != ShaderVariant::plain && form.parameters != ParameterPattern::push_constants &&
         form.descriptors != DescriptorPattern::per_combination)
         throw UnsupportedError("patterns of parameters and of descriptors are varied one at a time");
@@ -303,7 +312,9 @@ std::vector<Stage> kernels_of(KernelShape shape, EffectSet effects) {
 
 KernelCode kernel_code(Stage stage, const KernelForm& form) {
     constexpr std::array adding_up{Stage::post_process, Stage::megakernel, Stage::fragment, Stage::rt_paths};
-    if (form.sums_in_double && std::ranges::find(adding_up, stage) != adding_up.end()) {
+    const bool adds_up = std::ranges::find(adding_up, stage) != adding_up.end() ||
+                         (form.shape == KernelShape::thesis && stage == Stage::scatter);
+    if (form.sums_in_double && adds_up) {
         const std::span<const std::uint32_t> code = shader_variant(stage, form.summing_variant());
         if (code.empty()) throw UnsupportedError("this build has no such kernels with sums in double");
         return {code, form.summing_variant() == ShaderVariant::double_sums};

@@ -85,6 +85,13 @@ struct KernelForm {
     [[nodiscard]] bool has_arrays() const {
         return descriptors == DescriptorPattern::arrays || descriptors == DescriptorPattern::arrays_nonuniform;
     }
+    [[nodiscard]] bool told_by_buffer() const {
+        return parameters == ParameterPattern::uniform || parameters == ParameterPattern::dynamic_uniform;
+    }
+    // The set of the image that the thesis's frame ends in: the last.
+    [[nodiscard]] std::uint32_t image_target_set() const {
+        return static_cast<std::uint32_t>(SetIndex::settings) + (told_by_buffer() ? 1 : 0);
+    }
     // Variant of a stage that has it.
     [[nodiscard]] ShaderVariant variant() const;
     // Variant of a stage that adds samples up in double.

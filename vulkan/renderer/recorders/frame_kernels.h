@@ -57,10 +57,15 @@ public:
     void place_scene(
         const vk::raii::CommandBuffer& commands, const gpu::Settings& settings, std::uint32_t sum_parity) const;
 
-    // These follow what was added to submissions so far. Whether the scene is still to be placed: it counts as placed
-    // from now on.
-    [[nodiscard]] bool scene_is_due() { return !std::exchange(scene_placed_, true); }
+    // These follow what was added to submissions so far. Whether the scene is still to be placed: the host writes it,
+    // and it counts as placed from now on.
+    [[nodiscard]] bool scene_is_due() {
+        if (std::exchange(scene_placed_, true)) return false;
+        resources_.write_scene();
+        return true;
+    }
     void forget_scene() { scene_placed_ = false; }
+    [[nodiscard]] bool scene_placed() const { return scene_placed_; }
     // The half of the sums that holds the current ones.
     [[nodiscard]] std::uint32_t sum_parity() const { return sum_parity_; }
     // The other half will hold them. Returns the half that did.

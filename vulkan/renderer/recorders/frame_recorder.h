@@ -7,6 +7,7 @@
 #include "common/render/estimate.h"
 #include "vulkan/command/submission.h"
 #include "vulkan/renderer/recorders/frame_kernels.h"
+#include "vulkan/resources/image.h"
 
 namespace tandem {
 
@@ -22,13 +23,23 @@ enum class RecordingKind : std::uint32_t {
     asking,
     restoring,
     downloading,
-    counting
+    counting,
+    showing
 };
 
 [[nodiscard]] inline Submission::Key recording_key(RecordingKind kind, std::uint64_t first, std::uint64_t second = 0,
     std::uint64_t third = 0, std::uint64_t fourth = 0) {
     return {static_cast<std::uint32_t>(kind), first, second, third, fourth};
 }
+
+// The image that a frame ends in.
+struct FrameTarget {
+    vk::Image image;
+    vk::ImageView view;
+    ImageUse before, after;  // of the frame's commands, which leave the image ready for the latter
+    // Of a swapchain's image: `acquired` is waited for by the stage of `before`, `rendered` is signalled. Else null.
+    vk::Semaphore acquired, rendered;
+};
 
 class FrameRecorder {
 public:
@@ -47,11 +58,15 @@ public:
     // Samples that are done for every pixel, the last portion counting as done; and of the next sample the part done.
     [[nodiscard]] virtual std::uint64_t done() const = 0;
     [[nodiscard]] virtual double done_of_next() const = 0;
+    // Whether a stop may drop what is done of the next sample; else that sample's portions are to be added, too.
+    [[nodiscard]] virtual bool drops_parts() const { return true; }
     // Whether the next portion counts invalid samples of a sample that later ones complete.
     [[nodiscard]] virtual bool counts_part_of_next() const { return false; }
 
     // Adds samples [0, samples) of a tile, all at once.
     virtual void add_frame(const Tile& tile, std::uint64_t samples) = 0;
+    // Later frames end in this image. Throws UnsupportedError where the kernel shape has none.
+    virtual void set_target(const FrameTarget& target);
     // Whether patterns want a frame in portions.
     [[nodiscard]] virtual bool cuts_frames() const = 0;
     // Samples of single pixels for which a tile may hold several blocks side by side; 0: blocks follow each other.

@@ -9,7 +9,7 @@ class ImageStagesRecorder : public StageRecorder {
 public:
     using StageRecorder::StageRecorder;
 
-private:
+protected:
     void order_segment(const vk::raii::CommandBuffer& commands) const override;
     void record_segment(
         const vk::raii::CommandBuffer& commands, const Dispatch& dispatch, std::uint32_t places) const override;

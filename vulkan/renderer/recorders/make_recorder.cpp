@@ -3,9 +3,14 @@
 #include "vulkan/renderer/recorders/image_stages_recorder.h"
 #include "vulkan/renderer/recorders/megakernel_recorder.h"
 #include "vulkan/renderer/recorders/ray_tracing_recorder.h"
+#include "vulkan/renderer/recorders/thesis_recorder.h"
 #include "vulkan/renderer/recorders/wavefront_recorder.h"
 
 namespace tandem {
+
+void FrameRecorder::set_target(const FrameTarget&) {
+    throw UnsupportedError("frames of this kernel shape end in sums of samples, not in an image; use the thesis's");
+}
 
 std::unique_ptr<FrameRecorder> make_recorder(const RecorderInput& input) {
     switch (input.patterns.tracer.kernel) {
@@ -19,6 +24,8 @@ std::unique_ptr<FrameRecorder> make_recorder(const RecorderInput& input) {
             return std::make_unique<FragmentRecorder>(input);
         case KernelShape::ray_tracing:
             return std::make_unique<RayTracingRecorder>(input);
+        case KernelShape::thesis:
+            return std::make_unique<ThesisRecorder>(input);
     }
     throw Error("no recorder for this kernel shape");
 }

@@ -29,13 +29,13 @@ void StageRecorder::took(double seconds) {
 
 void StageRecorder::add_frame(const Tile& tile, std::uint64_t samples) {
     begin(tile, {0, samples}, false);
-    add_shares(plan_.rest());
+    add_rest();
 }
 
 void StageRecorder::add_shares(const std::vector<StageShare>& shares) {
     for (const StageShare& share : shares) {
         add_sampling(share);
-        if (share.completes) add_accumulating(block_.begin + share.sample);
+        if (share.completes && accumulates()) add_accumulating(block_.begin + share.sample);
     }
 }
 
@@ -46,8 +46,9 @@ void StageRecorder::add_clearing() {
     const Tile tile = tile_;
     const Dispatch clearing{Stage::pre_process, kernels_.settings(tile, 0), 0, kernels_.turn_sums()};
     submission_.add(recording_key(first ? RecordingKind::first_clearing : RecordingKind::clearing, clearing.sum_parity,
-                        tile.first_pixel),
+                        tile.first_pixel, preparation_key()),
         [=, this](const vk::raii::CommandBuffer& commands) {
+            record_preparation(commands);
             if (first) kernels_.place_scene(commands, clearing.settings, clearing.sum_parity);
             if (tile.follows) kernels_.ordering().after_dispatches(commands, compute_access);
             kernels_.dispatch(commands, clearing, tile.pixel_count);
@@ -71,8 +72,8 @@ void StageRecorder::record_sampling(const vk::raii::CommandBuffer& commands, con
     std::uint32_t sum_parity, const StageShare& share) const {
     const bool intersects = kernels_.has(Stage::intersect);
     if (share.first_segment == 0) {
-        // The run before may still be read.
-        if (share.first_place > 0) kernels_.ordering().after_dispatches(commands, compute_access);
+        // The run before may still be read; and the sample before, where no stage comes between.
+        if (share.first_place > 0 || !accumulates()) kernels_.ordering().after_dispatches(commands, compute_access);
         kernels_.dispatch(commands, {Stage::ray_gen, settings, 1, sum_parity}, share.places);
     }
     Dispatch dispatch{Stage::intersect, settings, 0, sum_parity};

@@ -21,6 +21,9 @@ public:
 
 protected:
     [[nodiscard]] const FrameKernels& kernels() const { return kernels_; }
+    [[nodiscard]] Submission& submission() { return submission_; }
+    // Adds all that is left of the block.
+    void add_rest() { add_shares(plan_.rest()); }
 
 private:
     // Orders the kernels of a segment after the writes of those before.
@@ -29,6 +32,11 @@ private:
     virtual void record_segment(
         const vk::raii::CommandBuffer& commands, const Dispatch& dispatch, std::uint32_t places) const = 0;
 
+    // Whether a finished sample waits for a stage of its own to add it to the sums; else paths do that as they end.
+    [[nodiscard]] virtual bool accumulates() const { return true; }
+    // What the first recording of a frame or a block has besides, and a number that tells such recordings apart.
+    virtual void record_preparation(const vk::raii::CommandBuffer&) const {}
+    [[nodiscard]] virtual std::uint64_t preparation_key() const { return 0; }
     // Whether the device knows how many rays a segment has.
     [[nodiscard]] virtual bool counts_rays() const = 0;
 
