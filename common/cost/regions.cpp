@@ -68,7 +68,7 @@ std::vector<RegionError> region_errors(
 }
 
 void compare_regions(const ArmFigures& baseline, ArmFigures& arm) {
-    // Of one sample: the error's square times the samples it took.
+    // A sample's variance: the error squared times the samples it took.
     const auto variance = [](const ArmFigures& one, std::size_t region) {
         const double rmse = one.regions[region].rmse;
         return rmse * rmse * static_cast<double>(one.points.back().samples);
