@@ -126,6 +126,11 @@ DeviceAbilities abilities_of(const vk::raii::PhysicalDevice& device, const vk::P
     if (family) abilities.timestamp_bits = device.getQueueFamilyProperties()[*family].timestampValidBits;
     abilities.storage_buffers_per_stage = limits.maxPerStageDescriptorStorageBuffers;
     abilities.storage_buffers_per_set = limits.maxDescriptorSetStorageBuffers;
+    abilities.uniform_buffers_per_stage = limits.maxPerStageDescriptorUniformBuffers;
+    abilities.uniform_buffers_per_set = limits.maxDescriptorSetUniformBuffers;
+    abilities.uniform_buffer_bytes = limits.maxUniformBufferRange;
+    abilities.bound_sets = limits.maxBoundDescriptorSets;
+    abilities.push_constant_bytes = limits.maxPushConstantsSize;
     abilities.workgroup_invocations = limits.maxComputeWorkGroupInvocations;
     abilities.storage_buffer_bytes = limits.maxStorageBufferRange;
     abilities.device_memory_bytes = largest_device_heap(device.getMemoryProperties());

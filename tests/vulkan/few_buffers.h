@@ -1,0 +1,52 @@
+// Devices with the least limits that Vulkan guarantees, played by the machine's own (limits_layer/).
+#pragma once
+
+#include <cstdint>
+#include <cstdlib>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace tandem::testing {
+
+struct LeastLimits {
+    std::uint32_t storage_buffers = 4;       // that a stage may see
+    std::uint32_t storage_bytes = 1u << 27;  // that it may see of one
+    std::uint32_t bound_sets = 4;
+};
+
+// While it lives, instances that are made see devices with these limits. The validation layer, where it is wanted, is
+// above: it holds the program to them.
+class FewBuffers {
+public:
+    explicit FewBuffers(const LeastLimits& limits, bool validation = false) {
+        set("VK_ADD_LAYER_PATH", std::string(TANDEM_BINARY_DIR) + "/layers");
+        // The last is above.
+        set("VK_INSTANCE_LAYERS",
+            std::string("VK_LAYER_TANDEM_limits") + (validation ? ":VK_LAYER_KHRONOS_validation" : ""));
+        set("TANDEM_STORAGE_BUFFERS", std::to_string(limits.storage_buffers));
+        set("TANDEM_STORAGE_BYTES", std::to_string(limits.storage_bytes));
+        set("TANDEM_BOUND_SETS", std::to_string(limits.bound_sets));
+    }
+    ~FewBuffers() {
+        for (const auto& [name, value] : before_)
+            if (value)
+                ::setenv(name.c_str(), value->c_str(), 1);
+            else
+                ::unsetenv(name.c_str());
+    }
+    FewBuffers(const FewBuffers&) = delete;
+    FewBuffers& operator=(const FewBuffers&) = delete;
+
+private:
+    void set(const std::string& name, const std::string& value) {
+        const char* old = std::getenv(name.c_str());
+        before_.emplace_back(name, old == nullptr ? std::nullopt : std::optional<std::string>(old));
+        ::setenv(name.c_str(), value.c_str(), 1);
+    }
+
+    std::vector<std::pair<std::string, std::optional<std::string>>> before_;
+};
+
+}  // namespace tandem::testing
