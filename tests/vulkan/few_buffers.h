@@ -21,10 +21,10 @@ struct LeastLimits {
 class FewBuffers {
 public:
     explicit FewBuffers(const LeastLimits& limits, bool validation = false) {
-        set("VK_ADD_LAYER_PATH", std::string(TANDEM_BINARY_DIR) + "/layers");
-        // The last is above.
+        // The loader puts layers that it finds later below.
+        set("VK_LAYER_PATH", "/usr/share/vulkan/explicit_layer.d:" TANDEM_BINARY_DIR "/layers");
         set("VK_INSTANCE_LAYERS",
-            std::string("VK_LAYER_TANDEM_limits") + (validation ? ":VK_LAYER_KHRONOS_validation" : ""));
+            std::string(validation ? "VK_LAYER_KHRONOS_validation:" : "") + "VK_LAYER_TANDEM_limits");
         set("TANDEM_STORAGE_BUFFERS", std::to_string(limits.storage_buffers));
         set("TANDEM_STORAGE_BYTES", std::to_string(limits.storage_bytes));
         set("TANDEM_BOUND_SETS", std::to_string(limits.bound_sets));

@@ -143,37 +143,48 @@ TEST_CASE("with 4, 8 and 24 storage buffers every shape of kernel gives the bits
     }
 }
 
-TEST_CASE("general kernels, trees, sums of each kind and lists of pixels keep their bits with 4 storage buffers") {
+namespace {
+
+// Both shapes against the stages of a device that has enough.
+void check_fog(const RenderSettings& settings) {
     const auto enough = renderer("stages"), few = with_few(4, "stages"), few_whole = with_few(4, "megakernel");
-    const auto check = [&](const RenderSettings& settings) {
-        const Estimate expected = image(*enough, foggy_scene(), settings);
-        CHECK(same_bits(image(*few, foggy_scene(), settings), expected));
-        CHECK(same_bits(image(*few_whole, foggy_scene(), settings), expected));
-    };
+    const Estimate expected = image(*enough, foggy_scene(), settings);
+    CHECK(same_bits(image(*few, foggy_scene(), settings), expected));
+    CHECK(same_bits(image(*few_whole, foggy_scene(), settings), expected));
+}
+
+}  // namespace
+
+TEST_CASE("general kernels keep their bits with 4 storage buffers" * doctest::test_suite("full")) {
     RenderSettings settings = lit();
     settings.effects = EffectSet::all();
-    check(settings);
+    check_fog(settings);
+}
+
+TEST_CASE("sums of each kind and trees keep their bits with 4 storage buffers") {
     for (const Accumulation accumulation : {Accumulation::plain, Accumulation::compensated}) {
-        settings = lit();
+        RenderSettings settings = lit();
         settings.accumulation = accumulation;
-        check(settings);
+        check_fog(settings);
     }
-    settings = lit();
-    settings.sampling = Sampling::adaptive;
-    const std::vector<std::uint32_t> pixels{0, 3, 4, 77, 168};
-    const auto listed = [&](Renderer& renderer) {
-        return renderer.prepare(foggy_scene(), settings)->render_pixels({64, 131}, pixels).estimate;
-    };
-    const Estimate expected = listed(*enough);
-    CHECK(same_bits(listed(*few), expected));
-    CHECK(same_bits(listed(*few_whole), expected));
-    const auto trees = [&] { return vulkan_backend(Acceleration::trees).create({}); };
-    const auto with_trees = trees();
-    const auto few_trees = [&] {
+    const auto trees = [] { return vulkan_backend(Acceleration::trees).create({}); };
+    const auto with_trees = trees(), few_trees = [&] {
         const FewBuffers fewer({});
         return trees();
     }();
     CHECK(same_bits(image(*few_trees, full_scene(), lit()), image(*with_trees, full_scene(), lit())));
+}
+
+TEST_CASE("lists of pixels keep their bits with 4 storage buffers") {
+    RenderSettings settings = lit();
+    settings.sampling = Sampling::adaptive;
+    const std::vector<std::uint32_t> pixels{0, 3, 4, 77, 168};
+    const auto listed = [&](const std::unique_ptr<Renderer>& renderer) {
+        return renderer->prepare(foggy_scene(), settings)->render_pixels({64, 131}, pixels).estimate;
+    };
+    const Estimate expected = listed(renderer("stages"));
+    CHECK(same_bits(listed(with_few(4, "stages")), expected));
+    CHECK(same_bits(listed(with_few(4, "megakernel")), expected));
 }
 
 TEST_CASE("paths in mixed and double precision keep their bits with 4 storage buffers, rendered and traced") {
