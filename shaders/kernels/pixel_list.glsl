@@ -7,7 +7,7 @@
 
 layout(constant_id = id_lists_pixels) const bool lists_pixels = false;  // some dispatches of the job do
 
-// Behind the counters: another buffer would be one more than every device offers.
+// Behind the counters: devices with 32 storage buffers a stage have no room for another.
 layout(std430, set = 3, binding = 2) readonly restrict buffer PixelList { uint listed_pixels[]; };
 const uint counters_before = 4;
 

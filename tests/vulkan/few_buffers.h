@@ -16,37 +16,46 @@ struct LeastLimits {
     std::uint32_t bound_sets = 4;
 };
 
-// While it lives, instances that are made see devices with these limits. The validation layer, where it is wanted, is
-// above: it holds the program to them.
-class FewBuffers {
+// Variables of the environment that return to what they were.
+class ScopedVariables {
 public:
-    explicit FewBuffers(const LeastLimits& limits, bool validation = false) {
-        // The loader puts layers that it finds later below.
-        set("VK_LAYER_PATH", "/usr/share/vulkan/explicit_layer.d:" TANDEM_BINARY_DIR "/layers");
-        set("VK_INSTANCE_LAYERS",
-            std::string(validation ? "VK_LAYER_KHRONOS_validation:" : "") + "VK_LAYER_TANDEM_limits");
-        set("TANDEM_STORAGE_BUFFERS", std::to_string(limits.storage_buffers));
-        set("TANDEM_STORAGE_BYTES", std::to_string(limits.storage_bytes));
-        set("TANDEM_BOUND_SETS", std::to_string(limits.bound_sets));
-    }
-    ~FewBuffers() {
+    ScopedVariables() = default;
+    ~ScopedVariables() {
         for (const auto& [name, value] : before_)
             if (value)
                 ::setenv(name.c_str(), value->c_str(), 1);
             else
                 ::unsetenv(name.c_str());
     }
-    FewBuffers(const FewBuffers&) = delete;
-    FewBuffers& operator=(const FewBuffers&) = delete;
+    ScopedVariables(const ScopedVariables&) = delete;
+    ScopedVariables& operator=(const ScopedVariables&) = delete;
 
-private:
     void set(const std::string& name, const std::string& value) {
         const char* old = std::getenv(name.c_str());
         before_.emplace_back(name, old == nullptr ? std::nullopt : std::optional<std::string>(old));
         ::setenv(name.c_str(), value.c_str(), 1);
     }
 
+private:
     std::vector<std::pair<std::string, std::optional<std::string>>> before_;
+};
+
+// While it lives, instances that are made see devices with these limits. The validation layer, where it is wanted, is
+// above: it holds the program to them.
+class FewBuffers {
+public:
+    explicit FewBuffers(const LeastLimits& limits, bool validation = false) {
+        // The loader puts layers that it finds later below.
+        variables_.set("VK_LAYER_PATH", "/usr/share/vulkan/explicit_layer.d:" TANDEM_BINARY_DIR "/layers");
+        variables_.set("VK_INSTANCE_LAYERS",
+            std::string(validation ? "VK_LAYER_KHRONOS_validation:" : "") + "VK_LAYER_TANDEM_limits");
+        variables_.set("TANDEM_STORAGE_BUFFERS", std::to_string(limits.storage_buffers));
+        variables_.set("TANDEM_STORAGE_BYTES", std::to_string(limits.storage_bytes));
+        variables_.set("TANDEM_BOUND_SETS", std::to_string(limits.bound_sets));
+    }
+
+private:
+    ScopedVariables variables_;
 };
 
 }  // namespace tandem::testing

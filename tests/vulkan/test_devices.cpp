@@ -2,14 +2,18 @@
 #include <doctest/doctest.h>
 
 #include <algorithm>
+#include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
 
 #include "common/error.h"
+#include "tests/temporary_folder.h"
+#include "tests/vulkan/few_buffers.h"
 #include "vulkan/core/device.h"
 #include "vulkan/core/device_selection.h"
 
 using namespace tandem;
+using tandem::testing::ScopedVariables;
 
 namespace {
 
@@ -163,4 +167,25 @@ TEST_CASE("this machine's devices are listed with driver, version and UUID") {
     CHECK(report.at("devices").size() == devices.size());
     CHECK(report.at("devices")[0].at("name") == devices[0].name);
     CHECK(report.at("devices")[0].at("index") == 0);
+}
+
+TEST_CASE("devices that lack parts of Vulkan, as on top of Metal, are listed too") {
+    const std::filesystem::path drivers = "/usr/share/vulkan/icd.d";
+    const TemporaryFolder folder;
+    const std::filesystem::path manifest = folder / "portable.json";
+    for (const auto& entry : std::filesystem::directory_iterator(drivers)) {
+        if (!entry.path().filename().string().starts_with("lvp_icd")) continue;
+        std::ifstream file(entry.path());
+        nlohmann::json driver = nlohmann::json::parse(file);
+        driver["file_format_version"] = "1.0.1";
+        driver["ICD"]["is_portability_driver"] = true;
+        std::ofstream(manifest) << driver;
+    }
+    REQUIRE(std::filesystem::exists(manifest));  // of mesa-vulkan-drivers
+    ScopedVariables variables;
+    variables.set("VK_ICD_FILENAMES", manifest.string());
+    variables.set("VK_DRIVER_FILES", manifest.string());
+    const std::vector<DeviceDescription> devices = list_devices();
+    REQUIRE(devices.size() == 1);
+    CHECK(devices[0].suitable);
 }
