@@ -21,6 +21,11 @@ struct DeviceAbilities {
     std::uint64_t device_memory_bytes = 0;        // the largest device-local heap
     std::uint32_t timestamp_bits = 0;             // of the compute queue; 0: no device clock
     std::uint32_t resident_invocations = 0;       // that the device holds at once; 0: its driver does not tell
+    std::uint32_t uniform_buffers_per_stage = 0;  // maxPerStageDescriptorUniformBuffers
+    std::uint32_t uniform_buffers_per_set = 0;    // maxDescriptorSetUniformBuffers
+    std::uint32_t uniform_buffer_bytes = 0;       // maxUniformBufferRange
+    std::uint32_t bound_sets = 0;                 // maxBoundDescriptorSets
+    std::uint32_t push_constant_bytes = 0;        // maxPushConstantsSize
 };
 
 struct DeviceDescription {

@@ -14,6 +14,9 @@ void print_device(const nlohmann::json& device, bool verbose) {
         device.at("name").get<std::string>(), device.at("type").get<std::string>(),
         device.at("driver").get<std::string>(), device.at("api").get<std::string>());
     if (!suitable) fmt::print("   cannot be used: {}\n", device.at("reason").get<std::string>());
+    if (suitable && device.at("abilities").at("merges_storage_buffers").get<bool>())
+        fmt::print("   few storage buffers a stage: {}; those of a descriptor set are merged\n",
+            device.at("abilities").at("storage_buffers_per_stage").get<int>());
     if (verbose) fmt::print("{}\n", device.dump(2));
     std::fflush(stdout);
 }

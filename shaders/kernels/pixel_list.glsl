@@ -7,15 +7,13 @@
 
 layout(constant_id = id_lists_pixels) const bool lists_pixels = false;  // some dispatches of the job do
 
-// Behind the counters: another buffer would be one more than every device offers.
-layout(std430, set = 3, binding = 2) readonly restrict buffer PixelList {
-    uint counters_before[4];
-    uint pixel_list[];
-};
+// Behind the counters: devices with 32 storage buffers a stage have no room for another.
+layout(std430, set = 3, binding = 2) readonly restrict buffer PixelList { uint listed_pixels[]; };
+const uint counters_before = 4;
 
 uint pixel_at(uint place) {
     const bool listed = lists_pixels && both(settings.listed != 0, place < settings.pixel_count);
-    return listed ? pixel_list[place % max(settings.listed, 1u)] : settings.first_pixel + place;
+    return listed ? listed_pixels[counters_before + place % max(settings.listed, 1u)] : settings.first_pixel + place;
 }
 
 // How many blocks of samples after the dispatch's first that is, where kernels that sum up whole paths stack the list.

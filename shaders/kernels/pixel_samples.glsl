@@ -19,7 +19,7 @@ dvec3 summand(dvec3 radiance, out bool invalid) {
 
 layout(std430, set = 3, binding = 0) readonly restrict buffer SumsIn { Sums sums_in[]; };
 layout(std430, set = 3, binding = 1) writeonly restrict buffer SumsOut { Sums sums_out[]; };
-layout(std430, set = 3, binding = 2) restrict buffer Counters { uint invalid_samples, unfinished, begun; };
+#include "kernels/counters.glsl"
 
 const uint samples_per_block = 64;  // MODEL.md section 11
 
@@ -88,8 +88,8 @@ bool advance(uint place, uint done, inout Path path, out bool ended_early, out v
 // The place in the tile of a pixel of the dispatch that nobody has begun. Each of `claimants` invocations is turned away
 // once; the last of them leaves the count as it was found.
 uint claim_place(uint claimants) {
-    const uint before = atomicAdd(begun, 1);
-    if (before == settings.invocations + claimants - 1) atomicExchange(begun, 0);
+    const uint before = atomicAdd(counters[begun], 1);
+    if (before == settings.invocations + claimants - 1) atomicExchange(counters[begun], 0);
     return before < settings.invocations ? place_of(settings.first_invocation + before) : no_place;
 }
 
@@ -117,8 +117,8 @@ void render_pixels(uint place, uint claimants) {
     }
     // Mesa's lavapipe leaves all loops of an invocation after 65535 turns of them together; the host must hear of it. No
     // flag would do: compilers know that a loop is left by its break alone.
-    if (place != no_place) atomicAdd(unfinished, 1);
-    if (invalid_here > 0) atomicAdd(invalid_samples, invalid_here);
+    if (place != no_place) atomicAdd(counters[unfinished], 1);
+    if (invalid_here > 0) atomicAdd(counters[invalid_samples], invalid_here);
 }
 
 #endif

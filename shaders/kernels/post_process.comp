@@ -24,7 +24,7 @@ float mean(Sums sums) {
 #else
 layout(std430, set = 2, binding = 12) readonly restrict buffer Samples { vec4 samples[]; };
 layout(std430, set = 3, binding = 1) writeonly restrict buffer SumsOut { Sums sums_out[]; };
-layout(std430, set = 3, binding = 2) restrict buffer Counters { uint invalid_samples; };
+#include "kernels/counters.glsl"
 #endif
 
 void main() {
@@ -39,7 +39,7 @@ void main() {
 #else
     bool invalid;
     const vec3 radiance = summand(samples[i].rgb, invalid);
-    if (invalid) atomicAdd(invalid_samples, 1);
+    if (invalid) atomicAdd(counters[invalid_samples], 1);
     for (uint channel = 0; channel < 3; ++channel) {
         const uint at = channel * settings.pixel_count + i;
         sums_out[at] = add_sample(sums_in[at], radiance[channel]);

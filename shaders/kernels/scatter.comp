@@ -44,7 +44,7 @@ WRITTEN_HALF(15, InteriorsOut, uvec4, interiors_out);
 #ifdef SUMS_AT_PATH_END
 #include "kernels/film.glsl"
 layout(std430, set = 3, binding = 0) restrict buffer PixelSums { Sums pixel_sums[]; };
-layout(std430, set = 3, binding = 2) restrict buffer Counters { uint invalid_samples; };
+#include "kernels/counters.glsl"
 #endif
 
 // Without a primitive and shadow rays there is no intersect stage: every ray leaves the scene.
@@ -77,7 +77,7 @@ void finish(uint place, vec3 radiance) {
 #ifdef SUMS_AT_PATH_END
     bool invalid;
     const vec3 added = summand(radiance, invalid);
-    if (invalid) atomicAdd(invalid_samples, 1);
+    if (invalid) atomicAdd(counters[invalid_samples], 1);
     for (uint channel = 0; channel < 3; ++channel) {
         const uint at = channel * settings.pixel_count + place;
         pixel_sums[at] = add_sample(pixel_sums[at], added[channel]);

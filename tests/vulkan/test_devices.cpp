@@ -2,13 +2,18 @@
 #include <doctest/doctest.h>
 
 #include <algorithm>
+#include <filesystem>
+#include <fstream>
 #include <nlohmann/json.hpp>
 
 #include "common/error.h"
+#include "tests/temporary_folder.h"
+#include "tests/vulkan/few_buffers.h"
 #include "vulkan/core/device.h"
 #include "vulkan/core/device_selection.h"
 
 using namespace tandem;
+using tandem::testing::ScopedVariables;
 
 namespace {
 
@@ -19,7 +24,8 @@ DeviceDescription device(std::uint32_t index, const std::string& name, DeviceTyp
     result.type = type;
     result.api_major = 1;
     result.api_minor = 2;
-    result.abilities = {true, 64, 64, 1024, 1u << 30, 1u << 30, 1u << 30, 64};
+    result.abilities.compute_queue = true;
+    for (const NeededLimit& limit : needed_limits) result.abilities.*limit.has = limit.guaranteed;
     result.suitable = true;
     return result;
 }
@@ -94,15 +100,38 @@ TEST_CASE("each lack is named") {
     DeviceDescription no_compute = three[0];
     no_compute.abilities.compute_queue = false;
     CHECK(contains(unsuitability(no_compute), "compute"));
-    DeviceDescription few_per_stage = three[0];
-    few_per_stage.abilities.storage_buffers_per_stage = 8;
-    CHECK(contains(unsuitability(few_per_stage), "maxPerStageDescriptorStorageBuffers is 8"));
-    DeviceDescription few_per_set = three[0];
-    few_per_set.abilities.storage_buffers_per_set = 24;
-    CHECK(contains(unsuitability(few_per_set), "maxDescriptorSetStorageBuffers is 24"));
-    DeviceDescription small_groups = three[0];
-    small_groups.abilities.workgroup_invocations = 64;
-    CHECK(contains(unsuitability(small_groups), "maxComputeWorkGroupInvocations is 64"));
+    for (const NeededLimit& limit : needed_limits) {
+        DeviceDescription enough = three[0], less = three[0];
+        enough.abilities.*limit.has = limit.needed;
+        less.abilities.*limit.has = limit.needed - 1;
+        CHECK(unsuitability(enough).empty());
+        CHECK(contains(unsuitability(less),
+            std::string(limit.name) + " is " + std::to_string(limit.needed - 1) + ", Tandem needs"));
+    }
+}
+
+TEST_CASE("storage buffers are merged where a stage or the sets together have too few of them") {
+    DeviceAbilities abilities = three[0].abilities;
+    abilities.storage_buffers_per_stage = abilities.storage_buffers_per_set = 32;
+    CHECK_FALSE(merges_storage_buffers(abilities));
+    for (const std::uint32_t few : {4u, 8u, 24u, 31u}) {
+        abilities.storage_buffers_per_stage = few;
+        CHECK(merges_storage_buffers(abilities));
+    }
+    abilities.storage_buffers_per_stage = 32;
+    abilities.storage_buffers_per_set = 24;
+    CHECK(merges_storage_buffers(abilities));
+}
+
+TEST_CASE("the Vulkan page has the limits that a device is held to") {
+    std::ifstream page(std::string(TANDEM_SOURCE_DIR) + "/vulkan/README.md");
+    std::vector<std::string> written, expected;
+    for (std::string line; std::getline(page, line);)
+        if (line.starts_with("| `max")) written.push_back(line);
+    for (const NeededLimit& limit : needed_limits)
+        expected.push_back("| `" + std::string(limit.name) + "` | " + std::to_string(limit.needed) + " | " +
+                           std::to_string(limit.guaranteed) + " |");
+    CHECK(written == expected);
 }
 
 TEST_CASE("optional features that are made use of are told by name") {
@@ -138,4 +167,25 @@ TEST_CASE("this machine's devices are listed with driver, version and UUID") {
     CHECK(report.at("devices").size() == devices.size());
     CHECK(report.at("devices")[0].at("name") == devices[0].name);
     CHECK(report.at("devices")[0].at("index") == 0);
+}
+
+TEST_CASE("devices that lack parts of Vulkan, as on top of Metal, are listed too") {
+    const std::filesystem::path drivers = "/usr/share/vulkan/icd.d";
+    const TemporaryFolder folder;
+    const std::filesystem::path manifest = folder / "portable.json";
+    for (const auto& entry : std::filesystem::directory_iterator(drivers)) {
+        if (!entry.path().filename().string().starts_with("lvp_icd")) continue;
+        std::ifstream file(entry.path());
+        nlohmann::json driver = nlohmann::json::parse(file);
+        driver["file_format_version"] = "1.0.1";
+        driver["ICD"]["is_portability_driver"] = true;
+        std::ofstream(manifest) << driver;
+    }
+    REQUIRE(std::filesystem::exists(manifest));  // of mesa-vulkan-drivers
+    ScopedVariables variables;
+    variables.set("VK_ICD_FILENAMES", manifest.string());
+    variables.set("VK_DRIVER_FILES", manifest.string());
+    const std::vector<DeviceDescription> devices = list_devices();
+    REQUIRE(devices.size() == 1);
+    CHECK(devices[0].suitable);
 }

@@ -34,8 +34,9 @@ public:
     [[nodiscard]] ValidationLog& log() const { return instance_.log(); }
     [[nodiscard]] std::unique_ptr<VulkanJob> job(
         ImageSize size, std::uint32_t bounces, const JobPatterns& patterns, const Tuning& tuning = {});
-    // Specialisation of the six stages for the scene, and the layout that goes with it.
+    // Specialisation of the six stages for the scene, and the code and the layout that go with it.
     [[nodiscard]] const Specialisation& specialisation();
+    [[nodiscard]] std::vector<std::uint32_t> code(Stage kernel) const { return stages_.prepared(shader_code(kernel)); }
     [[nodiscard]] vk::PipelineLayout layout() { return stages_.layout().handle(); }
     // The device's clock beside the host's; none where they cannot be related, as facts_of() says why.
     [[nodiscard]] const std::optional<DeviceClock>& clock() const { return clock_; }

@@ -4,6 +4,7 @@
 #include <bit>
 #include <filesystem>
 #include <fstream>
+#include <map>
 #include <random>
 #include <thread>
 
@@ -73,6 +74,7 @@ public:
           making_(making),
           known_(device_->specialisation().constants()),
           new_(known_) {
+        for (const Stage kernel : kernels_) codes_.emplace(kernel, device_->code(kernel));
         if (making == Making::cache || making == Making::disk) {
             cache_ = vk::raii::PipelineCache(device_->device().handle(), vk::PipelineCacheCreateInfo());
             for (const Stage kernel : kernels_) (void)make(kernel, known_, cache_);
@@ -117,7 +119,7 @@ private:
     [[nodiscard]] vk::raii::Pipeline make(Stage kernel, const Constants& constants,
         const vk::raii::PipelineCache& cache, vk::PipelineCreateFlags flags = {}, vk::Pipeline base = {}) const {
         return make_compute_pipeline(
-            device_->device(), cache, device_->layout(), shader_code(kernel), constants, flags, base);
+            device_->device(), cache, device_->layout(), codes_.at(kernel), constants, flags, base);
     }
 
     [[nodiscard]] std::vector<vk::raii::Pipeline> make_on_threads(const Constants& constants) const {
@@ -142,6 +144,7 @@ private:
 
     SharedDevice device_;
     std::vector<Stage> kernels_;
+    std::map<Stage, std::vector<std::uint32_t>> codes_;
     Making making_;
     Constants known_;
     NewConstants new_;

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "common/error.h"
+#include "vulkan/core/device_selection.h"
 
 namespace tandem {
 
@@ -56,7 +57,10 @@ void check(const Device& device, const VulkanPatterns& patterns) {
 }  // namespace
 
 Ordering::Ordering(const Device& device, const VulkanPatterns& patterns, std::vector<vk::DescriptorBufferInfo> written)
-    : device_(device), pattern_(patterns.barriers), written_(std::move(written)) {
+    : device_(device),
+      pattern_(patterns.barriers),
+      orders_all_(merges_storage_buffers(device.description().abilities)),
+      written_(std::move(written)) {
     check(device, patterns);
     if (pattern_ != BarrierPattern::event) return;
     for (std::uint32_t i = 0; i < most_events; ++i) events_.emplace_back(device.handle(), vk::EventCreateInfo());
@@ -84,6 +88,7 @@ void Ordering::wait_for_event(const vk::raii::CommandBuffer& commands, StageAcce
 }
 
 void Ordering::after_dispatches(const vk::raii::CommandBuffer& commands, StageAccess to) const {
+    if (orders_all_) to = {to.stage | dispatch_access.stage, to.access | dispatch_access.access};
     switch (pattern_) {
         case BarrierPattern::memory:
             barrier(commands, compute_write, to);

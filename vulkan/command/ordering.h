@@ -19,6 +19,9 @@ public:
     void after_dispatches(const vk::raii::CommandBuffer& commands, StageAccess to) const;
     // Buffers besides those that were named are left out of the barriers.
     [[nodiscard]] bool leaves_out_others() const;
+    // Storage buffers are parts of one: dispatches are ordered that share no part, and indirect ones too. Vulkan would
+    // not ask for it, but the validation layer follows whole descriptors.
+    [[nodiscard]] bool orders_all() const { return orders_all_; }
     // Whatever was recorded before has run.
     void begin_submission();
 
@@ -27,6 +30,7 @@ private:
 
     const Device& device_;
     BarrierPattern pattern_;
+    bool orders_all_;
     std::vector<vk::DescriptorBufferInfo> written_;
     std::vector<vk::raii::Event> events_;
     mutable std::atomic<std::uint32_t> used_ = 0;  // of the events

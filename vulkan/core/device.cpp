@@ -108,6 +108,8 @@ vk::raii::Device make_device(const vk::raii::PhysicalDevice& physical, const Dev
     for (std::uint32_t family = 0; family < queue_counts.size(); ++family)
         if (queue_counts[family] > 0)
             queues.push_back(vk::DeviceQueueCreateInfo({}, family, queue_counts[family], priorities.data()));
+    constexpr const char* portability = "VK_KHR_portability_subset";  // Vulkan's headers call it provisional
+    if (offers(physical, portability)) extensions.push_back(portability);
     if (has.synchronization2) extensions.push_back(VK_KHR_SYNCHRONIZATION_2_EXTENSION_NAME);
     if (has.push_descriptors) extensions.push_back(VK_KHR_PUSH_DESCRIPTOR_EXTENSION_NAME);
     if (has.calibrated_timestamps) extensions.push_back(VK_EXT_CALIBRATED_TIMESTAMPS_EXTENSION_NAME);

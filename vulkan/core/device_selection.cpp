@@ -57,20 +57,18 @@ bool is_named(const DeviceDescription& device, const std::string& wanted) {
 
 }  // namespace
 
+bool merges_storage_buffers(const DeviceAbilities& abilities) {
+    return std::min(abilities.storage_buffers_per_stage, abilities.storage_buffers_per_set) < separate_storage_buffers;
+}
+
 std::string unsuitability(const DeviceDescription& device) {
     const DeviceAbilities& has = device.abilities;
     if (std::pair{device.api_major, device.api_minor} < std::pair{1u, 2u})
         return fmt::format("offers Vulkan {}.{}, Tandem needs 1.2", device.api_major, device.api_minor);
     if (!has.compute_queue) return "has no queue family with compute";
-    if (has.storage_buffers_per_stage < storage_buffers_needed)
-        return fmt::format("maxPerStageDescriptorStorageBuffers is {}, Tandem needs {}", has.storage_buffers_per_stage,
-            storage_buffers_needed);
-    if (has.storage_buffers_per_set < storage_buffers_needed)
-        return fmt::format("maxDescriptorSetStorageBuffers is {}, Tandem needs {}", has.storage_buffers_per_set,
-            storage_buffers_needed);
-    if (has.workgroup_invocations < workgroup_size)
-        return fmt::format(
-            "maxComputeWorkGroupInvocations is {}, Tandem needs {}", has.workgroup_invocations, workgroup_size);
+    for (const NeededLimit& limit : needed_limits)
+        if (has.*limit.has < limit.needed)
+            return fmt::format("{} is {}, Tandem needs {}", limit.name, has.*limit.has, limit.needed);
     return {};
 }
 

@@ -60,9 +60,14 @@ nlohmann::json to_json(const std::vector<DeviceDescription>& devices) {
         entry["abilities"] = {{"compute_queue", has.compute_queue},
             {"storage_buffers_per_stage", has.storage_buffers_per_stage},
             {"storage_buffers_per_set", has.storage_buffers_per_set},
-            {"workgroup_invocations", has.workgroup_invocations}, {"storage_buffer_bytes", has.storage_buffer_bytes},
-            {"allocation_bytes", has.allocation_bytes}, {"device_memory_bytes", has.device_memory_bytes},
-            {"timestamp_bits", has.timestamp_bits}, {"resident_invocations", has.resident_invocations}};
+            {"merges_storage_buffers", merges_storage_buffers(has)},
+            {"uniform_buffers_per_stage", has.uniform_buffers_per_stage},
+            {"uniform_buffers_per_set", has.uniform_buffers_per_set},
+            {"uniform_buffer_bytes", has.uniform_buffer_bytes}, {"bound_sets", has.bound_sets},
+            {"push_constant_bytes", has.push_constant_bytes}, {"workgroup_invocations", has.workgroup_invocations},
+            {"storage_buffer_bytes", has.storage_buffer_bytes}, {"allocation_bytes", has.allocation_bytes},
+            {"device_memory_bytes", has.device_memory_bytes}, {"timestamp_bits", has.timestamp_bits},
+            {"resident_invocations", has.resident_invocations}};
         if (!device.suitable) entry["reason"] = device.reason;
         list.push_back(std::move(entry));
     }

@@ -60,9 +60,22 @@ vk::raii::Context load_vulkan() {
 
 vk::ApplicationInfo application_info() { return vk::ApplicationInfo("tandem", 1, "tandem", 1, VK_API_VERSION_1_2); }
 
-vk::raii::Instance make_plain_instance(const vk::raii::Context& context, const std::vector<const char*>& extensions) {
+// Devices that lack parts of Vulkan, as those of MoltenVK, are listed for those alone who ask for them. Adds the
+// extension to ask with.
+vk::InstanceCreateFlags asking_for_all(const vk::raii::Context& context, std::vector<const char*>& extensions) {
+    const auto known = context.enumerateInstanceExtensionProperties();
+    const auto is_it = [](const vk::ExtensionProperties& one) {
+        return one.extensionName == std::string_view(VK_KHR_PORTABILITY_ENUMERATION_EXTENSION_NAME);
+    };
+    if (std::ranges::none_of(known, is_it)) return {};
+    extensions.push_back(VK_KHR_PORTABILITY_ENUMERATION_EXTENSION_NAME);
+    return vk::InstanceCreateFlagBits::eEnumeratePortabilityKHR;
+}
+
+vk::raii::Instance make_plain_instance(const vk::raii::Context& context, std::vector<const char*> extensions) {
     const vk::ApplicationInfo application = application_info();
-    return vk::raii::Instance(context, vk::InstanceCreateInfo({}, &application, {}, extensions));
+    const vk::InstanceCreateFlags flags = asking_for_all(context, extensions);
+    return vk::raii::Instance(context, vk::InstanceCreateInfo(flags, &application, {}, extensions));
 }
 
 vk::raii::Instance make_validated_instance(
@@ -78,8 +91,9 @@ vk::raii::Instance make_validated_instance(
         "VK_LAYER_ENABLES", "VALIDATION_CHECK_ENABLE_SYNCHRONIZATION_VALIDATION_QUEUE_SUBMIT");
     const vk::ApplicationInfo application = application_info();
     extensions.push_back(VK_EXT_DEBUG_UTILS_EXTENSION_NAME);
+    const vk::InstanceCreateFlags flags = asking_for_all(context, extensions);
     const vk::ValidationFeatureEnableEXT synchronisation = vk::ValidationFeatureEnableEXT::eSynchronizationValidation;
-    const vk::StructureChain info(vk::InstanceCreateInfo({}, &application, validation_layer, extensions),
+    const vk::StructureChain info(vk::InstanceCreateInfo(flags, &application, validation_layer, extensions),
         vk::ValidationFeaturesEXT(synchronisation), messenger_info(log));
     return vk::raii::Instance(context, info.get<vk::InstanceCreateInfo>());
 }
@@ -126,6 +140,11 @@ DeviceAbilities abilities_of(const vk::raii::PhysicalDevice& device, const vk::P
     if (family) abilities.timestamp_bits = device.getQueueFamilyProperties()[*family].timestampValidBits;
     abilities.storage_buffers_per_stage = limits.maxPerStageDescriptorStorageBuffers;
     abilities.storage_buffers_per_set = limits.maxDescriptorSetStorageBuffers;
+    abilities.uniform_buffers_per_stage = limits.maxPerStageDescriptorUniformBuffers;
+    abilities.uniform_buffers_per_set = limits.maxDescriptorSetUniformBuffers;
+    abilities.uniform_buffer_bytes = limits.maxUniformBufferRange;
+    abilities.bound_sets = limits.maxBoundDescriptorSets;
+    abilities.push_constant_bytes = limits.maxPushConstantsSize;
     abilities.workgroup_invocations = limits.maxComputeWorkGroupInvocations;
     abilities.storage_buffer_bytes = limits.maxStorageBufferRange;
     abilities.device_memory_bytes = largest_device_heap(device.getMemoryProperties());

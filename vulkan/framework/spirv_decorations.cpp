@@ -4,27 +4,20 @@
 #include <array>
 #include <set>
 
+#include "vulkan/framework/spirv_words.h"
+
 namespace tandem {
+
+using spirv::for_each_instruction;
+using spirv::header_words;
+using spirv::opcode_of;
 
 namespace {
 
-constexpr std::size_t header_words = 5;
 constexpr std::uint32_t op_decorate = 71, no_contraction = 42;
 // OpFNegate, OpFAdd, OpFSub, OpFMul, OpFDiv, OpFRem, OpFMod, products of vectors, scalars and matrices, OpDot.
 constexpr std::array<std::uint32_t, 14> arithmetic{
     127, 129, 131, 133, 136, 140, 141, 142, 143, 144, 145, 146, 147, 148};
-
-// Calls visit(instruction) with the words of each.
-template <class Visit>
-void for_each_instruction(std::span<const std::uint32_t> code, const Visit& visit) {
-    for (std::size_t at = header_words; at < code.size();) {
-        const std::size_t words = std::max<std::size_t>(1, code[at] >> 16);
-        visit(code.subspan(at, std::min(words, code.size() - at)));
-        at += words;
-    }
-}
-
-std::uint32_t opcode_of(std::span<const std::uint32_t> instruction) { return instruction[0] & 0xffffu; }
 
 bool forbids_contraction(std::span<const std::uint32_t> instruction) {
     return opcode_of(instruction) == op_decorate && instruction.size() >= 3 && instruction[2] == no_contraction;

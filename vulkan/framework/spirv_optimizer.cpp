@@ -1,30 +1,29 @@
 #include "vulkan/framework/spirv_optimizer.h"
 
-#include <algorithm>
+#include <map>
 #include <set>
 #include <spirv-tools/optimizer.hpp>
 #include <string>
 #include <unordered_map>
+#include <utility>
 
 #include "common/error.h"
+#include "vulkan/framework/spirv_words.h"
 
 namespace tandem {
 
 namespace {
-
-constexpr std::size_t header_words = 5;
 
 // Calls visit(words of the instruction, whether it is within a function) for all in order.
 template <class Visit>
 void for_each_instruction(std::span<const std::uint32_t> code, Visit visit) {
     constexpr std::uint32_t function = 54, function_end = 56;  // OpFunction, OpFunctionEnd
     bool within = false;
-    for (std::size_t at = header_words; at < code.size() && code[at] >> 16 != 0; at += code[at] >> 16) {
-        const std::uint32_t opcode = code[at] & 0xffffu;
-        if (opcode == function) within = true;
-        visit(code.subspan(at, std::min<std::size_t>(code[at] >> 16, code.size() - at)), within);
-        if (opcode == function_end) within = false;
-    }
+    spirv::for_each_instruction(code, [&](std::span<const std::uint32_t> instruction) {
+        if (spirv::opcode_of(instruction) == function) within = true;
+        visit(instruction, within);
+        if (spirv::opcode_of(instruction) == function_end) within = false;
+    });
 }
 
 }  // namespace
@@ -58,13 +57,15 @@ std::uint64_t count_instructions(std::span<const std::uint32_t> code) {
 }
 
 std::uint64_t count_bindings(std::span<const std::uint32_t> code) {
-    constexpr std::uint32_t decorate = 71, binding = 33;
-    std::set<std::uint32_t> bound, used;  // variables; a literal equal to one's number counts it as used
+    constexpr std::uint32_t decorate = 71, binding = 33, descriptor_set = 34;
+    std::map<std::uint32_t, std::pair<std::uint32_t, std::uint32_t>> bound;  // set and binding by variable
+    std::set<std::pair<std::uint32_t, std::uint32_t>> used;  // a literal equal to a variable's number counts it as used
     for_each_instruction(code, [&](std::span<const std::uint32_t> words, bool within) {
-        if ((words[0] & 0xffffu) == decorate && words[2] == binding) bound.insert(words[1]);
+        if (spirv::opcode_of(words) == decorate && words[2] == descriptor_set) bound[words[1]].first = words[3];
+        if (spirv::opcode_of(words) == decorate && words[2] == binding) bound[words[1]].second = words[3];
         if (!within) return;
         for (const std::uint32_t word : words.subspan(1))
-            if (bound.contains(word)) used.insert(word);
+            if (bound.contains(word)) used.insert(bound.at(word));
     });
     return used.size();
 }

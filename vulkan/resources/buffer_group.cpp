@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <numeric>
 
 #include "common/error.h"
 
@@ -88,7 +89,7 @@ void BufferGroup::make_one_buffer(std::span<const BufferSpec> specs) {
     vk::DeviceSize total = 0;
     vk::BufferUsageFlags usage;
     for (const BufferSpec& spec : specs) {
-        total = aligned(total, alignment);
+        total = aligned(total, std::lcm(alignment, spec.element));
         places_.push_back({0, total, std::max(spec.bytes, least_bytes)});
         total += places_.back().bytes;
         usage |= spec.usage;

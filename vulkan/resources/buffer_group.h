@@ -21,6 +21,7 @@ struct BufferSpec {
     vk::DeviceSize bytes = 0;  // 0 is rounded up to one element of 16 bytes: an unused binding must still be valid
     vk::BufferUsageFlags usage;
     std::vector<std::uint32_t> families = {};  // of queues that share it; fewer than two: it is one's own
+    vk::DeviceSize element = 32;  // in one buffer its part begins at a multiple of so many bytes: four doubles
 };
 
 // Memory for the buffers of several groups (MemoryLayout::one_block): one allocation a domain, of a size told before.
@@ -55,6 +56,10 @@ public:
     [[nodiscard]] vk::DescriptorBufferInfo info(std::size_t i) const { return info(i, places_[i].bytes); }
     [[nodiscard]] vk::DescriptorBufferInfo info(std::size_t i, vk::DeviceSize bytes) const {
         return {(*this)[i], places_[i].offset, bytes};
+    }
+    // All parts of MemoryLayout::one_buffer.
+    [[nodiscard]] vk::DescriptorBufferInfo whole() const {
+        return {(*this)[0], 0, places_.back().offset + places_.back().bytes};
     }
     [[nodiscard]] vk::DeviceSize bytes(std::size_t i) const { return places_[i].bytes; }
     // Host memory of part i: coherent, no flush is needed. Not for MemoryDomain::device.

@@ -93,7 +93,8 @@ JobFacts VulkanJob::facts() const {
     for (const Stage stage : kernels_of(patterns_.tracer.kernel, facts.effects)) {
         if (stage == Stage::vertex && scene_.in_double) continue;
         const std::string name = stage_names[static_cast<std::size_t>(stage)];
-        const std::vector<std::uint32_t> code = optimised_spirv(kernel_code(stage, form()).words, constants);
+        const std::vector<std::uint32_t> code =
+            optimised_spirv(stages_.prepared(kernel_code(stage, form()).words), constants);
         facts.kernels.push_back({name, count_instructions(code)});
         facts.bindings.push_back({name, count_bindings(code)});
         if (is_called(stage)) continue;

@@ -191,13 +191,11 @@ void VulkanIntersector::fetch(std::span<RayHit> hits) const {
 
 // Uploads, traces and downloads `count` rays; returns the device's seconds of tracing, or NaN without a clock.
 double VulkanIntersector::trace(std::uint32_t count) {
-    // The Rays set's buffers come first among them.
-    const std::vector<vk::DescriptorBufferInfo> buffers = resources_.written_by_dispatches();
     const vk::DeviceSize bytes = count * element_;
     submission_.add({}, [&](const vk::raii::CommandBuffer& commands) {
         for (std::size_t i = 0; i < ray_inputs.size(); ++i)
-            commands.copyBuffer(upload_[i], buffers[ray_inputs[i]].buffer,
-                vk::BufferCopy(upload_.offset(i), buffers[ray_inputs[i]].offset, bytes));
+            commands.copyBuffer(upload_[i], resources_.ray_buffer(ray_inputs[i]).buffer,
+                vk::BufferCopy(upload_.offset(i), resources_.ray_buffer(ray_inputs[i]).offset, bytes));
         barrier(commands, transfer_write, compute_access);
     });
     (void)submission_.run();
@@ -216,8 +214,8 @@ double VulkanIntersector::trace(std::uint32_t count) {
     const std::optional<double> seconds = submission_.run().device;
     submission_.add({}, [&](const vk::raii::CommandBuffer& commands) {
         for (std::size_t i = 0; i < ray_outputs.size(); ++i)
-            commands.copyBuffer(buffers[ray_outputs[i]].buffer, readback_[i],
-                vk::BufferCopy(buffers[ray_outputs[i]].offset, readback_.offset(i), bytes));
+            commands.copyBuffer(resources_.ray_buffer(ray_outputs[i]).buffer, readback_[i],
+                vk::BufferCopy(resources_.ray_buffer(ray_outputs[i]).offset, readback_.offset(i), bytes));
         barrier(commands, transfer_write, host_read);
     });
     (void)submission_.run();

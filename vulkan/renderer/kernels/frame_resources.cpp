@@ -1,5 +1,7 @@
 #include "vulkan/renderer/kernels/frame_resources.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cstring>
 
@@ -22,11 +24,12 @@ struct SceneBuffer {
     const char* name;
     const void* data;
     vk::DeviceSize bytes;
+    vk::DeviceSize element;  // bytes of one
 };
 
 template <class T>
 SceneBuffer filled(const char* name, const std::vector<T>& data) {
-    return {name, data.data(), data.size() * sizeof(T)};
+    return {name, data.data(), data.size() * sizeof(T), sizeof(T)};
 }
 
 constexpr std::size_t bvh_nodes = 10;  // among the scene's buffers, the first after the world primitives
@@ -47,8 +50,10 @@ SceneBuffer either(const char* name, const std::vector<Single>& single, const Sc
 
 SceneBuffer header_of(const SceneData& scene) {
     const bool in_double = scene.in_double && scene.in_double->shading;
-    if (in_double) return {"scene-header", &scene.in_double->shading->header, sizeof(gpu::DoubleSceneHeader)};
-    return {"scene-header", &scene.header, sizeof scene.header};
+    if (in_double)
+        return {"scene-header", &scene.in_double->shading->header, sizeof(gpu::DoubleSceneHeader),
+            sizeof(gpu::DoubleSceneHeader)};
+    return {"scene-header", &scene.header, sizeof scene.header, sizeof scene.header};
 }
 
 // World primitives that the vertex stage fills, or the host in double.
@@ -56,7 +61,7 @@ template <class Single, class Doubled>
 SceneBuffer world(
     const char* name, std::uint32_t count, const SceneData& scene, std::vector<Doubled> DoubleGeometry::*doubled) {
     if (scene.in_double) return filled(name, (*scene.in_double).*doubled);
-    return {name, nullptr, count * sizeof(Single)};
+    return {name, nullptr, count * sizeof(Single), sizeof(Single)};
 }
 
 // Bindings 0 … 9 and, after the uniform views of 7, 8 and 9, bindings 13 … 16.
@@ -75,8 +80,9 @@ std::array<SceneBuffer, 14> scene_list(const SceneData& scene) {
 }
 
 SceneBuffer camera_of(const SceneData& scene) {
-    if (scene.in_double) return {"camera", &scene.in_double->camera, sizeof scene.in_double->camera};
-    return {"camera", &scene.camera, sizeof scene.camera};
+    if (scene.in_double)
+        return {"camera", &scene.in_double->camera, sizeof scene.in_double->camera, sizeof scene.in_double->camera};
+    return {"camera", &scene.camera, sizeof scene.camera, sizeof scene.camera};
 }
 
 std::vector<BufferSpec> scene_specs(const SceneData& scene) {
@@ -89,6 +95,7 @@ std::vector<BufferSpec> scene_specs(const SceneData& scene) {
                 Usage::eStorageBuffer | Usage::eUniformBuffer | Usage::eTransferDst});
         else
             specs.push_back({buffer.bytes, Usage::eStorageBuffer | Usage::eTransferDst});
+        specs.back().element = buffer.element;
     }
     return specs;
 }
@@ -188,6 +195,19 @@ SharedMemory shared_memory(const SceneData& scene, const std::optional<PathState
     return shared;
 }
 
+// The layout that was asked for or, where the storage buffers of a set are parts of one, that.
+MemoryLayout possible(const Device& device, MemoryLayout memory) {
+    const DeviceAbilities& has = device.description().abilities;
+    if (!merges_storage_buffers(has) || memory == MemoryLayout::one_buffer) return memory;
+    if (memory != MemoryLayout::per_set)
+        throw UnsupportedError(
+            fmt::format("{} lets a shader stage see {} storage buffers; with fewer than {} those of "
+                        "a descriptor set are one buffer, in one allocation",
+                device.description().name, std::min(has.storage_buffers_per_stage, has.storage_buffers_per_set),
+                separate_storage_buffers));
+    return MemoryLayout::one_buffer;
+}
+
 // Layout of a group of buffers: the ray state and the sums, or another.
 MemoryLayout layout_of(MemoryLayout memory, bool rays) {
     const bool mixed = memory == MemoryLayout::rays_per_set || memory == MemoryLayout::others_per_set;
@@ -246,16 +266,18 @@ std::vector<vk::DescriptorBufferInfo> ray_arrays(const BufferGroup& rays) {
 
 FrameResources::FrameResources(const Device& device, const SceneData& scene, const std::optional<PathState>& path,
     std::uint32_t bounces, std::uint32_t tile_pixels, MemoryLayout memory, bool lists_pixels, ScenePlacement placement)
-    : staged_(placement == ScenePlacement::device_local),
-      shared_(shared_memory(scene, path, bounces, tile_pixels, memory, lists_pixels ? tile_pixels : 0, placement)),
-      scene_(device, domain_of(placement), scene_specs(scene), layout_of(memory, false), &shared_),
-      camera_(device, domain_of(placement), camera_specs(scene), layout_of(memory, false), &shared_),
-      rays_(device, MemoryDomain::device, ray_specs(path, tile_pixels, bounces), layout_of(memory, true), &shared_),
+    : memory_(possible(device, memory)),
+      staged_(placement == ScenePlacement::device_local),
+      shared_(shared_memory(scene, path, bounces, tile_pixels, memory_, lists_pixels ? tile_pixels : 0, placement)),
+      scene_(device, domain_of(placement), scene_specs(scene), layout_of(memory_, false), &shared_),
+      camera_(device, domain_of(placement), camera_specs(scene), layout_of(memory_, false), &shared_),
+      rays_(device, MemoryDomain::device, ray_specs(path, tile_pixels, bounces), layout_of(memory_, true), &shared_),
       image_(device, MemoryDomain::device, image_specs(tile_pixels, lists_pixels ? tile_pixels : 0),
-          layout_of(memory, true), &shared_),
+          layout_of(memory_, true), &shared_),
       upload_(device, MemoryDomain::upload, upload_specs(scene, lists_pixels ? tile_pixels : 0, placement),
-          layout_of(memory, false), &shared_),
-      readback_(device, MemoryDomain::readback, readback_specs(tile_pixels), layout_of(memory, false), &shared_) {
+          layout_of(memory_, false), &shared_),
+      readback_(device, MemoryDomain::readback, readback_specs(tile_pixels), layout_of(memory_, false), &shared_) {
+    if (merges_storage_buffers(device.description().abilities)) write_places(device);
     const auto list = scene_list(scene);
     for (std::size_t i = 0; i < list.size(); ++i)
         if (list[i].data != nullptr && list[i].bytes > 0) uploads_.push_back({list[i].data, list[i].bytes, i});
@@ -268,7 +290,38 @@ void FrameResources::write_scene() const {
             staged_ ? upload_.mapped(i) : target_of(i).mapped(uploads_[i].buffer), uploads_[i].data, uploads_[i].bytes);
 }
 
+// For each set two blocks, of parity 0 and 1.
+void FrameResources::write_places(const Device& device) {
+    const std::vector<SetBindings> sets = separate_bindings({});
+    const vk::DeviceSize bytes = most_bindings(sets) * sizeof(std::uint32_t);
+    places_.emplace(
+        device, MemoryDomain::mapped, std::vector<BufferSpec>(2 * sets.size(), {bytes, Usage::eUniformBuffer}));
+    for (std::uint32_t i = 0; i < 2 * sets.size(); ++i) {
+        const auto set = static_cast<SetIndex>(i / 2);
+        if (!is_merged(sets[i / 2])) continue;
+        if (const vk::DeviceSize all = group_of(set).whole().range; all > device.limits().maxStorageBufferRange)
+            throw UnsupportedError(
+                fmt::format("{} lets shaders see {} MiB of a buffer, and lets them see so few that {} MiB of the scene "
+                            "or of the image are in one; use a smaller scene or image",
+                    device.description().name, device.limits().maxStorageBufferRange >> 20, (all >> 20) + 1));
+        const std::vector<std::uint32_t> places = places_of(sets[i / 2], separate_buffers(set, i % 2));
+        std::memcpy(places_->mapped(i), places.data(), places.size() * sizeof places[0]);
+    }
+}
+
+const BufferGroup& FrameResources::group_of(SetIndex set) const {
+    return set == SetIndex::scene ? scene_ : set == SetIndex::camera ? camera_ : set == SetIndex::rays ? rays_ : image_;
+}
+
 std::vector<vk::DescriptorBufferInfo> FrameResources::buffers(SetIndex set, std::uint32_t parity) const {
+    const std::vector<vk::DescriptorBufferInfo> separate = separate_buffers(set, parity);
+    const std::vector<SetBindings> sets = separate_bindings({});
+    const auto i = static_cast<std::size_t>(set);
+    if (!places_ || i >= sets.size() || !is_merged(sets[i])) return separate;
+    return merged(sets[i], separate, group_of(set).whole(), places_->info(2 * i + parity));
+}
+
+std::vector<vk::DescriptorBufferInfo> FrameResources::separate_buffers(SetIndex set, std::uint32_t parity) const {
     switch (set) {
         case SetIndex::scene:
             return scene_buffers(scene_);
@@ -285,6 +338,7 @@ std::vector<vk::DescriptorBufferInfo> FrameResources::buffers(SetIndex set, std:
 }
 
 std::vector<vk::DescriptorBufferInfo> FrameResources::written_by_dispatches() const {
+    if (places_) return {rays_.whole(), image_.whole()};
     std::vector<vk::DescriptorBufferInfo> buffers = all_of(rays_);
     for (const vk::DescriptorBufferInfo& buffer : all_of(image_)) buffers.push_back(buffer);
     return buffers;
@@ -398,7 +452,10 @@ std::uint64_t bytes_per_pixel(const std::optional<PathState>& path) {
 
 std::uint32_t tile_size(const Device& device, std::uint64_t image_pixels, const std::optional<PathState>& path) {
     const DeviceAbilities& has = device.description().abilities;
-    const std::uint64_t by_range = has.storage_buffer_bytes / (sums_per_pixel * element);
+    // Where the rays are in one buffer, an eighth of it is left to their queues.
+    const bool merged = merges_storage_buffers(has);
+    const std::uint64_t by_range = merged ? has.storage_buffer_bytes / 8 * 7 / bytes_per_pixel(path)
+                                          : has.storage_buffer_bytes / (sums_per_pixel * element);
     const std::uint64_t by_groups = std::uint64_t{device.limits().maxComputeWorkGroupCount[0]} * workgroup_size;
     // One allocation holds the rays; all of it may take half of the device's memory, the rest being others'.
     const std::uint64_t memory = std::min(has.allocation_bytes, has.device_memory_bytes / 2);

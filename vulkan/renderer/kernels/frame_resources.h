@@ -3,11 +3,13 @@
 #pragma once
 
 #include <array>
+#include <optional>
 #include <span>
 
 #include "vulkan/renderer/kernels/stages.h"
 #include "vulkan/renderer/scene/scene_data.h"
 #include "vulkan/resources/buffer_group.h"
+#include "vulkan/resources/merged_buffers.h"
 
 namespace tandem {
 
@@ -32,8 +34,10 @@ public:
     [[nodiscard]] vk::DeviceSize queue_offset(std::uint32_t segment) const {
         return rays_.offset(ray_queues) + segment * ray_queue_bytes;
     }
-    // What dispatches write and others read: the Rays and Image sets.
+    // What dispatches write and others read: the Rays and Image sets, as descriptors see them.
     [[nodiscard]] std::vector<vk::DescriptorBufferInfo> written_by_dispatches() const;
+    // The buffer of a binding of the Rays set of parity 0.
+    [[nodiscard]] vk::DescriptorBufferInfo ray_buffer(std::size_t binding) const { return rays_.info(binding); }
 
     // The host writes scene and camera: to their place, or to where record_upload copies them from. No device reads
     // them meanwhile.
@@ -79,9 +83,16 @@ private:
         return upload + 1 == uploads_.size() ? camera_ : scene_;
     }
 
+    [[nodiscard]] std::vector<vk::DescriptorBufferInfo> separate_buffers(SetIndex set, std::uint32_t parity) const;
+    [[nodiscard]] const BufferGroup& group_of(SetIndex set) const;
+    void write_places(const Device& device);
+
+    MemoryLayout memory_;
     bool staged_;  // the host writes to upload_
     SharedMemory shared_;
     BufferGroup scene_, camera_, rays_, image_, upload_, readback_;
+    // Where the parts of merged buffers begin, if a set's are (resources/merged_buffers.h): for each set and parity.
+    std::optional<BufferGroup> places_;
     std::vector<Upload> uploads_;
 };
 

@@ -8,9 +8,12 @@
 #include "common/stopwatch.h"
 #include "vulkan/core/device_selection.h"
 #include "vulkan/framework/spirv_decorations.h"
+#include "vulkan/framework/spirv_merging.h"
 #include "vulkan/renderer/kernels/constant_ids.h"
 
 namespace tandem {
+
+static_assert(sizeof(gpu::Settings) == settings_bytes);
 
 std::vector<SpecialisationConstant> Specialisation::constants() const {
     using Id = ConstantId;
@@ -116,9 +119,7 @@ ShaderVariant KernelForm::summing_variant() const {
     return ShaderVariant::double_sums;
 }
 
-namespace {
-
-std::vector<SetBindings> set_bindings(const KernelForm& form) {
+std::vector<SetBindings> separate_bindings(const KernelForm& form) {
     using Type = vk::DescriptorType;
     SetBindings scene(world_bindings_end, Type::eStorageBuffer);
     scene[0] = Type::eUniformBuffer;
@@ -140,14 +141,7 @@ std::vector<SetBindings> set_bindings(const KernelForm& form) {
     return sets;
 }
 
-// Number of storage buffers in all sets, as every stage sees them.
-std::uint32_t storage_buffers(const std::vector<SetBindings>& sets) {
-    std::uint32_t count = 0;
-    for (const SetBindings& set : sets)
-        for (const SetBinding& binding : set)
-            if (binding.type == vk::DescriptorType::eStorageBuffer) count += binding.count;
-    return count;
-}
+namespace {
 
 std::uint32_t most_push_descriptors(const Device& device) {
     const auto chain =
@@ -165,7 +159,8 @@ void check(const Device& device, const KernelForm& form, const std::vector<SetBi
         throw UnsupportedError(name + " has no buffer addresses (bufferDeviceAddress)");
     if (form.descriptors == DescriptorPattern::push && !has.push_descriptors)
         throw UnsupportedError(name + " has no VK_KHR_push_descriptor");
-    if (form.descriptors == DescriptorPattern::push && most_push_descriptors(device) < storage_buffers_in_ray_set)
+    if (form.descriptors == DescriptorPattern::push &&
+        most_push_descriptors(device) < sets[static_cast<std::size_t>(SetIndex::rays)].size())
         throw UnsupportedError(name + " pushes too few descriptors at a time");
     if (form.has_arrays() && !has.storage_arrays)
         throw UnsupportedError(
@@ -211,31 +206,44 @@ std::vector<std::uint32_t> key_of(const std::vector<SpecialisationConstant>& con
 
 Stages::Stages(const Device& device, bool contracted)
     : device_(device),
-      layout_(device, set_bindings({}), static_cast<std::uint32_t>(sizeof(gpu::Settings))),
+      merged_(merges_storage_buffers(device.description().abilities)),
+      layout_(device, bindings_of({}), settings_bytes),
       contracted_(contracted) {}
 
+// Arrays of storage buffers stay arrays.
+std::vector<SetBindings> Stages::bindings_of(const KernelForm& form) const {
+    std::vector<SetBindings> sets = separate_bindings(form);
+    if (merged_ && !form.has_arrays())
+        for (SetBindings& set : sets) set = merged(set);
+    return sets;
+}
+
 const PipelineLayout& Stages::layout(const KernelForm& form) {
-    const std::vector<SetBindings> sets = set_bindings(form);
+    const std::vector<SetBindings> sets = bindings_of(form);
     check(device_, form, sets);
     const bool pushed = form.descriptors == DescriptorPattern::push;
     using Bit = vk::ShaderStageFlagBits;
     vk::ShaderStageFlags visible = Bit::eCompute;
     if (form.shape == KernelShape::fragment) visible |= Bit::eFragment;
     if (form.shape == KernelShape::ray_tracing) visible |= Bit::eRaygenKHR | Bit::eIntersectionKHR | Bit::eAnyHitKHR;
-    if (visible == Bit::eCompute && !pushed && !form.has_arrays() && sets.size() == set_bindings({}).size())
+    if (visible == Bit::eCompute && !pushed && !form.has_arrays() && sets.size() == separate_bindings({}).size())
         return layout_;
     return layouts_
-        .try_emplace(form, device_, sets, static_cast<std::uint32_t>(sizeof(gpu::Settings)),
+        .try_emplace(form, device_, sets, settings_bytes,
             pushed ? static_cast<std::size_t>(SetIndex::rays) : PipelineLayout::no_set, visible)
         .first->second;
 }
 
+std::vector<std::uint32_t> Stages::prepared(std::span<const std::uint32_t> code) const {
+    std::vector<std::uint32_t> words(code.begin(), code.end());
+    if (contracted_) words = without_no_contraction(words);
+    if (merged_) words = with_merged_buffers(words, separate_bindings({}));
+    return words;
+}
+
 vk::raii::Pipeline Stages::make(const PipelineLayout& layout, std::span<const std::uint32_t> code,
     const std::vector<SpecialisationConstant>& constants) const {
-    const auto build = [&](std::span<const std::uint32_t> words) {
-        return make_compute_pipeline(device_, nullptr, layout.handle(), words, constants);
-    };
-    return contracted_ ? build(without_no_contraction(code)) : build(code);
+    return make_compute_pipeline(device_, nullptr, layout.handle(), prepared(code), constants);
 }
 
 const FullscreenPass& Stages::fullscreen_pass() {
@@ -245,21 +253,15 @@ const FullscreenPass& Stages::fullscreen_pass() {
 
 vk::raii::Pipeline Stages::make_fragment(const PipelineLayout& layout, std::span<const std::uint32_t> code,
     const std::vector<SpecialisationConstant>& constants) {
-    const auto build = [&](std::span<const std::uint32_t> words) {
-        return fullscreen_pass().make_pipeline(layout.handle(), shader_code(Stage::fullscreen), words, constants);
-    };
-    return contracted_ ? build(without_no_contraction(code)) : build(code);
+    return fullscreen_pass().make_pipeline(layout.handle(), shader_code(Stage::fullscreen), prepared(code), constants);
 }
 
 RayPipeline Stages::make_rays(const PipelineLayout& layout, std::span<const std::uint32_t> of_paths,
     const std::vector<SpecialisationConstant>& constants) const {
-    const auto code = [&](std::span<const std::uint32_t> words) {
-        return contracted_ ? without_no_contraction(words) : std::vector(words.begin(), words.end());
-    };
-    const std::vector<std::uint32_t> paths = code(of_paths), triangle = code(shader_code(Stage::rt_triangle)),
-                                     sphere = code(shader_code(Stage::rt_sphere)),
-                                     cuboid = code(shader_code(Stage::rt_cuboid)),
-                                     nearest = code(shader_code(Stage::rt_nearest));
+    const std::vector<std::uint32_t> paths = prepared(of_paths), triangle = prepared(shader_code(Stage::rt_triangle)),
+                                     sphere = prepared(shader_code(Stage::rt_sphere)),
+                                     cuboid = prepared(shader_code(Stage::rt_cuboid)),
+                                     nearest = prepared(shader_code(Stage::rt_nearest));
     return RayPipeline(device_, layout.handle(),
         {paths, shader_code(Stage::rt_nothing), {triangle, sphere, cuboid}, nearest}, constants);
 }

@@ -60,7 +60,6 @@ struct Specialisation {
 // The world primitives of each kind are also seen as a uniform block, of the size that every device allows.
 inline constexpr std::size_t uniform_views = 3;
 inline constexpr std::size_t world_bindings_end = 10;  // of the Scene set, after the world primitives' storage buffers
-inline constexpr std::uint32_t uniform_block_bytes = 16384;
 
 // Bindings of the Rays set whose buffers have two halves: of the one that is read, and of the one that is written. In
 // arrays (DescriptorPattern) the former has both.
@@ -103,6 +102,9 @@ struct KernelForm {
 // Whether the kernel has no dispatch of its own: the ray-tracing pipeline calls it.
 [[nodiscard]] constexpr bool is_called(Stage stage) { return stage > Stage::rt_paths && stage <= Stage::rt_nearest; }
 
+// Bindings of a form's sets as kernels declare them: a storage buffer each.
+[[nodiscard]] std::vector<SetBindings> separate_bindings(const KernelForm& form);
+
 // What a form's pipeline of a stage is made from, before specialisation. `plain`: the stage has not the form's variant.
 // Throws UnsupportedError where this build has no such kernel.
 struct KernelCode {
@@ -130,6 +132,8 @@ public:
     [[nodiscard]] std::shared_ptr<const Pipelines> pipelines(
         const Specialisation& specialisation, const KernelForm& form);
     [[nodiscard]] const FullscreenPass& fullscreen_pass();
+    // A kernel's code as the device is handed it, before specialisation.
+    [[nodiscard]] std::vector<std::uint32_t> prepared(std::span<const std::uint32_t> code) const;
     // Throws UnsupportedError where this build has no such variant of the stage.
     [[nodiscard]] vk::raii::Pipeline make(Stage stage, const std::vector<SpecialisationConstant>& constants,
         ShaderVariant variant = ShaderVariant::plain) const;
@@ -150,7 +154,10 @@ private:
     [[nodiscard]] RayPipeline make_rays(const PipelineLayout& layout, std::span<const std::uint32_t> of_paths,
         const std::vector<SpecialisationConstant>& constants) const;
 
+    [[nodiscard]] std::vector<SetBindings> bindings_of(const KernelForm& form) const;
+
     const Device& device_;
+    bool merged_;            // storage buffers of a set are parts of one
     PipelineLayout layout_;  // of forms that need no other
     bool contracted_;
     std::map<KernelForm, PipelineLayout> layouts_;

@@ -50,7 +50,8 @@ void StageRecorder::add_clearing() {
         [=, this](const vk::raii::CommandBuffer& commands) {
             record_preparation(commands);
             if (first) kernels_.place_scene(commands, clearing.settings, clearing.sum_parity);
-            if (tile.follows) kernels_.ordering().after_dispatches(commands, compute_access);
+            if (tile.follows || kernels_.ordering().orders_all())
+                kernels_.ordering().after_dispatches(commands, compute_access);
             kernels_.dispatch(commands, clearing, tile.pixel_count);
         });
 }
@@ -73,7 +74,8 @@ void StageRecorder::record_sampling(const vk::raii::CommandBuffer& commands, con
     const bool intersects = kernels_.has(Stage::intersect);
     if (share.first_segment == 0) {
         // The run before may still be read; and the sample before, where no stage comes between.
-        if (share.first_place > 0 || !accumulates()) kernels_.ordering().after_dispatches(commands, compute_access);
+        if (share.first_place > 0 || !accumulates() || kernels_.ordering().orders_all())
+            kernels_.ordering().after_dispatches(commands, compute_access);
         kernels_.dispatch(commands, {Stage::ray_gen, settings, 1, sum_parity}, share.places);
     }
     Dispatch dispatch{Stage::intersect, settings, 0, sum_parity};
