@@ -52,6 +52,13 @@ ThesisWindow::ThesisWindow(const BenchRequest& request, const MakeShowPlace& mak
         rendered_.emplace_back(device_->device().handle(), vk::SemaphoreCreateInfo());
 }
 
+ThesisWindow::~ThesisWindow() {
+    try {
+        device_->device().handle().waitIdle();
+    } catch (const vk::SystemError&) {  // a lost device has nothing left to wait for
+    }
+}
+
 std::string ThesisWindow::text() const {
     return fmt::format("present mode {}, {} images", present_mode_names[static_cast<std::size_t>(swapchain_->mode())],
         swapchain_->image_count());

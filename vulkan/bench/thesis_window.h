@@ -12,6 +12,10 @@ public:
     // Throws DeviceError or UnsupportedError, with the reason, where kernels cannot write to the images of a window of
     // this size.
     ThesisWindow(const BenchRequest& request, const MakeShowPlace& make_window, ImageSize size);
+    ThesisWindow(const ThesisWindow&) = delete;
+    ThesisWindow& operator=(const ThesisWindow&) = delete;
+    // Waits until nothing is presented any more.
+    ~ThesisWindow();
 
     [[nodiscard]] const SharedDevice& device() const { return device_; }
     // The present mode and the number of images.
