@@ -98,7 +98,9 @@ TEST_CASE("frames end in the pixels that the host makes of their estimate") {
 
 TEST_CASE("where nothing can be shown, the family of presentation is not applicable, with the reason") {
     const SharedDevice device = device_of(false);
-    const MakeShowPlace nowhere = []() -> std::shared_ptr<ShowPlace> { throw DeviceError("there is no screen"); };
+    const MakeShowPlace nowhere = [](std::uint32_t, std::uint32_t) -> std::shared_ptr<ShowPlace> {
+        throw DeviceError("there is no screen");
+    };
     Family family = presentation_family(device, nowhere);
     const bool headless = [&] {
         try {
