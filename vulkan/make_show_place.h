@@ -9,7 +9,7 @@ namespace tandem {
 
 class ShowPlace;  // vulkan/resources/show_place.h
 
-// Of so many pixels. Throws DeviceError, with the reason, where there is no display.
+// Opens a window of so many pixels. Throws DeviceError, with the reason, where there is no display.
 using MakeShowPlace = std::function<std::shared_ptr<ShowPlace>(std::uint32_t width, std::uint32_t height)>;
 
 }  // namespace tandem

@@ -21,7 +21,8 @@ struct CostReference {
     double seconds = 0.0;         // spent on it, ever
     PixelValues mean;             // of both halves
     PixelValues half_difference;  // (half 1 - half 2) / 2, whose mean square is the variance of `mean`
-    // Of the mean of one half, as its samples show it: an upper bound where they are not independent (Sobol points).
+    // Variance of the mean of one half, as its samples show it: an upper bound where they are not independent (Sobol
+    // points).
     PixelValues half_variance;
     std::string image{};    // hash of the scene's files and the size: what it is an image of, on whatever device
     std::string made_by{};  // backend, device and driver

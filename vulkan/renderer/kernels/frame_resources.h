@@ -73,7 +73,7 @@ public:
 private:
     static constexpr std::size_t ray_queues = 13;  // among the buffers of the Rays set
 
-    // Of scene or camera, as the host has it.
+    // What the host has of scene or camera.
     struct Upload {
         const void* data;
         vk::DeviceSize bytes;

@@ -37,7 +37,7 @@ struct FrameTarget {
     vk::Image image;
     vk::ImageView view;
     ImageUse before, after;  // of the frame's commands, which leave the image ready for the latter
-    // Of a swapchain's image: `acquired` is waited for by the stage of `before`, `rendered` is signalled. Else null.
+    // With a swapchain's image the stage of `before` waits for `acquired`, and `rendered` is signalled. Else null.
     vk::Semaphore acquired, rendered;
 };
 
