@@ -51,13 +51,13 @@ def dirty_pictures(folder):
 
 
 def cell(arm, error):
-    """When a setting reaches an error: measured and forecast are told apart in words."""
+    """When a setting reached an error: what was not measured is no evidence."""
     time = next((time for time in arm["seconds_to"] if abs(time["relative_error"] - error) < 1e-9), None)
     if time is None:
         return "–"
-    if time["seconds"] is None:
+    if time["seconds"] is None or time["extrapolated"]:
         return "never" if arm["bias_floor_significant"] and arm["bias_floor_low"] >= error else "not reached"
-    return frontier.duration(time["seconds"]) + (" forecast" if time["extrapolated"] else "")
+    return frontier.duration(time["seconds"])
 
 
 def errors_of(reports):
