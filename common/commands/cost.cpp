@@ -221,8 +221,8 @@ void add_measuring(CLI::App& command, CostArguments& arguments) {
         ->capture_default_str();
     command.add_option("--knob", arguments.knobs, "Only these knobs (see --list)")->type_name("NAME")->delimiter(',');
     command
-        .add_option("--resume", arguments.resume,
-            "Save all samples to FILE after every round. Continue from it where it exists")
+        .add_option(
+            "--resume", arguments.resume, "Save all samples to FILE after every round. Go on from it if it exists")
         ->type_name("FILE");
     command
         .add_option("--error", arguments.error, "Error that the table is for: 1% or 0.01, relative to the image's mean")
@@ -232,9 +232,12 @@ void add_measuring(CLI::App& command, CostArguments& arguments) {
     command
         .add_option("--reference", arguments.reference,
             "Long reference to measure against, which --reference-only wrote, maybe on another device")
-        ->type_name("FILE");
-    command.add_flag("--reference-only", arguments.reference_only,
-        "Render the long reference alone for --time seconds into the --reference FILE. Continue it where it exists");
+        ->type_name("FILE")
+        ->group(rare_options);
+    command
+        .add_flag("--reference-only", arguments.reference_only,
+            "Render the long reference alone for --time seconds into the --reference FILE. Continue it where it exists")
+        ->group(rare_options);
     command
         .add_option("--references", arguments.references,
             "Folder of long references, which later runs continue (default: tandem/references in the user's cache "
@@ -270,13 +273,12 @@ void add_cost_command(CLI::App& app, CommandContext& context) {
         "  tandem cost scenes/cornell-classic.json --time 60\n"
         "  tandem cost scenes/cornell-classic.json --knob integrator,roulette --json cost.json\n"
         "  tandem cost scenes/glass.json --backend vulkan --time 300 --resume glass.samples --json glass.json\n"
-        "  tandem cost scenes/glass.json --backend vulkan --reference-backend vulkan --reference glass.reference "
-        "--reference-only --time 300\n"
-        "  tandem cost scenes/glass.json --reference glass.reference --error 0.3% --time 300\n"
+        "  tandem cost scenes/glass.json --error 0.3% --time 300\n"
         "  tandem cost scenes/glass.json --list\n"
         "The baseline is the scene's own settings, changed by the options given. Every other arm changes one knob. "
-        "Some arms combine the best knobs. All arms run shortly, then the best run until they reach 5, 1 and 0.3 %, on "
-        "random numbers that had no part in the choice. "
+        "Some arms combine the best knobs. All arms run shortly, then the best run until they reach 5, 1 and 0.3 %. "
+        "Their "
+        "random numbers had no part in the choice. "
         "Errors are against a long reference in double precision on the CPU, without a bounce limit. "
         "Ctrl-C concludes from what is there.\n"
         "Exit status: 0; 3 where the time was too short for some of the settings.");

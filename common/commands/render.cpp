@@ -502,10 +502,13 @@ void add_how(CLI::App& command, RenderArguments& arguments) {
         ->capture_default_str();
     command.add_option("--device", arguments.device, devices_help);
     command.add_option("--precision", arguments.precision, precision_help);
-    command.add_option("--threads", arguments.threads, "CPU threads (default: all)")->check(whole_between(1, 1024));
+    command.add_option("--threads", arguments.threads, "CPU threads (default: all)")
+        ->check(whole_between(1, 1024))
+        ->group(rare_options);
     command.add_option("--exposure", arguments.exposure, "Factor of a PNG's radiance")
         ->check(above_zero(1e9))
-        ->capture_default_str();
+        ->capture_default_str()
+        ->group(rare_options);
     command.add_option("--kernel", arguments.kernel, kernel_help)->group(rare_options);
     command.add_flag("--validation", arguments.validation, "Use Vulkan's validation layers; any message is an error")
         ->group(rare_options);
@@ -525,15 +528,15 @@ void add_how_long(CLI::App& command, RenderArguments& arguments) {
         ->type_name("SECONDS");
     command
         .add_option("--target-error", arguments.target_error,
-            "Stop at this error, 5% for example: the pixels' root mean square standard error over the image mean. A "
-            "short "
-            "trial chooses the integrator, roulette, sampling and generator that no option names")
+            "Stop at this error of the image, 5% for example. A short trial chooses the settings that no option "
+            "names")
         ->type_name("FRACTION");
     command
         .add_option("--range", arguments.range,
-            "Render samples A to before B alone, and write their sums for tandem merge. --samples says how many the "
-            "whole image gets")
-        ->type_name("A:B");
+            "A:B: render samples A to before B alone, and write their sums for tandem merge. --samples says how many "
+            "the whole image gets")
+        ->type_name("RANGE")
+        ->group(rare_options);
     command
         .add_option("--resume", arguments.resume,
             "Keep the sums in FILE, now and then and at the end. If FILE exists, go on from there")
@@ -572,9 +575,7 @@ void add_render_command(CLI::App& app, CommandContext& context) {
         "  tandem render scenes/cornell-classic.json -o box.png --samples 256\n"
         "  tandem render scenes/one-weekend.json -o out.exr --backend vulkan --size 600 --time 30\n"
         "  tandem render scenes/cornell-thesis.json -o out.exr --target-error 5% --json figures.json\n"
-        "  tandem render scenes/glass.json -o part.exr --range 0:512 --samples 1024\n"
         "  tandem render scenes/glass.json -o glass.exr --aov albedo,normal,depth\n"
-        "  tandem render scenes/glass.json -o glass.png --samples 256 --every 2x\n"
         "Ctrl-C stops the render and writes what is done.");
     command->callback([&context, arguments, command] {
         arguments->has_generator = command->count("--generator") > 0;

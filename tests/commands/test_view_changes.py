@@ -51,7 +51,7 @@ class ChangesTest(WindowTest):
                 self.fail(f"it ended after {i + 1} changes: {process.communicate()}")
             between(process, i)
         self.show_once_more(manager, window)
-        self.poke("key", "--window", window, "Escape")
+        self.poke("key", "--window", window, "Escape", check=False)  # the window may be gone before the key is let go
         self.ended(process)
         report = json.loads((self.folder / "view.json").read_text())
         self.assertGreater(report["swapchains"], CHANGES / 4)

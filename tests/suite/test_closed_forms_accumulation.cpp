@@ -83,7 +83,8 @@ TEST_CASE("sums in singles refuse light whose squares they do not hold, and doub
     }
 }
 
-TEST_CASE("plain sums of equal samples are the sums of singles, and drift within their bound") {
+TEST_CASE(
+    "plain sums of equal samples are the sums of singles, and drift within their bound" * doctest::test_suite("full")) {
     for (Tracer& tracer : choosing_tracers()) {
         CAPTURE(tracer.name);
         std::vector<double> errors;

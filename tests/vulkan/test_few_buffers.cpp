@@ -126,7 +126,8 @@ TEST_CASE("arrays of descriptors cannot be merged") {
         Error);
 }
 
-TEST_CASE("with 4, 8 and 24 storage buffers every shape of kernel gives the bits that it gives with 32") {
+TEST_CASE("with 4, 8 and 24 storage buffers every shape of kernel gives the bits that it gives with 32" *
+          doctest::test_suite("full")) {
     for (const char* kernel : {"stages", "megakernel", "image-stages", "fragment"}) {
         CAPTURE(kernel);
         const auto enough = renderer(kernel);

@@ -171,7 +171,7 @@ std::uint64_t instructions(const JobFacts& facts) {
 
 }  // namespace
 
-TEST_CASE("every effect's code is in the optimised SPIR-V with it, and gone without it") {
+TEST_CASE("every effect's code is in the optimised SPIR-V with it, and gone without it" * doctest::test_suite("full")) {
     EffectSet tested;
     for (const Signature& signature : signatures()) {
         CAPTURE(effect_name(signature.effect));
