@@ -48,10 +48,7 @@ struct Showing {
 };
 
 PresentMode mode_of(const SurfaceAbilities& abilities, const Showing& showing) {
-    if (showing.mode) return *showing.mode;
-    for (const PresentMode mode : {PresentMode::immediate, PresentMode::mailbox})
-        if (abilities.has(mode)) return mode;
-    return PresentMode::fifo;
+    return showing.mode ? *showing.mode : fastest_mode(abilities);
 }
 
 void check(const PresentationStage& stage, const Showing& showing) {
@@ -71,6 +68,12 @@ void check(const PresentationStage& stage, const Showing& showing) {
 }
 
 }  // namespace
+
+PresentMode fastest_mode(const SurfaceAbilities& abilities) {
+    for (const PresentMode mode : {PresentMode::immediate, PresentMode::mailbox})
+        if (abilities.has(mode)) return mode;
+    return PresentMode::fifo;
+}
 
 std::shared_ptr<ShowPlace> open_place(const MakeShowPlace& make_window, std::uint32_t width, std::uint32_t height) {
     std::string reason = "this build has no window (TANDEM_WINDOW is off)";

@@ -12,6 +12,9 @@ namespace tandem {
 [[nodiscard]] std::shared_ptr<ShowPlace> open_place(
     const MakeShowPlace& make_window, std::uint32_t width, std::uint32_t height);
 
+// The mode that makes frames wait least, of those that there are.
+[[nodiscard]] PresentMode fastest_mode(const SurfaceAbilities& abilities);
+
 class PresentRun;
 
 class PresentationStage {

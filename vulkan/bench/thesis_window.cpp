@@ -13,13 +13,6 @@ namespace {
 
 constexpr ImageUse acquired_for_compute = acquired_image(vk::PipelineStageFlagBits::eComputeShader);
 
-// The one that makes frames wait least.
-PresentMode fastest_mode(const SurfaceAbilities& abilities) {
-    for (const PresentMode mode : {PresentMode::immediate, PresentMode::mailbox})
-        if (abilities.has(mode)) return mode;
-    return PresentMode::fifo;
-}
-
 Swapchain make_swapchain(const Device& device, const vk::raii::SurfaceKHR& surface, ImageSize size) {
     const SurfaceAbilities abilities(device, surface);
     const std::string& name = device.description().name;
