@@ -10,6 +10,7 @@
 #include <map>
 #include <numbers>
 #include <optional>
+#include <span>
 
 namespace tandem {
 
@@ -156,13 +157,22 @@ class Panel {
 public:
     Panel(std::string& out, std::string name, View view) : out_(out), name_(std::move(name)), view_(std::move(view)) {}
 
-    void line(const Line& line, const std::string& style) {
-        const auto seen = view_(line);
-        // A coordinate that SVG readers could not hold is far outside.
-        const auto far = [](const Point& p) { return !(std::abs(p.x) < 1e6 && std::abs(p.y) < 1e6); };
-        if (!seen || far(seen->first) || far(seen->second)) return;
-        out_ += fmt::format("<path d=\"M{:.2f} {:.2f}L{:.2f} {:.2f}\" {}/>\n", seen->first.x, seen->first.y,
-            seen->second.x, seen->second.y, style);
+    void line(const Line& line, const std::string& style) { lines(std::span(&line, 1), style); }
+
+    // Each begins where the one before it ends, or anew.
+    void lines(std::span<const Line> all, const std::string& style) {
+        std::string way, pen;
+        for (const Line& line : all) {
+            const auto seen = view_(line);
+            // A coordinate that SVG readers could not hold is far outside.
+            const auto far = [](const Point& p) { return !(std::abs(p.x) < 1e6 && std::abs(p.y) < 1e6); };
+            if (!seen || far(seen->first) || far(seen->second)) continue;
+            const auto text = [](const Point& p) { return fmt::format("{:.2f} {:.2f}", p.x, p.y); };
+            if (pen != text(seen->first)) way += "M" + text(seen->first);
+            pen = text(seen->second);
+            way += "L" + pen;
+        }
+        if (!way.empty()) out_ += fmt::format("<path d=\"{}\" {}/>\n", way, style);
     }
 
     void vertex(const Place& place, std::size_t number, const char* colour) {
@@ -181,7 +191,7 @@ private:
     // Beside the point, where no other label is; labels of points that lie together form a row or a column.
     void label(const Point& point, const std::string& words) {
         constexpr double high = 13.0, a_letter = 9.0;  // of the font
-        const Point size(a_letter * static_cast<double>(words.size()), high);
+        const Point size(a_letter * static_cast<double>(words.size()) + 3.0, high);
         const auto free = [&](const Point& at) {
             return std::ranges::none_of(labels_, [&](const auto& other) {
                 return std::abs(at.x - other.first.x) < 0.5 * (size.x + other.second.x) &&
@@ -266,10 +276,10 @@ std::string trace_picture(const Scene& scene, const RenderSettings& settings, co
             "<rect width=\"100%\" height=\"100%\" stroke=\"#bbb\" fill=\"#fafafa\"/>\n",
             x, top + height + 20.0, caption, name, top, width, height);
         Panel drawing(out, name, std::move(view));
-        for (const Line& line : outlines) drawing.line(line, "stroke=\"#bbb\" stroke-width=\"0.7\"");
+        drawing.lines(outlines, "stroke=\"#bbb\" stroke-width=\"0.7\"");
         // The first is the widest: those that lie upon it leave its rims to be seen.
         for (std::size_t i = 0; i < paths.size(); ++i)
-            draw_path(drawing, *paths[i].path, std::max(2.0, 8.0 - 3.0 * static_cast<double>(i)),
+            draw_path(drawing, *paths[i].path, 2.0 + 3.0 * static_cast<double>(paths.size() - 1 - i),
                 colours[i % std::size(colours)], extent, i == 0, camera_ray);
         if (camera_ray == CameraRay::drawn) drawing.name(scene.camera.position, "camera");
     };
