@@ -47,8 +47,7 @@ void add_box(std::vector<Line>& lines, const glm::dmat4& map, const Place& low, 
             if (!(i & bit)) lines.push_back({corner(i), corner(i | bit)});
 }
 
-void add_sphere(std::vector<Line>& lines, const glm::dmat4& map, const Place& centre, double radius) {
-    constexpr int steps = 48;
+void add_sphere(std::vector<Line>& lines, const glm::dmat4& map, const Place& centre, double radius, int steps) {
     for (int axis = 0; axis < 3; ++axis) {
         const auto at = [&](int i) {
             const double angle = 2.0 * std::numbers::pi * i / steps;
@@ -87,7 +86,15 @@ private:
 // A body of more primitives than this is drawn as the box around it: its edges would cover the path.
 constexpr std::uint32_t most_primitives = 200;
 
-void add_entity(std::vector<Line>& lines, const Scene& scene, const Entity& entity) {
+// Of a great circle: among many spheres each is small.
+int steps_of_circles(const Scene& scene) {
+    std::size_t spheres = 1;
+    for (const PlacedPrimitive& placed : placed_primitives(scene))
+        spheres += scene.primitives[placed.primitive].kind == PrimitiveKind::sphere;
+    return static_cast<int>(std::clamp<std::size_t>(6000 / spheres, 12, 48));
+}
+
+void add_entity(std::vector<Line>& lines, const Scene& scene, const Entity& entity, int steps) {
     const auto vertex = [&](const Primitive& primitive, std::size_t i) {
         return Place(scene.vertices[primitive.index[i]]);
     };
@@ -109,7 +116,7 @@ void add_entity(std::vector<Line>& lines, const Scene& scene, const Entity& enti
         } else if (p.kind == PrimitiveKind::cuboid) {
             add_box(lines, entity.object_to_world, vertex(p, 0), vertex(p, 1));
         } else {
-            add_sphere(lines, entity.object_to_world, vertex(p, 0), p.radius);
+            add_sphere(lines, entity.object_to_world, vertex(p, 0), p.radius, steps);
         }
     }
     edges.draw(lines);
@@ -239,7 +246,8 @@ void draw_path(Panel& panel, const PathTrace& path, double width, const char* co
 std::string trace_picture(const Scene& scene, const RenderSettings& settings, const std::string& title,
     const std::vector<std::uint32_t>& pixel, const std::vector<DrawnPath>& paths) {
     std::vector<Line> outlines;
-    for (const Entity& entity : scene.entities) add_entity(outlines, scene, entity);
+    const int steps = steps_of_circles(scene);
+    for (const Entity& entity : scene.entities) add_entity(outlines, scene, entity, steps);
     std::vector<Place> places{scene.camera.position};
     for (const DrawnPath& drawn : paths)
         for (const TracedVertex& v : drawn.path->vertices)

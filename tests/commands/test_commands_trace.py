@@ -87,6 +87,9 @@ class Trace(ProgramTest):
             self.assertGreaterEqual(len(places), 6)
             for i, a in enumerate(places):
                 self.assertTrue(all(abs(a[0] - b[0]) >= 8 or abs(a[1] - b[1]) >= 12 for b in places[:i]), places)
+        # Many spheres do not make it slow to open.
+        drawn(SCENES / "one-weekend.json", "30,20", "--size", "64")
+        self.assertLess((self.folder / "drawn.svg").stat().st_size, 1_000_000)
         self.assertIn("camera", [text.text for text in panels["plan"].iter(SVG + "text")])
 
     def test_the_picture_is_no_file_that_is_read_and_has_a_folder(self):
