@@ -86,7 +86,7 @@ private:
 // A body of more primitives than this is drawn as the box around it: its edges would cover the path.
 constexpr std::uint32_t most_primitives = 200;
 
-// Of a great circle: among many spheres each is small.
+// So many lines make a great circle. Among many spheres each is small.
 int steps_of_circles(const Scene& scene) {
     std::size_t spheres = 1;
     for (const PlacedPrimitive& placed : placed_primitives(scene))
