@@ -204,7 +204,7 @@ ExperimentSamples run_experiment(const Family& family, const Workload& workload,
             samples.ended = "budget";
         } else if (blocks >= options.most_blocks) {
             samples.ended = "blocks";
-        } else if (blocks >= next_look) {
+        } else if (blocks >= next_look && now() - start >= options.least_seconds) {
             publish(contenders, samples);
             const double needed = blocks_needed(samples, options.narrow);
             if (needed <= static_cast<double>(blocks)) samples.ended = "narrow";
