@@ -114,13 +114,12 @@ void run_block(std::vector<Contender>& contenders, ExperimentSamples& samples, s
 // short pauses. Its readings scatter little meanwhile, so that no test of a few blocks can tell them for warm-up.
 constexpr double longest_warm_up = 0.5, warm_up_a_second = 0.3;
 
-// Runs all contenders in turn for so long, untimed.
-void warm_up(const std::vector<Contender>& contenders, double seconds, const std::stop_token& stop,
+// Runs all contenders in turn, untimed, until then.
+void warm_up(const std::vector<Contender>& contenders, double end, const std::stop_token& stop,
     const std::function<double()>& now) {
-    const double start = now();
     const auto runs = [](const Contender& contender) { return contender.run != nullptr; };
     if (std::ranges::none_of(contenders, runs)) return;
-    while (now() - start < seconds && !stop.stop_requested())
+    while (now() < end && !stop.stop_requested())
         for (const Contender& contender : contenders)
             if (contender.run) (void)contender.run->run();
 }
@@ -193,6 +192,7 @@ ExperimentSamples run_experiment(const Family& family, const Workload& workload,
     samples.seed = options.seed;
     const double made_start = now();
     std::vector<Contender> contenders = make_contenders(family, workload, options.only, options.stop);
+    const double made = now();
     // One run of each outside of the blocks: what happens once only is no part of any block.
     double shortest = std::numeric_limits<double>::infinity(), longest = 0.0;
     for (Contender& contender : contenders) {
@@ -207,7 +207,7 @@ ExperimentSamples run_experiment(const Family& family, const Workload& workload,
             ? 1
             : static_cast<std::uint64_t>(std::max(1.0,
                   std::min({1000.0, std::ceil(options.least_reading / shortest), options.longest_reading / longest})));
-    warm_up(contenders, std::min({longest_warm_up, warm_up_a_second * (now() - made_start), options.seconds}),
+    warm_up(contenders, made + std::min({longest_warm_up, warm_up_a_second * (made - made_start), options.seconds}),
         options.stop, now);
     const double start = now();
     samples.made_seconds = start - made_start;
