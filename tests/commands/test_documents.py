@@ -198,7 +198,8 @@ class Documents(unittest.TestCase):
             if re.search(SOURCE_ENDING, name) and not name.endswith(".md"):
                 lines = ("\n" + text_of(name)).splitlines()
                 for above, line in zip(lines, lines[1:]):
-                    if re.match(r"\s*(?://|#) (?:Of|Likewise)\b", line) and not re.match(r"\s*(?://|#)", above):
+                    begins = re.match(r"\s*(?://|#) (?:Of|Likewise)\b", line) and not re.match(r"\s*(?://|#)", above)
+                    if begins or re.search(r"(?://|#) .*[.:;] (?:Of|Likewise)\b", line):
                         self.fail(f"{name}: begin this comment with what it speaks of: {line.strip()}")
 
 

@@ -17,7 +17,7 @@
 
 namespace tandem {
 
-// What computes positions, and in double precision light as well (MODEL.md section 5.3). Of given rays, mixed: given in
+// What computes positions, and in double precision light as well (MODEL.md section 5.3). For given rays, mixed: given in
 // float and answered in float.
 enum class GeometryPrecision { single_precision, mixed, double_precision };
 
