@@ -146,7 +146,7 @@ public:
     // Without a vertex stage: the host places what is held in double.
     [[nodiscard]] std::shared_ptr<const RayPipelines> double_ray_pipelines(const Specialisation& specialisation);
 
-    // Of single paths, vertex by vertex. `places`: with a vertex stage, where there are primitives for it to place.
+    // They trace single paths, vertex by vertex. `places`: with a vertex stage, where it has primitives to place.
     struct PathPipelines {
         vk::raii::Pipeline vertex, trace;
     };
