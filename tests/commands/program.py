@@ -10,6 +10,7 @@ import unittest
 
 TANDEM = os.environ["TANDEM"]
 SCENES = pathlib.Path(os.environ["SCENES"])
+THOROUGH = "TANDEM_THOROUGH" in os.environ  # a long run, as tests/thorough.h says
 
 SPHERE = {
     "film": {"width": 16, "height": 16},
