@@ -157,6 +157,7 @@ TEST_CASE("optional features that are made use of are told by name") {
     CHECK(tells("calibrated timestamps") == has.calibrated_timestamps);
     CHECK(tells("stores to images of any format") == has.stores_any_format);
     CHECK(tells("ray tracing") == has.ray_tracing);
+    CHECK(tells("ray queries") == has.ray_queries);
     CHECK(names_of({}).empty());
     DeviceFeatures one;
     one.ray_tracing = true;
