@@ -410,7 +410,7 @@ TimeToError ArmFigures::time_to(double relative_error) const {
     if (has_floor && squared_bias.value >= aim && points.back().rmse.value > relative_error) return result;
     if (auto measured = measured_time(points, relative_error)) return *measured;
     result.extrapolated = true;
-    // V(n) = V N/n of independent samples. Of others no more is taken for granted.
+    // V(n) = V N/n of independent samples. For others no more is taken for granted.
     const auto samples_for = [&](double squared_floor) {
         const double left = aim - squared_floor;
         return left > 0.0 ? std::max(most, most * variance / left) : std::numeric_limits<double>::infinity();

@@ -88,8 +88,8 @@ struct StageRange {
 // Nothing: none reaches it.
 [[nodiscard]] const ArmFigures* soonest(const std::vector<ArmFigures>& figures, double relative_error);
 
-// The best of each knob together: of knobs of which some setting beats the baseline significantly and has no floor. Of
-// bounces and roulette the better one.
+// The best of each knob together. A knob counts where a setting beats the baseline significantly and has no floor.
+// From bounces and roulette the better one.
 // Empty where fewer than two knobs are better.
 [[nodiscard]] std::vector<std::size_t> best_settings(const std::vector<ArmFigures>& figures);
 

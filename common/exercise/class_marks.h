@@ -29,7 +29,7 @@ struct Student {
 };
 
 // The students of a folder: its folders, or, where it has files NN-….glsl itself, the one that it is of. Each gets a
-// mark for each exercise of `due`; where that is empty, for those that anybody handed in. Links are not followed. Of
+// mark for each exercise of `due`; where that is empty, for those that anybody handed in. Links are not followed. From
 // several files for an exercise the first by name counts. Throws InputError where there is no submission.
 [[nodiscard]] std::vector<Student> students_of(
     const std::filesystem::path& folder, std::span<const Exercise> exercises, std::vector<std::size_t> due);

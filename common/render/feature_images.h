@@ -24,7 +24,7 @@ inline constexpr std::array<std::string_view, 8> feature_names{
 // At most so many samples of a pixel, its first ones, are looked at.
 inline constexpr std::uint64_t most_feature_samples = 16;
 
-// What one pixel's first hits have in the mean. Of a pixel without any, distances are infinite and all else is 0.
+// What one pixel's first hits have in the mean. For a pixel without any, distances are infinite and all else is 0.
 struct PixelFeatures {
     glm::dvec3 albedo{0.0}, normal{0.0}, position{0.0};
     double depth = 0.0, distance = 0.0;                       // along the view axis; along the ray

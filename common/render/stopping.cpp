@@ -113,7 +113,7 @@ ErrorInterval interval_from(double relative_error, double scatter, const Varianc
     return {relative_error * std::exp(-half), relative_error * std::exp(half)};
 }
 
-// The parts of the render show how much the variances may be misjudged. Of one part alone a bound holds: the variance
+// The parts of the render show how much the variances may be misjudged. For one part alone a bound holds: the variance
 // of a pixel's estimate is at most the mean of its square, and pixels are independent.
 std::optional<ErrorInterval> interval_of(
     const FilmMoments& film, double relative_error, const VarianceScatter& scatter) {

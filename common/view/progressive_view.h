@@ -38,7 +38,7 @@ public:
     void stop();
 
     [[nodiscard]] ViewState state() const;
-    // The newest image: that of the camera before, where there is none of the new one yet. Of no size: none at all.
+    // The newest image, or that of the camera before. Without either its size is 0.
     [[nodiscard]] Estimate estimate() const;
     // Its mean and size, linear: what is shown.
     struct Picture {

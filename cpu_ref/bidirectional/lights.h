@@ -36,7 +36,7 @@ struct Emitter {
     [[nodiscard]] bool is_far() const { return kind >= EmitterKind::sun; }
 };
 
-// A point of a light. Of a far one, `place` is nowhere and `towards` the direction to it.
+// A point of a light. For a far one, `place` is nowhere and `towards` the direction to it.
 struct LightPoint {
     const Emitter* light = nullptr;
     Place place;

@@ -16,7 +16,7 @@ constexpr std::uint32_t time_block = 1, light_point_block = 2, light_ray_block =
 }  // namespace
 
 // `forward`: the density over area with which this subpath came here; `reverse`: with which one from the other end
-// would, from the next vertex of this one, as far as that is known. Of a far light's point: over solid angle.
+// would, from the next vertex of this one, as far as that is known. For a far light's point: over solid angle.
 struct BidirectionalSampler::Vertex {
     Place place;
     Reached reached;  // surfaces

@@ -23,7 +23,7 @@ struct Reached {
     [[nodiscard]] glm::dvec3 facing() const { return front() ? normal : -normal; }
 };
 
-// f and the density over solid angle of scattering towards `out`. Of a delta lobe: the density by which the two ends'
+// f and the density over solid angle of scattering towards `out`. For a delta lobe: the density by which the two ends'
 // specular scattering compare, n^2 |cos| on the side of `out`; both choose between reflection and refraction alike.
 [[nodiscard]] glm::dvec3 scattering_value(const Reached& at, const glm::dvec3& out);
 [[nodiscard]] double scattering_density(const Reached& at, const glm::dvec3& out);

@@ -386,10 +386,9 @@ std::vector<Exercise> exercises_of_geometry() {
             .task =
                 "`p` is a hit on a surface with the unit normal `n`. Rounding puts each of its coordinates off by up "
                 "to\n"
-                "`error`. Return the point from which a ray on the side of `n` may start: off the surface by at least\n"
-                "error * (|n.x| + |n.y| + |n.z|) measured along `n`, whatever the result is rounded to, but not by "
-                "more\n"
-                "than four times that and eight units in the last place of `p`.",
+                "`error`. Return the point from which a ray on the side of `n` may start.\n"
+                "Along `n` it is off the surface by at least e = error * (|n.x| + |n.y| + |n.z|), after rounding.\n"
+                "It is off by at most 4 e and eight units in the last place of `p`.",
             .prototype = "vec3 offset_origin(vec3 p, vec3 n, float error)",
             .call = "answer3(0, offset_origin(given3(0), given3(3), given(6)));",
             .arguments = "p:3 n:3 error",

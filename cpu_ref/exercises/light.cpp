@@ -59,10 +59,9 @@ std::vector<Exercise> exercises_of_light() {
             .title = "From density over area to density over solid angle",
             .lesson = "06",
             .task =
-                "A point on a lamp is chosen uniformly: its density over area is 1 / area. It lies at `distance`, and\n"
-                "`cosine` is that of the angle between the lamp's normal there and the way to it, negative on the "
-                "lamp's\n"
-                "back, which shines too. Return the density of the direction over solid angle.",
+                "A point on a lamp is chosen uniformly: its density over area is 1 / area. It lies at `distance`.\n"
+                "`cosine` is that of the angle between the lamp's normal there and the way to it. It is negative on\n"
+                "the lamp's back, which shines too. Return the density of the direction over solid angle.",
             .prototype = "float area_pdf(float area, float distance, float cosine)",
             .call = "answer(0, area_pdf(given(0), given(1), given(2)));",
             .arguments = "area distance cosine",
@@ -207,10 +206,9 @@ std::vector<Exercise> exercises_of_light() {
         {.slug = "phase-function",
             .title = "Henyey and Greenstein's phase function",
             .lesson = "08",
-            .task = "Return the density over solid angle with which fog of the anisotropy `g` scatters light by an "
-                    "angle of that\n"
-                    "`cosine`, between the old direction and the new one. For g > 0 most light goes on forwards. g may "
-                    "be 0.",
+            .task = "Return the density over solid angle with which fog of the anisotropy `g` scatters light.\n"
+                    "`cosine` is that of the angle between the old direction and the new one.\n"
+                    "For g > 0 most light goes on forwards. g may be 0.",
             .prototype = "float phase_function(float g, float cosine)",
             .call = "answer(0, phase_function(given(0), given(1)));",
             .arguments = "g cosine",

@@ -253,9 +253,10 @@ std::vector<Exercise> exercises_of_scattering() {
         {.slug = "ggx-normal",
             .title = "A normal by the GGX distribution",
             .lesson = "05",
-            .task = "`a` and `b` are independent and uniform in [0, 1). Return the unit normal of a microfacet, about "
-                    "+z, whose\n"
-                    "density over solid angle is D times the cosine to +z, D being that of GGX with the width `alpha`.",
+            .task =
+                "`a` and `b` are independent and uniform in [0, 1). Return the unit normal of a microfacet, about "
+                "+z.\n"
+                "Its density over solid angle is D times the cosine to +z, D being that of GGX with the width `alpha`.",
             .prototype = "vec3 ggx_normal(float alpha, float a, float b)",
             .call = "answer3(0, ggx_normal(given(2), given(0), given(1)));",
             .arguments = "a b alpha",

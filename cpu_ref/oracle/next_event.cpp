@@ -208,7 +208,7 @@ std::optional<SampledLights::Seen> SampledLights::on_triangle(
     return Seen{way / r, r, r * r / (light.area * std::abs(cosine))};
 }
 
-// Rules 9 and 10. Of a similarity the cone is a cone in the world too, but its azimuth is that of the world's frame.
+// Rules 9 and 10. Under a similarity the cone is a cone in the world too, but its azimuth is that of the world's frame.
 std::optional<SampledLights::Seen> SampledLights::on_sphere(
     const Surface& light, const dvec3& from, double a, double b) {
     const double volume = std::abs(glm::determinant(light.map));

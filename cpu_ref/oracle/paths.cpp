@@ -110,7 +110,7 @@ dvec3 PathSampler::arriving(
     return medium != nullptr ? transmittance(*medium, shadow_ray, end) : dvec3(1.0);
 }
 
-// Section 9.2 with p = 1: as every punctual light is summed, none is chosen. Of `whitted` that is the whole light of a
+// Section 9.2 with p = 1: as every punctual light is summed, none is chosen. For `whitted` that is the whole light of a
 // vertex, with w_light = 1 (9.5): what is sampled, and how densely, is the mean's own there.
 template <class Share>
 dvec3 PathSampler::direct_light(

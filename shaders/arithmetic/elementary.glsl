@@ -4,7 +4,7 @@
 
 #ifdef IN_DOUBLE
 
-// As below. The polynomial leaves 0.35^15/15! < 2e-19; below 2^-1000 the result is 0. Of ln 2 the high part has 33 bits.
+// As below. The polynomial leaves 0.35^15/15! < 2e-19; below 2^-1000 the result is 0. The high part of ln 2 has 33 bits.
 double exp_minus(double x) {
     const double n = floor(min(x, 1000.0) * 1.4426950408889634lf + 0.5);
     const double y = (n * 0.693147180369123816lf - min(x, 1000.0)) + n * 1.90821492927058770e-10lf;  // -f ln 2

@@ -83,7 +83,7 @@ void try_sphere(uint i, Ray ray, uint own, bool inside, bool in_order, inout Hit
     if (is_closer(t, slot, best, in_order)) best = Hit(t, slot, enters ? 0 : 1, vec3(0.0));
 }
 
-// Where the root says that the ray enters or leaves, the point lies before or beyond the middle of the chord. Of a body that
+// Where the root says that the ray enters or leaves, the point lies before or beyond the middle of the chord. For a body that
 // the map flattens, or a distant one, rounding would put it on the other side: it is then as far from the middle on this one.
 void locate_sphere(inout Hit hit, Ray ray) {
     const Ray unit_ray = to_unit_space(sphere_of(hit.slot - triangle_total()), at_rest(ray, hit.slot));

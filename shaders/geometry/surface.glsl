@@ -26,7 +26,7 @@ uint kind_of(uint slot) {
 // Weights are differences of products of two such numbers (7 + 7 + 2). Depths, rounded 5 times, are weighed (1) and summed
 // up (2): 24 roundings, besides the 12 of the point.
 // Errors of the weights move the hit within the plane, by the roundings of a corner times length over height of the triangle.
-// Along a ray that grazes the plane this is a distance from it. Of slimmer triangles than 4 the offset stays below the
+// Along a ray that grazes the plane this is a distance from it. For slimmer triangles than 4 the offset stays below the
 // gap between bodies in contact (rule 30): a neighbour in the same plane may then be met anew. The triangle itself is not
 // (traced_rays.glsl).
 const float gamma_plane = 36.0001 * unit_roundoff;  // gamma(36), rounded up

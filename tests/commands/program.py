@@ -10,6 +10,7 @@ import unittest
 
 TANDEM = os.environ["TANDEM"]
 SCENES = pathlib.Path(os.environ["SCENES"])
+THOROUGH = "TANDEM_THOROUGH" in os.environ  # a long run, as tests/thorough.h says
 
 SPHERE = {
     "film": {"width": 16, "height": 16},
@@ -49,6 +50,15 @@ class ProgramTest(unittest.TestCase):
             place = place[int(key)] if isinstance(place, list) else place[key]
         place[last] = value
         return self.write(scene, "changed.json")
+
+    def closed_box(self):
+        """A room that no path gets out of, and that nothing is absorbed in."""
+        return self.write({
+            "camera": {"position": [0.1, 0.2, 0.3], "target": [1, 0.4, -0.3], "vertical_field_degrees": 70},
+            "materials": {"white": {"kind": "diffuse", "colour": [1, 1, 1]}, "lamp": {"kind": "emissive", "radiance": [1, 1, 1]}},
+            "entities": [{"material": "white", "primitives": [{"cuboid": {"minimum": [-1, -1, -1], "maximum": [1, 1, 1]}}]},
+                         {"material": "lamp", "primitives": [{"sphere": {"centre": [0.5, 0.5, 0.5], "radius": 0.001}}]}]},
+            "box.json")
 
     def refused(self, result, *mentions, status=2):
         self.assertEqual(result.returncode, status, result.stderr)

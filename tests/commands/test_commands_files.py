@@ -13,7 +13,7 @@ import sys
 import time
 import unittest
 
-from program import SPHERE, TANDEM, ProgramTest, tandem
+from program import SPHERE, TANDEM, THOROUGH, ProgramTest, tandem
 
 # A scene that reads a file of every kind.
 FILES = ["scene.json", "model.obj", "model.gltf", "model.bin", "cloud.vol", "sky.pfm", "skin.pfm"]
@@ -242,12 +242,14 @@ class OutputsAreKnownBefore(FilesTest):
     def test_one_file_for_two_outputs(self):
         same = self.folder / "same.exr"
         (self.folder / "link.exr").symlink_to("same.exr")  # which is not there yet
+        spellings, turn = [f"{self.folder}/./same.exr", self.folder / "link.exr"], 0
         for command, (arguments, outputs) in self.every_command().items():
             for first in outputs:
                 for second in outputs:
                     if first >= second or "--report" in (first, second):
                         continue
-                    for spelling in (f"{self.folder}/./same.exr", self.folder / "link.exr"):
+                    turn = 1 - turn
+                    for spelling in spellings if THOROUGH else [spellings[turn]]:
                         with self.subTest(command=command, first=first, second=second, spelling=spelling):
                             result = tandem(*arguments, first, same, second, spelling, *self.needed(outputs, [first, second]))
                             self.refused(result, first, second, "two outputs")

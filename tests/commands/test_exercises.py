@@ -12,6 +12,7 @@ import xml.etree.ElementTree
 
 SOURCE = pathlib.Path(__file__).resolve().parents[2]
 TANDEM = os.path.abspath(os.environ["TANDEM"])
+THOROUGH = "TANDEM_THOROUGH" in os.environ  # a long run, as tests/thorough.h says
 sys.path.insert(0, str(SOURCE / "tests" / "exercises"))
 import homework  # noqa: E402
 
@@ -128,7 +129,8 @@ class Exercises(unittest.TestCase):
         jobs = []
         for number, slug in enumerate(slugs, 1):
             exercise = given["exercises"][slug]
-            jobs.append((number, homework.source(given, slug, exercise["right"][0]), None))
+            if THOROUGH or number % 3 > 0:
+                jobs.append((number, homework.source(given, slug, exercise["right"][0]), None))
             if number % 3 > 0:  # scripts/measure/exercises hands in all
                 continue
             cause, body = exercise["wrong"][0]

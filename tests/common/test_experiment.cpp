@@ -186,7 +186,7 @@ TEST_CASE("equal arms show no effect, beyond the declared rate of false alarms a
     CHECK(single <= most_misses(3 * experiments, 0.05));
 }
 
-TEST_CASE("the smallest detectable effect is detected four times in five") {
+TEST_CASE("the smallest detectable effect is detected four times in five" * doctest::test_suite("full")) {
     constexpr int experiments = 200;
     int found = 0;
     double smallest = 0.0;
@@ -340,7 +340,8 @@ TEST_CASE("several processes count as one level above their blocks") {
     CHECK(two.high - two.low < 0.01);  // of these two processes alone
 }
 
-TEST_CASE("arms whose every replicate has its own luck are still told apart at the declared rate") {
+TEST_CASE("arms whose every replicate has its own luck are still told apart at the declared rate" *
+          doctest::test_suite("full")) {
     // Two replicates of the same arm differ by 2 %, and what one block shows lasts into the next ones: seen on an H200.
     constexpr int experiments = 300;
     std::mt19937_64 random(11);

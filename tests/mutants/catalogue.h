@@ -23,7 +23,7 @@ struct Mutant {
     [[nodiscard]] std::string id() const;
 };
 
-// Where the bug lies. Of several places that it could be said to lie in, the one whose code a developer would open.
+// Where the bug lies. If it could be said to lie in several places, the one whose code a developer would open.
 [[nodiscard]] Subsystem subsystem_of(PlantedBug bug);
 
 // Every bug with each of its amounts in each of its backends, and in both where a closed form knows its effect.

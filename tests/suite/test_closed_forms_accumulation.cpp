@@ -3,6 +3,7 @@
 #include <array>
 #include <filesystem>
 #include <functional>
+#include <span>
 
 #include "common/scene/loader/scene_loader.h"
 #include "tests/suite/tracers.h"
@@ -30,10 +31,9 @@ RenderSettings settings_with(Accumulation accumulation) {
 }
 
 // The oracle has but one way.
-std::vector<Tracer> choosing_tracers() {
-    std::vector<Tracer> all = tracers();
-    std::erase_if(all, [](const Tracer& tracer) { return tracer.name == "oracle"; });
-    return all;
+std::span<Tracer> choosing_tracers() {
+    const std::span all(tracers());
+    return all.first(all.size() - (all.back().name == "oracle" ? 1 : 0));
 }
 
 double in_singles(double x, std::uint64_t samples) {
@@ -107,10 +107,11 @@ TEST_CASE(
 }
 
 TEST_CASE("compensated sums and doubles lose less than their bounds") {
-    constexpr std::uint64_t samples = std::uint64_t{1} << 16;
+    // A single that adds up in place is off by more within its first block of 64.
+    const std::uint64_t samples = std::uint64_t{1} << (thorough() ? 16 : 12);
     for (Tracer& tracer : choosing_tracers()) {
         CAPTURE(tracer.name);
-        // 64 additions a block, then blocks in pairs, in double, 10 levels of them.
+        // 64 additions a block, then blocks in pairs, in double, 10 levels of them at most.
         for (const auto& [accumulation, error_of_addition] :
             {std::pair{Accumulation::compensated, 0x1p-46}, std::pair{Accumulation::in_double, 0x1p-53}}) {
             CAPTURE(static_cast<int>(accumulation));

@@ -30,7 +30,7 @@ TEST_CASE("a triangle smaller than a pixel shows the fraction of the pixel that 
         dvec3 centre;
     } places[] = {{4, {0.0, 0.0, -1.0}}, {2, {2.0 / 3.0, 2.0 / 3.0, -1.0}}, {3, {-2.0 / 3.0, 0.0, -1.0}}};
     const double area = 0.5 * 0.2 * 0.15, pixel_area = 4.0 / 9.0;
-    auto all = tracers();
+    auto& all = tracers();
     for (const auto& [pixel, centre] : places) {
         CAPTURE(pixel);
         const Scene scene = square_view()
@@ -55,7 +55,7 @@ TEST_CASE("a triangle smaller than a pixel shows the fraction of the pixel that 
 }
 
 TEST_CASE("pixel (0, 0) is the upper left one") {
-    auto all = tracers();
+    auto& all = tracers();
     const Scene scene =
         SceneBuilder()
             .camera({0.0, 0.0, 5.0}, black, 90.0)
@@ -75,7 +75,7 @@ TEST_CASE("a sky linear in height shows its mean over each pixel") {
     const dvec3 forward = glm::normalize(dvec3(1.0, 0.7, 0.3));
     const dvec3 right = glm::normalize(glm::cross(forward, {0.1, 1.0, 0.2})), upward = glm::cross(right, forward);
     const double h = std::tan(glm::radians(40.0));
-    auto all = tracers();
+    auto& all = tracers();
     for (Tracer& tracer : all) {
         CAPTURE(tracer.name);
         constexpr std::uint64_t samples = 1024;
@@ -102,7 +102,7 @@ TEST_CASE("a sky linear in height shows its mean over each pixel") {
 }
 
 TEST_CASE("a wide film keeps its vertical field") {
-    auto all = tracers();
+    auto& all = tracers();
     // |y| < 1/2 of the film's |y| < 1, at any width.
     const Scene scene =
         square_view()
@@ -122,7 +122,7 @@ TEST_CASE("out of focus, an edge is blurred to a segment of the lens's disc") {
     // s²))/π.
     const double radius = 0.1, focus = 2.0, s = 0.3;
     const double fraction = (std::acos(s) - s * std::sqrt(1.0 - s * s)) / pi;
-    auto all = tracers();
+    auto& all = tracers();
     for (const double depth : {1.0, 5.0}) {
         for (const dvec3& normal : {dvec3(1.0, 0.0, 0.0), dvec3(0.0, 1.0, 0.0), dvec3(-0.6, -0.8, 0.0)}) {
             CAPTURE(depth);
@@ -138,7 +138,7 @@ TEST_CASE("out of focus, an edge is blurred to a segment of the lens's disc") {
 TEST_CASE("in focus, an edge is sharp whatever the lens") {
     SceneBuilder builder = SceneBuilder().camera(black, {0.0, 0.0, -1.0}, 60.0).lens(0.7, 2.5);
     half_plane(builder, -2.5, {1.0, 0.0, 0.0}, 0.0);
-    auto all = tracers();
+    auto& all = tracers();
     for (Tracer& tracer : all) {
         CAPTURE(tracer.name);
         const std::vector<double> mean = mean_of(render(tracer, builder.scene(), settings_of(4, 1), 64));
@@ -148,7 +148,7 @@ TEST_CASE("in focus, an edge is sharp whatever the lens") {
 
 TEST_CASE("a lens as wide as its focus is far sees the mean of the sky over its cone") {
     // Looking straight up, d_y = F / sqrt(F² + ρ²); over the disc its mean is 2 F (sqrt(F² + R²) - F) / R².
-    auto all = tracers();
+    auto& all = tracers();
     for (const double ratio : {1.0, 2.0}) {
         CAPTURE(ratio);
         const Scene scene = SceneBuilder()
@@ -162,7 +162,7 @@ TEST_CASE("a lens as wide as its focus is far sees the mean of the sky over its 
 }
 
 TEST_CASE("a one-sided emitter is black from behind, whatever its transform, and blocks what is behind it") {
-    auto all = tracers();
+    auto& all = tracers();
     const auto check = [&](const Scene& scene, const dvec3& expected) {
         check_every_pixel(all, scene, settings_of(8, 3), 64, expected, 2.0);
     };
@@ -185,7 +185,7 @@ TEST_CASE("a one-sided emitter is black from behind, whatever its transform, and
 }
 
 TEST_CASE("the ray interval is closed to what lies beyond it") {
-    auto all = tracers();
+    auto& all = tracers();
     const Scene scene =
         SceneBuilder()
             .camera(black, {0.0, 0.0, -1.0}, 0.5)

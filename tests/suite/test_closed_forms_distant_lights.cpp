@@ -84,7 +84,7 @@ dvec3 image_radiance(const Background& sky, const dvec3& d) {
 }  // namespace
 
 TEST_CASE("a floor under a sun shows E C cos / pi, and nothing from below it") {
-    auto all = tracers();
+    auto& all = tracers();
     const dvec3 direction(0.3, -1.0, 0.4);
     const Scene lit = with_light(floor_view(diffuse(colour)).scene(), sun(direction, power));
     check_lit(all, lit, colour / pi * power * -glm::normalize(direction).y);
@@ -97,7 +97,7 @@ TEST_CASE("a floor under a sun shows E C cos / pi, and nothing from below it") {
 }
 
 TEST_CASE("a floor under a point light shows I C cos / (pi r^2)") {
-    auto all = tracers();
+    auto& all = tracers();
     const dvec3 lamp(-0.7, 1.5, 0.4);
     const double r = glm::length(lamp);
     const Scene lit = with_light(floor_view(diffuse(colour)).scene(), point_light(aim + lamp, power));
@@ -135,7 +135,7 @@ TEST_CASE("a spot falls off between its inner and its outer angle") {
         const double inner = std::cos(glm::radians(15.0)), outer = std::cos(glm::radians(30.0));
         const double t = std::clamp((cosine - outer) / (inner - outer), 0.0, 1.0);
         const Scene scene = with_light(floor_view(diffuse(colour)).scene(), spot_light(aim + lamp, axis, 15.0, 30.0));
-        auto all = tracers();
+        auto& all = tracers();
         check_mean(
             all, scene, settings_of(4, 1, Integrator::next_event), 64, t * t * (3.0 - 2.0 * t) * full, cancelled);
     }
@@ -144,7 +144,7 @@ TEST_CASE("a spot falls off between its inner and its outer angle") {
 TEST_CASE("a punctual light beyond the ray's end, or before its beginning, is not reached") {
     const dvec3 lamp(0.0, 2.0, 0.0);
     const Scene scene = with_light(floor_view(diffuse(colour)).scene(), point_light(aim + lamp, power));
-    auto all = tracers();
+    auto& all = tracers();
     const struct {
         double ray_min, ray_max;
         dvec3 expected;
@@ -160,7 +160,7 @@ TEST_CASE("a punctual light beyond the ray's end, or before its beginning, is no
 
 TEST_CASE("punctual lights beside a lamp and a sampled sky add up") {
     // The lamp hides its part of the sky.
-    auto all = tracers();
+    auto& all = tracers();
     const dvec3 lamp_at(0.2, 1.1, -0.3), point(-0.9, 1.2, 0.6), from(0.5, -1.0, 0.3), glow(4.0, 2.0, 6.0),
         sky(0.3, 0.5, 0.2);
     const double radius = 0.4, distance = glm::length(lamp_at), r = glm::length(point);
@@ -177,7 +177,7 @@ TEST_CASE("whitted shows direct light and specular chains alone") {
     // The sky's light, found by scattering, does not show.
     const dvec3 direction(0.0, -1.0, 0.0);
     const Scene scene = with_light(floor_view(diffuse(colour)).background(white).scene(), sun(direction, power));
-    auto all = tracers();
+    auto& all = tracers();
     check_every_pixel(all, scene, settings_of(4, 5, Integrator::whitted), 64, colour / pi * power, 128.0);
     const Scene by_mirror =
         with_light(SceneBuilder()
@@ -191,7 +191,7 @@ TEST_CASE("whitted shows direct light and specular chains alone") {
 }
 
 TEST_CASE("a tilted plane under a sky linear in height, sampled or not, shows the mean over its cosines") {
-    auto all = tracers();
+    auto& all = tracers();
     const dvec3 down(0.2, 3.0, 1.0), top(2.0, 0.1, 1.0);
     for (const double degrees : {0.0, 70.0, 160.0}) {
         CAPTURE(degrees);
@@ -210,7 +210,7 @@ TEST_CASE("a tilted plane under a sky linear in height, sampled or not, shows th
 }
 
 TEST_CASE("an image of the sky is seen where it is, and turned") {
-    auto all = tracers();
+    auto& all = tracers();
     for (const dvec3& direction : {dvec3(1.0, 0.2, 0.3), dvec3(-0.4, -0.6, 0.7), dvec3(0.1, 2.0, 0.2),
              dvec3(-1.0, 0.1, -0.9), dvec3(0.05, -3.0, -0.1)}) {
         CAPTURE(direction.x);
@@ -222,7 +222,7 @@ TEST_CASE("an image of the sky is seen where it is, and turned") {
 }
 
 TEST_CASE("a tilted plane under an image of the sky, sampled or not, shows the mean over its cosines") {
-    auto all = tracers();
+    auto& all = tracers();
     for (const double degrees : {0.0, 110.0}) {
         CAPTURE(degrees);
         const dmat4 tilt = rotated(degrees, {1.0, 0.0, 0.3});
@@ -238,7 +238,7 @@ TEST_CASE("a tilted plane under an image of the sky, sampled or not, shows the m
 }
 
 TEST_CASE("a medium under a sampled sky keeps the even sky's radiance") {
-    auto all = tracers();
+    auto& all = tracers();
     Scene scene = with_medium(SceneBuilder()
                                   .camera({0.0, 0.5, 3.0}, black, 30.0)
                                   .background(white)

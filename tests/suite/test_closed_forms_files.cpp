@@ -25,7 +25,7 @@ std::vector<Scene> scenes_with_closed_form() {
 }
 
 void check_files(Integrator integrator, bool mis = true) {
-    auto all = tracers();
+    auto& all = tracers();
     const std::vector<Scene> scenes = scenes_with_closed_form();
     REQUIRE(scenes.size() >= 40);
     for (const Scene& scene : scenes) {

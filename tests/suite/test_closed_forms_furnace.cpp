@@ -23,7 +23,7 @@ const dmat4 skewed = moved({0.1, 0.0, 0.1}) * rotated(33.0, {1.0, 2.0, 3.0}) * s
 
 void check_furnace(const Scene& scene, std::uint32_t bounces) {
     CAPTURE(bounces);
-    auto all = tracers();
+    auto& all = tracers();
     check_every_pixel(
         all, scene, settings_of(8, bounces), 64, furnace(emitted, albedo, bounces), furnace_roundings(bounces));
 }
@@ -76,7 +76,7 @@ TEST_CASE("a furnace keeps its radiance far from the origin and at any size") {
 TEST_CASE("roulette keeps the mean of a furnace") {
     const dvec3 grey(0.8);
     const Scene scene = enclosure().cuboid(diffuse(grey, white), dvec3(-1.0), dvec3(1.0)).scene();
-    auto all = tracers();
+    auto& all = tracers();
     for (const std::uint32_t start : {1u, 3u}) {
         CAPTURE(start);
         RenderSettings settings = settings_of(16, 30);
@@ -88,14 +88,14 @@ TEST_CASE("roulette keeps the mean of a furnace") {
 TEST_CASE("roulette keeps the mean of a furnace whose channels differ") {
     const dvec3 colour(0.9, 0.5, 0.2);
     const Scene scene = enclosure().sphere(diffuse(colour, white), black, 1.0).scene();
-    auto all = tracers();
+    auto& all = tracers();
     RenderSettings settings = settings_of(16, 12);
     settings.roulette_start = 2;
     check_mean(all, scene, settings, 128, furnace(white, colour, 12), 50.0);
 }
 
 TEST_CASE("light sampling keeps the mean of a furnace, seen from within") {
-    auto all = tracers();
+    auto& all = tracers();
     const Material wall = diffuse(dvec3(0.5, 0.6, 0.7), white);
     const Scene scenes[] = {enclosure().sphere(wall, black, 1.0).scene(),
         enclosure().cuboid(wall, {-1.0, -0.6, -2.0}, {1.5, 0.7, 1.0}).scene(),
@@ -109,7 +109,7 @@ TEST_CASE("light sampling keeps the mean of a furnace, seen from within") {
 
 TEST_CASE("a mirror corridor shows F^k after k reflections, and nothing with fewer bounces allowed") {
     const dvec3 colour(0.9, 0.5, 1.0), glow(2.0, 1.0, 0.5);
-    auto all = tracers();
+    auto& all = tracers();
     for (const int k : {0, 1, 2, 5, 8}) {
         // Unfolded, the corridor -1 < x < 1 ends 4 away; the middle of its k-th image lies at x = 2 k.
         CAPTURE(k);
@@ -129,7 +129,7 @@ TEST_CASE("a mirror corridor shows F^k after k reflections, and nothing with few
 
 TEST_CASE("a pane of glass as thin as rounding is left by the face that a ray comes to") {
     const auto builder = [] { return SceneBuilder().camera({3.0, 2.5, 6.0}, black, 40.0).background(white); };
-    auto all = tracers();
+    auto& all = tracers();
     for (const double thickness : {1e-5, 1e-7}) {
         CAPTURE(thickness);
         const dvec3 low(-2.0, 0.5, -1.0), high(2.0, 0.5 + thickness, 1.0);
@@ -142,7 +142,7 @@ TEST_CASE("a pane of glass as thin as rounding is left by the face that a ray co
 TEST_CASE("a ray that starts on a ball of glass and goes inside enters it") {
     const Scene scene =
         SceneBuilder().camera({1.0, 0.0, 0.0}, black, 60.0).background(white).sphere(glass(1.5), black, 1.0).scene();
-    auto all = tracers();
+    auto& all = tracers();
     check_every_pixel(all, scene, settings_of(8, 100), 64, white, 64.0);
 }
 
@@ -154,7 +154,7 @@ TEST_CASE("a convex diffuse body under an even sky shows a E") {
         builder().triangle_box(diffuse(colour), dvec3(-1.0), dvec3(1.0)).scene(),
         builder().sphere(diffuse(colour), black, 1.0, skewed).scene(),
         builder().cuboid(diffuse(colour), dvec3(-1.0), dvec3(1.0), skewed).scene()};
-    auto all = tracers();
+    auto& all = tracers();
     for (const Scene& scene : scenes) {
         CAPTURE(&scene - scenes);
         check_every_pixel(all, scene, settings_of(16, 3), 64, colour * sky, 4.0);

@@ -62,7 +62,7 @@ void check_stack(std::vector<Tracer>& all, const Scene& scene, const dvec3& expe
 }  // namespace
 
 TEST_CASE("overlapping slabs reflect as the stack that their priorities leave") {
-    auto all = tracers();
+    auto& all = tracers();
     for (const double angle : {0.0, 0.9}) {
         CAPTURE(angle);
         SceneBuilder glass_over_water = looking_down(angle);
@@ -78,7 +78,7 @@ TEST_CASE("overlapping slabs reflect as the stack that their priorities leave") 
 }
 
 TEST_CASE("a body in a body is surrounded by the outer one's index, or hidden by an outer one of greater priority") {
-    auto all = tracers();
+    auto& all = tracers();
     for (const std::int32_t inner : {1, 3}) {
         CAPTURE(inner);
         SceneBuilder builder = looking_down(0.7);
@@ -99,7 +99,7 @@ TEST_CASE("bodies without interior or priority do not know of each other") {
     // The inner one refracts as from air: at the sine that the ray has in the outer one.
     const double sine = std::sin(0.7) / 1.33;
     const double r1 = reflectance(1.0, 1.33, std::sin(0.7)), r2 = reflectance(1.0, 2.4, sine);
-    auto all = tracers();
+    auto& all = tracers();
     // First orders alone: four events, all transmitted or one reflected.
     const double t1 = 1.0 - r1, t2 = 1.0 - r2;
     const double through = t1 * t2 * t2 * t1;
@@ -111,7 +111,7 @@ TEST_CASE("a hidden surface counts as an event") {
     SceneBuilder builder = looking_down(0.0).background(white);
     layer(builder, body(1.0, 2), 0.0, 1.0);
     layer(builder, body(2.4, 1), 0.3, 0.6);
-    auto all = tracers();
+    auto& all = tracers();
     check_every_pixel(all, builder.scene(), settings_of(4, 3), 64, black, 0.0);
     check_every_pixel(all, builder.scene(), settings_of(4, 4), 64, white, 8.0);
 }
@@ -129,13 +129,13 @@ TEST_CASE("the uppermost body's medium is the one that absorbs") {
         layer(builder, ball, 0.3, 0.7);
         Scene scene = with_medium(with_medium(builder.scene(), medium_of(outer, black)), medium_of(inner, black));
         const dvec3 depth = priority == 1 ? outer : 0.6 * outer + 0.4 * inner;
-        auto all = tracers();
+        auto& all = tracers();
         check_every_pixel(all, scene, settings_of(4, 4), 64, dvec3(1.0, 2.0, 4.0) * glm::exp(-depth), 128.0);
     }
 }
 
 TEST_CASE("a body of priority without interior is empty within fog") {
-    auto all = tracers();
+    auto& all = tracers();
     Material bubble = body(1.0, 1);
     SceneBuilder builder = looking_down(0.0);
     layer(builder, bubble, 0.0, 1.0);
@@ -146,7 +146,7 @@ TEST_CASE("a body of priority without interior is empty within fog") {
 }
 
 TEST_CASE("a ninth body inside each other makes a sample invalid, an eighth does not") {
-    auto all = tracers();
+    auto& all = tracers();
     SceneBuilder builder = looking_down(0.0).background(white);
     for (int i = 0; i < 8; ++i) layer(builder, body(1.0, 1), 0.1 * i, 2.0 - 0.1 * i);
     check_every_pixel(all, builder.scene(), settings_of(4, 20), 64, white, 64.0);

@@ -52,7 +52,7 @@ double mean_over_floor(const Scene& scene, const std::function<double(const dvec
 }
 
 void check_floor(const Scene& scene, const dvec3& expected) {
-    auto all = tracers();
+    auto& all = tracers();
     // With one bounce, next events are all the light that whitted has to find.
     for (const Integrator integrator : {Integrator::path, Integrator::next_event, Integrator::whitted}) {
         CAPTURE(static_cast<int>(integrator));
@@ -148,7 +148,7 @@ TEST_CASE("a sphere light partly below the horizon gives Snyder's integral") {
 }
 
 TEST_CASE("a floor point at the centre of a luminous sphere shows a L, unless the sphere lies beyond the ray's end") {
-    auto all = tracers();
+    auto& all = tracers();
     const dvec3 radiance(1.0, 2.0, 3.0), sky(0.5, 0.25, 0.125);
     const Scene scene = SceneBuilder()
                             .camera({1.0, 1.0, 0.0}, black, 1.0)
@@ -169,7 +169,7 @@ TEST_CASE("a floor point at the centre of a luminous sphere shows a L, unless th
 }
 
 TEST_CASE("a floor within a luminous ellipsoid, a moving sphere or a moving box shows a L") {
-    auto all = tracers();
+    auto& all = tracers();
     const dvec3 radiance(1.0, 2.0, 3.0);
     const dmat4 stretched = moved({0.5, 0.3, -0.2}) * rotated(50.0, {1.0, 2.0, 3.0}) * scaled({6.0, 9.0, 4.0});
     const auto around = [&](const dmat4& placed, bool box, const dvec3& motion) {

@@ -56,7 +56,7 @@ double optical_length(const DensityGrid& grid, const dvec3& origin, const dvec3&
 }  // namespace
 
 TEST_CASE("a slab of an absorbing medium transmits exp(-sigma d / cos)") {
-    auto all = tracers();
+    auto& all = tracers();
     const double angle = 0.6, depth = 0.8;
     const dvec3 lo(-4.0, -0.3 - depth, -4.0), hi(4.0, -0.3, 4.0);
     const auto view = [&] { return looking_down(angle, 3.0).background(sky); };
@@ -69,7 +69,7 @@ TEST_CASE("a slab of an absorbing medium transmits exp(-sigma d / cos)") {
 }
 
 TEST_CASE("a medium around everything attenuates what the camera sees, and lets no infinitely far light through") {
-    auto all = tracers();
+    auto& all = tracers();
     const Medium medium = medium_of({0.5, 1.0, 0.0}, black);
     const Scene lamp = looking_down(0.0, 2.0).floor(emitter(sky), 0.0, 5.0).scene();
     check_every_pixel(
@@ -79,7 +79,7 @@ TEST_CASE("a medium around everything attenuates what the camera sees, and lets 
 }
 
 TEST_CASE("what a scattering medium lets pass unscattered is exp(-sigma_t d)") {
-    auto all = tracers();
+    auto& all = tracers();
     const Medium medium = medium_of({0.1, 0.0, 0.3}, {0.4, 0.9, 0.0}, 0.5);
     const dvec3 extinction = medium.absorption + medium.scattering;
     const Scene lamp = looking_down(0.3, 1.7).floor(emitter(sky), 0.0, 5.0).scene();
@@ -88,7 +88,7 @@ TEST_CASE("what a scattering medium lets pass unscattered is exp(-sigma_t d)") {
 
 TEST_CASE("a ball of a medium under the sky shows the integral of its single scattering") {
     // Through the middle of the ball, from above; the sky is red below and green above, linear in height.
-    auto all = tracers();
+    auto& all = tracers();
     const double radius = 0.9;
     for (const double g : {0.0, 0.7, -0.4}) {
         CAPTURE(g);
@@ -110,7 +110,7 @@ TEST_CASE("a ball of a medium under the sky shows the integral of its single sca
 }
 
 TEST_CASE("a medium that absorbs nothing is invisible under an even sky") {
-    auto all = tracers();
+    auto& all = tracers();
     for (const double g : {0.0, 0.8, -0.5}) {
         CAPTURE(g);
         const Medium medium = medium_of(black, dvec3(1.0), g);
@@ -123,14 +123,14 @@ TEST_CASE("a medium that absorbs nothing is invisible under an even sky") {
 }
 
 TEST_CASE("a medium that absorbs nothing and scatters each colour apart keeps the mean of an even sky") {
-    auto all = tracers();
+    auto& all = tracers();
     const Scene scene =
         SceneBuilder().camera({0.0, 0.5, 3.0}, black, 30.0).background(white).sphere(boundary(), black, 0.7).scene();
     check_mean(all, with_medium(scene, medium_of(black, {0.4, 0.9, 1.3}, 0.6)), settings_of(8, 100), 256, white, 512.0);
 }
 
 TEST_CASE("a grid of densities transmits by its optical length, absorbing and scattering") {
-    auto all = tracers();
+    auto& all = tracers();
     for (const dvec3& scattering : {black, dvec3(0.2, 0.1, 0.4)}) {
         CAPTURE(scattering.x);
         const Medium medium = grid_medium({0.3, 0.8, 0.1}, scattering);
@@ -150,7 +150,7 @@ TEST_CASE("a grid of densities transmits by its optical length, absorbing and sc
 }
 
 TEST_CASE("a grid that absorbs nothing is invisible under an even sky") {
-    auto all = tracers();
+    auto& all = tracers();
     const Scene scene = SceneBuilder().camera({0.0, 0.5, 3.0}, black, 40.0).background(white).scene();
     check_every_pixel(all, filled_with(scene, grid_medium(black, dvec3(1.0))), settings_of(8, 100), 64, white, 512.0);
     const Scene body =
@@ -160,7 +160,7 @@ TEST_CASE("a grid that absorbs nothing is invisible under an even sky") {
 
 TEST_CASE("a point light in a medium shows the integral of its single scattering") {
     // Along the camera's ray to a black wall, 2 away; the light stands beside it.
-    auto all = tracers();
+    auto& all = tracers();
     const dvec3 lamp(0.5, 0.8, 0.1), intensity(3.0, 2.0, 1.0);
     for (const double g : {0.0, 0.6}) {
         CAPTURE(g);
@@ -182,7 +182,7 @@ TEST_CASE("a point light in a medium shows the integral of its single scattering
 }
 
 TEST_CASE("a floor in an absorbing medium sees a point light through it") {
-    auto all = tracers();
+    auto& all = tracers();
     const dvec3 lamp(0.5, 0.8, 0.1), intensity(3.0, 2.0, 1.0), colour(0.6, 0.3, 0.9);
     const double r = glm::length(lamp);
     const Scene scene = with_light(
@@ -202,7 +202,7 @@ TEST_CASE("light sampling keeps the mean of a medium lit by a lamp") {
         medium_of({0.1, 0.05, 0.0}, {0.3, 0.2, 0.4}, 0.4));
     Tracer oracle{"oracle", oracle_backend().create({}), 0x1p-53, false};
     const Measured reference = pooled(render(oracle, scene, settings_of(16, 3, Integrator::path, 77), 2048));
-    auto all = tracers();
+    auto& all = tracers();
     for (Tracer& tracer : all) {
         if (!tracer.samples_lights) continue;
         CAPTURE(tracer.name);
@@ -219,7 +219,7 @@ TEST_CASE("light sampling keeps the mean of a medium lit by a lamp") {
 }
 
 TEST_CASE("a slab of absorbing glass obeys Beer and Lambert between its surfaces") {
-    auto all = tracers();
+    auto& all = tracers();
     const double r = 0.04, depth = 0.7;
     Material body = glass(1.5);
     body.interior = 0;

@@ -60,7 +60,7 @@ dvec3 mix_of_sky(const dvec3& down, const dvec3& up, const dvec3& w) { return gl
 }  // namespace
 
 TEST_CASE("a smooth conductor reflects by Fresnel's equations for its complex index") {
-    auto all = tracers();
+    auto& all = tracers();
     const dvec3 sky(1.0, 2.0, 4.0);
     for (const double angle : {0.0, 0.7, 1.2, 1.5}) {
         CAPTURE(angle);
@@ -76,7 +76,7 @@ TEST_CASE("a smooth conductor reflects by Fresnel's equations for its complex in
 // Indices that are floats, so that all precisions have the same. r_s is (1 - N^2)/(c + q)^2, which subtracts no near
 // numbers.
 TEST_CASE("a conductor of index near 1 reflects next to nothing, by Fresnel's equations") {
-    auto all = tracers();
+    auto& all = tracers();
     const dvec3 eta(1.0, 1.0 + 0x1p-20, 1.0 - 0x1p-13);
     for (const double k : {0.0, 0x1p-13})
         for (const double angle : {0.0, 0.7, 1.2, 1.5}) {
@@ -98,7 +98,7 @@ TEST_CASE("a conductor of index near 1 reflects next to nothing, by Fresnel's eq
 // t of section 7.6 is then within 15 u of 0 at these three indices, and exactly 0 at some of these angles. A t above 0
 // transmits at most 4 sqrt(t) (1/c + c/(2 s^2)), at most 1.1 % here in single precision.
 TEST_CASE("a conductor without extinction reflects all at its critical angle") {
-    auto all = tracers();
+    auto& all = tracers();
     for (int step = 0; step < 12; ++step) {
         const double angle = 0.6 + 0.05 * step;
         const auto index = static_cast<float>(std::sin(angle));
@@ -119,7 +119,7 @@ TEST_CASE("a conductor without extinction reflects all at its critical angle") {
 }
 
 TEST_CASE("a rough conductor keeps of an uneven sky what its normals, masked and shadowed, reflect") {
-    auto all = tracers();
+    auto& all = tracers();
     const dvec3 down(2.0, 0.0, 1.0), up(0.5, 1.0, 2.0);
     const std::pair<double, double> cases[] = {{0.1, 1.2}, {0.5, 0.3}, {0.5, 1.2}, {1.0, 0.3}};
     for (const auto& [roughness, angle] : cases) {
@@ -141,7 +141,7 @@ TEST_CASE("a rough conductor keeps of an uneven sky what its normals, masked and
 }
 
 TEST_CASE("a rough conductor lit by a point light shows F D G2/(4 cos) there") {
-    auto all = tracers();
+    auto& all = tracers();
     const dvec3 lamp(-0.6, 1.1, 0.3), intensity(1.0, 2.0, 3.0);
     const double angle = 0.5;
     const dvec3 i(std::sin(angle), std::cos(angle), 0.0), o = glm::normalize(lamp), h = glm::normalize(i + o);
@@ -160,7 +160,7 @@ TEST_CASE("a rough conductor lit by a point light shows F D G2/(4 cos) there") {
 }
 
 TEST_CASE("a rough conductor under a lamp has one mean by scattering and by light sampling") {
-    auto all = tracers();
+    auto& all = tracers();
     const double alpha = 0.25, angle = 0.6;
     const dvec3 centre(-0.9, 1.0, 0.2), radiance(3.0, 2.0, 1.0), to_eye(std::sin(angle), std::cos(angle), 0.0);
     const double radius = 0.5;
@@ -179,7 +179,7 @@ TEST_CASE("a rough conductor under a lamp has one mean by scattering and by ligh
 }
 
 TEST_CASE("a rough interface reflects and refracts what its normals, masked and shadowed, do") {
-    auto all = tracers();
+    auto& all = tracers();
     const dvec3 down(2.0, 0.0, 1.0), up(0.5, 1.0, 2.0);
     const dvec3 cases[] = {{1.5, 0.2, 1.1}, {1.5, 0.7, 0.3}, {0.75, 0.2, 0.3}, {0.75, 0.7, 1.1}};
     for (const dvec3& one : cases) {
@@ -212,7 +212,7 @@ TEST_CASE("a rough interface reflects and refracts what its normals, masked and 
 }
 
 TEST_CASE("a rough body absorbs by its colour at every surface") {
-    auto all = tracers();
+    auto& all = tracers();
     const dvec3 colour(0.2, 0.5, 1.0);
     Material clear = rough_glass(1.4, 0.6), stained = clear;
     stained.colour = colour;

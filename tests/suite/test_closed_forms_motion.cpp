@@ -28,7 +28,7 @@ void check(
 }  // namespace
 
 TEST_CASE("what moves into the view covers it for the rest of the time, whatever it is made of") {
-    auto all = tracers();
+    auto& all = tracers();
     // The edges lie at x = -0.3 when the shutter opens and move by 1: the view is covered from 0.3 to the end.
     const dvec3 lo(-5.0, -1.0, -3.0), hi(-0.3, 1.0, -2.0);
     const dmat4 turned = rotated(180.0, {0.0, 0.0, 1.0});
@@ -40,7 +40,7 @@ TEST_CASE("what moves into the view covers it for the rest of the time, whatever
 }
 
 TEST_CASE("what moves through the view covers it for a while, what moves along with the camera always or never") {
-    auto all = tracers();
+    auto& all = tracers();
     const auto strip = [] { return ahead().cuboid(emitter(glow), {-0.6, -1.0, -3.0}, {-0.4, 1.0, -2.0}); };
     check(all, moving(strip().scene(), {2.0, 0.0, 0.0}), 0.1 * glow);
     Scene scene = moving(strip().scene(), {2.0, 0.0, 0.0});
@@ -51,7 +51,7 @@ TEST_CASE("what moves through the view covers it for a while, what moves along w
 }
 
 TEST_CASE("a camera that turns or moves sees an edge for its share of the time") {
-    auto all = tracers();
+    auto& all = tracers();
     const auto edge = [] { return ahead().cuboid(emitter(glow), {0.6, -5.0, -3.0}, {9.0, 5.0, -2.0}); };
     // Turning: the target moves from (0, 0, -1) to (1, 0, -1); it looks past the edge, x/z = 0.6/3, from 0.2 on.
     Scene turning = edge().scene();
@@ -65,7 +65,7 @@ TEST_CASE("a camera that turns or moves sees an edge for its share of the time")
 }
 
 TEST_CASE("a moving body shadows a floor for its share of the time") {
-    auto all = tracers();
+    auto& all = tracers();
     // The sun shines straight down; the box's shadow covers `aim` from a quarter of the time on.
     const auto view = [] {
         return SceneBuilder()
@@ -78,7 +78,7 @@ TEST_CASE("a moving body shadows a floor for its share of the time") {
 }
 
 TEST_CASE("a floor under a moving lamp has one mean by scattering and by light sampling") {
-    auto all = tracers();
+    auto& all = tracers();
     // Found by scattering alone in either; the quadrature goes over time.
     const double radius = 0.4;
     const dvec3 start(-1.0, 1.0, 0.2), motion(1.5, 0.3, 0.0);
@@ -99,7 +99,7 @@ TEST_CASE("a floor under a moving lamp has one mean by scattering and by light s
 }
 
 TEST_CASE("a moving body takes its texture with it") {
-    auto all = tracers();
+    auto& all = tracers();
     Texture board;
     board.name = "board";
     board.frequency = dvec3(2.0, 0.0, 0.0);

@@ -31,7 +31,7 @@ double share(double sigma, double theta_i, double theta_o, double azimuth) {
 }  // namespace
 
 TEST_CASE("a rough diffuse floor in the sun shows Oren and Nayar's share of the light, from either end") {
-    auto all = tracers();
+    auto& all = tracers();
     const dvec3 irradiance(3.0, 2.0, 1.0);
     for (const double sigma : {0.1, 0.4, 1.0})
         for (const auto& [eye, sun_angle, azimuth] :
@@ -48,7 +48,7 @@ TEST_CASE("a rough diffuse floor in the sun shows Oren and Nayar's share of the 
 }
 
 TEST_CASE("a rough diffuse floor keeps of an uneven sky what its quadrature says, by scattering and light sampling") {
-    auto all = tracers();
+    auto& all = tracers();
     const dvec3 down(2.0, 0.0, 1.0), up(0.5, 1.0, 2.0);
     for (const auto& [sigma, angle] : {std::pair{0.3, 1.2}, {0.8, 0.4}, {1.0, 1.3}}) {
         CAPTURE(sigma);

@@ -61,7 +61,7 @@ void check_in_sun(std::vector<Tracer>& all, const SmoothTriangle& mesh, const dv
 }  // namespace
 
 TEST_CASE("a smooth triangle in the sun is lit by its interpolated normal, on the side that is seen") {
-    auto all = tracers();
+    auto& all = tracers();
     const SmoothTriangle mesh;
     const dvec3 n = mesh.own_normal(), n_s = mesh.shading_normal();
     REQUIRE(glm::dot(n, n_s) < 0.9);
@@ -80,7 +80,7 @@ TEST_CASE("a smooth triangle in the sun is lit by its interpolated normal, on th
 }
 
 TEST_CASE("no light comes from below the plane of a smooth triangle, nor from below its shading horizon") {
-    auto all = tracers();
+    auto& all = tracers();
     const SmoothTriangle mesh;
     const dvec3 eye = mesh.own_normal(), n_s = mesh.shading_normal();
     const double lean = std::acos(glm::dot(eye, n_s));
@@ -93,7 +93,7 @@ TEST_CASE("no light comes from below the plane of a smooth triangle, nor from be
 }
 
 TEST_CASE("seen from beyond its shading horizon, a smooth triangle is shaded by its plane") {
-    auto all = tracers();
+    auto& all = tracers();
     const SmoothTriangle mesh;
     const dvec3 n = mesh.own_normal();
     const dvec3 eye = mesh.towards_lean(-0.5 * pi + 0.5 * std::acos(glm::dot(n, mesh.shading_normal())));
@@ -103,7 +103,7 @@ TEST_CASE("seen from beyond its shading horizon, a smooth triangle is shaded by 
 }
 
 TEST_CASE("a smooth diffuse triangle shows an even sky times (1 + cos)/2, by scattering and light sampling") {
-    auto all = tracers();
+    auto& all = tracers();
     const SmoothTriangle mesh;
     const dvec3 n = mesh.own_normal(), sky(1.0, 2.0, 3.0);
     const dvec3 expected = sky * clay * (0.5 * (1.0 + glm::dot(n, mesh.shading_normal())));
@@ -116,7 +116,7 @@ TEST_CASE("a smooth diffuse triangle shows an even sky times (1 + cos)/2, by sca
 }
 
 TEST_CASE("smooth mirrors, conductors and glass turn light about the shading normal, if it stays on its side") {
-    auto all = tracers();
+    auto& all = tracers();
     const SmoothTriangle mesh;
     const dvec3 n = mesh.own_normal(), n_s = mesh.shading_normal(), down(2.0, 0.0, 1.0), up(0.5, 1.0, 2.0);
     const auto sky = [&](const dvec3& w) { return glm::mix(down, up, 0.5 * (w.y + 1.0)); };

@@ -37,7 +37,7 @@ std::pair<dvec3, dvec3> look_at(SceneBuilder& builder, const dmat4& placed, cons
 
 void check_spots(
     const std::function<void(SceneBuilder&, const dmat4&)>& add_body, std::span<const Spot> spots, bool reflecting) {
-    auto all = tracers();
+    auto& all = tracers();
     for (const dmat4& placed : placements) {
         for (const Spot& spot : spots) {
             CAPTURE(&placed - placements);
@@ -78,7 +78,7 @@ TEST_CASE("a mirror under any transform reflects about the normals of the invers
 }
 
 TEST_CASE("a mirror is one on both sides") {
-    auto all = tracers();
+    auto& all = tracers();
     const Spot spot{{0.1, 0.2, 0.0}, {0.0, 0.0, 1.0}};
     for (const bool reversed : {false, true}) {
         CAPTURE(reversed);
@@ -91,7 +91,7 @@ TEST_CASE("a mirror is one on both sides") {
 }
 
 TEST_CASE("an oriented box looks like its twelve triangles") {
-    auto all = tracers();
+    auto& all = tracers();
     const auto view = [] { return SceneBuilder().camera({3.0, 4.0, 6.0}, black, 40.0).background(down, up); };
     const Material materials[] = {diffuse(colour), mirror(colour, 0.4), glass(1.5, Fresnel::exact, 0.6, colour)};
     for (const Material& material : materials) {
@@ -123,7 +123,7 @@ TEST_CASE("an oriented box looks like its twelve triangles") {
 }
 
 TEST_CASE("of coincident primitives of one kind the lower id is hit") {
-    auto all = tracers();
+    auto& all = tracers();
     const dvec3 first(1.0, 2.0, 3.0), second(7.0, 7.0, 7.0);
     const dvec3 a(-9.0, -9.0, -1.0), b(9.0, -9.0, -1.0), c(0.0, 9.0, -1.0);
     const auto view = [] { return SceneBuilder().camera({0.1, 0.2, 3.0}, black, 5.0); };
@@ -140,7 +140,7 @@ TEST_CASE("of coincident primitives of one kind the lower id is hit") {
 }
 
 TEST_CASE("a triangle without area and the plane seen edge on are not hit") {
-    auto all = tracers();
+    auto& all = tracers();
     const Scene scene = SceneBuilder()
                             .camera({0.0, 0.0, 3.0}, black, 30.0)
                             .background(white)

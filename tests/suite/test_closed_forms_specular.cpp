@@ -43,7 +43,7 @@ const dvec3 slab_lo(-20.0, -1.0, -20.0), slab_hi(20.0, 0.0, 20.0);
 TEST_CASE("a slab of index 1.5 reflects 0.0769 and transmits 0.9231 at normal incidence") {
     const double r = 0.04, reflected = 2.0 * r / (1.0 + r), transmitted = (1.0 - r) / (1.0 + r);
     CHECK(reflected == doctest::Approx(0.0769).epsilon(0.001));
-    auto all = tracers();
+    auto& all = tracers();
     // Down-going rays end in red, up-going ones in green.
     const Scene scenes[] = {
         looking_at_plane(0.0, 3.0).background(red, green).cuboid(glass(1.5), slab_lo, slab_hi).scene(),
@@ -57,7 +57,7 @@ TEST_CASE("a slab of index 1.5 reflects 0.0769 and transmits 0.9231 at normal in
 
 TEST_CASE("a slab cut off after D events shows the partial sums of its reflections") {
     const double r = 0.04, t = 1.0 - r;
-    auto all = tracers();
+    auto& all = tracers();
     const Scene scene = looking_at_plane(0.0, 3.0).background(red, green).cuboid(glass(1.5), slab_lo, slab_hi).scene();
     const dvec3 partial[] = {black, {0.0, r, 0.0}, {t * t, r, 0.0}, {t * t, r + t * t * r, 0.0}};
     for (std::uint32_t bounces = 0; bounces < 4; ++bounces) {
@@ -80,12 +80,12 @@ TEST_CASE("a prism turns light by total internal reflection") {
                             .triangle(glass(1.5), a, c, b)
                             .triangle(glass(1.5), a - back, b - back, c - back)
                             .scene();
-    auto all = tracers();
+    auto& all = tracers();
     check_mean(all, scene, settings_of(16, 40), 256, {0.5 * turned, 0.5 * turned + returned, 0.0}, 64.0);
 }
 
 TEST_CASE("one reflection has Fresnel's or Schlick's reflectance") {
-    auto all = tracers();
+    auto& all = tracers();
     for (const Fresnel model : {Fresnel::exact, Fresnel::schlick}) {
         for (const double index : {1.5, 0.8}) {
             for (const double degrees : {0.0, 45.0, 75.0}) {
@@ -107,7 +107,7 @@ TEST_CASE("one reflection has Fresnel's or Schlick's reflectance") {
 
 TEST_CASE(
     "light leaves the dense side by one less Fresnel's or Schlick's reflectance, and not beyond the critical angle") {
-    auto all = tracers();
+    auto& all = tracers();
     for (const Fresnel model : {Fresnel::exact, Fresnel::schlick}) {
         for (const double degrees : {0.0, 30.0, 41.0, 43.0}) {  // the critical angle is 41.8 degrees
             CAPTURE(static_cast<int>(model));
@@ -132,7 +132,7 @@ TEST_CASE(
 
 TEST_CASE("a translucent body takes (1 - alpha (1 - C)) at every surface") {
     const dvec3 colour(0.2, 0.5, 1.0), sky(1.0, 2.0, 4.0);
-    auto all = tracers();
+    auto& all = tracers();
     for (const double alpha : {0.0, 0.3, 1.0}) {
         CAPTURE(alpha);
         SceneBuilder builder = looking_at_plane(0.4, 3.0).background(sky);
@@ -148,7 +148,7 @@ TEST_CASE("a translucent emitter adds alpha L at every surface that emits to the
     const dvec3 colour(0.2, 0.5, 0.9), glow(3.0, 2.0, 1.0), sky(1.0, 2.0, 4.0);
     const double alpha = 0.4;
     const dvec3 share = white - alpha * (white - colour);
-    auto all = tracers();
+    auto& all = tracers();
     for (const EmittingSides sides : {EmittingSides::both, EmittingSides::front}) {
         CAPTURE(static_cast<int>(sides));
         Material material = glass(1.0, Fresnel::exact, alpha, colour);
@@ -163,7 +163,7 @@ TEST_CASE("a translucent emitter adds alpha L at every surface that emits to the
 
 TEST_CASE("a fuzzy surface absorbs (1 - c/f)/2") {
     const dvec3 colour(0.2, 0.5, 1.0);
-    auto all = tracers();
+    auto& all = tracers();
     const struct { double cosine, fuzz; } cases[] = {{0.9, 0.5}, {0.3, 0.6}, {0.5, 1.0}, {0.1, 1.0}};
     for (const auto& [cosine, fuzz] : cases) {
         CAPTURE(cosine);

@@ -97,7 +97,7 @@ double turbulence(const dvec3& q, std::uint32_t seed, std::uint32_t octaves) {
 }  // namespace
 
 TEST_CASE("an image on a quad and on a triangle is bilinear between its texels, and repeats") {
-    auto all = tracers();
+    auto& all = tracers();
     const Texture texture = image_texture(5, 3);
     const dvec3 a(-1.0, 0.0, 1.0), e(2.0, 0.0, 0.0), g(0.0, 0.0, -3.0);
     for (const glm::dvec2& at :
@@ -117,7 +117,7 @@ TEST_CASE("an image on a quad and on a triangle is bilinear between its texels, 
 }
 
 TEST_CASE("a sphere's coordinates go round its axis and up from its lower pole, in object space") {
-    auto all = tracers();
+    auto& all = tracers();
     const Texture texture = image_texture(8, 6);
     const dmat4& m = placed;
     for (const glm::dvec2& at :
@@ -135,7 +135,7 @@ TEST_CASE("a sphere's coordinates go round its axis and up from its lower pole, 
 }
 
 TEST_CASE("every face of a cuboid has the coordinates of its two remaining axes") {
-    auto all = tracers();
+    auto& all = tracers();
     const Texture texture = image_texture(4, 7);
     const dvec3 lo(-0.5, -0.2, 0.1), hi(0.4, 0.6, 0.9), share(0.15, 0.35, 0.85);
     const dmat4& m = placed;
@@ -153,7 +153,7 @@ TEST_CASE("every face of a cuboid has the coordinates of its two remaining axes"
 }
 
 TEST_CASE("a view of a whole image has the mean of its texels, and one of a whole checker the mean of its colours") {
-    auto all = tracers();
+    auto& all = tracers();
     const auto view = [] {
         return SceneBuilder()
             .camera(black, {0.0, 0.0, -1.0}, 90.0)
@@ -172,7 +172,7 @@ TEST_CASE("a view of a whole image has the mean of its texels, and one of a whol
 }
 
 TEST_CASE("a checker has its first colour where the sum of its cells is even, in object space") {
-    auto all = tracers();
+    auto& all = tracers();
     const Texture board = pattern(TextureKind::checker, {2.0, 5.0, 3.0});
     const dvec3 points[] = {{0.3, 0.0, 0.2}, {-0.3, 0.0, 0.2}, {0.6, 0.0, 0.5}, {0.6, 0.0, -0.5}, {1.1, 0.0, 0.4}};
     for (const double y : {0.1, 0.3}) {
@@ -190,7 +190,7 @@ TEST_CASE("a checker has its first colour where the sum of its cells is even, in
 }
 
 TEST_CASE("a checker leaves out an axis of frequency 0: a floor along it is no doubtful case") {
-    auto all = tracers();
+    auto& all = tracers();
     const Texture board = pattern(TextureKind::checker, {2.0, 0.0, 2.0});
     for (const double x : {0.2, 0.7, -0.2}) {
         CAPTURE(x);
@@ -201,7 +201,7 @@ TEST_CASE("a checker leaves out an axis of frequency 0: a floor along it is no d
 }
 
 TEST_CASE("noise is that of the paper's hash and the model's text, at any point and seed") {
-    auto all = tracers();
+    auto& all = tracers();
     const dvec3 frequency(2.5, 1.5, 3.5);
     const std::pair<std::uint32_t, dvec3> places[] = {
         {0u, {0.31, 0.2, 0.73}}, {7u, {-1.24, 0.2, -0.41}}, {0xFFFFFFF0u, {1.87, 0.2, 1.13}}};
@@ -229,7 +229,7 @@ TEST_CASE("noise is that of the paper's hash and the model's text, at any point 
 }
 
 TEST_CASE("a texture colours mirrors and stained glass as it does diffuse surfaces") {
-    auto all = tracers();
+    auto& all = tracers();
     const Texture texture = image_texture(5, 3);
     const dvec3 a(-1.0, 0.0, 1.0), e(2.0, 0.0, 0.0), g(0.0, 0.0, -3.0),
         colour = interpolated(*texture.image, 0.3, 0.4, true);

@@ -20,6 +20,7 @@
 #include "common/render/renderer.h"
 #include "cpu_ref/backend.h"
 #include "tests/scene_builder.h"
+#include "tests/thorough.h"
 #include "vulkan/backend.h"
 
 namespace tandem::test {
@@ -27,12 +28,17 @@ namespace tandem::test {
 struct Tracer {
     std::string name;
     std::unique_ptr<Renderer> renderer;
-    double unit_roundoff;  // of the arithmetic that shades
-    bool samples_lights;   // else next_event is path again, but for punctual lights
+    double unit_roundoff;   // of the arithmetic that shades
+    bool samples_lights;    // else next_event is path again, but for punctual lights
+    bool compiles = false;  // kernels for every kind of scene, which takes a hundred times as long as rendering it here
+    unsigned scenes = 0;    // that it was asked for
 };
 
+// A tracer that compiles kernels renders two of four scenes in a row, unless the run is thorough.
+inline bool has_turn(Tracer& tracer) { return !tracer.compiles || thorough() || tracer.scenes++ % 4 < 2; }
+
 // All of them, or those that the environment's TANDEM_TRACERS names, comma-separated: "oracle,cpu double".
-inline std::vector<Tracer> tracers() {
+inline std::vector<Tracer> make_tracers() {
     const auto make = [](const Backend& backend, std::optional<Precision> precision) {
         BackendOptions options;
         options.precision = precision;
@@ -51,9 +57,15 @@ inline std::vector<Tracer> tracers() {
         all.push_back({"cpu float", make(cpu_backend(), Precision::single_precision), 0x1p-24, true});
     if (wanted("cpu double"))
         all.push_back({"cpu double", make(cpu_backend(), Precision::double_precision), 0x1p-53, true});
-    if (wanted("vulkan")) all.push_back({"vulkan", make(vulkan_backend(), std::nullopt), 0x1p-24, true});
+    if (wanted("vulkan")) all.push_back({"vulkan", make(vulkan_backend(), std::nullopt), 0x1p-24, true, true});
     if (wanted("oracle")) all.push_back({"oracle", make(oracle_backend(), std::nullopt), 0x1p-53, false});
     REQUIRE(!all.empty());
+    return all;
+}
+
+// The same ones for all scenes of a process: Vulkan compiles kernels once for scenes that they fit alike.
+inline std::vector<Tracer>& tracers() {
+    static std::vector<Tracer> all = make_tracers();
     return all;
 }
 
@@ -100,7 +112,7 @@ inline void check_mean(std::vector<Tracer>& all, const Scene& scene, const Rende
     std::uint64_t samples, const dvec3& expected, double roundings) {
     for (Tracer& tracer : all) {
         const bool differs = tracer.samples_lights || !scene.lights.empty();
-        if (settings.integrator == Integrator::next_event && !differs) continue;
+        if ((settings.integrator == Integrator::next_event && !differs) || !has_turn(tracer)) continue;
         CAPTURE(tracer.name);
         const std::optional<Estimate> estimate = try_render(tracer, scene, settings, samples);
         if (!estimate) continue;
@@ -124,6 +136,7 @@ inline void check_mean(std::vector<Tracer>& all, const Scene& scene, const Rende
 inline void check_every_pixel(std::vector<Tracer>& all, const Scene& scene, const RenderSettings& settings,
     std::uint64_t samples, const dvec3& expected, double roundings) {
     for (Tracer& tracer : all) {
+        if (!has_turn(tracer)) continue;
         CAPTURE(tracer.name);
         const std::optional<Estimate> estimate = try_render(tracer, scene, settings, samples);
         if (!estimate) continue;

@@ -7,6 +7,7 @@
 #include "common/error.h"
 #include "common/render/effects.h"
 #include "common/scene/loader/scene_loader.h"
+#include "tests/thorough.h"
 #include "tests/vulkan/scenes.h"
 
 using namespace tandem;
@@ -75,6 +76,7 @@ TEST_CASE("what no path of a scene can come to is not dispatched") {
         const Estimate own = renderer_with_kernel("stages").prepare(scene, settings)->render({0, 2}).estimate;
         CHECK(image_mean(own) > 0.0);
         CHECK(same_bits(own, renderer_with_kernel("megakernel").prepare(scene, settings)->render({0, 2}).estimate));
+        if (!test::thorough()) return;
         settings.effects = EffectSet::all();
         CHECK(same_bits(own, renderer_with_kernel("stages").prepare(scene, settings)->render({0, 2}).estimate));
     };

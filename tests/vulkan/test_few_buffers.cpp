@@ -12,6 +12,7 @@
 #include "common/error.h"
 #include "common/render/path_trace.h"
 #include "common/scene/loader/scene_loader.h"
+#include "tests/thorough.h"
 #include "tests/vulkan/few_buffers.h"
 #include "tests/vulkan/machine.h"
 #include "vulkan/framework/spirv_merging.h"
@@ -190,6 +191,7 @@ TEST_CASE("lists of pixels keep their bits with 4 storage buffers") {
 
 TEST_CASE("paths in mixed and double precision keep their bits with 4 storage buffers, rendered and traced") {
     for (const Precision precision : {Precision::single_precision, Precision::mixed, Precision::double_precision}) {
+        if (precision == Precision::mixed && !test::thorough()) continue;
         CAPTURE(static_cast<std::uint32_t>(precision));
         const auto enough = renderer("megakernel", precision), few = with_few(4, "megakernel", precision);
         const auto job = enough->prepare(foggy_scene(), lit()), few_job = few->prepare(foggy_scene(), lit());

@@ -47,7 +47,7 @@ Estimate image(
     return machine.job(shaped(shape), scene, settings).render(range, {}).estimate;
 }
 
-// Of each shape that the device has.
+// Each shape that the device has.
 void check_bits(Machine& machine, const Scene& scene, const RenderSettings& settings, SampleRange range) {
     CAPTURE(scene.name);
     const Estimate expected = image(machine, KernelShape::megakernel, scene, settings, range);
@@ -67,7 +67,7 @@ void check_bits(Machine& machine, const Scene& scene, const RenderSettings& sett
     }
 }
 
-// Of the same random numbers, whose paths part only where a device's rounding decides what is hit.
+// By the same random numbers, whose paths part only where a device's rounding decides what is hit.
 void check_expectation(Machine& machine, const Scene& scene, const RenderSettings& settings, SampleRange range) {
     CAPTURE(scene.name);
     const Estimate expected = image(machine, KernelShape::megakernel, scene, settings, range);

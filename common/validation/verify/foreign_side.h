@@ -1,4 +1,4 @@
-// One side of a verdict as a job has sampled it. Of a job of another program less is known: whether its pixels go
+// One side of a verdict as a job has sampled it. About another program's job less is known: whether its pixels go
 // together (a pixel filter), and perhaps not even the variance of a sample, but that of whole images
 // (common/render/foreign_job.h).
 #pragma once

@@ -4,14 +4,11 @@
 #include <glm/geometric.hpp>
 #include <limits>
 
-#include "common/error.h"
 #include "cpu_ref/path_tracer/geometry/chosen_kernels.h"
 
 namespace tandem::cpu {
 
 namespace {
-
-constexpr std::uint32_t native_geometry = 0, user_geometry = 1;
 
 // Calls visit(form) with the intersection constants of a primitive.
 template <class Real, class Visit>
@@ -30,6 +27,7 @@ TANDEM_INLINE auto with_form(const Tables<Real>& tables, const PrimitiveRef& ref
 template <class Real>
 struct PacketQuery {
     embree::Context context;
+    const Tables<Real>* tables;
     Ray<Lanes<Real>> ray;
     Departure<Lanes<Real>> departure;
     Ints<Real> light;
@@ -72,13 +70,6 @@ TANDEM_INLINE Departure<Lanes<Real>> left_by(const Tables<Real>& tables, const D
         return departure;
     return {Ints<Real>(UnsignedOf<Real>{no_primitive}), Mask<Real>{}};
 }
-
-// A float no less than `a`, so that Embree culls nothing at `a`.
-float round_up(double a) {
-    const float rounded = static_cast<float>(a);
-    return static_cast<double>(rounded) < a ? std::nextafter(rounded, std::numeric_limits<float>::infinity()) : rounded;
-}
-float round_down(double a) { return -round_up(-a); }
 
 template <class Real>
 struct PacketTypes;
@@ -147,39 +138,15 @@ TANDEM_INLINE Mask<Real> traceable(const Ray<Lanes<Real>>& ray, Mask<Real> activ
 
 template <class Real>
 struct Accelerator<Real>::Callbacks {
-    static void bounds(const RTCBoundsFunctionArguments* arguments) {
-        const Accelerator& self = *static_cast<const Accelerator*>(arguments->geometryUserPtr);
-        BoundingBox box = self.leaf_ ? self.tables_.bounds[0] : self.tables_.bounds[self.user_[arguments->primID]];
-        if (self.leaf_)
-            for (const BoundingBox& other : self.tables_.bounds)
-                box = {glm::min(box.low, other.low), glm::max(box.high, other.high)};
-        // Embree passes over boxes that reach beyond 1.844e18; rays start within 10^18 and see what is left of them.
-        constexpr double greatest = 1.8e18;
-        const glm::dvec3 low = glm::clamp(box.low - self.inflation_, -greatest, greatest),
-                         high = glm::clamp(box.high + self.inflation_, -greatest, greatest);
-        *arguments->bounds_o = {round_down(low.x), round_down(low.y), round_down(low.z), 0.0f, round_up(high.x),
-            round_up(high.y), round_up(high.z), 0.0f};
-    }
-
-    static void fine_bounds(const RTCBoundsFunctionArguments* arguments) {
-        const Accelerator& self = *static_cast<const Accelerator*>(arguments->geometryUserPtr);
-        const Fine& fine = *self.fine_;
-        const auto c = self.corners_of(fine.ids[arguments->primID]);
-        const glm::dvec3 low = glm::min(glm::min(c[0], c[1]), c[2]) - fine.middle - fine.inflation,
-                         high = glm::max(glm::max(c[0], c[1]), c[2]) - fine.middle + fine.inflation;
-        *arguments->bounds_o = {round_down(low.x), round_down(low.y), round_down(low.z), 0.0f, round_up(high.x),
-            round_up(high.y), round_up(high.z), 0.0f};
-    }
-
     template <bool moving>
     static void packet_closest(const RTCIntersectFunctionNArguments* arguments) {
-        const Accelerator& self = *static_cast<const Accelerator*>(arguments->geometryUserPtr);
-        leaf_closest<moving>(self.tables_, *reinterpret_cast<PacketQuery<Real>*>(arguments->context));
+        auto& query = *reinterpret_cast<PacketQuery<Real>*>(arguments->context);
+        leaf_closest<moving>(*query.tables, query);
     }
     template <bool moving>
     static void packet_occluded(const RTCOccludedFunctionNArguments* arguments) {
-        const Accelerator& self = *static_cast<const Accelerator*>(arguments->geometryUserPtr);
-        leaf_occluded<moving>(self.tables_, *reinterpret_cast<PacketQuery<Real>*>(arguments->context));
+        auto& query = *reinterpret_cast<PacketQuery<Real>*>(arguments->context);
+        leaf_occluded<moving>(*query.tables, query);
     }
 
     // All primitives in ascending id order with strict comparison: of equal t the lower id wins.
@@ -294,201 +261,48 @@ struct Accelerator<Real>::Callbacks {
         else
             query.found = true;
     }
+
+    template <bool moving>
+    static RayCallbacks for_rays() {
+        return {.leaf = {packet_closest<moving>, packet_occluded<moving>},
+            .user = {single_closest<moving>, single_occluded<moving>},
+            .fine = {single_closest<false>, single_occluded<false>},
+            .filter_closest = filter_closest,
+            .filter_occluded = filter_occluded};
+    }
 };
 
 template <class Real>
 Accelerator<Real>::Accelerator(RTCDevice device, const Tables<Real>& tables, std::size_t most_in_leaf)
     : tables_(tables),
-      leaf_(tables.default_kernels && tables.primitives.size() <= most_in_leaf),
-      scene_(rtcNewScene(device)) {
-    const TriangleKernel kernel = tables.settings.intersection.triangles;
-    const bool embree_tests = kernel == TriangleKernel::embree || kernel == TriangleKernel::embree_robust;
-    own_test_ = kernel == TriangleKernel::watertight;
-    if (kernel != TriangleKernel::embree) rtcSetSceneFlags(scene_.get(), RTC_SCENE_FLAG_ROBUST);
-    rtcSetSceneBuildQuality(scene_.get(), RTC_BUILD_QUALITY_HIGH);
-    // Embree sees rays rounded to float, and the kernels of single precision round too. With u = 2^-24 and M the
-    // largest coordinate of scene and camera, a ray's origin moves by at most sqrt(3) u M, its direction turns by
-    // sqrt(3) u over a path of at most 2 sqrt(3) M, and a kernel places a hit within 20 u M (surface.h): below 32 u M
-    // together.
-    // (With motion, shifting a ray rounds once more at each end, and M counts the displacements too.)
-    const auto& camera = tables.camera;
-    double reach = 0.0;
-    for (const auto& [place, motion] : {std::array{camera.position.x, camera.position_motion.x},
-             std::array{camera.position.y, camera.position_motion.y},
-             std::array{camera.position.z, camera.position_motion.z}})
-        reach = std::max(reach, std::abs(static_cast<double>(place)) + std::abs(static_cast<double>(motion)));
-    reach += static_cast<double>(tables.camera.lens_radius);
-    for (const BoundingBox& box : tables.bounds)
-        for (int i = 0; i < 3; ++i) reach = std::max({reach, std::abs(box.low[i]), std::abs(box.high[i])});
-    inflation_ = 32.0 * 0x1p-24 * reach;
-    if (leaf_) {
-        if (!tables.primitives.empty()) add_user_geometry(device, 1);
-    } else {
-        if (own_test_) set_fine_apart(device);
-        std::size_t apart = 0;
-        for (std::uint32_t id = 0; id < tables.primitives.size(); ++id) {
-            if (fine_ && apart < fine_->ids.size() && fine_->ids[apart] == id) {
-                ++apart;
-                continue;
-            }
-            const PrimitiveRef& ref = tables.primitives[id];
-            const bool plain = sizeof(Real) == 4 && ref.kind == PrimitiveKind::triangle && !ref.moves;
-            const bool native = plain && (embree_tests || (own_test_ && !ref.emits && can_widen(id)));
-            (native ? native_ : user_).push_back(id);
-        }
-        if (!native_.empty()) add_native_triangles(device);
-        if (!user_.empty()) add_user_geometry(device, static_cast<unsigned>(user_.size()));
-    }
-    rtcCommitScene(scene_.get());
-    if (const RTCError error = rtcGetDeviceError(device); error != RTC_ERROR_NONE)
-        throw Error("Embree could not build its hierarchy (error " + std::to_string(static_cast<int>(error)) + ")");
-}
-
-namespace {
-
-struct Incircle {
-    glm::dvec3 centre;
-    double radius;
-};
-Incircle incircle_of(const std::array<glm::dvec3, 3>& c) {
-    const double a = glm::distance(c[1], c[2]), b = glm::distance(c[2], c[0]), e = glm::distance(c[0], c[1]);
-    const double perimeter = a + b + e;
-    if (!(perimeter > 0.0)) return {c[0], 0.0};
-    return {
-        (a * c[0] + b * c[1] + e * c[2]) / perimeter, glm::length(glm::cross(c[1] - c[0], c[2] - c[0])) / perimeter};
-}
-
-}  // namespace
-
-// With rho the radius about their middle, and `inflation_` further off, rays start within twice that of it. There
-// Embree's ray is off by what `inflation_` counts, of coordinates of that size. The kernels are not off: they take a
-// triangle where the exact ray passes its exact corners, or where settle.h finds so in double.
-template <class Real>
-void Accelerator<Real>::set_fine_apart(RTCDevice device) {
-    auto fine = std::make_unique<Fine>();
-    std::size_t plain = 0;
-    constexpr double infinity = std::numeric_limits<double>::infinity();
-    glm::dvec3 low(infinity), high(-infinity);
-    for (std::uint32_t id = 0; id < tables_.primitives.size(); ++id) {
-        const PrimitiveRef& ref = tables_.primitives[id];
-        if (ref.kind != PrimitiveKind::triangle || ref.moves) continue;
-        ++plain;
-        if (can_widen(id)) continue;
-        fine->ids.push_back(id);
-        for (const glm::dvec3& corner : corners_of(id)) {
-            low = glm::min(low, corner);
-            high = glm::max(high, corner);
-        }
-    }
-    if (fine->ids.size() <= std::max(leaf_limit, plain / 2)) return;
-    fine->middle = 0.5 * (low + high);
-    fine->radius = 0.5 * glm::length(high - low);
-    fine->inflation = 32.0 * 0x1p-24 * 2.0 * (fine->radius + inflation_);
-    if (!(8.0 * fine->inflation < inflation_)) return;
-    fine_ = std::move(fine);
-    fine_->scene = embree::Scene(rtcNewScene(device));
-    rtcSetSceneBuildQuality(fine_->scene.get(), RTC_BUILD_QUALITY_HIGH);
-    const embree::Geometry geometry(rtcNewGeometry(device, RTC_GEOMETRY_TYPE_USER));
-    rtcSetGeometryUserPrimitiveCount(geometry.get(), static_cast<unsigned>(fine_->ids.size()));
-    rtcSetGeometryUserData(geometry.get(), this);
-    rtcSetGeometryBoundsFunction(geometry.get(), Callbacks::fine_bounds, nullptr);
-    rtcSetGeometryIntersectFunction(geometry.get(), Callbacks::template single_closest<false>);
-    rtcSetGeometryOccludedFunction(geometry.get(), Callbacks::template single_occluded<false>);
-    rtcCommitGeometry(geometry.get());
-    rtcAttachGeometryByID(fine_->scene.get(), geometry.get(), user_geometry);
-    rtcCommitScene(fine_->scene.get());
-}
-
-// Triangles too thin for that (below) are user geometry.
-template <class Real>
-bool Accelerator<Real>::can_widen(std::uint32_t id) const {
-    return incircle_of(corners_of(id)).radius >= 64.0 * inflation_;
-}
-
-template <class Real>
-std::array<glm::dvec3, 3> Accelerator<Real>::corners_of(std::uint32_t id) const {
-    std::array<glm::dvec3, 3> result{};
-    for (std::size_t i = 0; i < 3; ++i) {
-        const Vec3<double> corner = widened(tables_.triangles[tables_.primitives[id].form].corner[i]);
-        result[i] = {corner.x, corner.y, corner.z};
-    }
-    return result;
-}
-
-// Embree's robust test loses rays at vertices (2 % of those aimed there from 100 times as far as the triangles are
-// large; case 2 of scenes/hard). So it gets triangles whose edges are moved out by twice the bound that boxes are
-// widened by, and our own test decides in its filter.
-template <class Real>
-std::array<glm::dvec3, 3> Accelerator<Real>::native_corners(std::uint32_t id) const {
-    std::array<glm::dvec3, 3> corners = corners_of(id);
-    if (!own_test_) return corners;
-    const Incircle incircle = incircle_of(corners);
-    for (glm::dvec3& corner : corners) corner += 2.0 * inflation_ / incircle.radius * (corner - incircle.centre);
-    return corners;
-}
-
-template <class Real>
-void Accelerator<Real>::add_native_triangles(RTCDevice device) {
-    const embree::Geometry geometry(rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE));
-    auto* corners = static_cast<float*>(rtcSetNewGeometryBuffer(
-        geometry.get(), RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 3 * sizeof(float), 3 * native_.size()));
-    auto* indices = static_cast<unsigned*>(rtcSetNewGeometryBuffer(
-        geometry.get(), RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, 3 * sizeof(unsigned), native_.size()));
-    if (corners == nullptr || indices == nullptr) throw Error("Embree has no memory for its triangles");
-    unsigned next = 0;
-    for (const std::uint32_t id : native_)
-        for (const glm::dvec3& corner : native_corners(id)) {
-            for (int axis = 0; axis < 3; ++axis) *corners++ = static_cast<float>(corner[axis]);
-            *indices++ = next++;
-        }
-    rtcSetGeometryIntersectFilterFunction(geometry.get(), Callbacks::filter_closest);
-    rtcSetGeometryOccludedFilterFunction(geometry.get(), Callbacks::filter_occluded);
-    rtcCommitGeometry(geometry.get());
-    rtcAttachGeometryByID(scene_.get(), geometry.get(), native_geometry);
-}
-
-template <class Real>
-void Accelerator<Real>::add_user_geometry(RTCDevice device, unsigned count) {
-    const embree::Geometry geometry(rtcNewGeometry(device, RTC_GEOMETRY_TYPE_USER));
-    rtcSetGeometryUserPrimitiveCount(geometry.get(), count);
-    rtcSetGeometryUserData(geometry.get(), this);
-    rtcSetGeometryBoundsFunction(geometry.get(), Callbacks::bounds, nullptr);
-    const auto set_callbacks = [&]<bool moving>() {
-        rtcSetGeometryIntersectFunction(geometry.get(),
-            leaf_ ? Callbacks::template packet_closest<moving> : Callbacks::template single_closest<moving>);
-        rtcSetGeometryOccludedFunction(geometry.get(),
-            leaf_ ? Callbacks::template packet_occluded<moving> : Callbacks::template single_occluded<moving>);
-    };
-    tables_.moves ? set_callbacks.template operator()<true>() : set_callbacks.template operator()<false>();
-    rtcCommitGeometry(geometry.get());
-    rtcAttachGeometryByID(scene_.get(), geometry.get(), user_geometry);
-}
+      hierarchies_(device, tables, most_in_leaf,
+          tables.moves ? Callbacks::template for_rays<true>() : Callbacks::template for_rays<false>()) {}
 
 template <class Real>
 Hit<Real> Accelerator<Real>::closest(
     const Ray<Lanes<Real>>& ray, const Departure<Lanes<Real>>& departure, Mask<Real> active, Lanes<Real> time) const {
-    if (!leaf_) return closest_one_by_one(ray, departure, active, time);
-    PacketQuery<Real> query{{}, ray, left_by(tables_, departure), {}, traceable(ray, active), time, {}};
+    if (!hierarchies_.leaf) return closest_one_by_one(ray, departure, active, time);
+    PacketQuery<Real> query{{}, &tables_, ray, left_by(tables_, departure), {}, traceable(ray, active), time, {}};
     query.hit = {Mask<Real>{}, ray.limit, Ints<Real>(UnsignedOf<Real>{0})};
     embree::initialise(query.context);
     typename Packet<Real>::Hit packet;
     alignas(64) int valid[packet_size<Real>]{};
     fill(packet.ray, valid, ray, query.active);
     for (unsigned& id : packet.hit.geomID) id = RTC_INVALID_GEOMETRY_ID;
-    embree::intersect(scene_.get(), query.context, valid, packet);
+    embree::intersect(hierarchies_.scene.get(), query.context, valid, packet);
     return query.hit;
 }
 
 template <class Real>
 Mask<Real> Accelerator<Real>::occluded(const Ray<Lanes<Real>>& ray, const Departure<Lanes<Real>>& departure,
     Ints<Real> light, Mask<Real> active, Lanes<Real> time) const {
-    if (!leaf_) return occluded_one_by_one(ray, departure, light, active, time);
-    PacketQuery<Real> query{{}, ray, left_by(tables_, departure), light, traceable(ray, active), time, {}};
+    if (!hierarchies_.leaf) return occluded_one_by_one(ray, departure, light, active, time);
+    PacketQuery<Real> query{{}, &tables_, ray, left_by(tables_, departure), light, traceable(ray, active), time, {}};
     embree::initialise(query.context);
     typename Packet<Real>::Ray packet;
     alignas(64) int valid[packet_size<Real>]{};
     fill(packet, valid, ray, query.active);
-    embree::occluded(scene_.get(), query.context, valid, packet);
+    embree::occluded(hierarchies_.scene.get(), query.context, valid, packet);
     return query.hit.found;
 }
 
@@ -559,9 +373,9 @@ Hit<Real> Accelerator<Real>::closest_one_by_one(
     using U = UnsignedOf<Real>;
     SingleQuery<Real> query{};
     query.tables = &tables_;
-    query.native = &native_;
-    query.own_test = own_test_;
-    query.slack = own_test_ ? inflation_ : 0.0;
+    query.native = &hierarchies_.native;
+    query.own_test = hierarchies_.own_test;
+    query.slack = hierarchies_.own_test ? hierarchies_.inflation : 0.0;
     query.light = no_primitive;
     Hit<Real> hit{Mask<Real>{}, ray.limit, Ints<Real>(U{0})};
     unsigned found = 0;
@@ -569,15 +383,15 @@ Hit<Real> Accelerator<Real>::closest_one_by_one(
         const int lane = std::countr_zero(left);
         RTCRayHit one;
         query.time = time[lane];
-        query.user = &user_;
+        query.user = &hierarchies_.user;
         query.lead = query.slack;
         start_single(query, one.ray, ray, departure, lane);
         one.hit.geomID = RTC_INVALID_GEOMETRY_ID;
-        embree::intersect(scene_.get(), query.context, one);
-        if (fine_ && start_near(query, one.ray, *fine_, inflation_))
-            embree::intersect(fine_->scene.get(), query.context, one);
+        embree::intersect(hierarchies_.scene.get(), query.context, one);
+        if (hierarchies_.fine && start_near(query, one.ray, *hierarchies_.fine, hierarchies_.inflation))
+            embree::intersect(hierarchies_.fine->scene.get(), query.context, one);
         if (!query.found) continue;
-        if (one.hit.geomID == native_geometry && !own_test_) {
+        if (one.hit.geomID == native_geometry && !hierarchies_.own_test) {
             // Embree chose the triangle; its plane says where.
             const TriangleForm<Real>& plane = tables_.triangles[tables_.primitives[query.primitive].form];
             const Real t =
@@ -597,21 +411,21 @@ Mask<Real> Accelerator<Real>::occluded_one_by_one(const Ray<Lanes<Real>>& ray, c
     Ints<Real> light, Mask<Real> active, Lanes<Real> time) const {
     SingleQuery<Real> query{};
     query.tables = &tables_;
-    query.native = &native_;
-    query.own_test = own_test_;
-    query.slack = own_test_ ? inflation_ : 0.0;
+    query.native = &hierarchies_.native;
+    query.own_test = hierarchies_.own_test;
+    query.slack = hierarchies_.own_test ? hierarchies_.inflation : 0.0;
     unsigned blocked = 0;
     for (unsigned left = traceable(ray, active).to_bits(); left != 0; left &= left - 1) {
         const int lane = std::countr_zero(left);
         RTCRay one;
         query.time = time[lane];
-        query.user = &user_;
+        query.user = &hierarchies_.user;
         query.lead = query.slack;
         start_single(query, one, ray, departure, lane);
         query.light = static_cast<std::uint32_t>(light[lane]);
-        embree::occluded(scene_.get(), query.context, one);
-        if (fine_ && !query.found && start_near(query, one, *fine_, inflation_))
-            embree::occluded(fine_->scene.get(), query.context, one);
+        embree::occluded(hierarchies_.scene.get(), query.context, one);
+        if (hierarchies_.fine && !query.found && start_near(query, one, *hierarchies_.fine, hierarchies_.inflation))
+            embree::occluded(hierarchies_.fine->scene.get(), query.context, one);
         if (query.found) blocked |= 1u << lane;
     }
     return Mask<Real>::from_bits(blocked);

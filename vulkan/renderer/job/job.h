@@ -90,7 +90,7 @@ private:
     std::uint32_t segments_;         // that a path can have
     std::optional<PathState> kept_;  // from vertex to vertex in buffers
     Accumulation accumulation_;
-    const Stages& stages_;
+    Stages& stages_;
     std::shared_ptr<const Stages::Pipelines> pipelines_;
     std::uint32_t tile_pixels_;
     FrameResources resources_;

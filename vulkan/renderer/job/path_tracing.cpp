@@ -65,13 +65,12 @@ TracedVertex vertex_of(const gpu::Vec4* words) {
 
 }  // namespace
 
-PathTracing::PathTracing(const Device& device, const Stages& stages, const SceneData& scene,
+PathTracing::PathTracing(const Device& device, Stages& stages, const SceneData& scene,
     const Specialisation& specialisation, std::uint32_t bounces, GeometryPrecision precision)
     : primitives_(scene.in_double ? 0 : scene.triangle_count + scene.sphere_count + scene.cuboid_count),
       words_(words_of_path(bounces)),
       most_samples_(std::max(1u, most_words / words_)),
-      vertex_(primitives_ > 0 ? stages.make(Stage::vertex, specialisation.constants()) : nullptr),
-      trace_(stages.make(Stage::trace, specialisation.constants(), variant_of(precision))),
+      pipelines_(stages.path_pipelines(specialisation, variant_of(precision), primitives_ > 0)),
       resources_(device, scene, {}, 0, most_samples_ * words_ / words_per_pixel + 1, MemoryLayout::per_set),
       bindings_(device, stages.layout(), resources_),
       submission_(device, {}) {}
@@ -101,10 +100,10 @@ std::vector<PathTrace> PathTracing::follow(const gpu::Settings& settings) {
             resources_.record_upload(commands);
             resources_.record_clear_counters(commands);
             barrier(commands, transfer_write, compute_access);
-            record(commands, vertex_, settings, primitives_);
+            record(commands, pipelines_->vertex, settings, primitives_);
             barrier(commands, compute_write, compute_access);
         }
-        record(commands, trace_, settings, settings.pixel_count);
+        record(commands, pipelines_->trace, settings, settings.pixel_count);
         resources_.record_download(commands, 1, settings.pixel_count * words_ / words_per_pixel + 1);
     });
     (void)submission_.run();

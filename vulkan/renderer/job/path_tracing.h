@@ -5,15 +5,16 @@
 #include "common/render/path_trace.h"
 #include "vulkan/command/submission.h"
 #include "vulkan/renderer/kernels/bindings.h"
+#include "vulkan/renderer/kernels/stages.h"
 
 namespace tandem {
 
-// Buffers and pipelines of its own: what a job renders is not touched. Records are in float, whatever computes them.
+// Buffers of its own: what a job renders is not touched. Records are in float, whatever computes them.
 class PathTracing {
 public:
     // What is referred to must outlive it. Throws UnsupportedError for paths that are too long to be kept whole.
-    PathTracing(const Device& device, const Stages& stages, const SceneData& scene,
-        const Specialisation& specialisation, std::uint32_t bounces, GeometryPrecision precision);
+    PathTracing(const Device& device, Stages& stages, const SceneData& scene, const Specialisation& specialisation,
+        std::uint32_t bounces, GeometryPrecision precision);
 
     // Samples of one pixel; `settings` as every stage is told them.
     [[nodiscard]] std::vector<PathTrace> trace(std::uint32_t pixel, SampleRange samples, gpu::Settings settings);
@@ -26,7 +27,7 @@ private:
 
     std::uint32_t primitives_, words_;  // a path's record
     std::uint32_t most_samples_;        // at a time
-    vk::raii::Pipeline vertex_, trace_;
+    std::shared_ptr<const Stages::PathPipelines> pipelines_;
     FrameResources resources_;
     Bindings bindings_;
     Submission submission_;

@@ -302,6 +302,16 @@ std::shared_ptr<const Stages::RayPipelines> Stages::double_ray_pipelines(const S
     return kept;
 }
 
+std::shared_ptr<const Stages::PathPipelines> Stages::path_pipelines(
+    const Specialisation& specialisation, ShaderVariant variant, bool places) {
+    const std::vector<SpecialisationConstant> constants = specialisation.constants();
+    std::shared_ptr<const PathPipelines>& kept = path_pipelines_[{variant, places, key_of(constants)}];
+    if (!kept)
+        kept = std::make_shared<const PathPipelines>(
+            PathPipelines{places ? make(Stage::vertex, constants) : nullptr, make(Stage::trace, constants, variant)});
+    return kept;
+}
+
 std::vector<Stage> kernels_of(KernelShape shape, EffectSet effects) {
     const bool primitives =
         effects.has(Effect::triangles) || effects.has(Effect::spheres) || effects.has(Effect::cuboids);

@@ -5,6 +5,7 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <tuple>
 
 #include "common/render/renderer.h"
 #include "vulkan/core/device_selection.h"
@@ -17,8 +18,8 @@
 
 namespace tandem {
 
-// What computes positions, and in double precision light as well (MODEL.md section 5.3). Of given rays, mixed: given in
-// float and answered in float.
+// What computes positions, and in double precision light as well (MODEL.md section 5.3). For given rays, mixed: given
+// in float and answered in float.
 enum class GeometryPrecision { single_precision, mixed, double_precision };
 
 // What a path carries from vertex to vertex besides its ray and throughput.
@@ -145,6 +146,13 @@ public:
     // Without a vertex stage: the host places what is held in double.
     [[nodiscard]] std::shared_ptr<const RayPipelines> double_ray_pipelines(const Specialisation& specialisation);
 
+    // They trace single paths, vertex by vertex. `places`: with a vertex stage, where it has primitives to place.
+    struct PathPipelines {
+        vk::raii::Pipeline vertex, trace;
+    };
+    [[nodiscard]] std::shared_ptr<const PathPipelines> path_pipelines(
+        const Specialisation& specialisation, ShaderVariant variant, bool places);
+
 private:
     [[nodiscard]] vk::raii::Pipeline make(const PipelineLayout& layout, std::span<const std::uint32_t> code,
         const std::vector<SpecialisationConstant>& constants) const;
@@ -164,6 +172,8 @@ private:
     std::optional<FullscreenPass> pass_;  // made when a job renders by fragments
     std::map<std::pair<KernelForm, std::vector<std::uint32_t>>, std::shared_ptr<const Pipelines>> pipelines_;
     std::map<std::vector<std::uint32_t>, std::shared_ptr<const RayPipelines>> ray_pipelines_, double_ray_pipelines_;
+    std::map<std::tuple<ShaderVariant, bool, std::vector<std::uint32_t>>, std::shared_ptr<const PathPipelines>>
+        path_pipelines_;
 };
 
 }  // namespace tandem

@@ -92,7 +92,7 @@ DescriptorSets make_descriptors(
     return sets;
 }
 
-// Of triangles at rest, rounded as little as may be.
+// The corners of triangles at rest, rounded as little as may be.
 std::vector<gpu::Vec3> corners_at_rest(
     const Scene& scene, const SceneData& data, const std::vector<PlacedPrimitive>& all) {
     std::vector<gpu::Vec3> corners;

@@ -15,7 +15,7 @@ namespace tandem {
 // arithmetic can find the primitive from any origin that the scene's rays have, at any time.
 using KindBoxes = std::array<std::vector<vk::AabbPositionsKHR>, 3>;
 
-// What is traversed. Of what the other has, boxes and corners are NaN, which makes them inactive; where one has all,
+// What is traversed. For what the other has, boxes and corners are NaN, which makes them inactive; where one has all,
 // the other is empty.
 struct TracedGeometry {
     KindBoxes boxes;
