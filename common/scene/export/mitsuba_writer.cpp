@@ -60,6 +60,8 @@ private:
     }
 
     void write_head() {
+        line("<default name=\"samples\" value=\"256\"/>");  // mitsuba -D samples=64 -D seed=7
+        line("<default name=\"seed\" value=\"0\"/>");
         const std::uint32_t segments = scene_.defaults.bounces + 1;
         line(fmt::format("<integrator type=\"{}\">", scene_.media.empty() ? "path" : "volpath"));
         line(fmt::format("<integer name=\"max_depth\" value=\"{}\"/>", segments), 2);
@@ -75,7 +77,10 @@ private:
         line(fmt::format("<transform name=\"to_world\"><lookat origin=\"{}\" target=\"{}\" up=\"{}\"/></transform>",
                  triple(camera.position), triple(camera.target), triple(camera.up)),
             2);
-        line("<sampler type=\"independent\"><integer name=\"sample_count\" value=\"256\"/></sampler>", 2);
+        line(
+            "<sampler type=\"independent\"><integer name=\"sample_count\" value=\"$samples\"/><integer name=\"seed\" "
+            "value=\"$seed\"/></sampler>",
+            2);
         line(fmt::format("<film type=\"hdrfilm\"><integer name=\"width\" value=\"{}\"/><integer name=\"height\" "
                          "value=\"{}\"/><string name=\"pixel_format\" value=\"rgb\"/><string "
                          "name=\"component_format\" value=\"float32\"/><rfilter type=\"box\"/></film>",

@@ -73,7 +73,7 @@ private:
         text_ += " \"float shutteropen\" [ 0 ] \"float shutterclose\" [ 1 ]\n";
         text_ += fmt::format(
             "Film \"rgb\" \"integer xresolution\" [ {} ] \"integer yresolution\" [ {} ] \"string "
-            "filename\" [ {} ] \"string sensor\" [ \"cie1931\" ]\n",
+            "filename\" [ {} ] \"string sensor\" [ \"cie1931\" ] \"bool savefp16\" [ false ]\n",
             scene_.film.width, scene_.film.height, in_quotes(beside(options_.name, ".exr")));
         text_ += "PixelFilter \"box\" \"float xradius\" [ 0.5 ] \"float yradius\" [ 0.5 ]\n";
         text_ += "Sampler \"independent\" \"integer pixelsamples\" [ 256 ]\n";
