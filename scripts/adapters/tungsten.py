@@ -132,7 +132,7 @@ def translated(root, arguments):
         refuse("a scene without lights: Tungsten lights it with a white sky")
     return {"media": [medium(part) for part in of["medium"]], "bsdfs": [bsdf(part, part.id) for part in of["bsdf"]], "primitives": primitives,
             "camera": camera(of["sensor"][0], arguments.width, arguments.height),
-            "integrator": {"type": "path_tracer", "max_bounces": arguments.bounces + 1},
+            "integrator": {"type": "path_tracer", "max_bounces": arguments.bounces + 1, "enable_consistency_checks": True},
             "renderer": {"spp": arguments.samples, "spp_step": arguments.samples, "adaptive_sampling": False, "stratified_sampler": False,
                          "overwrite_output_files": True, "output_file": ""}}
 

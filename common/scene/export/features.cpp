@@ -116,6 +116,8 @@ constexpr std::string_view no_schlick = "its dielectrics have the exact Fresnel 
 constexpr std::string_view no_noise = "its noise is another function than MODEL.md 7.0's";
 constexpr std::string_view no_priority = "it knows no priorities of bodies that overlap";
 constexpr std::string_view other_guard = "it guards against light leaks by another rule than MODEL.md 5.4";
+constexpr std::string_view unit_normals =
+    "it interpolates the world's unit normals, and guards against light leaks by another rule than MODEL.md 5.4";
 constexpr std::string_view no_interval = "it has no interval of ray lengths";
 
 // In the order of the documentation's table.
@@ -140,7 +142,7 @@ const Feature rows[] = {
             return primitive_where(
                 scene, [](const Entity&, const Primitive& p) { return p.kind == PrimitiveKind::cuboid; });
         }},
-    {"vertex normals", {near(other_guard), near(other_guard), near(other_guard), refused(other_guard)},
+    {"vertex normals", {near(other_guard), near(other_guard), near(unit_normals), refused(other_guard)},
         [](const Scene& scene) { return there(!scene.normals.empty(), "a model"); }},
     {"motion of bodies",
         {kept("its animations have no shutter"), exact, refused("it has no moving bodies"),

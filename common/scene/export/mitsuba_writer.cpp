@@ -272,7 +272,7 @@ private:
         }
         for (const glm::dvec2& at : mesh.coordinates) obj += fmt::format("vt {} {}\n", at.x, at.y);
         for (const glm::dvec3& normal : mesh.normals) {
-            const glm::dvec3 n = glm::normalize(normals * normal);
+            const glm::dvec3 n = normals * normal;  // MODEL.md 5.4 interpolates them as long as they come out
             obj += fmt::format("vn {} {} {}\n", n.x, n.y, n.z);
         }
         const bool mirrored = glm::determinant(linear) < 0.0;
