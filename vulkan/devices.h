@@ -36,6 +36,7 @@ struct DeviceDescription {
     std::string driver_version;
     std::uint32_t api_major = 0, api_minor = 0, api_patch = 0;
     std::string uuid;  // 32 hexadecimal digits
+    std::string pci;   // domain:bus:device.function, as 0000:3b:00.0; empty where the driver does not tell
     DeviceAbilities abilities;
     std::vector<std::string> features_used;  // optional ones that Tandem makes use of here
     bool suitable = false;
@@ -46,7 +47,7 @@ struct DeviceDescription {
 // fails.
 [[nodiscard]] std::vector<DeviceDescription> list_devices();
 
-// {"devices": [{"index", "name", "type", "driver", "api", "uuid", "suitable", "reason", …}]}
+// {"devices": [{"index", "name", "type", "driver", "api", "uuid", "pci", "suitable", "reason", …}]}
 [[nodiscard]] nlohmann::json to_json(const std::vector<DeviceDescription>& devices);
 [[nodiscard]] nlohmann::json devices_as_json();  // of list_devices()
 [[nodiscard]] std::string to_string(DeviceType type);

@@ -79,9 +79,11 @@ void add_common_options(CLI::App& command, CommandContext& context, const std::s
 inline constexpr const char* kernel_help =
     "Vulkan kernels: stages, image-stages, megakernel, fragment, ray-tracing or thesis (default: the fastest for the "
     "scene)";
-inline constexpr const char* device_help = "Vulkan device: its index, UUID, or part of its name (see tandem devices)";
+inline constexpr const char* device_help =
+    "Vulkan device: its index, UUID, PCI address or part of its name (see tandem devices)";
 inline constexpr const char* devices_help =
-    "Vulkan device: its index, UUID, or part of its name (see tandem devices). Several between commas, or all, share "
+    "Vulkan device: its index, UUID, PCI address or part of its name (see tandem devices). Several between commas, or "
+    "all, share "
     "the "
     "work; cpu may be one of them";
 inline constexpr const char* precision_help = "single, double, contracted or mixed (default: the backend's)";

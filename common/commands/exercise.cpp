@@ -7,6 +7,7 @@
 
 #include "common/commands/command.h"
 #include "common/commands/console.h"
+#include "common/commands/trace_picture.h"
 #include "common/error.h"
 #include "common/exercise/class_marks.h"
 #include "common/exercise/mark_picture.h"
@@ -150,6 +151,27 @@ std::string write_picture(
     return file;
 }
 
+// "03-ray-sphere.glsl": writes 03-ray-sphere.svg, as write_picture does its picture.
+std::string write_paths(
+    const Submission& submission, const std::optional<PartedPaths>& paths, const CommandContext& context) {
+    if (!paths) return {};
+    const std::string file = submission.file.stem().string() + ".svg";
+    const ExercisePath& right = paths->right;
+    const std::string title(context.program.exercises[submission.number - 1].title);
+    try {
+        write_text_file(file,
+            trace_picture(right.scene, default_settings(right.scene), title, {right.pixel[0], right.pixel[1]},
+                {{"right", &right.path}, {"yours", &paths->yours}}),
+            context.read);
+    } catch (const InputError& error) {
+        fmt::print(stderr, "tandem: no picture: {}\n", escaped(error.what()));
+        return {};
+    }
+    fmt::print("  see    {}: where your path parts from the right one\n", escaped(file));
+    std::fflush(stdout);
+    return file;
+}
+
 ExitStatus check_exercises(const ExerciseArguments& arguments, const CommandContext& context) {
     if (arguments.what.empty()) throw InputError("what is to be checked? tandem exercise check 1, or a file");
     const NothingToKeep at_work(context.interrupts);
@@ -168,12 +190,14 @@ ExitStatus check_exercises(const ExerciseArguments& arguments, const CommandCont
         const Mark& mark = pictured.mark;
         print_mark(submission.file.string(), mark);
         const std::string picture = write_picture(submission, pictured.picture, context);
+        const std::string paths = write_paths(submission, pictured.paths, context);
         if (mark.kind == MarkKind::wrong) status = ExitStatus::disagree;
         if (mark.kind == MarkKind::undecided && status == ExitStatus::fine) status = ExitStatus::undecided;
         report.push_back({{"file", submission.file.string()}, {"exercise", submission.number},
             {"mark", name_of(mark.kind)}, {"summary", mark.summary}, {"evidence", mark.evidence},
             {"errs_like", mark.errs_like}, {"ran", mark.ran}, {"seconds", watch.seconds()}});
         if (!picture.empty()) report.back()["picture"] = picture;
+        if (!paths.empty()) report.back()["paths"] = paths;
     }
     write_json(context, report);
     return status;

@@ -3,11 +3,14 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <functional>
 #include <glm/geometric.hpp>
+#include <map>
 #include <numbers>
 #include <optional>
+#include <span>
 
 namespace tandem {
 
@@ -44,8 +47,7 @@ void add_box(std::vector<Line>& lines, const glm::dmat4& map, const Place& low, 
             if (!(i & bit)) lines.push_back({corner(i), corner(i | bit)});
 }
 
-void add_sphere(std::vector<Line>& lines, const glm::dmat4& map, const Place& centre, double radius) {
-    constexpr int steps = 48;
+void add_sphere(std::vector<Line>& lines, const glm::dmat4& map, const Place& centre, double radius, int steps) {
     for (int axis = 0; axis < 3; ++axis) {
         const auto at = [&](int i) {
             const double angle = 2.0 * std::numbers::pi * i / steps;
@@ -57,14 +59,47 @@ void add_sphere(std::vector<Line>& lines, const glm::dmat4& map, const Place& ce
     }
 }
 
+// Edges of triangles. One that two triangles of a plane share is no edge of the body, and is left out.
+class TriangleEdges {
+public:
+    void add(const std::array<Place, 3>& corners) {
+        const Place normal = glm::normalize(glm::cross(corners[1] - corners[0], corners[2] - corners[0]));
+        for (std::size_t k = 0; k < 3; ++k) {
+            const Place &a = corners[k], &b = corners[(k + 1) % 3];
+            const auto key = std::minmax({std::array{a.x, a.y, a.z}, std::array{b.x, b.y, b.z}});
+            faces_[key].push_back(normal);
+        }
+    }
+
+    void draw(std::vector<Line>& lines) const {
+        const auto place = [](const std::array<double, 3>& p) { return Place(p[0], p[1], p[2]); };
+        for (const auto& [edge, normals] : faces_)
+            if (normals.size() != 2 || !(std::abs(glm::dot(normals[0], normals[1])) > 1.0 - flat))
+                lines.push_back({place(edge.first), place(edge.second)});
+    }
+
+private:
+    static constexpr double flat = 1e-6;  // planes that turn by less than a twelfth of a degree
+    std::map<std::pair<std::array<double, 3>, std::array<double, 3>>, std::vector<Place>> faces_;
+};
+
 // A body of more primitives than this is drawn as the box around it: its edges would cover the path.
 constexpr std::uint32_t most_primitives = 200;
 
-void add_entity(std::vector<Line>& lines, const Scene& scene, const Entity& entity) {
+// So many lines make a great circle. Among many spheres each is small.
+int steps_of_circles(const Scene& scene) {
+    std::size_t spheres = 1;
+    for (const PlacedPrimitive& placed : placed_primitives(scene))
+        spheres += scene.primitives[placed.primitive].kind == PrimitiveKind::sphere;
+    return static_cast<int>(std::clamp<std::size_t>(6000 / spheres, 12, 48));
+}
+
+void add_entity(std::vector<Line>& lines, const Scene& scene, const Entity& entity, int steps) {
     const auto vertex = [&](const Primitive& primitive, std::size_t i) {
         return Place(scene.vertices[primitive.index[i]]);
     };
     Place low(std::numeric_limits<double>::infinity()), high = -low;
+    TriangleEdges edges;
     for (std::uint32_t i = 0; i < entity.primitive_count; ++i) {
         const Primitive& p = scene.primitives[entity.first_primitive + i];
         const std::size_t points = p.kind == PrimitiveKind::triangle ? 3 : p.kind == PrimitiveKind::cuboid ? 2 : 1;
@@ -75,15 +110,16 @@ void add_entity(std::vector<Line>& lines, const Scene& scene, const Entity& enti
             }
         } else if (p.kind == PrimitiveKind::triangle) {
             const auto world = [&](std::size_t k) {
-                return Place(entity.object_to_world * glm::dvec4(vertex(p, k % 3), 1.0));
+                return Place(entity.object_to_world * glm::dvec4(vertex(p, k), 1.0));
             };
-            for (std::size_t k = 0; k < 3; ++k) lines.push_back({world(k), world(k + 1)});
+            edges.add({world(0), world(1), world(2)});
         } else if (p.kind == PrimitiveKind::cuboid) {
             add_box(lines, entity.object_to_world, vertex(p, 0), vertex(p, 1));
         } else {
-            add_sphere(lines, entity.object_to_world, vertex(p, 0), p.radius);
+            add_sphere(lines, entity.object_to_world, vertex(p, 0), p.radius, steps);
         }
     }
+    edges.draw(lines);
     if (entity.primitive_count > most_primitives) add_box(lines, entity.object_to_world, low, high);
 }
 
@@ -128,25 +164,58 @@ class Panel {
 public:
     Panel(std::string& out, std::string name, View view) : out_(out), name_(std::move(name)), view_(std::move(view)) {}
 
-    void line(const Line& line, const std::string& style) {
-        const auto seen = view_(line);
-        // A coordinate that SVG readers could not hold is far outside.
-        const auto far = [](const Point& p) { return !(std::abs(p.x) < 1e6 && std::abs(p.y) < 1e6); };
-        if (!seen || far(seen->first) || far(seen->second)) return;
-        out_ += fmt::format("<path d=\"M{:.2f} {:.2f}L{:.2f} {:.2f}\" {}/>\n", seen->first.x, seen->first.y,
-            seen->second.x, seen->second.y, style);
+    void line(const Line& line, const std::string& style) { lines(std::span(&line, 1), style); }
+
+    // Each begins where the one before it ends, or anew.
+    void lines(std::span<const Line> all, const std::string& style) {
+        std::string way, pen;
+        for (const Line& line : all) {
+            const auto seen = view_(line);
+            // A coordinate that SVG readers could not hold is far outside.
+            const auto far = [](const Point& p) { return !(std::abs(p.x) < 1e6 && std::abs(p.y) < 1e6); };
+            if (!seen || far(seen->first) || far(seen->second)) continue;
+            const auto text = [](const Point& p) { return fmt::format("{:.2f} {:.2f}", p.x, p.y); };
+            if (pen != text(seen->first)) way += "M" + text(seen->first);
+            pen = text(seen->second);
+            way += "L" + pen;
+        }
+        if (!way.empty()) out_ += fmt::format("<path d=\"{}\" {}/>\n", way, style);
     }
 
     void vertex(const Place& place, std::size_t number, const char* colour) {
         const auto seen = view_({place, place});
         if (!seen) return;
-        out_ += fmt::format(
-            "<circle class=\"{}-{}\" cx=\"{:.3f}\" cy=\"{:.3f}\" r=\"3\" fill=\"{}\"/>"
-            "<text x=\"{:.2f}\" y=\"{:.2f}\" fill=\"#222\">{}</text>\n",
-            name_, number, seen->first.x, seen->first.y, colour, seen->first.x + 6.0, seen->first.y - 6.0, number);
+        out_ += fmt::format("<circle class=\"{}-{}\" cx=\"{:.3f}\" cy=\"{:.3f}\" r=\"3\" fill=\"{}\"/>", name_, number,
+            seen->first.x, seen->first.y, colour);
+        label(seen->first, std::to_string(number));
+    }
+
+    void name(const Place& place, const char* words) {
+        if (const auto seen = view_({place, place})) label(seen->first, words);
     }
 
 private:
+    // Beside the point, where no other label is; labels of points that lie together form a row or a column.
+    void label(const Point& point, const std::string& words) {
+        constexpr double high = 13.0, a_letter = 9.0;  // of the font
+        const Point size(a_letter * static_cast<double>(words.size()) + 3.0, high);
+        const auto free = [&](const Point& at) {
+            return std::ranges::none_of(labels_, [&](const auto& other) {
+                return std::abs(at.x - other.first.x) < 0.5 * (size.x + other.second.x) &&
+                       std::abs(at.y - other.first.y) < 0.5 * (size.y + other.second.y);
+            });
+        };
+        // To the left where the panel ends.
+        const double aside = 6.0 + 0.5 * size.x, towards = point.x + aside + 0.5 * size.x > side ? -1.0 : 1.0;
+        Point at = point + Point(towards * aside, -10.0);
+        for (int i = 0; i < 12 && !free(at); ++i)
+            at = point + Point(towards * (aside + a_letter * (i / 2)), i % 2 == 0 ? -10.0 : 12.0);
+        labels_.emplace_back(at, size);
+        out_ += fmt::format(
+            "<text x=\"{:.2f}\" y=\"{:.2f}\" fill=\"#222\">{}</text>\n", at.x - 0.5 * size.x, at.y + 4.0, words);
+    }
+
+    std::vector<std::pair<Point, Point>> labels_;  // middles and sizes
     std::string& out_;
     std::string name_;
     View view_;
@@ -177,7 +246,8 @@ void draw_path(Panel& panel, const PathTrace& path, double width, const char* co
 std::string trace_picture(const Scene& scene, const RenderSettings& settings, const std::string& title,
     const std::vector<std::uint32_t>& pixel, const std::vector<DrawnPath>& paths) {
     std::vector<Line> outlines;
-    for (const Entity& entity : scene.entities) add_entity(outlines, scene, entity);
+    const int steps = steps_of_circles(scene);
+    for (const Entity& entity : scene.entities) add_entity(outlines, scene, entity, steps);
     std::vector<Place> places{scene.camera.position};
     for (const DrawnPath& drawn : paths)
         for (const TracedVertex& v : drawn.path->vertices)
@@ -188,7 +258,7 @@ std::string trace_picture(const Scene& scene, const RenderSettings& settings, co
     // What stands around the path is shown whole; a floor without end is not.
     const std::size_t own = places.size();
     for (const Line& line : outlines)
-        if (std::max(glm::distance(line.a, places[own - 1]), glm::distance(line.b, places[own - 1])) < 1.5 * extent)
+        if (std::max(glm::distance(line.a, places[own - 1]), glm::distance(line.b, places[own - 1])) < extent)
             places.insert(places.end(), {line.a, line.b});
 
     const double scale = side / std::max(settings.width, settings.height);
@@ -202,19 +272,24 @@ std::string trace_picture(const Scene& scene, const RenderSettings& settings, co
     for (std::size_t i = 0; i < paths.size(); ++i)
         out += fmt::format("<text x=\"{}\" y=\"42\" fill=\"{}\">{}</text>\n", gap + 90.0 * static_cast<double>(i),
             colours[i % std::size(colours)], escaped_for_xml(paths[i].name));
+    out += fmt::format(
+        "<text x=\"{}\" y=\"42\" fill=\"#666\" text-anchor=\"end\">dashed: meets nothing; dotted: towards a "
+        "light</text>\n",
+        2.0 * (side + gap));
     const auto panel = [&](const char* name, const char* caption, double x, double width, double height, View view,
                            CameraRay camera_ray) {
         out += fmt::format(
             "<text x=\"{0}\" y=\"{1}\" fill=\"#666\">{2}</text>\n<svg id=\"{3}\" x=\"{0}\" y=\"{4}\" width=\"{5:.2f}\" "
             "height=\"{6:.2f}\" overflow=\"hidden\" fill=\"none\">\n"
             "<rect width=\"100%\" height=\"100%\" stroke=\"#bbb\" fill=\"#fafafa\"/>\n",
-            x, top + side + 20.0, caption, name, top, width, height);
+            x, top + height + 20.0, caption, name, top, width, height);
         Panel drawing(out, name, std::move(view));
-        for (const Line& line : outlines) drawing.line(line, "stroke=\"#bbb\" stroke-width=\"0.7\"");
+        drawing.lines(outlines, "stroke=\"#bbb\" stroke-width=\"0.7\"");
         // The first is the widest: those that lie upon it leave its rims to be seen.
         for (std::size_t i = 0; i < paths.size(); ++i)
-            draw_path(drawing, *paths[i].path, std::max(1.0, 5.0 - 2.0 * static_cast<double>(i)),
+            draw_path(drawing, *paths[i].path, 2.0 + 3.0 * static_cast<double>(paths.size() - 1 - i),
                 colours[i % std::size(colours)], extent, i == 0, camera_ray);
+        if (camera_ray == CameraRay::drawn) drawing.name(scene.camera.position, "camera");
     };
     out += "<g fill=\"#222\">\n";
     panel("plan", "from above: x to the right, z down", gap, side, side, view_from_above(places), CameraRay::drawn);

@@ -474,8 +474,8 @@ void add_verify_command(CLI::App& app, CommandContext& context) {
         ->capture_default_str();
     command->add_option("--candidate", arguments->candidate, "Backend that is judged, or 'exec:COMMAND'")
         ->capture_default_str();
-    command->add_option(
-        "--device", arguments->device, "Vulkan device of the candidate: its index, or part of its name");
+    command->add_option("--device", arguments->device,
+        "Vulkan device of the candidate: its index, UUID, PCI address or part of its name");
     command->add_option(
         "--precision", arguments->precision, fmt::format("Precision of the candidate: {}", precision_help));
     command

@@ -81,12 +81,16 @@ double distance(const Values& results, const Values& exact, const Values& tolera
     return greatest;
 }
 
+// A result that overflowed shows nothing of the formula behind it.
+enum class NoNumbers { differ, are_passed_over };
+
 // The share of the arguments at which the results are those of `answer`.
-double agreement(const Trial& trial, Answer answer) {
+double agreement(const Trial& trial, Answer answer, NoNumbers no_numbers) {
     std::size_t agree = 0, asked = 0;
     for (std::size_t i = 0; i < trial.arguments.size(); ++i) {
         const auto tolerance = tolerances(trial, answer, trial.arguments[i]);
         if (!tolerance) continue;
+        if (no_numbers == NoNumbers::are_passed_over && has_nan(trial.results[i], trial.result_names.size())) continue;
         Values expected;
         answer(trial.arguments[i], expected);
         ++asked;
@@ -157,17 +161,18 @@ double agreement_of_faults(const Trial& trial, Answer answer) {
     return static_cast<double>(agree) / static_cast<double>(trial.arguments.size());
 }
 
-std::vector<std::string> causes_by(const Trial& trial, double (*share_of)(const Trial&, Answer)) {
+template <typename ShareOf>
+std::vector<std::string> causes_by(const Trial& trial, const ShareOf& share_of) {
     std::vector<Cause> causes;
     for (const WrongAnswer& wrong : trial.exercise->wrong)
-        if (const double share = share_of(trial, wrong.answer); share >= alike)
+        if (const double share = share_of(wrong.answer); share >= alike)
             causes.push_back({share, std::string(wrong.name)});
     return likeliest_first(std::move(causes));
 }
 
 // The worst place of those where results are no numbers, or are off.
 struct Fault {
-    std::size_t index = 0, off = 0, asked = 0;
+    std::size_t index = 0, off = 0, asked = 0, no_numbers = 0;  // no numbers: of those that are off
     double worst = 0.0;
     double greatest_right = 0.0;
 };
@@ -179,7 +184,10 @@ Mark mark_of_fault(const Trial& trial, const Fault& fault, const std::string& ri
         mark.summary = right;
         return mark;
     }
-    mark.summary = fmt::format("{} of {} answers are off", fault.off, fault.asked);
+    mark.summary = fmt::format("{} of {} answers are off{}", fault.off, fault.asked,
+        fault.no_numbers > 0 && fault.no_numbers < fault.off
+            ? fmt::format(", {} of them infinite or not a number", fault.no_numbers)
+            : "");
     mark.evidence.push_back("at     " + list_of(trial.argument_names, trial.arguments[fault.index]));
     mark.evidence.push_back("yours  " + list_of(trial.result_names, trial.results[fault.index]));
     return mark;
@@ -193,7 +201,7 @@ Fault fault_by_property(const Trial& trial) {
         if (off == 0.0 && trial.exercise->fault != nullptr)
             off = trial.exercise->fault(trial.arguments[i], trial.results[i]);
         if (!(off <= 1.0)) {
-            ++fault.off;
+            ++fault.off, fault.no_numbers += has_nan(trial.results[i], trial.result_names.size());
             if (!(off <= fault.worst)) fault.worst = off, fault.index = i;
         }
     }
@@ -216,7 +224,7 @@ Mark check_values(const Trial& trial, std::size_t* worst) {
                 fault.greatest_right = std::max(fault.greatest_right, std::abs(trial.results[i][k] - exact[k]));
             continue;
         }
-        ++fault.off;
+        ++fault.off, fault.no_numbers += has_nan(trial.results[i], trial.result_names.size());
         if (off > fault.worst) fault.worst = off, fault.index = i;
     }
     Mark mark = mark_of_fault(trial, fault,
@@ -226,8 +234,11 @@ Mark check_values(const Trial& trial, std::size_t* worst) {
     Values exact;
     trial.exercise->answer(trial.arguments[fault.index], exact);
     mark.evidence.push_back("right  " + list_of(trial.result_names, exact));
-    mark.errs_like = causes_by(trial, agreement);
-    if (const auto factor = common_factor(trial)) mark.errs_like.push_back(*factor);
+    // Where most are numbers, these tell the causes apart.
+    const NoNumbers no_numbers = 2 * fault.no_numbers < fault.off ? NoNumbers::are_passed_over : NoNumbers::differ;
+    mark.errs_like = causes_by(trial, [&](Answer answer) { return agreement(trial, answer, no_numbers); });
+    const auto factor = common_factor(trial);
+    if (factor && std::ranges::find(mark.errs_like, *factor) == mark.errs_like.end()) mark.errs_like.push_back(*factor);
     return mark;
 }
 
@@ -236,7 +247,7 @@ Mark check_property(const Trial& trial) {
     Mark mark = mark_of_fault(trial, fault, fmt::format("shown at {} arguments", fault.asked));
     if (mark.kind == MarkKind::right) return mark;
     mark.evidence.push_back(fmt::format("off by {:.3g} times what rounding allows", fault.worst));
-    mark.errs_like = causes_by(trial, agreement_of_faults);
+    mark.errs_like = causes_by(trial, [&](Answer answer) { return agreement_of_faults(trial, answer); });
     return mark;
 }
 
@@ -343,7 +354,8 @@ Mark check_distribution(const Trial& trial, std::uint64_t seed, std::optional<Ma
     for (const WrongAnswer& wrong : exercise.wrong) {
         // Where the density is right, what else is wrong tells the causes apart.
         const ChiSquare like = chi_square(own, histogram_by(trial, wrong.answer, seed));
-        const double share = fault.off > 0 && exercise.fault != nullptr ? agreement(trial, wrong.answer) : 0.0;
+        const double share =
+            fault.off > 0 && exercise.fault != nullptr ? agreement(trial, wrong.answer, NoNumbers::differ) : 0.0;
         if (like.p >= false_alarm && (other_density || share >= alike))
             causes.push_back({share - like.statistic / 1e6, std::string(wrong.name)});
     }

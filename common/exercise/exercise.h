@@ -10,6 +10,8 @@
 #include <string_view>
 #include <vector>
 
+#include "common/render/path_trace.h"
+
 namespace tandem {
 
 // Arguments or results of a function, one number after the other: a vec3 takes three.
@@ -32,6 +34,13 @@ using Answer = void (*)(const Values& arguments, Values& results);
 struct WrongAnswer {
     std::string_view name;  // as the mark says it: "the cosine is dropped"
     Answer answer;
+};
+
+// A path that a function's results make, and the scene that it goes through: the camera stands where the path begins.
+struct ExercisePath {
+    Scene scene;
+    std::array<std::uint32_t, 2> pixel{};  // through which the right path begins
+    PathTrace path;
 };
 
 enum class CheckKind {
@@ -58,6 +67,8 @@ struct Exercise {
     glm::dvec2 (*place)(const Values& arguments, const Values& results) = nullptr;
     // How far the results are from what they must be, in tolerances: above 1 is wrong. Also NaN is.
     double (*fault)(const Values& arguments, const Values& results) = nullptr;
+    // values, of functions that are a step of a path: that path.
+    ExercisePath (*path)(const Values& arguments, const Values& results) = nullptr;
 };
 
 // Names of single numbers: "origin.x origin.y origin.z radius".

@@ -18,10 +18,17 @@ struct MarkPicture {
     std::string shows;  // what a pixel is, in a line
 };
 
-// The mark, and a picture of some wrong answers. Throws as mark_of does.
+// Two paths from the same arguments, up to where they part and a step beyond.
+struct PartedPaths {
+    ExercisePath right;
+    PathTrace yours;
+};
+
+// The mark, and pictures of some wrong answers. Throws as mark_of does.
 struct PicturedMark {
     Mark mark;
     std::optional<MarkPicture> picture = {};
+    std::optional<PartedPaths> paths = {};
 };
 [[nodiscard]] PicturedMark pictured_mark_of(const Exercise& exercise, const std::string& text, std::uint64_t seed);
 

@@ -10,6 +10,7 @@
 #include "common/exercise/checks.h"
 #include "common/exercise/submission.h"
 #include "common/render/random.h"
+#include "common/validation/verify/trace_comparison.h"
 
 namespace tandem {
 
@@ -50,7 +51,7 @@ Trial trial_of(const Exercise& exercise, const std::string& text, std::uint64_t 
 // What a ray's function finds about the ray at which it is most wrong: the direction turns from column to column and
 // from row to row. Nothing for functions of other things.
 std::optional<MarkPicture> picture_about(const Trial& trial, const std::string& text, const Values& worst) {
-    constexpr std::uint32_t side = 64;
+    constexpr std::uint32_t side = 65;  // odd: the ray itself is the pixel in the middle
     const auto place_of = [&](const char* name) -> std::size_t {
         return static_cast<std::size_t>(std::ranges::find(trial.argument_names, name) - trial.argument_names.begin());
     };
@@ -80,6 +81,43 @@ std::optional<MarkPicture> picture_about(const Trial& trial, const std::string& 
     return picture;
 }
 
+std::string text_of(const glm::dvec3& v) { return fmt::format("({:.5g}, {:.5g}, {:.5g})", v.x, v.y, v.z); }
+
+// "meets the sphere at (1, 2, 3)", "goes on along (0, 0, 1)"; what both do alike is left out.
+std::string step_of(const Scene& scene, const TracedVertex& vertex, const TracedVertex& other) {
+    if (std::isnan(vertex.t)) return "is not a number";
+    if (!std::isfinite(vertex.t)) return "meets nothing";
+    if (vertex.position != other.position || !std::isfinite(other.t))
+        return fmt::format("meets the {} at {}{}", scene.entities.front().name, text_of(vertex.position),
+            vertex.t < 0.0 ? ", behind its origin" : "");
+    return vertex.end == PathEnd::goes_on ? "goes on along " + text_of(vertex.next_direction) : "ends there";
+}
+
+// The angle between two directions; nothing where one is none.
+std::string angle_between(const TracedVertex& a, const TracedVertex& b) {
+    const double both = glm::length(a.next_direction) * glm::length(b.next_direction);
+    if (a.position != b.position || !(both > 0.0) || !std::isfinite(both)) return "";
+    const double cosine = glm::dot(a.next_direction, b.next_direction) / both;
+    return fmt::format(", {:.3g} degrees apart", std::acos(std::clamp(cosine, -1.0, 1.0)) * 180.0 / std::numbers::pi);
+}
+
+// Adds where the path of the worst answer parts from the right one, where the function is a step of a path.
+void add_paths(PicturedMark& pictured, const Trial& trial, std::size_t worst) {
+    if (trial.exercise->path == nullptr) return;
+    Values exact;
+    trial.exercise->answer(trial.arguments[worst], exact);
+    PartedPaths paths{.right = trial.exercise->path(trial.arguments[worst], exact),
+        .yours = trial.exercise->path(trial.arguments[worst], trial.results[worst]).path};
+    const TraceComparison comparison = compare_traces(paths.right.path, paths.yours, CompareRadiance::no);
+    if (!comparison.first_divergence) return;
+    const std::size_t k = std::min(*comparison.first_divergence, comparison.vertices.size() - 1);
+    const TracedVertex &right = paths.right.path.vertices[k], &yours = paths.yours.vertices[k];
+    pictured.mark.evidence.push_back(
+        fmt::format("the paths part at vertex {}: right {}; yours {}{}", k, step_of(paths.right.scene, right, yours),
+            step_of(paths.right.scene, yours, right), angle_between(right, yours)));
+    pictured.paths = std::move(paths);
+}
+
 // Where the function fails only there, the mark stands without the picture.
 void add_picture(PicturedMark& pictured, const Trial& trial, const std::string& text, std::size_t worst) {
     try {
@@ -98,6 +136,7 @@ PicturedMark marked(const Exercise& exercise, const std::string& text, std::uint
         switch (exercise.kind) {
             case CheckKind::values:
                 mark = check_values(trial, &worst);
+                if (mark.kind == MarkKind::wrong) add_paths(pictured, trial, worst);
                 if (mark.kind == MarkKind::wrong && with_picture) add_picture(pictured, trial, text, worst);
                 break;
             case CheckKind::property:

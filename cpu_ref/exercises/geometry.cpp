@@ -1,6 +1,7 @@
 // Exercises 1 to 7: cameras, intersections, frames, offsets.
 #include "cpu_ref/exercises/draws.h"
 #include "cpu_ref/exercises/exercises.h"
+#include "cpu_ref/exercises/paths.h"
 #include "cpu_ref/first_tracer/shapes.h"
 
 namespace tandem {
@@ -90,6 +91,46 @@ void camera(const V& x, V& y, double squeeze, double flip, bool whole_angle, boo
     y.set(0, unit ? glm::normalize(q) : q);
 }
 
+// The film, two before the camera, is what its ray meets.
+ExercisePath path_to_film(const V& x, const V& y) {
+    constexpr double distance = 2.0;
+    const glm::dvec3 d = y.three(0);
+    // Along the other half of the axis there is no film.
+    ExercisePath made = path_that_meets({}, d, d.z < 0.0 ? -distance / d.z : -1.0, "film");
+    if (std::isnan(d.x + d.y + d.z)) made.path.vertices.front().t = std::numeric_limits<double>::quiet_NaN();
+    made.scene.film = {static_cast<std::uint32_t>(std::lround(128.0 * x[3])), 128};
+    made.scene.camera = {.target = {0.0, 0.0, -1.0}, .vertical_field_degrees = glm::degrees(x[2])};
+    made.pixel = {static_cast<std::uint32_t>(x[0] * made.scene.film.width), static_cast<std::uint32_t>(x[1] * 128.0)};
+    const double high = distance * std::tan(0.5 * x[2]), wide = high * x[3];
+    const glm::dvec3 corners[] = {
+        {-wide, -high, -distance}, {wide, -high, -distance}, {wide, high, -distance}, {-wide, high, -distance}};
+    add_triangle(made.scene, corners[0], corners[1], corners[2]);
+    add_triangle(made.scene, corners[0], corners[2], corners[3]);
+    return made;
+}
+ExercisePath path_to_plane(const V& x, const V& y) {
+    ExercisePath made = path_that_meets(x.three(0), x.three(3), y[0], "plane");
+    // A part of it, about the foot of the origin.
+    const glm::dvec3 n = x.three(9), foot = x.three(0) - glm::dot(x.three(0) - x.three(6), n) * n;
+    add_square(made.scene, foot, n, 1.5 * glm::distance(foot, x.three(0)) + 1.0);
+    return made;
+}
+ExercisePath path_to_sphere(const V& x, const V& y) {
+    ExercisePath made = path_that_meets(x.three(0), x.three(3), y[0], "sphere");
+    add_sphere(made.scene, x.three(6), x[9]);
+    return made;
+}
+ExercisePath path_to_triangle(const V& x, const V& y) {
+    ExercisePath made = path_that_meets(x.three(0), x.three(3), y[0], "triangle");
+    add_triangle(made.scene, x.three(6), x.three(9), x.three(12));
+    return made;
+}
+ExercisePath path_to_box(const V& x, const V& y) {
+    ExercisePath made = path_that_meets(x.three(0), x.three(3), y[0], "box");
+    add_cuboid(made.scene, x.three(6), x.three(9));
+    return made;
+}
+
 // normal:3, and results: tangent:3 bitangent:3
 double fault_of_frame(const V& x, const V& y) {
     const glm::dvec3 n = x.three(0), t = y.three(0), b = y.three(3);
@@ -147,7 +188,8 @@ std::vector<Exercise> exercises_of_geometry() {
                 {"the aspect is left out", [](const V& x, V& y) { camera(x, y, 1.0, 1.0, false); }},
                 {"the aspect is the wrong way up", [](const V& x, V& y) { camera(x, y, 1.0 / x[3], 1.0, false); }},
                 {"the direction is not of unit length",
-                    [](const V& x, V& y) { camera(x, y, x[3], 1.0, false, false); }}}},
+                    [](const V& x, V& y) { camera(x, y, x[3], 1.0, false, false); }}},
+            .path = path_to_film},
         {.slug = "ray-plane",
             .title = "A ray and a plane",
             .lesson = "02",
@@ -193,7 +235,8 @@ std::vector<Exercise> exercises_of_geometry() {
                         const double cosine = glm::dot(x.three(3), x.three(9));
                         const double t = glm::dot(x.three(6) - x.three(0), x.three(9)) / cosine;
                         y[0] = t < 0.0 || cosine > 0.0 ? -1.0 : t;
-                    }}}},
+                    }}},
+            .path = path_to_plane},
         {.slug = "ray-sphere",
             .title = "A ray and a sphere",
             .lesson = "02",
@@ -230,7 +273,8 @@ std::vector<Exercise> exercises_of_geometry() {
                         V other = x;
                         other[9] = std::sqrt(x[9]);
                         y[0] = sphere_at(other);
-                    }}}},
+                    }}},
+            .path = path_to_sphere},
         {.slug = "ray-triangle",
             .title = "A ray and a triangle",
             .lesson = "02",
@@ -264,7 +308,8 @@ std::vector<Exercise> exercises_of_geometry() {
                         const Shape s = triangle_of(x);
                         const double t = glm::dot(s.normal, s.a - x.three(0)) / glm::dot(s.normal, x.three(3));
                         y[0] = t < 0.0 ? -1.0 : t;
-                    }}}},
+                    }}},
+            .path = path_to_triangle},
         {.slug = "ray-box",
             .title = "A ray and a box",
             .lesson = "02",
@@ -297,7 +342,8 @@ std::vector<Exercise> exercises_of_geometry() {
                         const double t = box_at(x);
                         const double far = t < 0.0 ? -1.0 : box_at(x, t + 1e-6);
                         y[0] = far < 0.0 ? t : far;
-                    }}}},
+                    }}},
+            .path = path_to_box},
         {.slug = "frame",
             .title = "A frame about a normal",
             .lesson = "05",

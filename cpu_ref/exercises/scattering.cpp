@@ -1,6 +1,7 @@
 // Exercises 16 to 23: mirrors, glass, diffuse and rough surfaces.
 #include "cpu_ref/exercises/draws.h"
 #include "cpu_ref/exercises/exercises.h"
+#include "cpu_ref/exercises/paths.h"
 #include "cpu_ref/oracle/dielectric.h"
 #include "cpu_ref/oracle/microfacets.h"
 
@@ -76,7 +77,9 @@ std::vector<Exercise> exercises_of_scattering() {
                 {"the normal is added, not taken off",
                     [](const V& x, V& y) {
                         y.set(0, x.three(0) + 2.0 * glm::dot(x.three(0), x.three(3)) * x.three(3));
-                    }}}},
+                    }}},
+            .path = [](const V& x,
+                        const V& y) { return path_that_goes_on(x.three(0), x.three(3), y.three(0), "mirror"); }},
         {.slug = "refraction",
             .title = "Snell's law",
             .lesson = "08",
@@ -104,7 +107,9 @@ std::vector<Exercise> exercises_of_scattering() {
                         refract(x, y, x[6]);
                         if (y.three(0) == glm::dvec3(0.0))
                             y.set(0, x.three(0) - 2.0 * glm::dot(x.three(0), x.three(3)) * x.three(3));
-                    }}}},
+                    }}},
+            .path = [](const V& x,
+                        const V& y) { return path_that_goes_on(x.three(0), x.three(3), y.three(0), "glass"); }},
         {.slug = "fresnel",
             .title = "Fresnel's equations",
             .lesson = "08",

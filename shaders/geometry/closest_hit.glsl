@@ -263,7 +263,9 @@ void locate(inout Hit hit, Ray ray) {
         locate_cuboid(hit, ray);
 }
 
-#ifndef RAY_TRACING
+#ifdef RAY_TRACING
+#define closest_hit walked_closest_hit  // traced_rays.glsl has the other
+#endif
 Hit closest_hit(Ray ray, uint own, bool inside) {
     Hit best = Hit(ray_max, hit_none, 0, vec3(0.0));
     if (!is_sound(ray)) return best;
@@ -277,6 +279,6 @@ Hit closest_hit(Ray ray, uint own, bool inside) {
     locate(best, ray);
     return best;
 }
-#endif
+#undef closest_hit
 
 #endif

@@ -91,7 +91,10 @@ bool any_cuboid_blocks(Ray ray, float t_max, uint own, bool inside, uint light) 
     return blocked;
 }
 
-#ifndef RAY_TRACING
+#ifdef RAY_TRACING
+bool is_occluded(Ray ray, float t_max, uint own, bool inside, uint light);  // traced_rays.glsl
+#define is_occluded walked_is_occluded
+#endif
 // Does anything but `light` stand between the origin and the light's point?
 bool is_occluded(Ray ray, float t_max, uint own, bool inside, uint light) {
     if (!excludes_left) own = no_slot;
@@ -99,7 +102,7 @@ bool is_occluded(Ray ray, float t_max, uint own, bool inside, uint light) {
     if (has_spheres && any_sphere_blocks(ray, t_max, own, inside, light)) return true;
     return has_cuboids && any_cuboid_blocks(ray, t_max, own, inside, light);
 }
-#endif
+#undef is_occluded
 
 // Whether the light of a next event reaches the vertex at `origin`, which the ray leaves from as `word` says.
 bool is_lit(vec3 origin, uint word, ShadowRay shadow) {

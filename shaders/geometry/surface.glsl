@@ -20,7 +20,25 @@ uint kind_of(uint slot) {
 // A plane is met again by its neighbours as dot(corner - origin, normal): two points subtracted (1), products (1), sums (2),
 // and both normals, of rounded edges (3 each, and 1 for the unit one): 11 roundings besides those of the point. Where all
 // terms vanish, as on planes through 0, one unit of the largest corner still keeps the origin off them.
+#ifdef DEVICE_TRIANGLES
+// A device's own test is its own matter; Vulkan bounds none of its errors. Taken for granted is what watertight tests have in
+// common [Woop 2013]. Corners, rounded when they were placed (3), are moved to the origin (1) and sheared along the ray (3).
+// Weights are differences of products of two such numbers (7 + 7 + 2). Depths, rounded 5 times, are weighed (1) and summed
+// up (2): 24 roundings, besides the 12 of the point.
+// Errors of the weights move the hit within the plane, by the roundings of a corner times length over height of the triangle.
+// Along a ray that grazes the plane this is a distance from it. Of slimmer triangles than 4 the offset stays below the
+// gap between bodies in contact (rule 30): a neighbour in the same plane may then be met anew. The triangle itself is not
+// (traced_rays.glsl).
+const float gamma_plane = 36.0001 * unit_roundoff;  // gamma(36), rounded up
+const float most_slimness = 4.0;
+float slimness(Triangle triangle, TriangleFacts facts) {
+    const vec3 a = triangle.corner1.xyz - triangle.corner0.xyz, b = triangle.corner2.xyz - triangle.corner1.xyz,
+               c = triangle.corner0.xyz - triangle.corner2.xyz;
+    return clamp(max(dot(a, a), max(dot(b, b), dot(c, c))) / facts.doubled_area, 1.0, most_slimness);
+}
+#else
 const float gamma_plane = 23.0001 * unit_roundoff;  // gamma(23), rounded up
+#endif
 const float least_offset = unit_roundoff;
 
 // A hit next to an edge may lie beyond the neighbour there, by rounding, and a ray that leaves towards that neighbour would
@@ -107,7 +125,11 @@ Surface triangle_surface(Triangle triangle, TriangleFacts facts, vec3 local, Ray
         // Where all terms vanish, one unit of the point keeps the origin off the plane, too.
         least_reach = max(max(abs(point.x), abs(point.y)), max(abs(point.z), facts.reach / 1024.0));
     }
+#ifdef DEVICE_TRIANGLES
+    const vec3 error = slimness(triangle, facts) * plane_error(triangle, p1, p2, least_reach);
+#else
     const vec3 error = plane_error(triangle, p1, p2, least_reach);
+#endif
     point = drawn_in(triangle, facts, vec3(weight0, weights), point,
         dot(abs(facts.normal), error + error_in_motion(point, motion)));
     return Surface(point, facts.normal, error, point);

@@ -1,4 +1,4 @@
-// What the stages of the ray-tracing pipeline exchange. Its traversal finds boxes; what is hit in them, and which hit is
+// What the stages of a ray-tracing pipeline exchange, and what ray queries share with them. The device's traversal finds boxes; what is hit in them, and which hit is
 // the closest, these stages decide by the tests and the tie rule of closest_hit.glsl, so that no bit differs.
 //
 // Intersection shaders see no payload. So they know nothing of the primitive that the ray leaves, and of a body they offer
@@ -29,10 +29,16 @@ const uint offer_entry = 0;     // of a triangle, too
 const uint offer_exit = 1;      // of a body that the ray starts in
 const uint offer_own_exit = 2;  // of a body that the ray leaves towards its inside
 
-const float rt_smallest_normal = 1.1754944e-38;
+// No distance is reported below this, 2^-124. The normal numbers below it, 2^24 of them, are the times that a path may have:
+// a ray's least distance tells intersection shaders its time.
+const float rt_least = 4.7019774e-38;
 const float rt_greatest = 3.402823466e38;
+const uint rt_smallest_normal = 0x00800000u;  // its bits
 
-// The next number after t, which is not negative; room for one normal number below it.
-float beyond(float t) { return max(uintBitsToFloat(floatBitsToUint(t) + 1), 2.0 * rt_smallest_normal); }
+float told_by_least(float time) { return uintBitsToFloat(rt_smallest_normal + uint(time * 16777216.0)); }
+float time_told(float least) { return float(floatBitsToUint(least) - rt_smallest_normal) / 16777216.0; }
+
+// The next number after t, which is not negative; room for one number that may be reported below it.
+float beyond(float t) { return max(uintBitsToFloat(floatBitsToUint(t) + 1), 2.0 * rt_least); }
 
 #endif

@@ -1,34 +1,46 @@
-// Closest hits and occlusion by the ray-tracing pipeline, in place of the loops and trees of closest_hit.glsl and
-// occlusion.glsl, for the shader that generates rays.
+// Closest hits and occlusion by the device's own traversal of an acceleration structure, in place of the loops and trees of
+// closest_hit.glsl and occlusion.glsl: by a ray-tracing pipeline, for the shader that generates rays, or by ray queries.
+// With DEVICE_TRIANGLES triangles at rest are the device's own, opaque; all else is boxes, and Tandem's tests.
 #ifndef TRACED_RAYS_GLSL
 #define TRACED_RAYS_GLSL
 #include "geometry/traced_ray.glsl"
 
 layout(set = 4, binding = 0) uniform accelerationStructureEXT world;
-layout(location = 0) rayPayloadEXT TracedRay traced;
 
-// All that matters is in the payload: nobody needs a closest-hit shader.
-void trace_ray(Ray ray, uint flags, float limit) {
-    traceRayEXT(world, gl_RayFlagsSkipClosestHitShaderEXT | flags, 0xffu, 0, 1, 0, ray.origin, 0.0, ray.direction,
-        min(beyond(limit), rt_greatest), 0);
+#ifdef RAY_QUERY
+#include "geometry/queried_rays.glsl"
+#else
+#include "geometry/pipeline_rays.glsl"
+#endif
+
+// Boxes are widened for rays that begin no farther away (vulkan/renderer/scene/traced_world.cpp). Those that a medium scatters
+// beyond are left to loops and trees, whose boxes grow with the origin in hand.
+bool begins_beyond(Ray ray) {
+    const vec3 origin = abs(ray.origin);
+    return has_medium_scattering && max(origin.x, max(origin.y, origin.z)) > 16.0 * scene.extent;
 }
 
 Hit closest_hit(Ray ray, uint own, bool inside) {
-    Hit best = Hit(ray_max, hit_none, 0, vec3(0.0));
-    if (!is_sound(ray)) return best;
-    traced = TracedRay(best, excludes_left ? own : no_slot, inside ? 1 : 0, no_slot);
-    trace_ray(ray, 0, ray_max);
-    best = traced.hit;
+    if (begins_beyond(ray)) return walked_closest_hit(ray, own, inside);
+    if (!is_sound(ray)) return Hit(ray_max, hit_none, 0, vec3(0.0));
+    if (!excludes_left) own = no_slot;
+    Hit best = nearest_hit(ray, own, inside, gl_RayFlagsNoneEXT);
+#ifdef DEVICE_TRIANGLES
+    // Opaque triangles are met without a question asked. Where the one was met that the ray leaves, each is asked after.
+    const bool unwanted = best.slot == own || (ray_min > 0.0 && best.t < ray_min);
+    if (has_triangles && best.slot < triangle_total() && unwanted)
+        best = nearest_hit(ray, own, inside, gl_RayFlagsNoOpaqueEXT);
+    if (has_far_corners && best.slot < triangle_total())
+        best.t = plane_distance(triangle_at(best.slot), at_rest(ray, best.slot));
+#endif
     locate(best, ray);
     return best;
 }
 
 bool is_occluded(Ray ray, float t_max, uint own, bool inside, uint light) {
+    if (begins_beyond(ray)) return walked_is_occluded(ray, t_max, own, inside, light);
     if (!is_sound(ray)) return false;  // a light at the very origin
-    traced = TracedRay(
-        Hit(t_max, hit_none, 0, vec3(0.0)), excludes_left ? own : no_slot, inside ? 1 : 0, light);
-    trace_ray(ray, gl_RayFlagsTerminateOnFirstHitEXT, t_max);
-    return traced.hit.slot != hit_none;
+    return is_blocked(ray, t_max, excludes_left ? own : no_slot, inside, light);
 }
 
 #endif

@@ -11,10 +11,10 @@
 #include "geometry/shapes.glsl"
 #include "geometry/camera.glsl"
 #include "geometry/closest_hit.glsl"
+#include "geometry/occlusion.glsl"
 #ifdef RAY_TRACING
 #include "geometry/traced_rays.glsl"
 #endif
-#include "geometry/occlusion.glsl"
 #include "geometry/surface.glsl"
 #include "arithmetic/shading_types.glsl"
 #if defined(DOUBLE_GEOMETRY) && !defined(DOUBLE_SHADING)

@@ -67,6 +67,31 @@ class Trace(ProgramTest):
             self.assertGreaterEqual(centre, float(pixel.get(edge)) - 0.01)
             self.assertLessEqual(centre, float(pixel.get(edge)) + float(pixel.get(length)) + 0.01)
 
+    def test_the_picture_can_be_read(self):
+        def drawn(scene, pixel, *options):
+            picture = self.folder / "drawn.svg"
+            result = tandem("trace", scene, "--pixel", pixel, "--backends", "oracle", "--svg", picture, *options)
+            self.assertEqual(result.returncode, 0, result.stderr)
+            root = ElementTree.parse(picture).getroot()
+            return {panel.get("id"): panel for panel in root.iter(SVG + "svg") if panel.get("id")}
+        # The edge that the two triangles of a quad share is not drawn; that of a fold is.
+        flat, apart = [[0, 0, 0], [1, 0, 0], [1, 1, 0]], [[0, 0, 0], [1, 1, 0.5], [0, 1, 0]]
+        for other, edges in (([[0, 0, 0], [1, 1, 0], [0, 1, 0]], 4), (apart, 6), ([[0, 0, 0], [1, 1, 0], [0, 1, 0.5]], 5)):
+            panels = drawn(self.changed("/entities/0/primitives", [{"triangle": flat}, {"triangle": other}]), "0,0")
+            outlines, = [path for path in panels["image"].iter(SVG + "path") if path.get("stroke") == "#bbb"]
+            self.assertEqual(outlines.get("d").count("L"), edges)
+        # Vertices that lie together have numbers that do not lie upon each other.
+        panels = drawn(SCENES / "nested-glass.json", "160,100")
+        for panel in panels.values():
+            places = [(float(text.get("x")), float(text.get("y"))) for text in panel.iter(SVG + "text")]
+            self.assertGreaterEqual(len(places), 6)
+            for i, a in enumerate(places):
+                self.assertTrue(all(abs(a[0] - b[0]) >= 8 or abs(a[1] - b[1]) >= 12 for b in places[:i]), places)
+        # Many spheres do not make it slow to open.
+        drawn(SCENES / "one-weekend.json", "30,20", "--size", "64")
+        self.assertLess((self.folder / "drawn.svg").stat().st_size, 1_000_000)
+        self.assertIn("camera", [text.text for text in panels["plan"].iter(SVG + "text")])
+
     def test_the_picture_is_no_file_that_is_read_and_has_a_folder(self):
         trace = ["trace", self.scene, "--pixel", "1,1", "--backends", "cpu", "--svg"]
         self.refused(tandem(*trace, self.scene), "would overwrite")

@@ -75,6 +75,42 @@ class Exercises(unittest.TestCase):
                 self.assertEqual(again.returncode, 1)
                 self.assertIn("no picture", again.stderr)
 
+    def test_a_step_of_a_path_shows_where_the_paths_part(self):
+        steps = {
+            "16-mirror.glsl": ("vec3 mirrored(vec3 d, vec3 n) { return 2.0 * dot(d, n) * n - d; }",
+                               r"right goes on along \(.+\); yours goes on along \(.+\), 180 degrees apart"),
+            "03-ray-sphere.glsl": (SPHERE + " { return -1.0; }", r"right meets the sphere at \(.+\); yours meets nothing"),
+            "01-camera-ray.glsl": ("vec3 camera_ray(vec2 film, float field, float aspect) { return vec3(sqrt(-field)); }",
+                                   r"right meets the film at \(.+, -2\); yours is not a number"),
+            "19-schlick.glsl": ("float schlick(float cosine, float r0) { return r0; }", None),
+        }
+        for file, (text, told) in steps.items():
+            with self.subTest(file), tempfile.TemporaryDirectory() as name:
+                (pathlib.Path(name) / file).write_text(text)
+                result, picture = run("check", file, folder=name), pathlib.Path(name) / file.replace(".glsl", ".svg")
+                self.assertEqual(result.returncode, 1, result.stdout)
+                self.assertEqual(picture.exists(), told is not None)
+                self.assertEqual("the paths part" in result.stdout, told is not None)
+                if told is None:
+                    continue
+                self.assertRegex(result.stdout, "the paths part at vertex 0: " + told)
+                drawing = xml.etree.ElementTree.parse(picture).getroot()
+                lines = [line.get("stroke") for line in drawing.iter("{http://www.w3.org/2000/svg}path")]
+                self.assertIn("#d33", lines)  # the right path
+                self.assertEqual("#06c" in lines, "not a number" not in told)
+
+    def test_results_that_overflow_do_not_hide_the_cause(self):
+        signature = "float power_heuristic(float own, float other)"
+        mark = mark_of(25, signature + " { return own * own / (own + other); }")
+        self.assertEqual(mark["errs_like"], ["only the numerator is squared"])
+        self.assertRegex(mark["summary"], r"\d+ of them infinite or not a number$")
+        # Where all other answers are right, the overflow itself is the cause.
+        mark = mark_of(25, signature + " { return own * own / (own * own + other * other); }")
+        self.assertEqual(mark["errs_like"], ["great densities overflow"])
+        # A cause that two rules find is named once.
+        self.assertEqual(mark_of(16, "vec3 mirrored(vec3 d, vec3 n) { return 2.0 * dot(d, n) * n - d; }")["errs_like"],
+                         ["the sign is the other one"])
+
     def test_what_there_is_not_is_refused(self):
         for words, told in ((("check", "31"), "1 to 30"), (("start", "ray-spere"), "did you mean ray-sphere"),
                             (("check", "03-ray-sphere.glsl"), "tandem exercise start"), (("mend", "3"), "choose list"),
@@ -148,6 +184,7 @@ class Exercises(unittest.TestCase):
             self.assertEqual([(suite.get("name"), suite.get("tests"), suite.get("failures")) for suite in suites],
                              [("a & b", "2", "1"), ("carl", "2", "2"), ("dora", "2", "2")])
             self.assertIn("errs like: the sign is the other one", suites[1][0][0].text)
+            self.assertIn("the paths part at vertex 0", suites[1][0][0].text)
             self.assertNotIn("root", suites[1][1][0].text)
             self.assertEqual([student["right"] for student in json.loads((folder / "marks.json").read_text())], [1, 0, 0])
 

@@ -218,9 +218,13 @@ class FreshBugs(unittest.TestCase):
         table = (self.folder / "out/FRESH_BUGS.md").read_text()
         self.assertIn("1 of 1 bugs are found", table)
         self.assertIn("The sound program disagrees on 0 of 2 scenes.", table)
-        self.assertIn("| above 0.5 % or 10 % (the margins) | 1 | 1 | 0 |", table)
+        self.assertIn("| above 0.5 % or 10 % (the margins) | 1 | 1 (21 … 100 %) | 0 |", table)
         self.assertRegex(table, r"\| swapped \| Left and right are exchanged. \| 50 % \| 100 % \| disagree \| closed-forms/slab "
                                 r"\| tiles 16x16 \| \d+ \| textures \| among three \| candidate \|")
+        self.assertIn("| one side | 1 | 0 (0 … 79 %) | 1 (21 … 100 %) |", table)
+        self.assertEqual(self.run_script("--check").returncode, 0)
+        (self.folder / "out/FRESH_BUGS.md").write_text(table.replace("1 of 1", "2 of 2"))
+        self.assertEqual(self.run_script("--check").returncode, 1)
 
     # Two at a time, each in a tree of its own; one does not compile, and the tree is as before for the next.
     def test_bugs_of_a_folder_with_the_source_are_built_without_git(self):

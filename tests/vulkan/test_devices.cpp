@@ -78,6 +78,16 @@ TEST_CASE("a device is named by its UUID, with dashes or without") {
     CHECK(contains(error_of(devices, "0123456789abcdef0123456789abcdee"), "no Vulkan device matches"));
 }
 
+TEST_CASE("a device is named by its PCI address, with a domain of any length or none") {
+    std::vector<DeviceDescription> devices = three;
+    devices[1].pci = "0000:00:02.0";
+    devices[2].pci = "0001:3b:00.0";
+    for (const char* same : {"00:02.0", "0000:00:02.0", "00000000:00:02.0"}) CHECK(select_device(devices, same) == 1);
+    for (const char* same : {"0001:3B:00.0", "00000001:3b:00.0"}) CHECK(select_device(devices, same) == 2);
+    for (const char* other : {"3b:00.0", "0001:3b:00.1", "0001:3b:00", "0001:3b:00.0.", ":3b:00.0", "0:0001:3b:00.0"})
+        CHECK(contains(error_of(devices, other), "no Vulkan device matches"));
+}
+
 TEST_CASE("a number is an index, not a part of a name") { CHECK(contains(error_of(three, "200"), "2: NVIDIA H200")); }
 
 TEST_CASE("a name that matches nothing is refused with a list of what there is") {
@@ -147,6 +157,7 @@ TEST_CASE("optional features that are made use of are told by name") {
     CHECK(tells("calibrated timestamps") == has.calibrated_timestamps);
     CHECK(tells("stores to images of any format") == has.stores_any_format);
     CHECK(tells("ray tracing") == has.ray_tracing);
+    CHECK(tells("ray queries") == has.ray_queries);
     CHECK(names_of({}).empty());
     DeviceFeatures one;
     one.ray_tracing = true;

@@ -40,7 +40,7 @@ Counts count(std::span<const std::uint32_t> code) {
 // That none of what remains may be contracted is tested in test_ray_batch.cpp.
 TEST_CASE("No kernel leaves a compiler to choose how a sum of products is rounded") {
     for (const Stage stage : {Stage::vertex, Stage::ray_gen, Stage::intersect, Stage::scatter, Stage::megakernel,
-             Stage::fragment, Stage::rt_paths, Stage::rt_triangle, Stage::rt_sphere, Stage::rt_cuboid,
+             Stage::fragment, Stage::rq_paths, Stage::rt_paths, Stage::rt_triangle, Stage::rt_sphere, Stage::rt_cuboid,
              Stage::rt_nearest, Stage::trace, Stage::ray_batch}) {
         CAPTURE(static_cast<int>(stage));
         const Counts counts = count(shader_code(stage));
@@ -60,8 +60,12 @@ TEST_CASE("No kernel leaves a compiler to choose how a sum of products is rounde
         }
     CHECK(count(shader_code(Stage::post_process)).compound == 0);
     CHECK(count(shader_variant(Stage::post_process, ShaderVariant::double_sums)).compound == 0);
-    for (const Stage stage : {Stage::megakernel, Stage::fragment, Stage::rt_paths})
+    for (const Stage stage : {Stage::megakernel, Stage::fragment, Stage::rt_paths, Stage::rq_paths})
         CHECK(count(shader_variant(stage, ShaderVariant::double_sums)).compound == 0);
+    for (const Stage stage : {Stage::rt_paths, Stage::rq_paths})
+        for (const ShaderVariant variant :
+            {ShaderVariant::device_triangles, ShaderVariant::device_triangles_double_sums})
+            CHECK(count(shader_variant(stage, variant)).compound == 0);
 }
 
 }  // namespace tandem

@@ -156,6 +156,6 @@ TEST_CASE("an unknown kernel shape is refused, naming those there are") {
     options.kernel = "octopus";
     CHECK_THROWS_WITH_AS(static_cast<void>(vulkan_backend().create(options)),
         "--kernel: no kernel shape 'octopus'; choose one of stages, megakernel, image-stages, fragment, ray-tracing, "
-        "thesis",
+        "thesis, ray-tracing-triangles, ray-query, ray-query-triangles",
         InputError);
 }

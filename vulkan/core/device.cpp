@@ -38,15 +38,16 @@ bool offers(const vk::raii::PhysicalDevice& physical, std::string_view extension
         extensions, [&](const vk::ExtensionProperties& one) { return one.extensionName == extension; });
 }
 
-constexpr std::array ray_tracing_extensions{VK_KHR_ACCELERATION_STRUCTURE_EXTENSION_NAME,
-    VK_KHR_RAY_TRACING_PIPELINE_EXTENSION_NAME, VK_KHR_DEFERRED_HOST_OPERATIONS_EXTENSION_NAME};
+// The latter for the former's sake.
+constexpr std::array acceleration_extensions{
+    VK_KHR_ACCELERATION_STRUCTURE_EXTENSION_NAME, VK_KHR_DEFERRED_HOST_OPERATIONS_EXTENSION_NAME};
 
 }  // namespace
 
 DeviceFeatures features_of(const vk::raii::PhysicalDevice& physical) {
     const auto chain = physical.getFeatures2<vk::PhysicalDeviceFeatures2, vk::PhysicalDeviceVulkan12Features,
         vk::PhysicalDeviceSynchronization2FeaturesKHR, vk::PhysicalDeviceAccelerationStructureFeaturesKHR,
-        vk::PhysicalDeviceRayTracingPipelineFeaturesKHR>();
+        vk::PhysicalDeviceRayTracingPipelineFeaturesKHR, vk::PhysicalDeviceRayQueryFeaturesKHR>();
     const auto& plain = chain.get<vk::PhysicalDeviceFeatures2>().features;
     const auto& newer = chain.get<vk::PhysicalDeviceVulkan12Features>();
     DeviceFeatures features;
@@ -59,11 +60,14 @@ DeviceFeatures features_of(const vk::raii::PhysicalDevice& physical) {
     features.fragment_stores = plain.fragmentStoresAndAtomics;
     features.stores_any_format = plain.shaderStorageImageWriteWithoutFormat;
     features.buffer_addresses = newer.bufferDeviceAddress;
-    features.ray_tracing =
+    const bool structures =
         features.buffer_addresses &&
-        std::ranges::all_of(ray_tracing_extensions, [&](const char* name) { return offers(physical, name); }) &&
-        chain.get<vk::PhysicalDeviceAccelerationStructureFeaturesKHR>().accelerationStructure &&
-        chain.get<vk::PhysicalDeviceRayTracingPipelineFeaturesKHR>().rayTracingPipeline;
+        std::ranges::all_of(acceleration_extensions, [&](const char* name) { return offers(physical, name); }) &&
+        chain.get<vk::PhysicalDeviceAccelerationStructureFeaturesKHR>().accelerationStructure;
+    features.ray_tracing = structures && offers(physical, VK_KHR_RAY_TRACING_PIPELINE_EXTENSION_NAME) &&
+                           chain.get<vk::PhysicalDeviceRayTracingPipelineFeaturesKHR>().rayTracingPipeline;
+    features.ray_queries = structures && offers(physical, VK_KHR_RAY_QUERY_EXTENSION_NAME) &&
+                           chain.get<vk::PhysicalDeviceRayQueryFeaturesKHR>().rayQuery;
     features.storage_arrays = plain.shaderStorageBufferArrayDynamicIndexing;
     features.storage_arrays_nonuniform = features.storage_arrays && newer.shaderStorageBufferArrayNonUniformIndexing;
     return features;
@@ -85,6 +89,7 @@ std::vector<std::string> names_of(const DeviceFeatures& features) {
     add(features.stores_any_format, "stores to images of any format");
     add(features.calibrated_timestamps, "calibrated timestamps");
     add(features.ray_tracing, "ray tracing");
+    add(features.ray_queries, "ray queries");
     return names;
 }
 
@@ -113,8 +118,10 @@ vk::raii::Device make_device(const vk::raii::PhysicalDevice& physical, const Dev
     if (has.synchronization2) extensions.push_back(VK_KHR_SYNCHRONIZATION_2_EXTENSION_NAME);
     if (has.push_descriptors) extensions.push_back(VK_KHR_PUSH_DESCRIPTOR_EXTENSION_NAME);
     if (has.calibrated_timestamps) extensions.push_back(VK_EXT_CALIBRATED_TIMESTAMPS_EXTENSION_NAME);
-    if (has.ray_tracing)
-        for (const char* extension : ray_tracing_extensions) extensions.push_back(extension);
+    if (has.ray_tracing || has.ray_queries)
+        for (const char* extension : acceleration_extensions) extensions.push_back(extension);
+    if (has.ray_tracing) extensions.push_back(VK_KHR_RAY_TRACING_PIPELINE_EXTENSION_NAME);
+    if (has.ray_queries) extensions.push_back(VK_KHR_RAY_QUERY_EXTENSION_NAME);
     vk::PhysicalDeviceFeatures plain;
     plain.shaderFloat64 = has.doubles;
     plain.shaderStorageBufferArrayDynamicIndexing = has.storage_arrays;
@@ -126,12 +133,11 @@ vk::raii::Device make_device(const vk::raii::PhysicalDevice& physical, const Dev
     newer.shaderStorageBufferArrayNonUniformIndexing = has.storage_arrays_nonuniform;
     vk::StructureChain info(vk::DeviceCreateInfo({}, queues, {}, extensions, &plain), newer,
         vk::PhysicalDeviceSynchronization2FeaturesKHR(true), vk::PhysicalDeviceAccelerationStructureFeaturesKHR(true),
-        vk::PhysicalDeviceRayTracingPipelineFeaturesKHR(true));
+        vk::PhysicalDeviceRayTracingPipelineFeaturesKHR(true), vk::PhysicalDeviceRayQueryFeaturesKHR(true));
     if (!has.synchronization2) info.unlink<vk::PhysicalDeviceSynchronization2FeaturesKHR>();
-    if (!has.ray_tracing) {
-        info.unlink<vk::PhysicalDeviceAccelerationStructureFeaturesKHR>();
-        info.unlink<vk::PhysicalDeviceRayTracingPipelineFeaturesKHR>();
-    }
+    if (!has.ray_tracing && !has.ray_queries) info.unlink<vk::PhysicalDeviceAccelerationStructureFeaturesKHR>();
+    if (!has.ray_tracing) info.unlink<vk::PhysicalDeviceRayTracingPipelineFeaturesKHR>();
+    if (!has.ray_queries) info.unlink<vk::PhysicalDeviceRayQueryFeaturesKHR>();
     return vk::raii::Device(physical, info.get<vk::DeviceCreateInfo>());
 }
 

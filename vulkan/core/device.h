@@ -20,6 +20,7 @@ struct DeviceFeatures {
     bool stores_any_format = false;          // kernels may store to images whose format they do not name
     bool calibrated_timestamps = false;      // beside the host's clock (device_clock.h)
     bool ray_tracing = false;                // pipelines of it, and the acceleration structures that they take
+    bool ray_queries = false;                // of acceleration structures, by any kernel
 };
 
 // Features of a device with Vulkan 1.2.

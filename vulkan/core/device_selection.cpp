@@ -44,8 +44,31 @@ bool is_uuid_of(const DeviceDescription& device, std::string wanted) {
     return !device.uuid.empty() && lower_case(wanted) == device.uuid;
 }
 
+// The four numbers of [domain:]bus:device.function, in hexadecimal; tools write domains of four digits, of eight, or
+// none.
+std::optional<std::array<std::uint32_t, 4>> pci_numbers(const std::string& text) {
+    const auto separators = std::ranges::count(text, ':');
+    const std::string whole = separators == 1 ? "0:" + text : text;
+    std::array<std::uint32_t, 4> numbers{};
+    const char *at = whole.data(), *const end = at + whole.size();
+    for (std::size_t i = 0; i < numbers.size(); ++i) {
+        const auto [next, failure] = std::from_chars(at, end, numbers[i], 16);
+        if (failure != std::errc{}) return std::nullopt;
+        if (next == end) return i + 1 == numbers.size() ? std::optional(numbers) : std::nullopt;
+        if (i + 1 == numbers.size() || *next != "::."[i]) return std::nullopt;
+        at = next + 1;
+    }
+    return std::nullopt;
+}
+
+bool is_at(const DeviceDescription& device, const std::string& wanted) {
+    const auto address = pci_numbers(wanted);
+    return address && address == pci_numbers(device.pci);
+}
+
 bool is_named(const DeviceDescription& device, const std::string& wanted) {
     if (is_uuid_of(device, wanted)) return true;  // also one of decimal digits alone
+    if (is_at(device, wanted)) return true;
     std::uint32_t index = 0;
     const char* end = wanted.data() + wanted.size();
     const auto [parsed, failure] = std::from_chars(wanted.data(), end, index);

@@ -56,7 +56,8 @@ nlohmann::json to_json(const std::vector<DeviceDescription>& devices) {
             {"driver", device.driver_name + " " + device.driver_version}, {"driver_name", device.driver_name},
             {"driver_version", device.driver_version},
             {"api", fmt::format("{}.{}.{}", device.api_major, device.api_minor, device.api_patch)},
-            {"uuid", device.uuid}, {"features_used", device.features_used}, {"suitable", device.suitable}};
+            {"uuid", device.uuid}, {"pci", device.pci}, {"features_used", device.features_used},
+            {"suitable", device.suitable}};
         entry["abilities"] = {{"compute_queue", has.compute_queue},
             {"storage_buffers_per_stage", has.storage_buffers_per_stage},
             {"storage_buffers_per_set", has.storage_buffers_per_set},

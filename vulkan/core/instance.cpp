@@ -1,5 +1,7 @@
 #include "vulkan/core/instance.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cstdlib>
 #include <optional>
@@ -151,13 +153,21 @@ DeviceAbilities abilities_of(const vk::raii::PhysicalDevice& device, const vk::P
     return abilities;
 }
 
+bool has_extension(const vk::raii::PhysicalDevice& device, std::string_view name) {
+    return std::ranges::any_of(device.enumerateDeviceExtensionProperties(),
+        [name](const vk::ExtensionProperties& one) { return one.extensionName == name; });
+}
+
+std::string pci_address(const vk::raii::PhysicalDevice& device) {
+    if (!has_extension(device, VK_EXT_PCI_BUS_INFO_EXTENSION_NAME)) return {};
+    const auto at = device.getProperties2<vk::PhysicalDeviceProperties2, vk::PhysicalDevicePCIBusInfoPropertiesEXT>()
+                        .get<vk::PhysicalDevicePCIBusInfoPropertiesEXT>();
+    return fmt::format("{:04x}:{:02x}:{:02x}.{:x}", at.pciDomain, at.pciBus, at.pciDevice, at.pciFunction);
+}
+
 // Streaming multiprocessors, the subgroups that each holds, and their size; NVIDIA's drivers alone tell.
 std::uint32_t resident_invocations(const vk::raii::PhysicalDevice& device) {
-    const auto extensions = device.enumerateDeviceExtensionProperties();
-    const auto is_it = [](const vk::ExtensionProperties& one) {
-        return one.extensionName == std::string_view(VK_NV_SHADER_SM_BUILTINS_EXTENSION_NAME);
-    };
-    if (std::ranges::none_of(extensions, is_it)) return 0;
+    if (!has_extension(device, VK_NV_SHADER_SM_BUILTINS_EXTENSION_NAME)) return 0;
     const auto chain = device.getProperties2<vk::PhysicalDeviceProperties2, vk::PhysicalDeviceSubgroupProperties,
         vk::PhysicalDeviceShaderSMBuiltinsPropertiesNV>();
     const auto& has = chain.get<vk::PhysicalDeviceShaderSMBuiltinsPropertiesNV>();
@@ -202,6 +212,7 @@ DeviceDescription describe(const vk::raii::PhysicalDevice& device, std::uint32_t
         result.abilities.allocation_bytes =
             chain.get<vk::PhysicalDeviceMaintenance3Properties>().maxMemoryAllocationSize;
         result.abilities.resident_invocations = resident_invocations(device);
+        result.pci = pci_address(device);
     }
     if (result.abilities.timestamp_bits > 0) result.features_used.push_back("timestamps");
     return result;

@@ -38,6 +38,9 @@ vk::raii::Pipeline make_pipeline(const Device& device, vk::PipelineLayout layout
     const std::uint32_t any_hit = add(Bit::eAnyHitKHR, code.any_hit);
     for (const std::span<const std::uint32_t> words : code.intersections)
         groups.emplace_back(Group::eProceduralHitGroup, none, none, any_hit, add(Bit::eIntersectionKHR, words));
+    if (!code.triangle_closest_hit.empty())
+        groups.emplace_back(Group::eTrianglesHitGroup, none, add(Bit::eClosestHitKHR, code.triangle_closest_hit),
+            add(Bit::eAnyHitKHR, code.triangle_any_hit), none);
     return vk::raii::Pipeline(device.handle(), nullptr, nullptr,
         vk::RayTracingPipelineCreateInfoKHR({}, stages, groups, 1, nullptr, nullptr, nullptr, layout));
 }
@@ -61,9 +64,9 @@ BufferGroup make_table(const Device& device, std::size_t hit_groups) {
 
 RayPipeline::RayPipeline(const Device& device, vk::PipelineLayout layout, const Code& code,
     std::span<const SpecialisationConstant> constants)
-    : pipeline_(make_pipeline(device, layout, code, constants)), table_(make_table(device, code.intersections.size())) {
+    : pipeline_(make_pipeline(device, layout, code, constants)), table_(make_table(device, code.hit_groups())) {
     const Properties has = properties_of(device);
-    const std::size_t handle = has.shaderGroupHandleSize, hit_groups = code.intersections.size();
+    const std::size_t handle = has.shaderGroupHandleSize, hit_groups = code.hit_groups();
     const auto groups = static_cast<std::uint32_t>(2 + hit_groups);
     const std::vector<std::byte> handles =
         pipeline_.getRayTracingShaderGroupHandlesKHR<std::byte>(0, groups, groups * handle);

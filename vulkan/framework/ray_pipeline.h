@@ -1,4 +1,4 @@
-// A ray-tracing pipeline over boxes, and its shader binding table.
+// A ray-tracing pipeline over boxes and triangles, and its shader binding table.
 #pragma once
 
 #include "vulkan/framework/pipeline.h"
@@ -14,6 +14,10 @@ public:
         // Hit groups: an intersection shader a geometry, all with the same any-hit shader and no closest-hit shader.
         std::vector<std::span<const std::uint32_t>> intersections;
         std::span<const std::uint32_t> any_hit;
+        // One more hit group, if they are not empty, of triangles that the device tests.
+        std::span<const std::uint32_t> triangle_any_hit = {}, triangle_closest_hit = {};
+
+        [[nodiscard]] std::size_t hit_groups() const { return intersections.size() + !triangle_closest_hit.empty(); }
     };
 
     // Rays may be traced from the generation shader alone. The device must have DeviceFeatures::ray_tracing.

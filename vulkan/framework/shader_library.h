@@ -9,7 +9,7 @@ namespace tandem {
 
 // The thesis's stages, in the order in which a frame runs them, and the kernels of other shapes, the last of which are
 // stages of one ray-tracing pipeline; then what no frame runs by itself: single paths, written down, rays of the
-// caller, the triangle whose fragments are kernels, and what happens to rays that meet nothing.
+// caller, the triangle whose fragments are kernels, and what happens to rays that meet nothing or a device's triangle.
 enum class Stage : std::uint32_t {
     pre_process,
     vertex,
@@ -19,27 +19,31 @@ enum class Stage : std::uint32_t {
     post_process,
     megakernel,
     fragment,
+    rq_paths,
     rt_paths,
     rt_triangle,
     rt_sphere,
     rt_cuboid,
     rt_nearest,
+    rt_asked,
     trace,
     ray_batch,
     ray_batch_double,
     fullscreen,
+    rt_closest,
     rt_nothing
 };
-inline constexpr std::size_t stage_count = 13;  // of frames
+inline constexpr std::size_t stage_count = 15;  // of frames
 inline constexpr std::array<const char*, stage_count> stage_names{"pre-process", "vertex", "ray-gen", "intersect",
-    "scatter", "post-process", "megakernel", "fragment", "rt-paths", "rt-triangle", "rt-sphere", "rt-cuboid",
-    "rt-nearest"};
+    "scatter", "post-process", "megakernel", "fragment", "rq-paths", "rt-paths", "rt-triangle", "rt-sphere",
+    "rt-cuboid", "rt-nearest", "rt-asked"};
 
 [[nodiscard]] std::span<const std::uint32_t> shader_code(Stage stage);
 
 // Stages compiled otherwise, as patterns want them (vulkan/patterns.h): parameters from elsewhere than push constants,
 // ray state in arrays of descriptors, rays that stay at their pixels' places, alone or as the thesis's frame has them.
-// Or for another precision (shaders/arithmetic/real.glsl), or with sums in double.
+// With triangles that the device tests. Or for another precision (shaders/arithmetic/real.glsl), or with sums in
+// double.
 enum class ShaderVariant : std::uint32_t {
     plain,
     uniform,
@@ -59,9 +63,11 @@ enum class ShaderVariant : std::uint32_t {
     uniform_double_sums,
     storage_double_sums,
     address_double_sums,
-    specialised_double_sums
+    specialised_double_sums,
+    device_triangles,
+    device_triangles_double_sums
 };
-inline constexpr auto last_variant = ShaderVariant::specialised_double_sums;
+inline constexpr auto last_variant = ShaderVariant::device_triangles_double_sums;
 
 // Empty where the stage has no such variant, or this build none at all (those with planted bugs).
 [[nodiscard]] std::span<const std::uint32_t> shader_variant(Stage stage, ShaderVariant variant);

@@ -16,6 +16,9 @@ enum class KernelShape : std::uint32_t {
     fragment,      // the megakernel's work in the fragment shader of a render pass
     ray_tracing,   // the same in a ray-tracing pipeline, whose traversal finds hits (VK_KHR_ray_tracing_pipeline)
     thesis,        // the thesis's frame: image_stages that add samples up as paths end, and at last fill an image
+    ray_tracing_triangles,  // ray_tracing, with the device's own test of triangles at rest
+    ray_query,              // the megakernel's work, whose hits ray queries find (VK_KHR_ray_query)
+    ray_query_triangles,    // ray_query, with the device's own test of triangles at rest
 };
 
 // How the invocations of a megakernel's dispatch come to their pixels.

@@ -18,6 +18,15 @@
 
 namespace tandem {
 
+namespace {
+
+// Whether kernels find hits by loops and trees; beside the device's traversal those of rays that begin far off in fog.
+bool walks_itself(KernelShape shape, const Scene& scene, const RenderSettings& settings) {
+    return !brings_trees(shape) || needed_effects(scene, settings).has(Effect::medium_scattering);
+}
+
+}  // namespace
+
 struct VulkanJob::Progress {
     const RenderControl& control;
     double samples_before = 0.0;  // of whole blocks, and of earlier tiles of this one as fractions
@@ -40,8 +49,8 @@ VulkanJob::VulkanJob(const Instance& instance, const Device& device, Stages& sta
       patterns_(patterns),
       precision_(precision),
       settings_(checked_settings(device, scene, settings, precision)),
-      scene_(flatten_for(
-          scene, settings_, brings_trees(patterns.tracer.kernel) ? Acceleration::loops : acceleration, precision)),
+      scene_(flatten_for(scene, settings_,
+          walks_itself(patterns.tracer.kernel, scene, settings_) ? acceleration : Acceleration::loops, precision)),
       specialisation_(with_patterns(specialise(device, scene, scene_, settings_, planted_bug), device, patterns,
           told_settings(settings_, scene_))),
       segments_(most_segments(specialisation_.effects, settings_)),

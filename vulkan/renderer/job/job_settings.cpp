@@ -178,7 +178,7 @@ Specialisation with_patterns(
     if (tuning.pixels == PixelPattern::claimed && tuning.kernel != KernelShape::megakernel)
         throw UnsupportedError("pixels are claimed by the invocations of a megakernel alone");
     specialisation.workgroup = tuning.workgroup;
-    if (brings_trees(tuning.kernel)) {  // there are no loops
+    if (brings_trees(tuning.kernel)) {  // kernels hardly loop
         specialisation.unrolled.reset();
         specialisation.few_primitives = false;
     }

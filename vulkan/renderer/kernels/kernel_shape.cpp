@@ -10,8 +10,8 @@ namespace tandem {
 
 namespace {
 
-constexpr std::array<std::string_view, 6> names{
-    "stages", "megakernel", "image-stages", "fragment", "ray-tracing", "thesis"};
+constexpr std::array<std::string_view, 9> names{"stages", "megakernel", "image-stages", "fragment", "ray-tracing",
+    "thesis", "ray-tracing-triangles", "ray-query", "ray-query-triangles"};
 
 }  // namespace
 

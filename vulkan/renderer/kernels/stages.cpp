@@ -10,6 +10,7 @@
 #include "vulkan/framework/spirv_decorations.h"
 #include "vulkan/framework/spirv_merging.h"
 #include "vulkan/renderer/kernels/constant_ids.h"
+#include "vulkan/renderer/kernels/kernel_shape.h"
 
 namespace tandem {
 
@@ -81,6 +82,7 @@ ShaderVariant KernelForm::variant() const {
     if (precision == GeometryPrecision::mixed) return ShaderVariant::mixed;
     if (precision == GeometryPrecision::double_precision) return ShaderVariant::in_double;
     if (shape == KernelShape::image_stages) return ShaderVariant::in_place;
+    if (has_device_triangles(shape)) return ShaderVariant::device_triangles;
     if (shape == KernelShape::thesis) return told_by_buffer() ? ShaderVariant::thesis_uniform : ShaderVariant::thesis;
     if (descriptors == DescriptorPattern::arrays) return ShaderVariant::arrays;
     if (descriptors == DescriptorPattern::arrays_nonuniform) return ShaderVariant::arrays_nonuniform;
@@ -103,6 +105,7 @@ ShaderVariant KernelForm::variant() const {
 ShaderVariant KernelForm::summing_variant() const {
     if (shape == KernelShape::thesis)
         return told_by_buffer() ? ShaderVariant::thesis_uniform_double_sums : ShaderVariant::thesis_double_sums;
+    if (has_device_triangles(shape)) return ShaderVariant::device_triangles_double_sums;
     switch (parameters) {
         case ParameterPattern::push_constants:
             break;
@@ -136,7 +139,7 @@ std::vector<SetBindings> separate_bindings(const KernelForm& form) {
     if (form.parameters == ParameterPattern::uniform) sets.push_back({Type::eUniformBuffer});
     if (form.parameters == ParameterPattern::dynamic_uniform) sets.push_back({Type::eUniformBufferDynamic});
     if (form.parameters == ParameterPattern::storage) sets.push_back({Type::eStorageBuffer});
-    if (form.shape == KernelShape::ray_tracing) sets.push_back({Type::eAccelerationStructureKHR});
+    if (brings_trees(form.shape)) sets.push_back({Type::eAccelerationStructureKHR});
     if (form.shape == KernelShape::thesis) sets.push_back({Type::eStorageImage});
     return sets;
 }
@@ -153,8 +156,10 @@ std::uint32_t most_push_descriptors(const Device& device) {
 void check(const Device& device, const KernelForm& form, const std::vector<SetBindings>& sets) {
     const std::string& name = device.description().name;
     const DeviceFeatures& has = device.features();
-    if (form.shape == KernelShape::ray_tracing && !has.ray_tracing)
+    if (has_ray_pipeline(form.shape) && !has.ray_tracing)
         throw UnsupportedError(name + " has no VK_KHR_ray_tracing_pipeline");
+    if (brings_trees(form.shape) && !has_ray_pipeline(form.shape) && !has.ray_queries)
+        throw UnsupportedError(name + " has no VK_KHR_ray_query");
     if (form.parameters == ParameterPattern::device_address && !has.buffer_addresses)
         throw UnsupportedError(name + " has no buffer addresses (bufferDeviceAddress)");
     if (form.descriptors == DescriptorPattern::push && !has.push_descriptors)
@@ -225,7 +230,7 @@ const PipelineLayout& Stages::layout(const KernelForm& form) {
     using Bit = vk::ShaderStageFlagBits;
     vk::ShaderStageFlags visible = Bit::eCompute;
     if (form.shape == KernelShape::fragment) visible |= Bit::eFragment;
-    if (form.shape == KernelShape::ray_tracing) visible |= Bit::eRaygenKHR | Bit::eIntersectionKHR | Bit::eAnyHitKHR;
+    if (has_ray_pipeline(form.shape)) visible |= Bit::eRaygenKHR | Bit::eIntersectionKHR | Bit::eAnyHitKHR;
     if (visible == Bit::eCompute && !pushed && !form.has_arrays() && sets.size() == separate_bindings({}).size())
         return layout_;
     return layouts_
@@ -256,14 +261,20 @@ vk::raii::Pipeline Stages::make_fragment(const PipelineLayout& layout, std::span
     return fullscreen_pass().make_pipeline(layout.handle(), shader_code(Stage::fullscreen), prepared(code), constants);
 }
 
-RayPipeline Stages::make_rays(const PipelineLayout& layout, std::span<const std::uint32_t> of_paths,
-    const std::vector<SpecialisationConstant>& constants) const {
-    const std::vector<std::uint32_t> paths = prepared(of_paths), triangle = prepared(shader_code(Stage::rt_triangle)),
+RayPipeline Stages::make_rays(
+    const KernelForm& form, const PipelineLayout& layout, const std::vector<SpecialisationConstant>& constants) const {
+    const std::vector<std::uint32_t> paths = prepared(kernel_code(Stage::rt_paths, form).words),
+                                     triangle = prepared(shader_code(Stage::rt_triangle)),
                                      sphere = prepared(shader_code(Stage::rt_sphere)),
                                      cuboid = prepared(shader_code(Stage::rt_cuboid)),
-                                     nearest = prepared(shader_code(Stage::rt_nearest));
-    return RayPipeline(device_, layout.handle(),
-        {paths, shader_code(Stage::rt_nothing), {triangle, sphere, cuboid}, nearest}, constants);
+                                     nearest = prepared(shader_code(Stage::rt_nearest)),
+                                     asked = prepared(shader_code(Stage::rt_asked));
+    RayPipeline::Code code{paths, shader_code(Stage::rt_nothing), {triangle, sphere, cuboid}, nearest};
+    if (has_device_triangles(form.shape)) {
+        code.triangle_any_hit = asked;
+        code.triangle_closest_hit = shader_code(Stage::rt_closest);
+    }
+    return RayPipeline(device_, layout.handle(), code, constants);
 }
 
 vk::raii::Pipeline Stages::make(
@@ -299,12 +310,15 @@ std::vector<Stage> kernels_of(KernelShape shape, EffectSet effects) {
         kernels = {Stage::vertex, Stage::megakernel};
     else if (shape == KernelShape::fragment)
         kernels = {Stage::vertex, Stage::fragment};
-    else if (shape == KernelShape::ray_tracing)
+    else if (has_ray_pipeline(shape))
         kernels = {
             Stage::vertex, Stage::rt_paths, Stage::rt_triangle, Stage::rt_sphere, Stage::rt_cuboid, Stage::rt_nearest};
+    else if (brings_trees(shape))
+        kernels = {Stage::vertex, Stage::rq_paths};
     else
         kernels = {
             Stage::pre_process, Stage::vertex, Stage::ray_gen, Stage::intersect, Stage::scatter, Stage::post_process};
+    if (shape == KernelShape::ray_tracing_triangles) kernels.push_back(Stage::rt_asked);
     if (!primitives) std::erase(kernels, Stage::vertex);
     // The stage also tells what has become of shadow rays, and which places of an image are still taken.
     if (!primitives && !effects.has(Effect::light_sampling) && shape == KernelShape::stages)
@@ -313,7 +327,8 @@ std::vector<Stage> kernels_of(KernelShape shape, EffectSet effects) {
 }
 
 KernelCode kernel_code(Stage stage, const KernelForm& form) {
-    constexpr std::array adding_up{Stage::post_process, Stage::megakernel, Stage::fragment, Stage::rt_paths};
+    constexpr std::array adding_up{
+        Stage::post_process, Stage::megakernel, Stage::fragment, Stage::rq_paths, Stage::rt_paths};
     const bool adds_up = std::ranges::find(adding_up, stage) != adding_up.end() ||
                          (form.shape == KernelShape::thesis && stage == Stage::scatter);
     if (form.sums_in_double && adds_up) {
@@ -337,10 +352,13 @@ std::shared_ptr<const Stages::Pipelines> Stages::pipelines(
     made.plain.resize(stage_count);
     for (std::size_t stage = 0; stage < stage_count; ++stage) made.stages.emplace_back(nullptr);
     bool any_variant = false;
-    if (form.shape == KernelShape::ray_tracing)
-        made.rays.emplace(make_rays(form_layout, kernel_code(Stage::rt_paths, form).words, constants));
     for (const Stage stage : kernels_of(form.shape, specialisation.effects)) {
-        if (stage >= Stage::rt_paths && stage <= Stage::rt_nearest) continue;  // of the one pipeline
+        if (is_called(stage)) continue;
+        if (stage == Stage::rt_paths) {
+            made.rays.emplace(make_rays(form, form_layout, constants));
+            any_variant = any_variant || !kernel_code(stage, form).plain;
+            continue;
+        }
         const auto i = static_cast<std::size_t>(stage);
         // What is held in double the host places.
         if (stage == Stage::vertex && form.precision != GeometryPrecision::single_precision) continue;

@@ -100,7 +100,7 @@ struct KernelForm {
 // there is none to place, and nothing to meet.
 [[nodiscard]] std::vector<Stage> kernels_of(KernelShape shape, EffectSet effects);
 // Whether the kernel has no dispatch of its own: the ray-tracing pipeline calls it.
-[[nodiscard]] constexpr bool is_called(Stage stage) { return stage > Stage::rt_paths && stage <= Stage::rt_nearest; }
+[[nodiscard]] constexpr bool is_called(Stage stage) { return stage > Stage::rt_paths && stage <= Stage::rt_asked; }
 
 // Bindings of a form's sets as kernels declare them: a storage buffer each.
 [[nodiscard]] std::vector<SetBindings> separate_bindings(const KernelForm& form);
@@ -151,7 +151,7 @@ private:
 
     [[nodiscard]] vk::raii::Pipeline make_fragment(const PipelineLayout& layout, std::span<const std::uint32_t> code,
         const std::vector<SpecialisationConstant>& constants);
-    [[nodiscard]] RayPipeline make_rays(const PipelineLayout& layout, std::span<const std::uint32_t> of_paths,
+    [[nodiscard]] RayPipeline make_rays(const KernelForm& form, const PipelineLayout& layout,
         const std::vector<SpecialisationConstant>& constants) const;
 
     [[nodiscard]] std::vector<SetBindings> bindings_of(const KernelForm& form) const;

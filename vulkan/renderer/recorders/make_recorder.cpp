@@ -23,6 +23,9 @@ std::unique_ptr<FrameRecorder> make_recorder(const RecorderInput& input) {
         case KernelShape::fragment:
             return std::make_unique<FragmentRecorder>(input);
         case KernelShape::ray_tracing:
+        case KernelShape::ray_tracing_triangles:
+        case KernelShape::ray_query:
+        case KernelShape::ray_query_triangles:
             return std::make_unique<RayTracingRecorder>(input);
         case KernelShape::thesis:
             return std::make_unique<ThesisRecorder>(input);

@@ -1,4 +1,5 @@
-// Whole paths in a ray-tracing pipeline, whose traversal finds hits.
+// Whole paths whose hits the device's traversal of acceleration structures finds: in a ray-tracing pipeline, or in a
+// compute kernel of ray queries.
 #pragma once
 
 #include "vulkan/renderer/recorders/whole_path_recorder.h"
@@ -8,7 +9,8 @@ namespace tandem {
 
 class RayTracingRecorder : public WholePathRecorder {
 public:
-    // Throws UnsupportedError where intersection shaders cannot do the scene or the queue builds no structures.
+    // Throws UnsupportedError where the device's own test cannot do what was asked for or the queue builds no
+    // structures.
     explicit RayTracingRecorder(const RecorderInput& input);
 
 private:

@@ -1,0 +1,13 @@
+// Whole paths, an invocation a pixel: what one of the megakernel computes, but hits are found by ray queries.
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#extension GL_EXT_control_flow_attributes : require
+#extension GL_EXT_ray_query : require
+#define RAY_TRACING
+#define RAY_QUERY
+#include "kernels/whole_paths.glsl"
+
+void main() {
+    const uint i = gl_GlobalInvocationID.x;
+    render_pixels(i < settings.invocations ? place_of(settings.first_invocation + i) : no_place, 0);
+}
