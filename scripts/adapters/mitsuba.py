@@ -5,7 +5,7 @@
       'exec:scripts/adapters/mitsuba.py {scene} {width} {height} {samples} {seed} {bounces} {threads} {out}'
 
 $MITSUBA is the program; without it, mitsuba on PATH. $MITSUBA_VARIANT is one of RGB, else scalar_rgb. $TANDEM is tandem.
-Debian has no Mitsuba: build it from its sources. scenes/format/EXPORT.md says what Mitsuba means otherwise than Tandem.
+Debian has no Mitsuba: build it from its sources. Never yet tried with Mitsuba. scenes/format/EXPORT.md says what Mitsuba means otherwise than Tandem.
 """
 import os
 

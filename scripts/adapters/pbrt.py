@@ -5,6 +5,7 @@
       'exec:scripts/adapters/pbrt.py {scene} {width} {height} {samples} {seed} {bounces} {threads} {out:pfm}'
 
 $PBRT is the program; without it, pbrt on PATH. $TANDEM is tandem. Debian has no pbrt: build it from its sources.
+Tried with a stand-in alone, never yet with pbrt.
 scenes/format/EXPORT.md says what pbrt means otherwise than Tandem.
 """
 from exported import adapter, run
