@@ -9,6 +9,8 @@
 #include <tuple>
 
 #include "common/commands/arguments.h"
+#include "common/commands/bench_arguments.h"
+#include "common/commands/bench_library.h"
 #include "common/commands/child_process.h"
 #include "common/commands/command.h"
 #include "common/commands/command_time.h"
@@ -28,17 +30,6 @@ namespace tandem {
 
 namespace {
 
-struct BenchArguments {
-    std::string scene = "scenes/cornell-thesis.json", device;
-    std::vector<std::string> families, arms, sizes;
-    std::string resume, method = "paired";
-    std::vector<std::string> compare;
-    double seconds = 120.0, narrow = 0.01;
-    std::uint64_t seed = 1;
-    unsigned processes = 1, replicates = 8;
-    bool list = false, self_test = false;
-};
-
 std::pair<std::uint32_t, std::uint32_t> size_from(const std::string& text) {
     RenderOptions options;
     options.size = text;
@@ -48,11 +39,20 @@ std::pair<std::uint32_t, std::uint32_t> size_from(const std::string& text) {
     return {settings.width, settings.height};
 }
 
+// The library's arms as a target. No scene is loaded.
+BenchTarget make_library_target(const BenchArguments& arguments, const CommandContext& context) {
+    BenchRequest request{arguments.device, {}, {}, arguments.arm_library, arguments.validation, {}};
+    const auto note = std::make_shared<CallNote>(arguments.call_note);
+    request.entering = [note](const std::string& where) { note->write(where); };
+    return context.program.bench(request);
+}
+
 BenchTarget make_target(const BenchArguments& arguments, const CommandContext& context) {
     const NothingToKeep starting(context.interrupts);
+    if (!arguments.arm_library.empty()) return make_library_target(arguments, context);
     std::vector<std::string> inputs;
     BenchRequest request{arguments.device, scene_from(shipped_file(arguments.scene), inputs), {}};
-    check_outputs(context, {}, inputs);  // a file that is resumed may be written again
+    check_outputs(context, {{"--csv", arguments.csv}}, inputs);  // a file that is resumed may be written again
     for (const std::string& size : arguments.sizes) request.sizes.push_back(size_from(size));
     std::ranges::sort(request.sizes, {}, [](const auto& size) { return std::uint64_t{size.first} * size.second; });
     return context.program.bench(request);
@@ -81,8 +81,8 @@ std::vector<Family> chosen(const std::vector<Family>& all, const BenchArguments&
 
 void print_list(const std::vector<Family>& families) {
     for (const Family& family : families) {
-        fmt::print("{}: {}\n  hypothesis: {} [{}]\n  held: {}\n", family.name, family.question, family.hypothesis,
-            family.source, family.held);
+        fmt::print("{}: {}\n  hypothesis: {} [{}]\n  held: {}\n  base: {}; compared by '{}'\n", family.name,
+            family.question, family.hypothesis, family.source, family.held, family.base, family.clock);
         for (const Arm& arm : family.arms(family.workloads.front())) fmt::print("    {:18} {}\n", arm.name, arm.text);
         for (const Workload& workload : family.workloads) fmt::print("  at {}\n", workload.name);
     }
@@ -110,7 +110,8 @@ BenchResults begin_results(const BenchArguments& arguments, const CommandContext
     results.device = target.device;
     results.command = context.command_line;
     results.git = git_version();
-    results.scene = arguments.scene;
+    results.scene = arguments.arm_library.empty() ? arguments.scene
+                                                  : std::filesystem::path(arguments.arm_library).filename().string();
     for (const Family& family : families) results.families.push_back(texts_of(family));
     results.empty_submissions = target.empty_submissions(200);
     if (earlier) merge(results, std::move(*earlier), arguments.resume);
@@ -141,17 +142,6 @@ private:
     std::optional<BenchResults> results_;
 };
 
-CampaignOptions campaign_options(const BenchArguments& arguments, const CommandTime& time) {
-    CampaignOptions options;
-    options.seconds = time.left();
-    options.narrow = arguments.narrow;
-    options.replicates = arguments.replicates;
-    options.seed = arguments.seed;
-    options.only = arguments.arms;
-    options.stop = time.token();
-    return options;
-}
-
 // Goes on from `earlier`, if any. A --json file gets what there is between experiments, so that a killed run loses
 // little.
 BenchResults measure(const BenchArguments& arguments, const CommandContext& context, const CommandTime& time,
@@ -162,7 +152,8 @@ BenchResults measure(const BenchArguments& arguments, const CommandContext& cont
     Stopwatch since_kept;
     options.keep = [&](const BenchResults& known) {
         so_far.take(known);
-        constexpr double seconds_between_keeping = 20.0;
+        // What calls a user's code may end at any time.
+        const double seconds_between_keeping = arguments.arm_library.empty() ? 20.0 : 0.0;
         if (since_kept.seconds() < seconds_between_keeping) return;
         so_far.use([&](const auto& all) { keep(context, target, *all); });
         since_kept = {};
@@ -183,28 +174,10 @@ BenchResults measure(const BenchArguments& arguments, const CommandContext& cont
 // Prints and writes; the status says whether every arm that was asked for is told of.
 ExitStatus conclude(const BenchArguments& arguments, const CommandContext& context, const CommandTime& time,
     const BenchTarget& target, const std::vector<Family>& families, const BenchResults& results) {
-    fmt::print("{}", to_text(results, target.claims));
-    write_json(context, to_json(results, target.claims));
+    tell_results(arguments, context, results, target.claims);
     const ArmCount arms = count_arms(families, arguments.arms, results);
     if (arms.missing == 0) return ExitStatus::fine;
     return time.too_short(fmt::format("{} of {} arms were not measured", arms.missing, arms.all));
-}
-
-// The same command in a process of its own, for its part of the campaign: goes on from the file `known`, and writes
-// `file`. Returns its exit status.
-int measure_in_child(
-    const BenchArguments& arguments, const CampaignPart& part, const std::string& known, const std::string& file) {
-    std::vector<std::string> words{"bench", "--scene", arguments.scene, "--resume", known, "--json", file, "--time",
-        fmt::format("{}", part.seconds), "--narrow", fmt::format("{}", arguments.narrow), "--seed",
-        fmt::format("{}", part.seed), "--replicates", fmt::format("{}", part.replicates)};
-    const auto add = [&](const char* option, const std::vector<std::string>& values) {
-        for (const std::string& value : values) words.insert(words.end(), {option, value});
-    };
-    if (!arguments.device.empty()) add("--device", {arguments.device});
-    add("--family", arguments.families);
-    add("--arm", arguments.arms);
-    add("--size", arguments.sizes);
-    return run_self(words);
 }
 
 // Process after process, each with the readings of those before. The --json file gets what there is after each, also
@@ -220,7 +193,7 @@ BenchResults measure_in_processes(const BenchArguments& arguments, const Command
         const TemporaryFile known, file;
         write_text_file(known.name(), to_json(results, {}).dump());
         parts[i].seconds = std::max(1e-3, time.left() / static_cast<double>(parts.size() - i));
-        const int status = measure_in_child(arguments, parts[i], known.name(), file.name());
+        const int status = run_self(words_of(arguments, parts[i], known.name(), file.name()));
         // It wrote while it ran, too.
         if (std::filesystem::file_size(file.name()) > 0) results.samples = load_results(file.name()).samples;
         keep(context, target, results);
@@ -229,6 +202,26 @@ BenchResults measure_in_processes(const BenchArguments& arguments, const Command
                 context.json_file.empty() ? "" : "; the file of --json has what was measured: go on with --resume"));
     }
     return results;
+}
+
+// Each arm at each amount of work once, compared and under the layer; nothing is timed.
+ExitStatus look_at_arms(const BenchArguments& arguments, const CommandContext& context) {
+    const BenchTarget target = make_target(arguments, context);
+    for (const Family& family : chosen(target.families, arguments))
+        for (const Workload& workload : family.workloads)
+            for (const Arm& arm : family.arms(workload)) {
+                std::string told = "runs";
+                try {
+                    const std::unique_ptr<ArmRun> run = arm.make();
+                    if (run->output()) told += ", its result is the first arm's";
+                    (void)run->run();
+                } catch (const UnsupportedError& reason) {
+                    told = std::string("not applicable: ") + reason.what();
+                }
+                fmt::print("{:18} at {}: {}\n", arm.name, workload.name, told);
+            }
+    fmt::print("The validation layer is silent.\n");
+    return ExitStatus::fine;
 }
 
 ExitStatus measure_patterns(const BenchArguments& arguments, const CommandContext& context, const CommandTime& time) {
@@ -307,6 +300,16 @@ ExitStatus test_self(const BenchArguments& arguments, const CommandContext& cont
     return covers && quiet ? ExitStatus::fine : ExitStatus::disagree;
 }
 
+// What a process with the library does, and no other.
+ExitStatus call_library(const BenchArguments& arguments, const CommandContext& context, const CommandTime& time) {
+    try {
+        return arguments.validation ? look_at_arms(arguments, context) : measure_patterns(arguments, context, time);
+    } catch (const DifferentResults& difference) {
+        fmt::print(stderr, "tandem: {}\n", escaped(difference.what()));
+        return ExitStatus::disagree;
+    }
+}
+
 ExitStatus compare_files(const std::vector<std::string>& files, const CommandContext& context) {
     check_outputs(context, {}, files);
     const ResultsComparison comparison = compare_results(load_results(files[0]), load_results(files[1]));
@@ -322,10 +325,18 @@ ExitStatus compare_files(const std::vector<std::string>& files, const CommandCon
 }
 
 ExitStatus bench(const BenchArguments& arguments, const CommandContext& context) {
+    if (arguments.call_note.empty()) refuse_beside_library(arguments, context);
+    if (!arguments.csv.empty() && (!arguments.compare.empty() || arguments.method == "thesis" || arguments.list ||
+                                      arguments.self_test || arguments.validation))
+        throw InputError(
+            "--csv is for arms that are measured; leave it out, or --compare, --method thesis, --list, --self-test "
+            "and --validation");
     if (!arguments.compare.empty()) return compare_files(arguments.compare, context);
     if (arguments.method == "thesis") return measure_thesis(arguments, context);
     const CommandTime time(context, arguments.seconds);
     return time.work([&] {
+        if (!arguments.call_note.empty()) return call_library(arguments, context, time);
+        if (!arguments.arm_library.empty()) return measure_library(arguments, context, time);
         return arguments.self_test ? test_self(arguments, context, time) : measure_patterns(arguments, context, time);
     });
 }
@@ -377,6 +388,14 @@ void add_bench_command(CLI::App& app, CommandContext& context) {
             "paired (interleaved blocks) or thesis (Ferreira's protocol, which takes no --time)")
         ->check(one_of({"paired", "thesis"}))
         ->capture_default_str();
+    command
+        ->add_option("--arm-library", arguments->arm_library,
+            "Measure the arms of your own shared library, made with <tandem/arm.h> (vulkan/README.md)")
+        ->type_name("FILE");
+    command->add_flag("--validation", arguments->validation,
+        "With --arm-library: run each arm once under Vulkan's validation layer, and time nothing");
+    command->add_option("--call-note", arguments->call_note)->group("");  // for the process that calls the library
+    command->add_option("--csv", arguments->csv, "Write a row for each arm, workload and replicate")->type_name("FILE");
     command->add_option("--compare", arguments->compare, "Compare result B with result A; run nothing")
         ->type_name("A B")
         ->expected(2);
@@ -390,7 +409,9 @@ void add_bench_command(CLI::App& app, CommandContext& context) {
         "  tandem bench --compare old.json new.json\n"
         "  tandem bench --family submission --arm 1-a-submit --size 320x180 --time 20\n"
         "  tandem bench --method thesis --size 160x90 --json thesis.json\n"
-        "Exit status: 0; 1 where --compare finds an arm slower, or --self-test fails; 3 where arms were not measured.");
+        "  tandem bench --arm-library ./my.so --time 20 --json my.json --csv my.csv\n"
+        "Exit status: 0; 1 where --compare finds an arm slower, --self-test fails, or the results of a library's arms "
+        "differ; 3 where arms were not measured.");
     command->callback(
         [&context, arguments] { context.action = [&context, arguments] { return bench(*arguments, context); }; });
 }

@@ -77,15 +77,13 @@ void add_common_options(CLI::App& command, CommandContext& context, const std::s
 
 // What --kernel, --device and --precision are to a command.
 inline constexpr const char* kernel_help =
-    "Vulkan kernels: stages, image-stages, megakernel, fragment, ray-tracing or thesis (default: the fastest for the "
-    "scene)";
+    "Vulkan kernels: stages, image-stages, megakernel, fragment, thesis, ray-tracing or ray-query, the last two also "
+    "with -triangles (default: the fastest for the scene)";
 inline constexpr const char* device_help =
     "Vulkan device: its index, UUID, PCI address or part of its name (see tandem devices)";
 inline constexpr const char* devices_help =
     "Vulkan device: its index, UUID, PCI address or part of its name (see tandem devices). Several between commas, or "
-    "all, share "
-    "the "
-    "work; cpu may be one of them";
+    "all, share the work; cpu may be one of them";
 inline constexpr const char* precision_help = "single, double, contracted or mixed (default: the backend's)";
 
 // The scene of `file`; on stderr, what of its models is not taken over. `inputs` gets the files read. Throws

@@ -85,7 +85,7 @@ std::string text_of(const glm::dvec3& v) { return fmt::format("({:.5g}, {:.5g}, 
 
 // "meets the sphere at (1, 2, 3)", "goes on along (0, 0, 1)"; what both do alike is left out.
 std::string step_of(const Scene& scene, const TracedVertex& vertex, const TracedVertex& other) {
-    if (std::isnan(vertex.t)) return "is not a number";
+    if (!std::isfinite(glm::length(vertex.next_direction)) || std::isnan(vertex.t)) return "is not a number";
     if (!std::isfinite(vertex.t)) return "meets nothing";
     if (vertex.position != other.position || !std::isfinite(other.t))
         return fmt::format("meets the {} at {}{}", scene.entities.front().name, text_of(vertex.position),

@@ -5,9 +5,11 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <set>
 
 #include "common/statistics/multiple_tests.h"
+#include "common/statistics/paired_effect.h"
 
 namespace tandem {
 
@@ -44,18 +46,23 @@ std::vector<double> settled(const ExperimentSamples& samples, std::size_t arm, c
     return {found->second.begin() + static_cast<std::ptrdiff_t>(skipped), found->second.end()};
 }
 
+double median(std::vector<double> values) {
+    std::ranges::sort(values);
+    const std::size_t half = values.size() / 2;
+    return values.size() % 2 == 1 ? values[half] : 0.5 * (values[half - 1] + values[half]);
+}
+
 void add_seconds(ArmResult& result, const std::vector<const ExperimentSamples*>& processes) {
-    std::map<std::string, std::vector<double>> readings;
-    std::vector<double> baseline;
+    std::map<std::string, std::vector<double>> means;
     for (const ExperimentSamples* process : processes) {
         const auto arm = arm_named(*process, result.arm);
         if (!arm) continue;
         for (const auto& [clock, all] : process->arms[*arm].seconds)
-            for (const double seconds : settled(*process, *arm, clock)) readings[clock].push_back(seconds);
-        for (const double seconds : settled(*process, 0, process->clock)) baseline.push_back(seconds);
+            if (const std::vector<double> seconds = settled(*process, *arm, clock); !seconds.empty())
+                means[clock].push_back(trimmed_mean(seconds));
     }
-    for (const auto& [clock, seconds] : readings) result.seconds[clock] = trimmed_mean(seconds);
-    result.baseline_seconds = trimmed_mean(baseline);
+    for (const auto& [clock, seconds] : means) result.seconds[clock] = median(seconds);
+    if (const auto found = means.find(result.clock); found != means.end()) result.replicate_seconds = found->second;
 }
 
 ArmResult result_of(const std::vector<const ExperimentSamples*>& processes, std::size_t arm) {
@@ -70,6 +77,7 @@ ArmResult result_of(const std::vector<const ExperimentSamples*>& processes, std:
         .identity = own.identity,
         .reason = own.reason,
         .seconds = {},
+        .replicate_seconds = {},
         .log_ratio = {},
         .difference = {}};
     ProcessBlocks ratios, differences_;
@@ -155,6 +163,20 @@ Crossover crossover_of(const std::vector<const ArmResult*>& sizes, const std::st
 
 }  // namespace
 
+const char* name_of(Change change) {
+    constexpr std::array<const char*, 4> names{"same", "faster", "slower", "ambiguous"};
+    return names[static_cast<std::size_t>(change)];
+}
+
+Change change_of(double low, double high, double p) {
+    constexpr double alpha = 0.05;
+    if (equivalent({low - 1.0, high - 1.0}, negligible_change)) return Change::same;
+    if (p <= alpha && high < 1.0) return Change::faster;
+    if (p <= alpha && low > 1.0) return Change::slower;
+    return Change::ambiguous;
+}
+
+Change ArmResult::verdict() const { return change_of(ratio_low(), ratio_high(), p_family); }
 double ArmResult::ratio() const { return std::exp(log_ratio.value); }
 double ArmResult::ratio_low() const { return std::exp(log_ratio.low); }
 double ArmResult::ratio_high() const { return std::exp(log_ratio.high); }
@@ -174,6 +196,23 @@ std::vector<ArmResult> analyse(const std::vector<ExperimentSamples>& samples) {
             }
     }
     correct_families(results);
+    return results;
+}
+
+std::vector<ReplicateResult> replicates_of(const std::vector<ExperimentSamples>& samples) {
+    constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
+    std::map<std::pair<std::string, std::string>, std::size_t> counts;
+    std::vector<ReplicateResult> results;
+    for (const ExperimentSamples& one : samples) {
+        const std::size_t replicate = ++counts[{one.family, one.workload.name}];
+        for (std::size_t arm = 0; arm < one.arms.size(); ++arm) {
+            const std::vector<double> seconds = settled(one, arm, one.clock);
+            const std::vector<double> ratios = arm > 0 ? log_ratios(one, arm) : std::vector<double>{};
+            results.push_back({one.family, one.arms[arm].arm, one.arms.front().arm, one.clock, one.workload, replicate,
+                seconds.size(), seconds.empty() ? unknown : trimmed_mean(seconds),
+                ratios.empty() ? unknown : std::exp(trimmed_mean(ratios))});
+        }
+    }
     return results;
 }
 

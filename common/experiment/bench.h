@@ -1,9 +1,11 @@
 // What a room offers to `tandem bench`: families of arms on one device, and the claims that they decide.
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <nlohmann/json.hpp>
 
+#include "common/error.h"
 #include "common/experiment/claims.h"
 #include "common/scene/scene.h"
 
@@ -14,6 +16,16 @@ struct BenchRequest {
     std::string device;  // as BackendOptions::device
     Scene scene;
     std::vector<std::pair<std::uint32_t, std::uint32_t>> sizes;  // of images, ascending; empty: fit for the device
+    std::string arm_library = {};  // a user's own arms (vulkan/bench/own_arms/tandem/arm.h); empty: the program's
+    bool validation = false;       // his arms under the validation layer
+    // Is told which function of his library is about to be called, and, empty, that it has returned.
+    std::function<void(const std::string& where)> entering = {};
+};
+
+// Arms of a library whose results are not the same.
+class DifferentResults : public Error {
+public:
+    using Error::Error;
 };
 
 // One job of the thesis's experiment.

@@ -153,7 +153,7 @@ ArmCount count_arms(
 }
 
 void merge(BenchResults& results, BenchResults other, const std::string& whose) {
-    for (const char* fact : {"name", "driver_name", "driver_version", "device_uuid", "spirv_hash"})
+    for (const char* fact : {"name", "driver_name", "driver_version", "device_uuid", "spirv_hash", "arm_library_hash"})
         if (results.device.value(fact, "") != other.device.value(fact, ""))
             throw input_error(whose, std::string("/device/") + fact, "is not what this device has",
                 "resume on the same device, driver and build");

@@ -52,20 +52,7 @@ std::string described(const OwnTimes& times, const char* where) {
     return fmt::format("{}, {} at {}: only in {}", times.family, times.arm, times.workload, where);
 }
 
-Change change_of(const ChangeOfArm& arm) {
-    constexpr double alpha = 0.05;
-    if (equivalent({arm.low - 1.0, arm.high - 1.0}, negligible_change)) return Change::same;
-    if (arm.p_family <= alpha && arm.high < 1.0) return Change::faster;
-    if (arm.p_family <= alpha && arm.low > 1.0) return Change::slower;
-    return Change::ambiguous;
-}
-
 }  // namespace
-
-const char* name_of(Change change) {
-    constexpr std::array<const char*, 4> names{"same", "faster", "slower", "ambiguous"};
-    return names[static_cast<std::size_t>(change)];
-}
 
 ResultsComparison compare_results(const BenchResults& a, const BenchResults& b) {
     const std::vector<OwnTimes> first = own_times(a), second = own_times(b);
@@ -87,8 +74,9 @@ ResultsComparison compare_results(const BenchResults& a, const BenchResults& b) 
         if (find_same(first, times) == nullptr) comparison.only_in_one.push_back(described(times, "B"));
     const std::vector<double> adjusted = holm_adjusted(p_values);
     for (std::size_t i = 0; i < adjusted.size(); ++i) {
-        comparison.arms[i].p_family = adjusted[i];
-        comparison.arms[i].change = change_of(comparison.arms[i]);
+        ChangeOfArm& arm = comparison.arms[i];
+        arm.p_family = adjusted[i];
+        arm.change = change_of(arm.low, arm.high, arm.p_family);
     }
     return comparison;
 }

@@ -5,29 +5,19 @@
 
 namespace tandem {
 
-enum class Change : std::uint32_t {
-    same,       // the whole interval lies within the margin
-    faster,     // significantly, Holm over all arms
-    slower,     // likewise
-    ambiguous,  // neither
-};
-[[nodiscard]] const char* name_of(Change change);
-
 // One arm's own time in B over that in A. The runs were not interleaved, so what differs may be the machine's mood:
 // the interval knows only the scatter within each file.
 struct ChangeOfArm {
     std::string family, arm, workload;
     double ratio = 1.0, low = 1.0, high = 1.0;  // 95 %
     double p_family = 1.0;
-    Change change = Change::ambiguous;
+    Change change = Change::ambiguous;  // Holm over all arms
 };
 
 struct ResultsComparison {
     std::vector<ChangeOfArm> arms;         // in both files
     std::vector<std::string> only_in_one;  // "memory, per-set at …: only in A"
 };
-
-inline constexpr double negligible_change = 0.02;  // relative
 
 [[nodiscard]] ResultsComparison compare_results(const BenchResults& a, const BenchResults& b);
 [[nodiscard]] nlohmann::json to_json(const ResultsComparison& comparison);

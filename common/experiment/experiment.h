@@ -52,11 +52,14 @@ struct Workload {
 
 // One factor varied, crossed with workload size.
 struct Family {
-    std::string name;                                       // "memory"
-    std::string question;                                   // what a reader wants to know
-    std::string hypothesis;                                 // what is expected, and
-    std::string source;                                     // who says so
-    std::string held;                                       // what stays the same
+    std::string name;        // "memory"
+    std::string question;    // what a reader wants to know
+    std::string hypothesis;  // what is expected, and
+    std::string source;      // who says so
+    std::string held;        // what stays the same
+    // What a run of the baseline does, and from when to when its total lasts. Baselines of two families with the same
+    // text take the same time at the same workload.
+    std::string base;
     std::string clock = "total";                            // the readings that arms are compared by
     bool everywhere = true;                                 // false: a device may lack what all arms need
     std::string along;                                      // the workload factor that grows

@@ -29,6 +29,10 @@ struct BenchResults {
 [[nodiscard]] BenchResults results_from_json(const nlohmann::json& json, const std::string& file);
 [[nodiscard]] BenchResults load_results(const std::string& file);
 
+// As comma-separated values [RFC 4180], units in the header: for each arm at each workload a row for each replicate,
+// and one for all of them together.
+[[nodiscard]] std::string to_csv(const BenchResults& results);
+
 // As text: a table a family, then claims and crossovers.
 [[nodiscard]] std::string to_text(const BenchResults& results, const std::vector<Claim>& claims);
 

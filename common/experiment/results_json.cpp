@@ -54,11 +54,13 @@ json to_json(const ArmResult& result) {
     json clocks = json::object();
     for (const auto& [clock, seconds] : result.seconds) clocks[clock] = number(1e3 * seconds);
     entry["milliseconds"] = clocks;
+    entry["replicate_milliseconds"] = milliseconds(result.replicate_seconds);
     if (!result.timed()) return entry;
     entry["ratio"] = number(result.ratio());
     entry["ratio_low"] = number(result.ratio_low());
     entry["ratio_high"] = number(result.ratio_high());
     if (result.arm == result.baseline) return entry;
+    entry["verdict"] = name_of(result.verdict());
     entry["p"] = result.log_ratio.p;
     entry["p_family"] = result.p_family;
     entry["smallest_detectable_relative"] = number(result.smallest_detectable_relative());
@@ -142,7 +144,7 @@ ExperimentSamples samples_from(const json& entry) {
 
 json texts_of(const Family& family) {
     return {{"name", family.name}, {"question", family.question}, {"hypothesis", family.hypothesis},
-        {"source", family.source}, {"held", family.held}, {"clock", family.clock}, {"along", family.along}};
+        {"source", family.source}, {"held", family.held}, {"base", family.base}, {"clock", family.clock}, {"along", family.along}};
 }
 
 json to_json(const BenchResults& results, const std::vector<Claim>& claims) {

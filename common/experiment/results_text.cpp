@@ -13,10 +13,33 @@ std::string line_of(const ArmResult& arm) {
     const std::string time =
         total == arm.seconds.end() ? std::string(11, ' ') : fmt::format("{:8.4g} ms", 1e3 * total->second);
     if (!arm.timed()) return fmt::format("    {:18} {}  {}: {}\n", arm.arm, time, name_of(arm.identity), arm.reason);
-    if (arm.arm == arm.baseline) return fmt::format("    {:18} {}  baseline\n", arm.arm, time);
+    if (arm.arm == arm.baseline) {
+        const auto [lowest, highest] = std::ranges::minmax(arm.replicate_seconds);
+        return fmt::format("    {:18} {}  baseline; replicates take {:.4g} to {:.4g} ms\n", arm.arm, time, 1e3 * lowest,
+            1e3 * highest);
+    }
     return fmt::format("    {:18} {}  {:6.3f} times ({:.3f} to {:.3f}){}  {} blocks, {}\n", arm.arm, time, arm.ratio(),
         arm.ratio_low(), arm.ratio_high(), arm.p_family <= 0.05 ? " *" : "  ", arm.log_ratio.blocks,
         name_of(arm.identity));
+}
+
+// What is said of an arm of a user's library: there are no claims to judge it by.
+std::string verdict_line(const ArmResult& arm) {
+    const std::string effect = fmt::format("{:+.1f} % ({:+.1f} to {:+.1f})", 100.0 * (arm.ratio() - 1.0),
+        100.0 * (arm.ratio_low() - 1.0), 100.0 * (arm.ratio_high() - 1.0));
+    switch (arm.verdict()) {
+        case Change::faster:
+        case Change::slower:
+            return fmt::format("  {} is {} than {} at {}: {}\n", arm.arm, name_of(arm.verdict()), arm.baseline,
+                arm.workload.name, effect);
+        case Change::same:
+            return fmt::format("  {} takes as long as {} at {}, to within {:g} %: {}\n", arm.arm, arm.baseline,
+                arm.workload.name, 100.0 * negligible_change, effect);
+        case Change::ambiguous:
+            break;
+    }
+    return fmt::format("  {} beside {} at {}: not known well enough, {}; give more --time\n", arm.arm, arm.baseline,
+        arm.workload.name, effect);
 }
 
 // Empty for results from before the clocks were related.
@@ -55,6 +78,9 @@ std::string to_text(const BenchResults& results, const std::vector<Claim>& claim
     for (const nlohmann::json& family : results.families) {
         const std::string name = family.at("name");
         text += fmt::format("\n{}: {}\n", name, family.at("question").get<std::string>());
+        // Stored results may know no base.
+        if (const std::string base = family.value("base", ""); !base.empty())
+            text += fmt::format("  base: {}; compared by '{}'\n", base, family.at("clock").get<std::string>());
         std::string workload;
         for (const ArmResult& arm : arms) {
             if (arm.family != name) continue;
@@ -70,6 +96,11 @@ std::string to_text(const BenchResults& results, const std::vector<Claim>& claim
             text += fmt::format("  {}: {}\n", crossover.arm, crossover.text);
     }
     text += "\nTimes the baseline's time, 95 % interval; *: significant, Holm over the family.\n";
+    if (results.device.contains("arm_library_hash")) {
+        text += "\nVerdict on this device\n";
+        for (const ArmResult& arm : arms)
+            if (arm.timed() && arm.arm != arm.baseline) text += verdict_line(arm);
+    }
     const std::vector<ClaimResult> verdicts = judge_claims(claims, results.samples);
     const auto measured = [](const ClaimResult& claim) { return claim.verdict != ClaimVerdict::not_applicable; };
     if (std::ranges::any_of(verdicts, measured)) text += "\nClaims on this device\n";

@@ -110,6 +110,21 @@ void run_block(std::vector<Contender>& contenders, ExperimentSamples& samples, s
     }
 }
 
+// A device that idled while arms were made runs at a lower clock, and takes up to so long to come back: less after
+// short pauses. Its readings scatter little meanwhile, so that no test of a few blocks can tell them for warm-up.
+constexpr double longest_warm_up = 0.5, warm_up_a_second = 0.3;
+
+// Runs all contenders in turn for so long, untimed.
+void warm_up(const std::vector<Contender>& contenders, double seconds, const std::stop_token& stop,
+    const std::function<double()>& now) {
+    const double start = now();
+    const auto runs = [](const Contender& contender) { return contender.run != nullptr; };
+    if (std::ranges::none_of(contenders, runs)) return;
+    while (now() - start < seconds && !stop.stop_requested())
+        for (const Contender& contender : contenders)
+            if (contender.run) (void)contender.run->run();
+}
+
 // How many blocks would make every ratio's interval narrow, as their scatter so far foretells.
 double blocks_needed(const ExperimentSamples& samples, double narrow) {
     double most = 0.0;
@@ -192,6 +207,8 @@ ExperimentSamples run_experiment(const Family& family, const Workload& workload,
             ? 1
             : static_cast<std::uint64_t>(std::max(1.0,
                   std::min({1000.0, std::ceil(options.least_reading / shortest), options.longest_reading / longest})));
+    warm_up(contenders, std::min({longest_warm_up, warm_up_a_second * (now() - made_start), options.seconds}),
+        options.stop, now);
     const double start = now();
     samples.made_seconds = start - made_start;
     std::size_t blocks = 0, next_look = options.least_blocks;
@@ -204,7 +221,7 @@ ExperimentSamples run_experiment(const Family& family, const Workload& workload,
             samples.ended = "budget";
         } else if (blocks >= options.most_blocks) {
             samples.ended = "blocks";
-        } else if (blocks >= next_look) {
+        } else if (blocks >= next_look && now() - start >= options.least_seconds) {
             publish(contenders, samples);
             const double needed = blocks_needed(samples, options.narrow);
             if (needed <= static_cast<double>(blocks)) samples.ended = "narrow";

@@ -44,7 +44,8 @@ struct RunnerOptions {
     double least_reading = 2e-3;    // seconds: shorter runs are repeated within a reading,
     double longest_reading = 0.1;   // but no arm's reading gets longer than this by repetition
     double narrow = 0.01;           // stop once every ratio's 95 % interval is within ± this
-    std::size_t least_blocks = 16;  // before "narrow" is believed
+    std::size_t least_blocks = 16;  // before "narrow" is believed,
+    double least_seconds = 0.5;     // and so long: a device that idled may take some tenths to reach its full clock
     std::size_t fewest_blocks = 5;  // even where the budget has run out; then Student's t makes them wide
     std::size_t most_blocks = 400;
     std::uint64_t seed = 1;

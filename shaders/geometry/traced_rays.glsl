@@ -20,6 +20,20 @@ bool begins_beyond(Ray ray) {
     return has_medium_scattering && max(origin.x, max(origin.y, origin.z)) > 16.0 * scene.extent;
 }
 
+#ifdef DEVICE_TRIANGLES
+// The device says which triangle is met; where on it, the bounds of surface.glsl are derived for Tandem's weights, and the
+// device's own are left where Tandem sees the triangle from its edge. Also, Mesa's lavapipe (seen with 25.0.7) gives the
+// closest triangle the hit attributes of boxes that were turned down.
+void weigh_anew(inout Hit hit, Ray ray) {
+    const Triangle triangle = triangle_at(hit.slot);
+    const Ray resting = at_rest(ray, hit.slot);
+    const vec3 edges = seen_by(triangle, resting, frame_of_ray(ray)).edges;
+    precise float sum = edges.x + edges.y + edges.z;
+    if (sum != 0.0) hit.local = vec3(edges.yz, sum);
+    if (has_far_corners) hit.t = plane_distance(triangle, resting);
+}
+#endif
+
 Hit closest_hit(Ray ray, uint own, bool inside) {
     if (begins_beyond(ray)) return walked_closest_hit(ray, own, inside);
     if (!is_sound(ray)) return Hit(ray_max, hit_none, 0, vec3(0.0));
@@ -30,8 +44,7 @@ Hit closest_hit(Ray ray, uint own, bool inside) {
     const bool unwanted = best.slot == own || (ray_min > 0.0 && best.t < ray_min);
     if (has_triangles && best.slot < triangle_total() && unwanted)
         best = nearest_hit(ray, own, inside, gl_RayFlagsNoOpaqueEXT);
-    if (has_far_corners && best.slot < triangle_total())
-        best.t = plane_distance(triangle_at(best.slot), at_rest(ray, best.slot));
+    if (has_triangles && best.slot < triangle_total()) weigh_anew(best, ray);
 #endif
     locate(best, ray);
     return best;

@@ -82,6 +82,7 @@ class Exercises(unittest.TestCase):
             "03-ray-sphere.glsl": (SPHERE + " { return -1.0; }", r"right meets the sphere at \(.+\); yours meets nothing"),
             "01-camera-ray.glsl": ("vec3 camera_ray(vec2 film, float field, float aspect) { return vec3(sqrt(-field)); }",
                                    r"right meets the film at \(.+, -2\); yours is not a number"),
+            "17-refraction.glsl": ("vec3 refracted(vec3 d, vec3 n, float eta) { return vec3(sqrt(-eta)); }", r"right .+; yours is not a number"),
             "19-schlick.glsl": ("float schlick(float cosine, float r0) { return r0; }", None),
         }
         for file, (text, told) in steps.items():
@@ -97,7 +98,7 @@ class Exercises(unittest.TestCase):
                 drawing = xml.etree.ElementTree.parse(picture).getroot()
                 lines = [line.get("stroke") for line in drawing.iter("{http://www.w3.org/2000/svg}path")]
                 self.assertIn("#d33", lines)  # the right path
-                self.assertEqual("#06c" in lines, "not a number" not in told)
+                self.assertEqual("#06c" in lines, file != "01-camera-ray.glsl")  # whose first ray has no direction
 
     def test_results_that_overflow_do_not_hide_the_cause(self):
         signature = "float power_heuristic(float own, float other)"

@@ -74,6 +74,16 @@ class Installed(Elsewhere):
         result = self.run_(PROGRAM, "compare", "--help")
         self.assertEqual(result.returncode, FINE)
 
+    def test_own_arms_are_compiled_measured_and_drawn(self):
+        shutil.copy(PREFIX / "share/tandem/arms/template.c", self.folder / "my.c")
+        compiled = self.run_("cc", "-shared", "-fPIC", f"-I{PREFIX / 'include'}", "-o", "my.so", "my.c", "-lvulkan")
+        self.assertEqual(compiled.returncode, 0, compiled.stderr)
+        result = self.run_(PROGRAM, "bench", "--arm-library", "my.so", "--time", 2, "--replicates", 1, "--json", "my.json")
+        self.assertEqual(result.returncode, FINE, result.stderr)
+        result = self.run_("/usr/bin/python3", PREFIX / "bin" / "tandem-report", "my.json")
+        self.assertEqual(result.returncode, FINE, result.stderr)
+        self.assertIn("many-fills", (self.folder / "my.html").read_text())
+
     def test_the_report_is_made(self):
         self.run_(PROGRAM, "verify", "furnace", "--candidate", "cpu", "--reference", "oracle", "--no-paired", "--size", 8,
                   "--samples", 64, "--report", "report")

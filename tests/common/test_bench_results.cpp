@@ -1,7 +1,9 @@
 // Results of tandem bench: what is written is read back, two of them are compared, and the thesis's protocol is kept.
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <string_view>
 
 #include "common/error.h"
 #include "common/experiment/compare_results.h"
@@ -57,6 +59,59 @@ private:
 };
 
 }  // namespace
+
+TEST_CASE("a replicate in which the device was slow does not make the baseline's time") {
+    BenchResults results = results_with(0.0017, 0.0034);
+    results.samples.resize(5, results.samples.front());
+    ExperimentSamples& slow = results.samples.front();  // more blocks than all others, as the first replicate has
+    for (ArmSamples& arm : slow.arms)
+        for (auto& [clock, seconds] : arm.seconds) {
+            for (double& value : seconds) value *= 3.0;
+            const std::vector<double> once = seconds;
+            for (int i = 0; i < 5; ++i) seconds.insert(seconds.end(), once.begin(), once.end());
+        }
+    const std::vector<ArmResult> arms = analyse(results.samples);
+    CHECK(arms[0].seconds.at("total") == doctest::Approx(0.0017).epsilon(0.002));
+    CHECK(arms[0].replicate_seconds.size() == 5);
+    CHECK(arms[0].replicate_seconds.front() == doctest::Approx(0.0051).epsilon(0.002));
+    CHECK(arms[1].ratio() == doctest::Approx(2.0).epsilon(0.002));  // formed within blocks
+    CHECK(arms[1].verdict() == Change::slower);
+    const nlohmann::json json = to_json(results, {});
+    CHECK(json.at("arms").at(1).at("verdict") == "slower");
+    CHECK(json.at("arms").at(0).at("replicate_milliseconds").size() == 5);
+}
+
+TEST_CASE("a verdict needs an interval that lies on one side, or within the margin") {
+    CHECK(change_of(0.985, 1.015, 0.5) == Change::same);
+    CHECK(change_of(0.985, 0.995, 0.001) == Change::same);  // significant, and negligible
+    CHECK(change_of(0.90, 0.95, 0.001) == Change::faster);
+    CHECK(change_of(1.05, 1.20, 0.001) == Change::slower);
+    CHECK(change_of(1.05, 1.20, 0.06) == Change::ambiguous);  // by chance among so many
+    CHECK(change_of(0.90, 1.10, 0.9) == Change::ambiguous);
+}
+
+TEST_CASE("the table has a row for each replicate and one for all, units in its header, and quotes what needs it") {
+    BenchResults results = results_with(0.01, 0.02);
+    results.samples.push_back(results.samples.front());
+    for (ExperimentSamples& samples : results.samples) samples.arms[2].reason = "one \"queue\", no more";
+    const std::string table = to_csv(results);
+    CHECK(std::ranges::count(table, '\n') == 1 + 3 * 3);
+    CHECK(table.starts_with(
+        "family,workload,work unit,work [work unit],arm,baseline,clock,replicate,blocks [1],time a run [ms],"));
+    const auto milliseconds_after = [&](const std::string& place) {
+        const std::size_t at = table.find(place);
+        REQUIRE(at != std::string::npos);
+        return std::stod(table.substr(at + place.size()));
+    };
+    CHECK(milliseconds_after("f,one,size,1,other,plain,total,1,20,") == doctest::Approx(20.0).epsilon(0.003));
+    CHECK(milliseconds_after("f,one,size,1,plain,plain,total,all,40,") == doctest::Approx(10.0).epsilon(0.002));
+    CHECK(table.find(",slower,identical,\r\n") != std::string::npos);
+    CHECK(table.find(",not-applicable,\"one \"\"queue\"\", no more\"\r\n") != std::string::npos);
+    for (std::size_t begin = 0, end = 0; (end = table.find("\r\n", begin)) != std::string::npos; begin = end + 2) {
+        const std::string_view row = std::string_view(table).substr(begin, end - begin);
+        if (row.find('"') == std::string_view::npos) CHECK(std::ranges::count(row, ',') == 19);
+    }
+}
 
 TEST_CASE("results are read back as they were written") {
     const BenchResults results = results_with(0.01, 0.02);

@@ -111,6 +111,47 @@ std::vector<double> zigzag(double centre, double relative, std::size_t count = 2
 
 }  // namespace
 
+namespace {
+
+// A run on a device that idles for a second while an arm is made, and takes three times as long until 0.4 s after.
+class IdledRun : public ArmRun {
+public:
+    IdledRun(SyntheticClock& clock, std::shared_ptr<double> awake) : clock_(clock), awake_(std::move(awake)) {
+        clock_.now += 1.0;
+        *awake_ = clock_.now + 0.4;
+    }
+    ClockReadings run() override {
+        const double taken = clock_.now < *awake_ ? 0.03 : 0.01;
+        clock_.now += taken;
+        return {{"total", taken}};
+    }
+
+private:
+    SyntheticClock& clock_;
+    std::shared_ptr<double> awake_;
+};
+
+}  // namespace
+
+TEST_CASE("a device that idled while arms were made is at its full clock before the first block") {
+    SyntheticClock clock(1);
+    const auto awake = std::make_shared<double>(0.0);
+    Family family = family_of(clock, {});
+    family.arms = [&](const Workload&) {
+        const auto make = [&] { return std::make_unique<IdledRun>(clock, awake); };
+        return std::vector<Arm>{{"first", "", make}, {"second", "", make}};
+    };
+    const ExperimentSamples samples = run_experiment(family, family.workloads[0], options_on(clock, 1));
+    for (const ArmSamples& arm : samples.arms) {
+        REQUIRE(!arm.seconds.at("total").empty());
+        CHECK(std::ranges::max(arm.seconds.at("total")) == doctest::Approx(0.01));
+    }
+    RunnerOptions hurried = options_on(clock, 1);
+    hurried.seconds = 0.01;  // not more time for it than there is for the blocks
+    CHECK(std::ranges::max(run_experiment(family, family.workloads[0], hurried).arms[0].seconds.at("total")) ==
+          doctest::Approx(0.03));
+}
+
 TEST_CASE("a busy-wait of known length is reported with a covering interval, at the declared rate") {
     constexpr int experiments = 200;
     int misses = 0, ratio_misses = 0;
@@ -235,6 +276,7 @@ TEST_CASE("blocks run every arm once, in an order that the seed decides") {
     options.most_blocks = 24;
     options.seconds = 1e9;
     options.narrow = 1e-9;
+    options.now = [] { return 0.0; };  // nothing takes time, so that there is no untimed run but the two of each
     const auto run = [&](std::uint64_t seed) {
         options.seed = seed;
         order.clear();

@@ -173,6 +173,64 @@ class CostReport(unittest.TestCase):
             self.assertIn(text, told["text"].replace("\u00a0", " "))
 
 
+def bench_report():
+    """As tandem bench --arm-library writes: an arm that is slower, and one that this device has not."""
+    def arm(name, work, ms, ratio, **more):
+        compared = {"p": 0.001, "p_family": 0.001, "verdict": "slower"} if ratio != 1 else {}
+        return {"family": "fills", "arm": name, "text": f"what {name} does", "baseline": "one-fill", "clock": "total",
+                "workload": {"name": f"{work} bytes", "factors": {"bytes": work}}, "milliseconds": {"total": ms}, "samples": 40,
+                "ratio": ratio, "ratio_low": 0.97 * ratio, "ratio_high": 1.03 * ratio, "identity": "identical", **compared, **more}
+    arms, raw = [], []
+    for work in (65536, 1048576):
+        lacks = {"family": "fills", "arm": "never", "text": "", "baseline": "one-fill", "clock": "total", "samples": 0,
+                 "workload": {"name": f"{work} bytes", "factors": {"bytes": work}}, "milliseconds": {},
+                 "identity": "not-applicable", "reason": "a reason of so many words that it does not fit a line of a telephone"}
+        arms += [arm("one-fill", work, 0.1, 1), arm("many-fills", work, 0.3, 3), lacks]
+        raw += [{"family": "fills", "workload": {"name": f"{work} bytes"}, "arms": [
+            {"arm": "one-fill", "milliseconds": {"total": [0.1 * x] * 5}},
+            {"arm": "many-fills", "milliseconds": {"total": [0.3 * x] * 5}}, {"arm": "never", "milliseconds": {}}]} for x in (0.9, 1, 1.2)]
+    family = {"name": "fills", "question": "Does it matter?", "held": "all", "clock": "total", "along": "bytes", "base": "a fill"}
+    return {"device": {"name": "a device", "driver_name": "d", "driver_version": "1", "arm_library_hash": "0"}, "git": "abc",
+            "command": "tandem bench --arm-library my.so", "floor": {"median_milliseconds": 0.05}, "families": [family], "arms": arms,
+            "claims": [], "crossovers": [], "raw": raw}
+
+
+class BenchReport(unittest.TestCase):
+    def shown(self, width):
+        folder = pathlib.Path(tempfile.mkdtemp())
+        self.addCleanup(shutil.rmtree, folder)
+        file = folder / "bench.json"
+        file.write_text(json.dumps(bench_report()))
+        run(sys.executable, SCRIPTS / "report", file)
+        page = folder / "bench.html"
+        page.write_text(page.read_text() + PROBE.replace('document.querySelector(".flip")', "document.body").replace(
+            'getComputedStyle(f.querySelector("img + img")).opacity', '""').replace('".scroll, figure, p, li"', '"p, li, td, h1, h2"'))
+        shown = run(BROWSER, "--headless", "--no-sandbox", "--disable-gpu", f"--user-data-dir={folder / 'profile'}",
+                    f"--window-size={width},1600", "--virtual-time-budget=5000", "--dump-dom", page.as_uri()).stdout
+        return json.loads(html.unescape(shown.split("<title>", 1)[1].split("</title>", 1)[0]))
+
+    def test_the_page_of_tandem_bench_has_verdict_plots_and_tables(self):
+        told = self.shown(1200)
+        self.assertEqual(len(told["plots"]), 3)  # over the work, and one at each amount
+        self.assertEqual(told["fetched"], [])
+        for text in ("many-fills: slower than one-fill at 1048576 bytes: +200.0 %", "0.09 to 0.12", "a fill",
+                     "not applicable: a reason of so many words"):
+            self.assertIn(text, told["text"].replace("\u00a0", " "))
+
+    def test_it_fits_a_telephone(self):
+        told = self.shown(400)
+        self.assertLessEqual(told["wide"], 0)
+        self.assertEqual(told["clipped"], [])
+
+    def test_what_has_no_arms_is_refused(self):
+        file = pathlib.Path(tempfile.mkdtemp()) / "thesis.json"
+        self.addCleanup(shutil.rmtree, file.parent)
+        file.write_text(json.dumps({"thesis": {}}))
+        result = subprocess.run([sys.executable, SCRIPTS / "report", file], capture_output=True, text=True, timeout=60)
+        self.assertEqual(result.returncode, 2)
+        self.assertIn("tandem bench --json", result.stderr)
+
+
 # Appended to a copy of the overview: moves the slider, chooses another picture, and tells what the page measures of itself.
 OVERVIEW_PROBE = """<script>
 addEventListener("load", () => {

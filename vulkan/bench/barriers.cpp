@@ -31,6 +31,7 @@ Family barriers_family(const SharedDevice& device) {
     family.hypothesis = "Narrow barriers cost less than wide ones, few commands less than many";
     family.source = "AMD: batch barriers; Khronos samples: pipeline_barriers";
     family.held = "the dispatches of a frame and where they are ordered, one submission, memory, one recording thread";
+    family.base = plain_frame;
     family.along = "pixels";
     for (const ImageSize& size : device->sizes()) family.workloads.push_back(workload_of({size, 4, device->bounces()}));
     family.arms = [device](const Workload& workload) {

@@ -3,6 +3,7 @@
 #include "common/error.h"
 #include "vulkan/bench/device_facts.h"
 #include "vulkan/bench/families.h"
+#include "vulkan/bench/own_arms/own_arms.h"
 #include "vulkan/bench/thesis_window.h"
 
 namespace tandem {
@@ -87,17 +88,6 @@ private:
     std::shared_ptr<ThesisWindow> presentation_;
 };
 
-std::vector<double> time_empty_submissions(const Device& device, std::size_t count) {
-    Submission submission(device, {});
-    std::vector<double> seconds;
-    for (std::size_t i = 0; i < count; ++i) {
-        submission.add({}, [](const vk::raii::CommandBuffer&) {});
-        const SubmissionTimes times = submission.run();
-        seconds.push_back(times.submit + times.wait);
-    }
-    return seconds;
-}
-
 }  // namespace
 
 std::vector<Family> all_families(const SharedDevice& device, const MakeShowPlace& make_window) {
@@ -110,6 +100,7 @@ std::vector<Family> all_families(const SharedDevice& device, const MakeShowPlace
 }
 
 BenchTarget vulkan_bench(const BenchRequest& request, const MakeShowPlace& make_window) {
+    if (!request.arm_library.empty()) return own_arms_bench(request);
     const auto device = std::make_shared<BenchDevice>(request);
     BenchTarget target;
     target.device = facts_of(device->device());

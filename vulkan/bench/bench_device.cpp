@@ -170,6 +170,17 @@ double overlap_of(std::vector<std::pair<double, double>> spans) {
     return overlap;
 }
 
+std::vector<double> time_empty_submissions(const Device& device, std::size_t count) {
+    Submission submission(device, {});
+    std::vector<double> seconds;
+    for (std::size_t i = 0; i < count; ++i) {
+        submission.add({}, [](const vk::raii::CommandBuffer&) {});
+        const SubmissionTimes times = submission.run();
+        seconds.push_back(times.submit + times.wait);
+    }
+    return seconds;
+}
+
 std::unique_ptr<ArmRun> run_of(std::function<ClockReadings()> run) {
     return std::make_unique<FunctionRun>(std::move(run));
 }

@@ -68,6 +68,12 @@ struct RenderWork {
 [[nodiscard]] Workload workload_of(const RenderWork& work);
 [[nodiscard]] RenderWork work_of(const Workload& workload);
 
+// What render_arm times with the patterns' defaults: Family::base of all families whose baseline it is.
+inline constexpr const char* plain_frame =
+    "a frame of the six stages as a wavefront: recorded anew by one thread, a command buffer a sample and one for the "
+    "sums, "
+    "in one submission, with a fence; its total lasts from before recording to the end of the wait";
+
 // Times frames of an unchanged scene; the gate compares whole renders.
 [[nodiscard]] Arm render_arm(const SharedDevice& device, const Workload& workload, std::string name, std::string text,
     const JobPatterns& patterns);
@@ -97,6 +103,9 @@ private:
 
 // Clocks of a frame as readings.
 [[nodiscard]] ClockReadings readings_of(const SubmissionTimes& times, double total);
+
+// Seconds that so many submissions of nothing took, each with its wait.
+[[nodiscard]] std::vector<double> time_empty_submissions(const Device& device, std::size_t count);
 
 // An arm's `run` as a function, for arms that are not about rendering; what it owns lives in its captures.
 [[nodiscard]] std::unique_ptr<ArmRun> run_of(std::function<ClockReadings()> run);

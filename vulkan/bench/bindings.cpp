@@ -47,6 +47,7 @@ Family parameters_family(const SharedDevice& device) {
     family.hypothesis = "Push constants beat bindings; constants known to the compiler beat both";
     family.source = "VComputeBench; denied by Khronos on Mali; Khronos samples: specialization_constants (+4.4 %)";
     family.held = "the dispatches of a frame, their parameters' values, one submission, memory, one recording thread";
+    family.base = plain_frame;
     family.along = "pixels";
     for (const ImageSize& size : device->sizes()) family.workloads.push_back(workload_of({size, 4, device->bounces()}));
     family.arms = [device](const Workload& workload) {
@@ -69,6 +70,7 @@ Family descriptors_family(const SharedDevice& device) {
         "A set for each combination, written once, is the cheapest; few re-updated sets cost no more (S2)";
     family.source = "Ferreira 2019; Khronos samples: descriptor_management; vkoverhead";
     family.held = "the dispatches of a frame, the buffers, one submission, memory, one recording thread";
+    family.base = plain_frame;
     family.along = "pixels";
     for (const ImageSize& size : device->sizes()) family.workloads.push_back(workload_of({size, 4, device->bounces()}));
     family.arms = [device](const Workload& workload) {

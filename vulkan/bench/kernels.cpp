@@ -36,6 +36,11 @@ JobPatterns with_kernel(KernelShape kernel) {
     return patterns;
 }
 
+constexpr const char* megakernel_frame =
+    "a frame of one kernel for whole paths, an invocation a pixel: recorded anew by one thread, in one submission, "
+    "with a "
+    "fence; its total lasts from before recording to the end of the wait";
+
 }  // namespace
 
 Family kernels_family(const SharedDevice& device) {
@@ -45,6 +50,7 @@ Family kernels_family(const SharedDevice& device) {
     family.hypothesis = "A wavefront with compaction beats the thesis's six dispatches over the image and a megakernel";
     family.source = "Ferreira 2019; Laine, Karras and Aila 2013 (36 to 220 %)";
     family.held = "the paths, the scene, one submission, memory, one recording thread";
+    family.base = plain_frame;
     family.along = "pixels";
     for (const ImageSize& size : device->sizes()) family.workloads.push_back(workload_of({size, 4, device->bounces()}));
     family.arms = [device](const Workload& workload) {
@@ -82,6 +88,7 @@ Family workgroups_family(const SharedDevice& device) {
     family.hypothesis = "64 or fewer (Arm), multiples of 64 (AMD)";
     family.source = "Arm; AMD";
     family.held = "the kernels, the paths, one submission, memory, one recording thread";
+    family.base = plain_frame;
     family.along = "pixels";
     for (const ImageSize& size : {device->sizes().front(), device->sizes().back()})
         if (family.workloads.empty() || size.pixels() > family.workloads.front().factors.at("pixels"))
@@ -112,6 +119,7 @@ Family megakernel_family(const SharedDevice& device) {
         "Claims spare subgroups the wait for their longest pixel, shared copies the checks of buffers' bounds";
     family.source = "Aila and Laine 2009 (persistent threads)";
     family.held = "the paths, the scene, one submission, memory, one recording thread";
+    family.base = megakernel_frame;
     family.along = "samples";
     for (const std::uint32_t samples : {1u, 4u, 16u})
         family.workloads.push_back(workload_of({device->sizes().back(), samples, device->bounces()}));
@@ -141,6 +149,7 @@ Family candidates_family(const SharedDevice& device) {
         "Threads of a subgroup meet different triangles: what few need is done once after all were looked over";
     family.source = "Aila and Laine 2009 (speculative traversal)";
     family.held = "the paths, the scene, a megakernel, one submission, memory, one recording thread";
+    family.base = megakernel_frame;
     family.along = "samples";
     for (const std::uint32_t samples : {1u, 16u})
         family.workloads.push_back(workload_of({device->sizes().back(), samples, device->bounces()}));

@@ -123,6 +123,7 @@ Family memory_family(const SharedDevice& device) {
     family.hypothesis = "Steady frames do not depend on it (M2); many small allocations cost";
     family.source = "Ferreira 2019; best-practice layers";
     family.held = "scene, buffers and their sizes, descriptor sets, recording, submission";
+    family.base = plain_frame;
     family.along = "pixels";
     for (const ImageSize& size : device->sizes()) family.workloads.push_back(workload_of({size, 1, device->bounces()}));
     family.arms = [device](const Workload& workload) {
@@ -144,6 +145,8 @@ Family fresh_memory_family(const SharedDevice& device) {
     family.hypothesis = "The first frame is much slower with split memory than with cohesive (M1)";
     family.source = "Ferreira 2019";
     family.held = "scene, pipelines (made before), buffers and their sizes, recording, submission";
+    family.base =
+        "a job made anew with pipelines at hand, and its first frame, of a scene just sent; its total lasts over both";
     family.along = "pixels";
     for (const ImageSize& size : device->sizes()) family.workloads.push_back(workload_of({size, 1, device->bounces()}));
     family.arms = [device](const Workload& workload) {

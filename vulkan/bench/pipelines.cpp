@@ -163,6 +163,8 @@ Family pipelines_family(const SharedDevice& device) {
     family.source = "Khronos samples: pipeline_cache (50.4 against 24.4 ms)";
     family.held =
         "the code of the kernels and all constants but the greatest ray distance, new each time unless cached";
+    family.base =
+        "the pipelines of the workload's kernels made one after the other; the total lasts over their creation alone";
     family.along = "kernels";
     const std::vector<Stage> few{Stage::pre_process, Stage::ray_gen, Stage::post_process};
     family.workloads.push_back({"three small kernels", {{"kernels", 3.0}}});

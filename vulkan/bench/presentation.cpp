@@ -359,6 +359,10 @@ Family presentation_family(const SharedDevice& device, const MakeShowPlace& make
     family.held = fmt::format(
         "{} frames of one sample in a row, in a window of the image's size; all but what the arm names is as in base",
         frames_a_run);
+    family.base = fmt::format(
+        "{} frames in a row, each blitted to the swapchain's image and presented; the total lasts from before the "
+        "first is acquired to the end of the last wait",
+        frames_a_run);
     family.along = "pixels";
     family.everywhere = false;
     for (const ImageSize& size : device->sizes()) family.workloads.push_back(workload_of({size, 1, device->bounces()}));

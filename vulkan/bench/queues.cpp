@@ -125,6 +125,7 @@ Family queues_family(const SharedDevice& device) {
     family.hypothesis = "Several queues keep the device busy where one leaves gaps: small images gain";
     family.source = "Ferreira 2019 (future work); users disagree";
     family.held = "the work of a frame, six stages; a part of the image is a job of its own, recorded by one thread";
+    family.base = plain_frame;
     family.along = "pixels";
     for (const ImageSize& size : device->sizes()) family.workloads.push_back(workload_of({size, 4, device->bounces()}));
     family.arms = [device](const Workload& workload) {
@@ -155,6 +156,7 @@ Family frames_family(const SharedDevice& device) {
     family.source = "Vulkan Tutorial; vendors' advice";
     family.held = fmt::format(
         "{} frames of one sample in a row, each job with its own buffers; one queue, one thread", FlightRun::frames);
+    family.base = fmt::format("{} frames in a row, one in flight, each: {}", FlightRun::frames, plain_frame);
     family.along = "pixels";
     for (const ImageSize& size : device->sizes()) family.workloads.push_back(workload_of({size, 1, device->bounces()}));
     family.arms = [device](const Workload& workload) {

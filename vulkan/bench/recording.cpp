@@ -15,6 +15,7 @@ Family recording_family(const SharedDevice& device) {
     family.hypothesis = "Recording on the fly costs no more than pre-recorded command buffers (S2)";
     family.source = "Ferreira 2019; against it threaded_cadscene: 0.03 against 1.8 ms; Khronos on resets";
     family.held = "the dispatches of a frame, one submission, memory, descriptor sets; one recording thread";
+    family.base = plain_frame;
     family.along = "pixels";
     for (const ImageSize& size : device->sizes())
         family.workloads.push_back(workload_of({size, 12, device->bounces()}));
@@ -52,6 +53,7 @@ Family threads_family(const SharedDevice& device) {
         "A little at one sample a frame (T1), not at twelve (T2); the more the more there is to record (T3)";
     family.source = "Ferreira 2019; Blackert 2016";
     family.held = "the dispatches of a frame, one submission, memory, one command buffer a recording";
+    family.base = plain_frame;
     family.along = "samples";
     // The thesis's frames; and frames so small that recording is most of their time.
     const ImageSize large = device->sizes().back(), small = device->sizes().front();

@@ -43,6 +43,7 @@ Family self_test_family(const SharedDevice& device) {
     family.hypothesis = "The interval of the busy arm covers its wait; the twin's covers 1";
     family.source = "planted";
     family.held = "everything";
+    family.base = plain_frame;
     family.along = "pixels";
     family.workloads = {workload_of({device->sizes().front(), 1, device->bounces()})};
     family.arms = [device](const Workload& workload) {

@@ -22,6 +22,7 @@ Family submission_family(const SharedDevice& device) {
     family.hypothesis = "More samples a submission lower the time of a sample, up to a limit (S1)";
     family.source = "Ferreira 2019; VComputeBench; AMD: at most 20 submits a frame";
     family.held = "the work of a frame, its command buffers, memory, one recording thread";
+    family.base = plain_frame;
     family.along = "pixels";
     constexpr std::uint32_t samples = 16;
     for (const ImageSize& size : device->sizes())
@@ -57,6 +58,7 @@ Family waiting_family(const SharedDevice& device) {
     family.hypothesis = "A fence is better than waiting for the queue to be idle";
     family.source = "Khronos samples: wait_idle (22 %)";
     family.held = "the work of a frame, recording, submission, memory; one frame in flight";
+    family.base = plain_frame;
     family.along = "pixels";
     for (const ImageSize& size : device->sizes()) family.workloads.push_back(workload_of({size, 1, device->bounces()}));
     family.arms = [device](const Workload& workload) {

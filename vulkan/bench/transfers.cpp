@@ -147,6 +147,9 @@ Family transfers_family(const SharedDevice& device) {
     family.hypothesis = "Small ones by writing them there, large ones by the transfer queue";
     family.source = "VComputeBench; denied by users of wlroots";
     family.held = "the bytes, one copy command, one wait";
+    family.base =
+        "the bytes copied on the host into a buffer there, and by one command to the device's; the total lasts from "
+        "before the host's copy to the end of the wait";
     family.along = "bytes";
     family.workloads = transfer_sizes(device);
     family.arms = [device](const Workload& workload) { return transfer_arms(device, workload, false); };
@@ -160,6 +163,9 @@ Family transfers_beside_family(const SharedDevice& device) {
     family.hypothesis = "On the transfer queue, where the copy does not wait for the frame";
     family.source = "vendors' advice";
     family.held = "as transfers, while a frame of four samples of the middle size runs on the rendering queue";
+    family.base =
+        "a frame of four samples begun, the bytes sent as in transfers, the frame waited for; the total lasts over it "
+        "all";
     family.along = "bytes";
     family.workloads = transfer_sizes(device);
     family.arms = [device](const Workload& workload) { return transfer_arms(device, workload, true); };
