@@ -24,6 +24,7 @@ using scene_export::Target;
 
 struct ExportArguments {
     std::string scene, target, out;
+    RenderOptions options;  // size and bounces
     bool strict = false;
 };
 
@@ -59,7 +60,10 @@ ExitStatus run_export(const ExportArguments& arguments, const CommandContext& co
         std::ranges::find(scene_export::target_names, arguments.target) - scene_export::target_names.begin());
     check_outputs(context, {{"-o", arguments.out}}, {arguments.scene});
     std::vector<std::string> inputs;
-    const Scene scene = scene_from(arguments.scene, inputs);
+    Scene scene = scene_from(arguments.scene, inputs);
+    const RenderSettings settings = settings_from(arguments.options, scene);
+    scene.film = {settings.width, settings.height};
+    scene.defaults.bounces = settings.bounces;
     const std::string name = std::filesystem::path(arguments.out).filename().string();
     const auto files = export_scene(scene, target, {.name = name, .strict = arguments.strict});
     write_files(files, arguments.out, context, inputs);
@@ -94,6 +98,14 @@ void add_export_command(CLI::App& app, CommandContext& context) {
         ->required()
         ->check(one_of_names(scene_export::target_names));
     command->add_option("-o,--output", arguments->out, "File to write")->required()->type_name("FILE");
+    command
+        ->add_option(
+            "--size", arguments->options.size, "Image size in pixels, WxH or the longer side (default: the scene's)")
+        ->type_name("SIZE");
+    command
+        ->add_option(
+            "--bounces", arguments->options.bounces, "Scattering events of a path, at most (default: the scene's)")
+        ->check(whole_between(0, 1'000'000));
     command->add_flag("--strict", arguments->strict,
         "gltf: refuse what the format has no word for, rather than keep it for tandem import");
     add_common_options(*command, context,

@@ -263,6 +263,19 @@ TEST_CASE("unsound glTF materials are refused") {
     CHECK(names(refusal(folder, model_scene("gltf", "m.gltf")), "\"material\" is 0.5"));
 }
 
+TEST_CASE("a scene that says its own lights hears nothing of a model's lights and cameras") {
+    const TemporaryFolder folder;
+    Json document = gltf_of(Json::parse("{}"));
+    document["cameras"] = Json::parse(R"([{"type": "perspective", "perspective": {"yfov": 1, "znear": 0.1}}])");
+    document["extensionsUsed"] = {"KHR_lights_punctual"};
+    document["extensions"]["KHR_lights_punctual"]["lights"] = Json::parse(R"([{"type": "point"}])");
+    put_gltf(folder, document);
+    Json scene = model_scene("gltf", "m.gltf");
+    CHECK(says(load(folder, scene), "m.gltf is rendered without lights"));
+    scene["lights"] = Json::parse(R"([{"point": {"position": [0, 1, 0], "intensity": [1, 1, 1]}}])");
+    CHECK(load(folder, scene).remarks.empty());
+}
+
 TEST_CASE("groups repeat models with their own materials, and say once what is lost") {
     const TemporaryFolder folder;
     put(folder / "m.mtl", "newmtl a\nKd 1\nnewmtl b\nKd 0.5\nmap_Bump x.png\n");

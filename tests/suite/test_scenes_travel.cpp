@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <filesystem>
+#include <map>
 
 #include "common/files/write_file.h"
 #include "common/scene/export/export.h"
@@ -114,6 +115,45 @@ TEST_CASE("what pbrt says comes back from its text") {
         CHECK(again.entities.size() >= scene.entities.size());
         CHECK(verdict_on(scene, again, 1024) == Verdict::agree);
     }
+}
+
+// pbrt's own scenes do not mirror their images before LookAt, as an export does: the importer mirrors their world.
+TEST_CASE("a pbrt scene in left-handed coordinates gives the image that pbrt makes of it") {
+    const std::string world = R"(
+        Film "rgb" "integer xresolution" 48 "integer yresolution" 32
+        WorldBegin
+        AttributeBegin
+          AreaLightSource "diffuse" "rgb L" [ 9 6 3 ]
+          Translate POS1.5 1 0
+          Shape "sphere" "float radius" 0.4
+        AttributeEnd
+        LightSource "point" "point3 from" [ NEG1 2 2 ] "rgb I" [ 4 5 6 ]
+        Material "diffuse" "rgb reflectance" [ 0.8 0.5 0.3 ]
+        Shape "trianglemesh" "point3 P" [ NEG3 -1 2  POS3 -1 2  POS3 -1 -3  NEG3 -1 -3 ] "integer indices" [ 0 1 2 0 2 3 ]
+        AttributeBegin
+          Identity
+          Translate NEG1 0 0
+          AreaLightSource "diffuse" "rgb L" [ 0 2 4 ]
+          Shape "trianglemesh" "point3 P" [ 0 0 0  0.7 0 0  0 0.9 0 ] "integer indices" [ FACE ]
+        AttributeEnd
+    )";
+    const auto imported = [&](const std::string& camera, const std::map<std::string, std::string>& words) {
+        const TemporaryFolder folder;
+        std::string text = camera + "Camera \"perspective\" \"float fov\" 50\n" + world;
+        for (const auto& [word, value] : words)
+            for (std::size_t at = 0; (at = text.find(word, at)) != std::string::npos; at += value.size())
+                text.replace(at, word.size(), value);
+        write_text_file(folder / "a.pbrt", text);
+        const auto scene = scene_import::import_scene(folder / "a.pbrt", folder / "a.json");
+        write(scene.files, folder);
+        return parse_scene(scene.document.dump(), folder / "a.json");
+    };
+    // The same picture written for both: x turned round, and with it the fronts of what is mirrored.
+    const Scene left = imported("LookAt 0.5 1 6  0 0 0  0 1 0\n", {{"NEG", "-"}, {"POS", ""}, {"FACE", "0 1 2"}});
+    const Scene right = imported("Scale -1 1 1\nLookAt -0.5 1 6  0 0 0  0 1 0\n",
+        {{"NEG", ""}, {"POS", "-"}, {"FACE", "0 2 1"}, {" 0.7 0 0", " -0.7 0 0"}});
+    CHECK(left.camera.position.x == right.camera.position.x);
+    CHECK(verdict_on(left, right, 1024) == Verdict::agree);
 }
 
 TEST_CASE("what pbrt means otherwise than Tandem is refused, with its line") {

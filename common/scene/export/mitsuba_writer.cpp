@@ -3,9 +3,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <glm/common.hpp>
 #include <glm/geometric.hpp>
 #include <glm/matrix.hpp>
 #include <map>
+#include <numbers>
 
 #include "common/scene/export/export.h"
 #include "common/scene/export/parts_json.h"
@@ -34,6 +36,34 @@ std::string rgb(const char* name, const glm::dvec3& v) {
 }
 std::string real(const char* name, double v) { return fmt::format("<float name=\"{}\" value=\"{}\"/>", name, v); }
 
+// Mitsuba's images of the sky begin and end with a row at a pole, and their columns run the other way. With rows half
+// as far apart as the texels' middles, its bilinear values are those of MODEL.md 8.1.
+Pixels sky(const Pixels& image) {
+    Pixels made{std::max(2U, image.width), 2 * image.height + 1, {}};
+    const auto texel = [&](std::uint32_t x, std::uint32_t y, std::size_t c) {
+        return image.rgb[3 * (std::size_t{y} * image.width + x % image.width) + c];
+    };
+    for (std::uint32_t y = 0; y < made.height; ++y)
+        for (std::uint32_t x = 0; x < made.width; ++x)
+            for (std::size_t c = 0; c < 3; ++c) {
+                const std::uint32_t above = y == 0 ? 0 : (y - 1) / 2, below = std::min(y / 2, image.height - 1);
+                made.rgb.push_back(0.5F * (texel(made.width - 1 - x, above, c) + texel(made.width - 1 - x, below, c)));
+            }
+    return made;
+}
+
+// The mix of two colours; between rows it is off by (π/1024)²/8 of half their difference.
+Pixels sky(const Background& background) {
+    constexpr std::uint32_t steps = 1024;
+    Pixels made{2, steps + 1, {}};
+    for (std::uint32_t y = 0; y <= steps; ++y) {
+        const glm::dvec3 colour =
+            glm::mix(background.down, background.up, (std::cos(std::numbers::pi * y / steps) + 1.0) / 2.0);
+        for (int i = 0; i < 6; ++i) made.rgb.push_back(static_cast<float>(colour[i % 3]));
+    }
+    return made;
+}
+
 class MitsubaWriter {
 public:
     MitsubaWriter(const Scene& scene, const ExportOptions& options) : scene_(scene), options_(options), names_(scene) {}
@@ -60,6 +90,8 @@ private:
     }
 
     void write_head() {
+        line("<default name=\"samples\" value=\"256\"/>");  // mitsuba -D samples=64 -D seed=7
+        line("<default name=\"seed\" value=\"0\"/>");
         const std::uint32_t segments = scene_.defaults.bounces + 1;
         line(fmt::format("<integrator type=\"{}\">", scene_.media.empty() ? "path" : "volpath"));
         line(fmt::format("<integer name=\"max_depth\" value=\"{}\"/>", segments), 2);
@@ -75,7 +107,10 @@ private:
         line(fmt::format("<transform name=\"to_world\"><lookat origin=\"{}\" target=\"{}\" up=\"{}\"/></transform>",
                  triple(camera.position), triple(camera.target), triple(camera.up)),
             2);
-        line("<sampler type=\"independent\"><integer name=\"sample_count\" value=\"256\"/></sampler>", 2);
+        line(
+            "<sampler type=\"independent\"><integer name=\"sample_count\" value=\"$samples\"/><integer name=\"seed\" "
+            "value=\"$seed\"/></sampler>",
+            2);
         line(fmt::format("<film type=\"hdrfilm\"><integer name=\"width\" value=\"{}\"/><integer name=\"height\" "
                          "value=\"{}\"/><string name=\"pixel_format\" value=\"rgb\"/><string "
                          "name=\"component_format\" value=\"float32\"/><rfilter type=\"box\"/></film>",
@@ -107,12 +142,12 @@ private:
         if (material.colour_texture == no_index) return rgb(name, material.colour);
         const Texture& texture = scene_.textures[material.colour_texture];
         if (texture.kind == TextureKind::checker)
-            // Mitsuba's has 2 × 2 cells a unit.
+            // Mitsuba's has 2 × 2 cells a unit, and it turns the v of OBJ files round.
             return fmt::format(
                 "<texture type=\"checkerboard\" name=\"{}\">{}{}<transform name=\"to_uv\"><scale x=\"{}\" "
-                "y=\"{}\"/></transform></texture>",
+                "y=\"{}\"/><translate y=\"{}\"/></transform></texture>",
                 name, rgb("color0", texture.first), rgb("color1", texture.second), texture.frequency.x / 2.0,
-                texture.frequency.y / 2.0);
+                -texture.frequency.y / 2.0, texture.frequency.y / 2.0);
         std::string& file = images_[&texture];
         if (file.empty()) {
             file = beside(options_.name, fmt::format(".image{}.pfm", images_.size() - 1));
@@ -167,9 +202,24 @@ private:
 
     // -- Lights
 
+    void write_background() {
+        const Background& background = scene_.background;
+        if (!background.image && background.down == background.up) {
+            if (background.up != glm::dvec3(0.0))
+                line("<emitter type=\"constant\">" + rgb("radiance", background.up) + "</emitter>");
+            return;
+        }
+        const std::string file = beside(options_.name, ".sky.pfm");
+        files_.push_back({file, pfm_bytes(background.image ? sky(*background.image) : sky(background))});
+        line(
+            fmt::format("<emitter type=\"envmap\"><string name=\"filename\" value=\"{}\"/>{}<transform "
+                        "name=\"to_world\"><rotate y=\"1\" angle=\"{}\"/></transform></emitter>",
+                plain(file), real("scale", background.image ? background.image_scale : 1.0),
+                90.0 + background.rotation_degrees));
+    }
+
     void write_lights() {
-        if (scene_.background.up != glm::dvec3(0.0))
-            line("<emitter type=\"constant\">" + rgb("radiance", scene_.background.up) + "</emitter>");
+        write_background();
         for (const PunctualLight& light : scene_.lights)
             if (light.kind == PunctualKind::point)
                 line(fmt::format("<emitter type=\"point\"><point name=\"position\" value=\"{}\"/>{}</emitter>",
@@ -222,7 +272,7 @@ private:
         }
         for (const glm::dvec2& at : mesh.coordinates) obj += fmt::format("vt {} {}\n", at.x, at.y);
         for (const glm::dvec3& normal : mesh.normals) {
-            const glm::dvec3 n = glm::normalize(normals * normal);
+            const glm::dvec3 n = normals * normal;  // MODEL.md 5.4 interpolates them as long as they come out
             obj += fmt::format("vn {} {} {}\n", n.x, n.y, n.z);
         }
         const bool mirrored = glm::determinant(linear) < 0.0;

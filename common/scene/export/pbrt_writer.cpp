@@ -1,12 +1,14 @@
 // pbrt-v4 scene text. Coordinates stay right-handed: pbrt's are left-handed, so the camera's x is mirrored.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 #include <glm/gtc/matrix_transform.hpp>
 #include <glm/trigonometric.hpp>
 #include <map>
+#include <numbers>
 
 #include "common/scene/export/export.h"
 #include "common/scene/export/parts_json.h"
@@ -32,6 +34,49 @@ std::string columns(const glm::dmat4& m) {
     std::string text;
     for (int i = 0; i < 16; ++i) text += fmt::format(" {}", m[i / 4][i % 4]);
     return "[" + text + " ]";
+}
+
+// MODEL.md 8.1, without the image's scale and rotation.
+glm::dvec3 sky_at(const Background& background, const glm::dvec3& d) {
+    if (!background.image) return glm::mix(background.down, background.up, (d.y + 1.0) / 2.0);
+    const Pixels& image = *background.image;
+    const double x = (0.5 + std::atan2(-d.z, d.x) / (2.0 * std::numbers::pi)) * image.width - 0.5;
+    const double y = std::clamp(
+        std::acos(std::clamp(d.y, -1.0, 1.0)) / std::numbers::pi * image.height - 0.5, 0.0, image.height - 1.0);
+    const auto texel = [&](double column, double row) {
+        const auto i = static_cast<std::size_t>(std::fmod(column + image.width, image.width));
+        const auto j = std::min(static_cast<std::size_t>(row), std::size_t{image.height} - 1);
+        const float* rgb = &image.rgb[3 * (j * image.width + i)];
+        return glm::dvec3(rgb[0], rgb[1], rgb[2]);
+    };
+    const double left = std::floor(x), top = std::floor(y);
+    return glm::mix(glm::mix(texel(left, top), texel(left + 1.0, top), x - left),
+        glm::mix(texel(left, top + 1.0), texel(left + 1.0, top + 1.0), x - left), y - top);
+}
+
+// A square that pbrt-v4 folds around the sphere so that equal areas cover equal solid angles: +z is in its middle, −z
+// in its corners. [Clarberg 2008, Fast equal-area mapping of the (hemi)sphere using SIMD]
+glm::dvec3 on_sphere(double s, double t) {
+    const double edge = 1.0 - std::abs(s) - std::abs(t);  // < 0 beyond the equator
+    const double radius = 1.0 - std::abs(edge);
+    const double azimuth = radius == 0.0 ? 0.0 : std::numbers::pi / 4.0 * (1.0 + (std::abs(t) - std::abs(s)) / radius);
+    const double across = radius * std::sqrt(2.0 - radius * radius);
+    return {std::copysign(across * std::cos(azimuth), s), std::copysign(across * std::sin(azimuth), t),
+        std::copysign(1.0 - radius * radius, edge)};
+}
+
+// pbrt looks up the nearest texel; each is the mean of 4 × 4 places.
+Pixels sky(const Background& background) {
+    constexpr std::uint32_t side = 512, places = 4 * side;
+    Pixels made{side, side, std::vector<float>(std::size_t{3} * side * side)};
+    for (std::uint32_t y = 0; y < places; ++y)
+        for (std::uint32_t x = 0; x < places; ++x) {
+            const glm::dvec3 radiance =
+                sky_at(background, on_sphere((2.0 * x + 1.0) / places - 1.0, (2.0 * y + 1.0) / places - 1.0));
+            for (int c = 0; c < 3; ++c)
+                made.rgb[3 * (std::size_t{y / 4} * side + x / 4) + c] += static_cast<float>(radiance[c] / 16.0);
+        }
+    return made;
 }
 
 class PbrtWriter {
@@ -73,7 +118,7 @@ private:
         text_ += " \"float shutteropen\" [ 0 ] \"float shutterclose\" [ 1 ]\n";
         text_ += fmt::format(
             "Film \"rgb\" \"integer xresolution\" [ {} ] \"integer yresolution\" [ {} ] \"string "
-            "filename\" [ {} ] \"string sensor\" [ \"cie1931\" ]\n",
+            "filename\" [ {} ] \"string sensor\" [ \"cie1931\" ] \"bool savefp16\" [ false ]\n",
             scene_.film.width, scene_.film.height, in_quotes(beside(options_.name, ".exr")));
         text_ += "PixelFilter \"box\" \"float xradius\" [ 0.5 ] \"float yradius\" [ 0.5 ]\n";
         text_ += "Sampler \"independent\" \"integer pixelsamples\" [ 256 ]\n";
@@ -94,9 +139,24 @@ private:
 
     // -- Lights
 
-    void write_lights() {
+    void write_background() {
         const Background& background = scene_.background;
-        if (background.up != glm::dvec3(0.0)) text_ += "LightSource \"infinite\"" + rgb("L", background.up) + "\n";
+        if (!background.image && background.down == background.up) {
+            if (background.up != glm::dvec3(0.0)) text_ += "LightSource \"infinite\"" + rgb("L", background.up) + "\n";
+            return;
+        }
+        const std::string file = beside(options_.name, ".sky.pfm");
+        files_.push_back({file, pfm_bytes(sky(background))});
+        const bool image = background.image != nullptr;
+        text_ += fmt::format(
+            "AttributeBegin\nRotate {} 0 1 0\nLightSource \"infinite\" \"string filename\" [ {} ]{}\n"
+            "AttributeEnd\n",
+            image ? background.rotation_degrees : 0.0, in_quotes(file),
+            real("scale", image ? background.image_scale : 1.0));
+    }
+
+    void write_lights() {
+        write_background();
         for (const PunctualLight& light : scene_.lights) {
             const glm::dvec3 to = light.position + light.direction;
             if (light.kind == PunctualKind::point)

@@ -88,7 +88,7 @@ private:
         }
         if (name == "WorldBegin") {
             state_ = State{};
-            named_systems_["world"] = glm::dmat4(1.0);
+            state_.transform = named_systems_["world"] = world_;
             return;
         }
         if (name == "LightSource") return light();
@@ -122,11 +122,11 @@ private:
     bool transform_directive(const std::string& name) {
         glm::dmat4 step(1.0);
         if (name == "Identity") {
-            state_.transform = step;
+            state_.transform = world_;
             return true;
         }
         if (name == "Transform") {
-            state_.transform = matrix();
+            state_.transform = world_ * matrix();
             return true;
         }
         if (name == "ActiveTransform") {
@@ -199,13 +199,18 @@ private:
         const std::string kind = text("a camera");
         const Parameters all = parameters();
         if (kind != "perspective") refuse("the camera " + printable(kind), "use \"perspective\"");
-        const glm::dmat4 to_world = glm::inverse(state_.transform);
+        glm::dmat4 to_world = glm::inverse(state_.transform);
+        glm::dmat3 axes(to_world);
+        for (int axis = 0; axis < 3; ++axis) axes[axis] = glm::normalize(axes[axis]);
+        if (std::abs(std::abs(glm::determinant(axes)) - 1.0) > 1e-6)
+            refuse("the camera is sheared", "transform it by turns, moves and scales that are alike along all axes");
+        // pbrt is left-handed, and its camera looks along z. Tandem is right-handed, so the whole world is mirrored;
+        // unless a Scale that mirrors stands before LookAt, as in exports.
+        if (glm::determinant(axes) > 0.0) world_[0].x = -1.0;
+        to_world = world_ * to_world;
         named_systems_["camera"] = to_world;
         const glm::dvec3 position(to_world[3]), forward = glm::normalize(glm::dvec3(to_world[2]));
-        const glm::dvec3 up = glm::normalize(glm::dvec3(to_world[1])), right = glm::normalize(glm::dvec3(to_world[0]));
-        if (std::abs(glm::dot(glm::cross(forward, up), right) - 1.0) > 1e-6)
-            refuse("the camera's image is mirrored or sheared: Tandem is right-handed",
-                "put \"Scale -1 1 1\" before LookAt");
+        const glm::dvec3 up = glm::normalize(glm::dvec3(to_world[1]));
         Json& camera = result_.document["camera"];
         camera = {
             {"position", vector_json(position)}, {"target", vector_json(position + forward)}, {"up", vector_json(up)}};
@@ -380,9 +385,7 @@ private:
     }
 
     // The space around what stands here, in which an export lays out a shape.
-    [[nodiscard]] glm::dmat4 outer_system() const {
-        return states_.empty() ? glm::dmat4(1.0) : states_.back().first.transform;
-    }
+    [[nodiscard]] glm::dmat4 outer_system() const { return states_.empty() ? world_ : states_.back().first.transform; }
 
     // Tandem's cells lie in the space of the entity: a checker must have been laid out there.
     void check_system(const glm::dmat4& transform) const {
@@ -465,7 +468,7 @@ private:
         const Parameters all = parameters();
         Json entity{{"material", material_name()}};
         glm::dmat4 transform = state_.transform;
-        const bool mirrored = glm::determinant(glm::dmat3(transform)) < 0.0;
+        const bool mirrored = glm::determinant(glm::dmat3(glm::inverse(world_) * transform)) < 0.0;
         if (kind == "sphere") {
             const double radius = real(all, "radius", 1.0);
             for (const char* key : {"zmin", "zmax"})
@@ -539,6 +542,7 @@ private:
 
     std::filesystem::path folder_, out_;
     std::size_t meshes_ = 0;
+    glm::dmat4 world_{1.0};  // from pbrt's world to the scene's: mirrored, or as it is
     State state_;
     std::vector<std::pair<State, std::string>> states_;
     std::string active_ = "All", outer_medium_;

@@ -348,6 +348,8 @@ const GeometryReader::ModelTriangles& GeometryReader::read_model(const Value& va
     std::vector<std::uint32_t> places;
     for (const ModelMaterial& material : model.materials) places.push_back(add_material(name, material));
     for (std::uint32_t& material : model.material_of) material = places[material];
+    // A scene that says its own lights is not lit by those of its models; an imported one has them all.
+    if (!scene_.lights.empty()) model.passed_over.erase("lights");
     if (!model.passed_over.empty())
         scene_.remarks.push_back(fmt::format("{}: {}: {} is rendered without {}", file.place().file,
             file.place().pointer, printable(name), fmt::join(model.passed_over, ", ")));

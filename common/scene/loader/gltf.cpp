@@ -280,7 +280,6 @@ private:
             if (there) model_.passed_over.insert(what);
         };
         if (!parts_.mesh) {
-            lost(!source_.cameras.empty(), "cameras");
             lost(!source_.animations.empty(), "animations");
             lost(!source_.lights.empty(), "lights");
             lost(source_.scenes.size() > 1, "other scenes than its default");
