@@ -79,8 +79,7 @@ void add_common_options(CLI::App& command, CommandContext& context, const std::s
 inline constexpr const char* kernel_help =
     "Vulkan kernels: stages, image-stages, megakernel, fragment, thesis, ray-tracing or ray-query, the last two also "
     "with -triangles (default: the fastest for the scene)";
-inline constexpr const char* device_help =
-    "Vulkan device: its index, UUID, PCI address or part of its name (see tandem devices)";
+inline constexpr const char* device_help = "Vulkan device: index, UUID, PCI address or name (see tandem devices)";
 inline constexpr const char* devices_help =
     "Vulkan device: its index, UUID, PCI address or part of its name (see tandem devices). Several between commas, or "
     "all, share the work; cpu may be one of them";

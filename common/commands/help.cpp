@@ -95,6 +95,7 @@ std::string common_options_of(const CLI::App& app) {
     std::string own, help;
     for (const CLI::Option* option : app.get_options()) {
         const bool is_help = option == app.get_help_ptr() || option == app.get_help_all_ptr();
+        if (option->get_group().empty()) continue;  // for processes that the program starts
         if (option->get_group() != rare_options) (is_help ? help : own) += row_of(*option);
     }
     return own + help;

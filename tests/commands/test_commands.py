@@ -179,6 +179,7 @@ class Commands(ProgramTest):
                 lines = result.stdout.splitlines()
                 self.assertLessEqual(len(lines), 40)
                 self.assertIn("Examples:", lines)
+                self.assertEqual([line for line in lines if line.endswith(" ")], [])  # an option without a word about it
                 everything = tandem(command, "--help-all")
                 self.assertEqual(everything.returncode, 0)
                 self.assertLessEqual(max(map(len, everything.stdout.splitlines())), 100)
