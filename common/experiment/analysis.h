@@ -25,8 +25,8 @@ struct ArmResult {
     Workload workload;
     Identity identity = Identity::nothing_to_compare;
     std::string reason;
-    // Times of a run, by clock, without warm-up: the median over replicates of each one's trimmed mean. A replicate in which
-    // the device was slow as a whole moves it by no more than any other one.
+    // Times of a run, by clock, without warm-up: the median over replicates of each one's trimmed mean. A replicate in
+    // which the device was slow as a whole moves it by no more than any other one.
     std::map<std::string, double> seconds;
     std::vector<double> replicate_seconds;  // trimmed means by `clock`
     PairedEffect log_ratio;                 // of log(arm / baseline); no blocks: nothing was timed

@@ -144,7 +144,8 @@ ExperimentSamples samples_from(const json& entry) {
 
 json texts_of(const Family& family) {
     return {{"name", family.name}, {"question", family.question}, {"hypothesis", family.hypothesis},
-        {"source", family.source}, {"held", family.held}, {"base", family.base}, {"clock", family.clock}, {"along", family.along}};
+        {"source", family.source}, {"held", family.held}, {"base", family.base}, {"clock", family.clock},
+        {"along", family.along}};
 }
 
 json to_json(const BenchResults& results, const std::vector<Claim>& claims) {

@@ -55,9 +55,9 @@ static_assert(
 // Why Tandem cannot use the device, naming the feature or limit; empty if it can.
 [[nodiscard]] std::string unsuitability(const DeviceDescription& device);
 
-// The position in `devices` of the one wanted: by index, by UUID, by PCI address, by a part of its name in any case, or,
-// for an empty `wanted`, the best suitable one: discrete, integrated, virtual, CPU, other, the first of equals. Throws DeviceError,
-// listing what there is, if none matches, and naming what is lacking if the match is not suitable.
+// The position in `devices` of the one wanted: by index, by UUID, by PCI address, by a part of its name in any case,
+// or, for an empty `wanted`, the best suitable one: discrete, integrated, virtual, CPU, other, the first of equals.
+// Throws DeviceError, listing what there is, if none matches, and naming what is lacking if the match is not suitable.
 [[nodiscard]] std::size_t select_device(std::span<const DeviceDescription> devices, const std::string& wanted);
 
 }  // namespace tandem
