@@ -19,7 +19,7 @@ ON_THIRD_MAKE = "static int made = 0; if (++made > 4) "  # two arms at two amoun
 
 
 class OwnArmsTest(ProgramTest):
-    def library(self, *changes, name="my.so", text=TEMPLATE, flags=()):
+    def compiled(self, *changes, name="my.so", text=TEMPLATE, flags=()):
         """The template with parts replaced, compiled as its first lines say."""
         for old, new in changes:
             self.assertIn(old, text)
@@ -38,7 +38,7 @@ class OwnArmsTest(ProgramTest):
 class Template(OwnArmsTest):
     def test_it_is_short_and_free_of_warnings(self):
         self.assertLessEqual(len(TEMPLATE.splitlines()), 50)
-        self.library(flags=["-std=c17", "-Wall", "-Wextra", "-Werror"])
+        self.compiled(flags=["-std=c17", "-Wall", "-Wextra", "-Werror"])
         header = self.folder / "header.cpp"
         header.write_text("#include <tandem/arm.h>\n")
         subprocess.run(["c++", "-std=c++20", "-Wall", "-Wextra", "-pedantic", "-Werror", "-fsyntax-only", f"-I{HERE}", header],
@@ -46,7 +46,7 @@ class Template(OwnArmsTest):
 
     def test_it_is_measured(self):
         out, table = self.folder / "my.json", self.folder / "my.csv"
-        result = self.bench(self.library(), "--json", out, "--csv", table)
+        result = self.bench(self.compiled(), "--json", out, "--csv", table)
         self.assertEqual(result.returncode, FINE, result.stderr)
         for words in ("fills: Does it matter how many commands fill a buffer?", "one-fill", "baseline", "identical",
                       "Verdict on this device"):
@@ -80,13 +80,13 @@ class Template(OwnArmsTest):
     def test_a_slower_arm_is_called_slower(self):
         # The same bytes, thirty times.
         many = "{ for (int i = 0; i < 30; ++i) fill((State*)state, commands, 1); return NULL; }"
-        result = self.bench(self.library((RUN_OF_MANY, many), ("{65536, 1048576}", "{16777216}"), ("2, sizes", "1, sizes")),
+        result = self.bench(self.compiled((RUN_OF_MANY, many), ("{65536, 1048576}", "{16777216}"), ("2, sizes", "1, sizes")),
                             time=6, replicates=3)
         self.assertEqual(result.returncode, FINE, result.stderr)
         self.assertRegex(result.stdout, r"many-fills is slower than one-fill at 16777216 bytes: \+\d+")
 
     def test_arms_that_submit_by_themselves_are_timed_as_a_whole(self):
-        library = self.library(("static const char* result", "static const char* nothing(void* state) { (void)state; return NULL; }\n"
+        library = self.compiled(("static const char* result", "static const char* nothing(void* state) { (void)state; return NULL; }\n"
                                 "static const char* result"), ("record_one, NULL, result", "NULL, nothing, NULL"),
                                ("record_many, NULL, result", "NULL, nothing, NULL"))
         out = self.folder / "my.json"
@@ -96,7 +96,7 @@ class Template(OwnArmsTest):
         self.assertIn("nothing-to-compare", result.stdout)
 
     def test_it_is_listed_and_resumed(self):
-        library = self.library()
+        library = self.compiled()
         listed = tandem("bench", "--arm-library", library, "--list")
         self.assertEqual(listed.returncode, FINE, listed.stderr)
         self.assertIn("1024 commands, a part each", listed.stdout)
@@ -105,7 +105,7 @@ class Template(OwnArmsTest):
         result = self.bench(library, "--resume", out, "--json", more, "--narrow", 0.0001)
         self.assertEqual(result.returncode, FINE, result.stderr)
         self.assertGreater(len(json.loads(more.read_text())["raw"]), len(json.loads(out.read_text())["raw"]))
-        other = self.library((RUN_OF_MANY, RUN_OF_MANY.replace("1024", "128")), name="other.so")
+        other = self.compiled((RUN_OF_MANY, RUN_OF_MANY.replace("1024", "128")), name="other.so")
         self.refused(self.bench(other, "--resume", more), "/device/arm_library_hash")
 
 
@@ -113,7 +113,7 @@ class Refusals(OwnArmsTest):
     def test_what_is_no_library(self):
         self.refused(self.bench(self.folder / "none.so"), "none.so", "no such file")
         self.refused(self.bench(self.scene), "scene.json", "cannot be loaded")
-        self.refused(self.bench(self.library(("tandem_arm_library(void)", "other(void)"))), "exports no tandem_arm_library()")
+        self.refused(self.bench(self.compiled(("tandem_arm_library(void)", "other(void)"))), "exports no tandem_arm_library()")
 
     def test_what_the_header_does_not_allow(self):
         for change, mention in [
@@ -124,16 +124,16 @@ class Refusals(OwnArmsTest):
                 (("record_many, NULL", "NULL, NULL"), "needs record() or run()"),
                 (("return &library", "return NULL"), "returned null")]:
             with self.subTest(mention):
-                self.refused(self.bench(self.library(change)), "my.so", mention)
+                self.refused(self.bench(self.compiled(change)), "my.so", mention)
 
     def test_extensions_that_the_device_lacks(self):
-        library = self.library(("arms, 0, NULL", "arms, 1, names"),
+        library = self.compiled(("arms, 0, NULL", "arms, 1, names"),
                                ("static const TandemArmLibrary", 'static const char* const names[] = {"VK_NO_such"};\n'
                                 "static const TandemArmLibrary"))
         self.refused(self.bench(library), "has no VK_NO_such", status=4)
 
     def test_options_that_make_no_sense_beside_it(self):
-        library = self.library()
+        library = self.compiled()
         for options in (["--family", "memory"], ["--size", "8x8"], ["--self-test"], ["--method", "thesis"], ["--validation", "--list"],
                         ["--list", "--csv", self.folder / "a.csv"]):
             with self.subTest(options[0]):
@@ -144,7 +144,7 @@ class Refusals(OwnArmsTest):
 
     def test_arms_whose_results_differ(self):
         out = self.folder / "my.json"
-        library = self.library((RUN_OF_MANY, "{ State* s = (State*)state; fill(s, commands, 1);"
+        library = self.compiled((RUN_OF_MANY, "{ State* s = (State*)state; fill(s, commands, 1);"
                                 "vkCmdFillBuffer(commands, s->buffer, 4096, 4, 9); return NULL; }"))
         result = self.bench(library, "--json", out)
         self.refused(result, "many-fills: its result is not that of one-fill", "byte 4096 of 65536", status=DISAGREE)
@@ -152,11 +152,11 @@ class Refusals(OwnArmsTest):
         self.assertFalse(out.exists())
 
     def test_an_arm_that_says_why_it_failed(self):
-        self.refused(self.bench(self.library((RUN_OF_MANY, '{ (void)state, (void)commands; return "out of luck"; }'))),
+        self.refused(self.bench(self.compiled((RUN_OF_MANY, '{ (void)state, (void)commands; return "out of luck"; }'))),
                      "many-fills: record() failed: out of luck")
 
     def test_an_arm_that_this_device_cannot_run(self):
-        library = self.library(("static const char* result", 'static const char* never(const TandemDevice* on) { (void)on; '
+        library = self.compiled(("static const char* result", 'static const char* never(const TandemDevice* on) { (void)on; '
                                 'return "it has no such thing"; }\nstatic const char* result'),
                                ('"1024 commands, a part each", NULL', '"1024 commands, a part each", never'))
         result = self.bench(library, time=1)
@@ -176,7 +176,7 @@ class Crashes(OwnArmsTest):
                               ("exit(5);", r"many-fills: make\(\): the program ended with status 5")]:
             with self.subTest(mention):
                 out = self.folder / "my.json"
-                library = self.library(("    s->device = on->device;", "    s->device = on->device; " + ON_THIRD_MAKE + "++again;"),
+                library = self.compiled(("    s->device = on->device;", "    s->device = on->device; " + ON_THIRD_MAKE + "++again;"),
                                        ("static const char* make", "static int again = 0;\nstatic const char* make"),
                                        ("    s->size = (VkDeviceSize)work;", f"    s->size = (VkDeviceSize)work; if (again > 1) {{ {what} }}"))
                 result = self.bench(library, "--json", out, "--narrow", 0.0001, time=4, replicates=3)
@@ -187,7 +187,7 @@ class Crashes(OwnArmsTest):
 
     def test_a_hang_takes_no_result_with_it(self):
         out = self.folder / "my.json"
-        library = self.library(("    s->device = on->device;", "    s->device = on->device; " + ON_THIRD_MAKE + "for (;;) {}"))
+        library = self.compiled(("    s->device = on->device;", "    s->device = on->device; " + ON_THIRD_MAKE + "for (;;) {}"))
         result = self.bench(library, "--json", out, "--narrow", 0.0001, time=4, replicates=3)
         self.assertEqual(result.returncode, UNDECIDED, result.stdout + result.stderr)
         self.assertRegex(result.stderr, r"my\.so: one-fill: make\(\): had not returned when --time was over")
@@ -196,13 +196,13 @@ class Crashes(OwnArmsTest):
 
 class Layer(OwnArmsTest):
     def test_the_layer_is_asked_on_demand(self):
-        result = tandem("bench", "--arm-library", self.library(), "--validation")
+        result = tandem("bench", "--arm-library", self.compiled(), "--validation")
         if result.returncode == 4 and "is not installed" in result.stderr:
             self.skipTest("there is no validation layer")
         self.assertEqual(result.returncode, FINE, result.stderr)
         self.assertEqual(len(re.findall("runs, its result is the first arm's", result.stdout)), 4)
         self.assertIn("The validation layer is silent.", result.stdout)
-        wrong = self.library(("VK_BUFFER_USAGE_TRANSFER_DST_BIT", "VK_BUFFER_USAGE_TRANSFER_SRC_BIT"))
+        wrong = self.compiled(("VK_BUFFER_USAGE_TRANSFER_DST_BIT", "VK_BUFFER_USAGE_TRANSFER_SRC_BIT"))
         self.refused(tandem("bench", "--arm-library", wrong, "--validation"), "the Vulkan validation layer reports:", "vkCmdFillBuffer")
 
 
