@@ -9,6 +9,7 @@
 #include "common/cost/regions.h"
 #include "common/statistics/distributions.h"
 #include "common/statistics/multiple_tests.h"
+#include "common/statistics/paired_effect.h"
 #include "common/statistics/sample_moments.h"
 
 namespace tandem {
@@ -41,14 +42,6 @@ namespace {
 constexpr double family_level = 0.05;
 constexpr double two_sided = 1.959964;  // normal quantile of 97.5 %
 constexpr std::size_t resamples = 1000;
-
-double median(std::vector<double> values) {
-    const std::size_t middle = values.size() / 2;
-    std::ranges::nth_element(values, values.begin() + static_cast<std::ptrdiff_t>(middle));
-    const double upper = values[middle];
-    if (values.size() % 2 == 1) return upper;
-    return 0.5 * (upper + *std::max_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(middle)));
-}
 
 // Median and its percentile bootstrap interval. [Efron, Tibshirani 1993]
 Estimated bootstrapped_median(const std::vector<double>& values) {

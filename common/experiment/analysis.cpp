@@ -46,12 +46,6 @@ std::vector<double> settled(const ExperimentSamples& samples, std::size_t arm, c
     return {found->second.begin() + static_cast<std::ptrdiff_t>(skipped), found->second.end()};
 }
 
-double median(std::vector<double> values) {
-    std::ranges::sort(values);
-    const std::size_t half = values.size() / 2;
-    return values.size() % 2 == 1 ? values[half] : 0.5 * (values[half - 1] + values[half]);
-}
-
 void add_seconds(ArmResult& result, const std::vector<const ExperimentSamples*>& processes) {
     std::map<std::string, std::vector<double>> means;
     for (const ExperimentSamples* process : processes) {

@@ -112,6 +112,14 @@ double trimmed_mean(std::vector<double> values) {
     return trimmed_in_place(values);
 }
 
+double median(std::vector<double> values) {
+    const std::size_t middle = values.size() / 2;
+    std::ranges::nth_element(values, values.begin() + static_cast<std::ptrdiff_t>(middle));
+    const double upper = values[middle];
+    if (values.size() % 2 == 1) return upper;
+    return 0.5 * (upper + *std::max_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(middle)));
+}
+
 MeanEstimate trimmed_mean_estimate(std::span<const double> values) {
     std::vector<double> sorted(values.begin(), values.end());
     const double mean = trimmed_mean(sorted);

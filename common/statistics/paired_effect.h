@@ -14,6 +14,9 @@ namespace tandem {
 inline constexpr double trimmed_share = 0.2;  // of either side
 
 [[nodiscard]] double trimmed_mean(std::vector<double> values);
+
+// The value in the middle, or the mean of the two there. There is at least one value.
+[[nodiscard]] double median(std::vector<double> values);
 // With the squared standard error from the winsorised variance, and h - 1 degrees of freedom, h values being left
 // untrimmed [Yuen 1974]. Needs two untrimmed values, else its variance is infinite.
 [[nodiscard]] MeanEstimate trimmed_mean_estimate(std::span<const double> values);

@@ -9,6 +9,7 @@
 #include <span>
 
 #include "common/files/read_file.h"
+#include "common/text.h"
 
 namespace tandem {
 
@@ -80,10 +81,6 @@ void ArmLibrary::check() const {
         throw input_error(file_, "", "is not what <tandem/arm.h> asks for: " + fault, "");
 }
 
-std::string ArmLibrary::hash() const {
-    std::uint64_t hash = 0xcbf29ce484222325u;
-    for (const char byte : read_file(file_)) hash = (hash ^ static_cast<unsigned char>(byte)) * 0x100000001b3u;
-    return fmt::format("{:016x}", hash);
-}
+std::string ArmLibrary::hash() const { return hash_of(read_file(file_)); }
 
 }  // namespace tandem
