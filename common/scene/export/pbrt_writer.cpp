@@ -73,8 +73,8 @@ Pixels sky(const Background& background) {
         for (std::uint32_t x = 0; x < places; ++x) {
             const glm::dvec3 radiance =
                 sky_at(background, on_sphere((2.0 * x + 1.0) / places - 1.0, (2.0 * y + 1.0) / places - 1.0));
-            for (int c = 0; c < 3; ++c)
-                made.rgb[3 * (std::size_t{y / 4} * side + x / 4) + c] += static_cast<float>(radiance[c] / 16.0);
+            float* const texel = &made.rgb[3 * (std::size_t{y / 4} * side + x / 4)];
+            for (int c = 0; c < 3; ++c) texel[c] += static_cast<float>(radiance[c] / 16.0);
         }
     return made;
 }
