@@ -131,8 +131,7 @@ void add_how_long(CLI::App& command, RenderArguments& arguments) {
     command
         .add_option("--time", arguments.seconds,
             "Seconds, at most, with loading and preparing the scene. The first sample of every pixel may take a "
-            "twentieth "
-            "and half a second longer")
+            "twentieth and half a second longer")
         ->check(above_zero(most_seconds))
         ->type_name("SECONDS");
     command

@@ -7,6 +7,7 @@
 #include <bit>
 #include <map>
 #include <set>
+#include <spirv-tools/libspirv.hpp>
 
 #include "tests/vulkan/scenes.h"
 #include "vulkan/framework/shader_library.h"
@@ -18,13 +19,21 @@ using namespace tandem::testing;
 
 namespace {
 
-std::vector<std::uint32_t> optimised(Stage stage, EffectSet effects) {
+std::vector<SpecialisationConstant> constants_of(EffectSet effects) {
     Specialisation specialisation;
     specialisation.effects = effects;
     // As general kernels are told them: without a primitive there would be no code for any.
     specialisation.triangles = specialisation.spheres = specialisation.cuboids = 0xffffffffu;
     specialisation.path.interiors = effects.has(Effect::interiors);
-    return optimised_spirv(shader_code(stage), specialisation.constants());
+    return specialisation.constants();
+}
+
+std::vector<std::uint32_t> optimised(Stage stage, EffectSet effects) {
+    return optimised_spirv(shader_code(stage), constants_of(effects));
+}
+
+std::vector<std::uint32_t> trimmed(Stage stage, EffectSet effects) {
+    return trimmed_spirv(shader_code(stage), constants_of(effects));
 }
 
 // What a module's constants and variables are called in traits.
@@ -185,6 +194,28 @@ TEST_CASE("every effect's code is in the optimised SPIR-V with it, and gone with
         CHECK(!traits_of(without).contains(signature.trait));
     }
     CHECK(tested == EffectSet::all());
+}
+
+TEST_CASE(
+    "trimmed kernels are valid, have no constants left to specialise, and hold less the fewer effects there are") {
+    constexpr std::uint32_t spec_constant_true = 48, spec_constant_op = 52;
+    const spvtools::SpirvTools tools(SPV_ENV_VULKAN_1_2);
+    for (const Stage stage : {Stage::vertex, Stage::ray_gen, Stage::intersect, Stage::scatter, Stage::megakernel,
+             Stage::fragment, Stage::ray_batch}) {
+        CAPTURE(static_cast<int>(stage));
+        std::uint64_t least = count_instructions(shader_code(stage));
+        for (const EffectSet effects : {EffectSet::all(), EffectSet().with(Effect::triangles)}) {
+            const std::vector<std::uint32_t> code = trimmed(stage, effects);
+            CHECK(tools.Validate(code));
+            for (std::size_t at = 5; at < code.size(); at += code[at] >> 16) {
+                const std::uint32_t opcode = code[at] & 0xffffu;
+                CHECK_FALSE((opcode >= spec_constant_true && opcode <= spec_constant_op));
+            }
+            CHECK(count_instructions(code) <= least);
+            least = count_instructions(code);
+        }
+        CHECK(least < count_instructions(shader_code(stage)));
+    }
 }
 
 TEST_CASE("a plain scene has no buffers, no state and fewer instructions than general kernels") {

@@ -10,13 +10,14 @@
 
 #include "common/error.h"
 #include "vulkan/bench/families.h"
+#include "vulkan/framework/spirv_optimizer.h"
 #include "vulkan/renderer/kernels/constant_ids.h"
 
 namespace tandem {
 
 namespace {
 
-enum class Making { cold, cache, disk, derived, threads };
+enum class Making { cold, trimmed, cache, disk, derived, threads };
 
 using Constants = std::vector<SpecialisationConstant>;
 
@@ -93,6 +94,11 @@ public:
             case Making::cold:
                 for (const Stage kernel : kernels_) made.push_back(make(kernel, constants, nullptr));
                 break;
+            case Making::trimmed:
+                for (const Stage kernel : kernels_)
+                    made.push_back(make_compute_pipeline(device_->device(), nullptr, device_->layout(),
+                        trimmed_spirv(codes_.at(kernel), constants), constants));
+                break;
             case Making::cache:
                 for (const Stage kernel : kernels_) made.push_back(make(kernel, known_, cache_));
                 break;
@@ -159,7 +165,7 @@ Family pipelines_family(const SharedDevice& device) {
     Family family;
     family.name = "pipelines";
     family.question = "How should pipelines be made?";
-    family.hypothesis = "A cache halves the time; threads share it out";
+    family.hypothesis = "A cache halves the time; threads share it out; so does trimming";
     family.source = "Khronos samples: pipeline_cache (50.4 against 24.4 ms)";
     family.held =
         "the code of the kernels and all constants but the greatest ray distance, new each time unless cached";
@@ -168,9 +174,8 @@ Family pipelines_family(const SharedDevice& device) {
     family.along = "kernels";
     const std::vector<Stage> few{Stage::pre_process, Stage::ray_gen, Stage::post_process};
     family.workloads.push_back({"three small kernels", {{"kernels", 3.0}}});
-    // Kernels that trace take a CPU seconds, and the one that shades takes a GPU too long for so many replicates.
-    if (device->device().description().type != DeviceType::cpu)
-        family.workloads.push_back({"the same and intersection", {{"kernels", 4.0}}});
+    // The kernel that shades takes too long for so many replicates.
+    family.workloads.push_back({"the same and intersection", {{"kernels", 4.0}}});
     family.arms = [device, few](const Workload& workload) {
         std::vector<Stage> kernels = few;
         if (workload.factors.at("kernels") > 3.0) kernels.push_back(Stage::intersect);
@@ -178,6 +183,8 @@ Family pipelines_family(const SharedDevice& device) {
             return Arm{name, text, [=] { return std::make_unique<PipelinesRun>(device, kernels, making); }};
         };
         return std::vector<Arm>{arm("cold", "new to the driver, no cache, one after the other", Making::cold),
+            arm("trimmed", "new to the driver; spirv-opt has specialised the code before and taken out what is dead",
+                Making::trimmed),
             arm("cache", "made before with a VkPipelineCache, which is at hand", Making::cache),
             arm("disk", "the same, the cache's data read from a file", Making::disk),
             arm("derived", "new to the driver, derived from a pipeline that differs in a constant", Making::derived),

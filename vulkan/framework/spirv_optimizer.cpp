@@ -26,10 +26,17 @@ void for_each_instruction(std::span<const std::uint32_t> code, Visit visit) {
     });
 }
 
-}  // namespace
+void add_trimming(spvtools::Optimizer& optimizer) {
+    optimizer.RegisterPass(spvtools::CreateDeadBranchElimPass())
+        .RegisterPass(spvtools::CreateAggressiveDCEPass())
+        .RegisterPass(spvtools::CreateCCPPass())  // finds more branches that are never taken
+        .RegisterPass(spvtools::CreateDeadBranchElimPass())
+        .RegisterPass(spvtools::CreateEliminateDeadFunctionsPass());
+}
 
-std::vector<std::uint32_t> optimised_spirv(
-    std::span<const std::uint32_t> code, std::span<const SpecialisationConstant> constants) {
+template <class AddPasses>
+std::vector<std::uint32_t> specialised(
+    std::span<const std::uint32_t> code, std::span<const SpecialisationConstant> constants, AddPasses add_passes) {
     std::unordered_map<std::uint32_t, std::vector<std::uint32_t>> values;
     for (const SpecialisationConstant& constant : constants) values[constant.id] = {constant.value};
     std::string messages;
@@ -40,14 +47,29 @@ std::vector<std::uint32_t> optimised_spirv(
         });
     optimizer.RegisterPass(spvtools::CreateSetSpecConstantDefaultValuePass(values))
         .RegisterPass(spvtools::CreateFreezeSpecConstantValuePass())
-        .RegisterPass(spvtools::CreateFoldSpecConstantOpAndCompositePass())
-        .RegisterPerformancePasses();
+        .RegisterPass(spvtools::CreateFoldSpecConstantOpAndCompositePass());
+    add_passes(optimizer);
     spvtools::OptimizerOptions options;
     options.set_run_validator(false);  // the build has run it
     std::vector<std::uint32_t> result;
     if (!optimizer.Run(code.data(), code.size(), &result, options))
         throw Error("SPIRV-Tools cannot optimise a shader: " + messages);
     return result;
+}
+
+}  // namespace
+
+std::vector<std::uint32_t> trimmed_spirv(
+    std::span<const std::uint32_t> code, std::span<const SpecialisationConstant> constants) {
+    return specialised(code, constants, add_trimming);
+}
+
+std::vector<std::uint32_t> optimised_spirv(
+    std::span<const std::uint32_t> code, std::span<const SpecialisationConstant> constants) {
+    return specialised(code, constants, [](spvtools::Optimizer& optimizer) {
+        add_trimming(optimizer);  // the passes for performance then have less to do
+        optimizer.RegisterPerformancePasses();
+    });
 }
 
 std::uint64_t count_instructions(std::span<const std::uint32_t> code) {

@@ -1,5 +1,5 @@
-// SPIR-V as a driver's compiler finds it: specialised, then optimised. For reports and tests alone: rendering hands the
-// device the modules as they are.
+// SPIR-V specialised before a driver sees it, by spirv-opt's passes. All throw Error if the optimiser fails. Constants
+// without a value here keep their default.
 #pragma once
 
 #include <cstdint>
@@ -10,8 +10,12 @@
 
 namespace tandem {
 
-// `code` with its specialisation constants frozen at these values (others at their defaults), and what then is dead
-// taken out, by spirv-opt's passes for performance. Throws Error if the optimiser fails.
+// `code` with its specialisation constants frozen at these values and without what then is dead: cheap enough for each
+// pipeline. Arithmetic is left as it is.
+[[nodiscard]] std::vector<std::uint32_t> trimmed_spirv(
+    std::span<const std::uint32_t> code, std::span<const SpecialisationConstant> constants);
+
+// The same, optimised for performance, which takes seconds: for reports and tests.
 [[nodiscard]] std::vector<std::uint32_t> optimised_spirv(
     std::span<const std::uint32_t> code, std::span<const SpecialisationConstant> constants);
 

@@ -8,18 +8,13 @@
 
 #include "common/error.h"
 #include "common/statistics/distributions.h"
+#include "common/statistics/paired_effect.h"
 #include "common/statistics/sample_moments.h"
 #include "common/stopwatch.h"
 
 namespace tandem {
 
 namespace {
-
-double median(std::vector<double> values) {
-    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-    std::ranges::nth_element(values, middle);
-    return *middle;
-}
 
 // One job and the times of its rounds.
 struct Contender {

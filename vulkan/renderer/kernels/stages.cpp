@@ -9,6 +9,7 @@
 #include "vulkan/core/device_selection.h"
 #include "vulkan/framework/spirv_decorations.h"
 #include "vulkan/framework/spirv_merging.h"
+#include "vulkan/framework/spirv_optimizer.h"
 #include "vulkan/renderer/kernels/constant_ids.h"
 #include "vulkan/renderer/kernels/kernel_shape.h"
 
@@ -213,7 +214,8 @@ Stages::Stages(const Device& device, bool contracted)
     : device_(device),
       merged_(merges_storage_buffers(device.description().abilities)),
       layout_(device, bindings_of({}), settings_bytes),
-      contracted_(contracted) {}
+      contracted_(contracted),
+      trims_(device.description().type == DeviceType::cpu) {}
 
 // Arrays of storage buffers stay arrays.
 std::vector<SetBindings> Stages::bindings_of(const KernelForm& form) const {
@@ -246,9 +248,14 @@ std::vector<std::uint32_t> Stages::prepared(std::span<const std::uint32_t> code)
     return words;
 }
 
+std::vector<std::uint32_t> Stages::handed_over(
+    std::span<const std::uint32_t> code, const std::vector<SpecialisationConstant>& constants) const {
+    return trims_ ? trimmed_spirv(prepared(code), constants) : prepared(code);
+}
+
 vk::raii::Pipeline Stages::make(const PipelineLayout& layout, std::span<const std::uint32_t> code,
     const std::vector<SpecialisationConstant>& constants) const {
-    return make_compute_pipeline(device_, nullptr, layout.handle(), prepared(code), constants);
+    return make_compute_pipeline(device_, nullptr, layout.handle(), handed_over(code, constants), constants);
 }
 
 const FullscreenPass& Stages::fullscreen_pass() {
@@ -258,7 +265,8 @@ const FullscreenPass& Stages::fullscreen_pass() {
 
 vk::raii::Pipeline Stages::make_fragment(const PipelineLayout& layout, std::span<const std::uint32_t> code,
     const std::vector<SpecialisationConstant>& constants) {
-    return fullscreen_pass().make_pipeline(layout.handle(), shader_code(Stage::fullscreen), prepared(code), constants);
+    return fullscreen_pass().make_pipeline(
+        layout.handle(), shader_code(Stage::fullscreen), handed_over(code, constants), constants);
 }
 
 RayPipeline Stages::make_rays(

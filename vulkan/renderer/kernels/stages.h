@@ -154,6 +154,8 @@ public:
         const Specialisation& specialisation, ShaderVariant variant, bool places);
 
 private:
+    [[nodiscard]] std::vector<std::uint32_t> handed_over(
+        std::span<const std::uint32_t> code, const std::vector<SpecialisationConstant>& constants) const;
     [[nodiscard]] vk::raii::Pipeline make(const PipelineLayout& layout, std::span<const std::uint32_t> code,
         const std::vector<SpecialisationConstant>& constants) const;
 
@@ -168,6 +170,7 @@ private:
     bool merged_;            // storage buffers of a set are parts of one
     PipelineLayout layout_;  // of forms that need no other
     bool contracted_;
+    bool trims_;  // kernels are trimmed for a driver that compiles on the CPU: bench's family pipelines has the gain
     std::map<KernelForm, PipelineLayout> layouts_;
     std::optional<FullscreenPass> pass_;  // made when a job renders by fragments
     std::map<std::pair<KernelForm, std::vector<std::uint32_t>>, std::shared_ptr<const Pipelines>> pipelines_;
