@@ -26,6 +26,7 @@ int main(int argc, char** argv) {
         .bench = [](const tandem::BenchRequest& request) { return tandem::vulkan_bench(request); },
         .show = {},
 #endif
+        .claims = tandem::pattern_claims,
         .exercises = tandem::exercises(),
         .run_list_shader = tandem::run_list_shader,
     };

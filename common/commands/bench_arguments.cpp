@@ -40,7 +40,9 @@ std::vector<std::string> words_of(
 void tell_results(const BenchArguments& arguments, const CommandContext& context, const BenchResults& results,
     const std::vector<Claim>& claims) {
     fmt::print("{}", to_text(results, claims));
-    write_json(context, to_json(results, claims));
+    nlohmann::json report = to_json(results, claims);
+    if (context.stop.stop_requested()) report["stopped"] = true;
+    write_json(context, report);
     if (!arguments.csv.empty()) write_text_file(arguments.csv, to_csv(results), context.read);
 }
 

@@ -16,6 +16,7 @@
 #include "common/commands/console.h"
 #include "common/commands/help.h"
 #include "common/commands/old_names.h"
+#include "common/commands/rank_items.h"
 #include "common/deadline.h"
 #include "common/distribution/ranks.h"
 #include "common/error.h"
@@ -483,10 +484,14 @@ int run_program(int argc, char** argv, const Program& program) {
             context.json_file = standard_output;
             context.json_descriptor = streams.take_standard_output();
         }
-        if (has_ranks() && !app.got_subcommand("render"))
-            throw UnsupportedError("mpirun shares out render alone; tandem plan splits verify and stability");
+        const CLI::App& command = *app.get_subcommands().front();
+        const bool by_items = has_ranks() && has_items_for_ranks(command.get_name());
+        if (has_ranks() && !by_items && command.get_name() != "render")
+            throw UnsupportedError(
+                "mpirun shares out render, verify and stability; tandem plan splits cost and bench, whose times are "
+                "of one machine each");
         check_outputs(context, {}, {});
-        const ExitStatus status = context.action();
+        const ExitStatus status = by_items ? items_by_ranks(command, context) : context.action();
         if (const int error = streams.failure(); error != 0)
             throw Error(std::string("standard output cannot be written (") + std::strerror(error) + ")");
         return status;

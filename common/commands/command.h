@@ -29,7 +29,8 @@ struct Program {
     // The Vulkan devices as JSON: {"devices": [{"index", "name", "type", "driver", "api", "suitable", "reason", …}]}.
     std::function<nlohmann::json()> devices;
     MakeBench bench;
-    ShowWindow show;  // empty: built without a window
+    ShowWindow show;                             // empty: built without a window
+    std::function<std::vector<Claim>()> claims;  // of bench's own arms, whatever the device
     std::span<const Exercise> exercises;
     RunListShader run_list_shader;
 };

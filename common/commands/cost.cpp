@@ -135,6 +135,7 @@ ExitStatus conclude(
     nlohmann::json json = to_json(report);
     json["command"] = context.command_line;
     json["git"] = git_version();
+    if (context.stop.stop_requested()) json["stopped"] = true;
     fmt::print("{}", arguments.all ? all_to_text(report) : to_text(report));
     write_json(context, json);
     const std::string missing = not_done(report);

@@ -40,6 +40,10 @@ std::vector<std::string> all_devices(const nlohmann::json& listed) {
     return names;
 }
 
+}  // namespace
+
+bool is_device_list(const std::string& list) { return list == all_of_them || list.find(',') != std::string::npos; }
+
 std::vector<std::string> devices_named(const std::string& list, const CommandContext& context) {
     std::vector<std::string> names;
     std::istringstream parts(list);
@@ -55,6 +59,8 @@ std::vector<std::string> devices_named(const std::string& list, const CommandCon
     }
     return names;
 }
+
+namespace {
 
 // A look at a device, in a process that may hang or die.
 struct Look {
@@ -127,7 +133,7 @@ std::vector<std::string> sound_devices(const std::vector<std::string>& names, co
 std::unique_ptr<Renderer> renderer_on(const std::string& backend, const BackendOptions& options,
     const std::string& scene, const std::vector<std::string>& words, const CommandContext& context) {
     const Backend& named = find_backend(context.program.backends, backend);
-    if (options.device != all_of_them && options.device.find(',') == std::string::npos) return named.create(options);
+    if (!is_device_list(options.device)) return named.create(options);
     if (backend != "vulkan")
         throw UnsupportedError(fmt::format(
             "--device: the {} backend has no choice of devices; add --backend vulkan, and cpu to the devices",

@@ -15,4 +15,9 @@ namespace tandem {
 [[nodiscard]] std::unique_ptr<Renderer> renderer_on(const std::string& backend, const BackendOptions& options,
     const std::string& scene, const std::vector<std::string>& words, const CommandContext& context);
 
+// Whether --device names several, or all.
+[[nodiscard]] bool is_device_list(const std::string& list);
+// Their names, where "all" stands for each that is suitable. Throws InputError.
+[[nodiscard]] std::vector<std::string> devices_named(const std::string& list, const CommandContext& context);
+
 }  // namespace tandem

@@ -4,9 +4,14 @@
 #include <algorithm>
 
 #include "common/commands/merge.h"
+#include "common/commands/plan_items.h"
 #include "common/distribution/plan.h"
 #include "common/error.h"
+#include "common/experiment/campaign.h"
+#include "common/files/write_file.h"
 #include "common/text.h"
+#include "common/validation/report/junit.h"
+#include "common/validation/report/report.h"
 
 namespace tandem {
 
@@ -15,7 +20,7 @@ namespace {
 using nlohmann::json;
 
 struct ResultsArguments {
-    std::string plan, results, output;
+    std::string plan, results, output, junit, report;
     bool allow_gaps = false;
     double exposure = 1.0;
 };
@@ -34,6 +39,12 @@ Found found_in(const std::vector<PlanItem>& items, const std::filesystem::path& 
         else
             found.lacking.push_back(item.number);
     return found;
+}
+
+// The scene, case or family that an item is of.
+std::string name_of(const PlanItem& item) {
+    const std::string& first = item.words.at(1);
+    return first.starts_with("--") ? item.words.at(2) : first;
 }
 
 void append(json& list, const json& more) {
@@ -106,6 +117,85 @@ ExitStatus tell_cases(const json& all) {
     return all.at("complete").get<bool>() ? ExitStatus::fine : ExitStatus::undecided;
 }
 
+// Reports of cost, each of one scene.
+json costs_of_all(const std::vector<json>& reports, const std::vector<std::string>& not_run) {
+    if (reports.size() == 1 && not_run.empty()) return reports.front();
+    return {{"scenes", reports}, {"not_run", not_run}};
+}
+
+void tell_costs(const std::vector<json>& reports) {
+    for (const json& report : reports) {
+        fmt::print("{} on {} ({}), {}x{}\n", escaped(report.at("scene").get<std::string>()),
+            escaped(report.at("device").get<std::string>()), report.at("backend").get<std::string>(),
+            report.at("width").get<unsigned>(), report.at("height").get<unsigned>());
+        for (const json& sentence : report.at("recommendations"))
+            fmt::print("  {}\n", escaped(sentence.get<std::string>()));
+    }
+}
+
+// Results of bench, each of one family: what one run of all would have written.
+BenchResults measured_by_all(const std::vector<json>& reports, const std::vector<std::string>& files) {
+    BenchResults all = results_from_json(reports.front(), files.front());
+    for (std::size_t i = 1; i < reports.size(); ++i) merge(all, results_from_json(reports[i], files[i]), files[i]);
+    return all;
+}
+
+// What is said of all items whose results are reports, with the exit status of the whole.
+struct Told {
+    json report;
+    ExitStatus status = ExitStatus::fine;
+};
+
+struct Results {
+    std::vector<json> reports;
+    std::vector<std::string> files, not_run;
+    std::vector<int> statuses;
+};
+
+Told tell(const std::string& command, const Results& results, const CommandContext& context) {
+    // Of commands that measure: for some items the time was too short, or they are not there.
+    const bool short_of_time =
+        !results.not_run.empty() || std::ranges::find(results.statuses, 3) != results.statuses.end();
+    const ExitStatus measured = short_of_time ? ExitStatus::undecided : ExitStatus::fine;
+    if (command == "verify") {
+        Told told{verdict_of_all(results.reports, results.not_run)};
+        told.status = tell_verdicts(told.report);
+        return told;
+    }
+    if (command == "stability") {
+        Told told{stability_of_all(results.reports, !results.not_run.empty())};
+        told.status = tell_cases(told.report);
+        return told;
+    }
+    if (command == "cost") {
+        tell_costs(results.reports);
+        return {costs_of_all(results.reports, results.not_run), measured};
+    }
+    if (command != "bench")
+        throw InputError(fmt::format("merge-results: {} has no results that merge; each item's is a file", command));
+    BenchResults all = measured_by_all(results.reports, results.files);
+    all.command = context.command_line;
+    const std::vector<Claim> claims = context.program.claims();
+    fmt::print("{}", to_text(all, claims));
+    return {to_json(all, claims), measured};
+}
+
+void check_options(const ResultsArguments& arguments, const std::string& command, bool is_part) {
+    if (is_part == arguments.output.empty())
+        throw InputError(arguments.output.empty() ? "merge-results: this plan makes an image; name it with -o"
+                                                  : "-o: this plan makes no image; --json takes its result");
+    if (command != "verify" && !(arguments.junit.empty() && arguments.report.empty()))
+        throw InputError(fmt::format("{}: is for verdicts, but this plan is of {}; leave it out",
+            arguments.junit.empty() ? "--report" : "--junit", command));
+}
+
+std::vector<std::string> scenes_of(const std::vector<json>& reports) {
+    std::vector<std::string> scenes;
+    for (const json& report : reports)
+        for (const json& scene : report.at("scenes")) scenes.push_back(scene.at("scene").get<std::string>());
+    return scenes;
+}
+
 ExitStatus merge_results(const ResultsArguments& arguments, const CommandContext& context) {
     const std::vector<PlanItem> items = read_plan(arguments.plan);
     const std::filesystem::path folder = results_folder(arguments.plan, arguments.results);
@@ -119,9 +209,7 @@ ExitStatus merge_results(const ResultsArguments& arguments, const CommandContext
             fmt::format("{} of {} items have no result in {}: {}", found.lacking.size(), items.size(), folder.string(),
                 fmt::join(found.lacking, ", ")),
             "do them with tandem work, or --allow-gaps for what there is");
-    if (items.front().is_part() == arguments.output.empty())
-        throw InputError(arguments.output.empty() ? "merge-results: this plan makes an image; name it with -o"
-                                                  : "-o: this plan makes no image; --json takes its result");
+    check_options(arguments, command, items.front().is_part());
     if (items.front().is_part()) {
         MergeArguments merge{.parts = {},
             .output = arguments.output,
@@ -130,22 +218,36 @@ ExitStatus merge_results(const ResultsArguments& arguments, const CommandContext
         for (const PlanItem& item : found.items) merge.parts.push_back(result_file(folder, item).string());
         return merge_parts(merge, context);
     }
-    std::vector<std::string> inputs{arguments.plan}, not_run;
-    std::vector<json> reports;
-    for (const PlanItem& item : found.items) {
-        inputs.push_back(result_file(folder, item).string());
-        reports.push_back(read_result(inputs.back(), item).at("report"));
-    }
-    for (const std::uint64_t number : found.lacking) not_run.push_back(items[number - 1].words.at(1));
-    check_outputs(context, {}, inputs);
-    const json all =
-        command == "verify" ? verdict_of_all(reports, not_run) : stability_of_all(reports, !not_run.empty());
-    const ExitStatus status = command == "verify" ? tell_verdicts(all) : tell_cases(all);
-    write_json(context, all);
-    return status;
+    context.read.add(arguments.plan);
+    return merge_reports_of(items, folder, {arguments.junit, arguments.report}, context);
 }
 
 }  // namespace
+
+ExitStatus merge_reports_of(const std::vector<PlanItem>& items, const std::filesystem::path& folder,
+    const VerdictFiles& files, const CommandContext& context) {
+    const std::string command = items.front().words.front();
+    const Found found = found_in(items, folder);
+    Results results;
+    std::vector<std::filesystem::path> report_folders;
+    for (const PlanItem& item : found.items) {
+        results.files.push_back(result_file(folder, item).string());
+        const json result = read_result(results.files.back(), item);
+        results.reports.push_back(result.at("report"));
+        results.statuses.push_back(result.at("status").get<int>());
+        report_folders.push_back(result_file(folder, item, "report"));
+    }
+    for (const std::uint64_t number : found.lacking) results.not_run.push_back(name_of(items[number - 1]));
+    std::vector<Output> outputs{{"--junit", files.junit}};
+    if (!files.report.empty())
+        outputs.push_back({"--report", files.report, OutputKind::folder, report_files(scenes_of(results.reports))});
+    check_outputs(context, outputs, results.files);
+    const Told told = tell(command, results, context);
+    write_json(context, told.report);
+    if (!files.junit.empty()) write_text_file(files.junit, junit_xml(command, told.report), context.read);
+    if (!files.report.empty()) merge_reports(files.report, told.report, report_folders, context.read);
+    return told.status;
+}
 
 void add_merge_results_command(CLI::App& app, CommandContext& context) {
     CLI::App* command = app.add_subcommand("merge-results", "Make one result of those of a plan's items");
@@ -159,8 +261,12 @@ void add_merge_results_command(CLI::App& app, CommandContext& context) {
     command->add_option("--exposure", arguments->exposure, "Factor of a PNG's radiance")
         ->check(above_zero(1e9))
         ->capture_default_str();
+    command->add_option("--junit", arguments->junit, "Write the verdicts as JUnit XML, as verify does")
+        ->type_name("FILE");
+    command->add_option("--report", arguments->report, "Write report.json and images to a folder, as verify does")
+        ->type_name("FOLDER");
     add_common_options(*command, context,
-        "  tandem merge-results plan.jsonl --json verdict.json\n"
+        "  tandem merge-results plan.jsonl --json verdict.json --report report\n"
         "  tandem merge-results plan.jsonl -o glass.exr\n"
         "Exit status: that of the command that was planned.");
     command->callback([&context, arguments] {

@@ -1,21 +1,19 @@
-// tandem plan and tandem work: a command split into items, and one of them done, for engines that run farms of jobs.
+// tandem plan: a command split into items, for engines that run farms of jobs.
 #include "common/distribution/plan.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <fstream>
 
+#include "common/commands/bench_arguments.h"
 #include "common/commands/command.h"
+#include "common/commands/plan_items.h"
 #include "common/commands/shipped_files.h"
 #include "common/commands/verify_presets.h"
-#include "common/deadline.h"
 #include "common/distribution/part.h"
 #include "common/distribution/range_render.h"
 #include "common/error.h"
-#include "common/external/child.h"
 #include "common/stability/catalogue.h"
-#include "common/stopwatch.h"
 #include "common/text.h"
 
 namespace tandem {
@@ -49,15 +47,14 @@ std::string value_of(const CLI::App& command, const std::string& option, const s
 void refuse(const CLI::App& command, const Words& options, const std::string& mend) {
     for (const std::string& option : options)
         if (command.get_option(option)->count() > 0)
-            throw InputError(
-                fmt::format("plan {}: {} is not for one item of many; {}", command.get_name(), option, mend));
+            throw InputError(fmt::format("{}: {} is not for one item of many; {}", command.get_name(), option, mend));
 }
 
 std::vector<Words> verify_items(const CLI::App& command) {
     refuse(command, {"--total-time"}, "give --time for a scene");
-    refuse(command, {"--junit", "--report", "--among"}, "leave it out");
+    refuse(command, {"--among"}, "leave it out");
     Words scenes = results_of(command, "scenes");
-    Words words = given_words(command, {"--preset", "--devices"});
+    Words words = given_words(command, {"--preset", "--devices", "--json", "--junit", "--report"});
     if (const std::string name = value_of(command, "--preset", ""); !name.empty()) {
         const VerifyPreset preset = verify_preset(name);
         if (scenes.empty()) scenes = preset.scenes;
@@ -71,7 +68,7 @@ std::vector<Words> verify_items(const CLI::App& command) {
         Words inputs;
         static_cast<void>(scene_from(shipped_file(scene), inputs));
     }
-    Words devices = results_of(command, "--devices");
+    Words devices = command.get_option_no_throw("--devices") != nullptr ? results_of(command, "--devices") : Words{};
     if (devices.empty()) devices.emplace_back();
     std::vector<Words> items;
     for (const std::string& device : devices)
@@ -94,7 +91,7 @@ std::vector<Words> render_items(const CLI::App& command) {
     const std::uint64_t pieces = std::stoull(value_of(command, "--pieces", "8"));
     const std::uint64_t blocks = (samples + samples_per_block - 1) / samples_per_block;
     const std::uint64_t each = (blocks + pieces - 1) / pieces * samples_per_block;
-    const Words words = given_words(command, {"--pieces", "--samples"});
+    const Words words = given_words(command, {"--pieces", "--samples", "--json"});
     std::vector<Words> items;
     for (const SampleRange& range : cut({{0, samples}}, each)) {
         Words item{"render", scene, "--range", to_string(range), "--samples", std::to_string(samples)};
@@ -110,7 +107,7 @@ std::vector<Words> stability_items(const CLI::App& command) {
         for (const stability::HardCase& one :
             stability::load_catalogue(shipped_file(value_of(command, "--catalogue", "scenes/hard/catalogue.json"))))
             cases.push_back(one.id);
-    const Words words = given_words(command, {"--case"});
+    const Words words = given_words(command, {"--case", "--json"});
     std::vector<Words> items;
     for (const std::string& one : cases) {
         Words item{"stability", "--case", one};
@@ -120,126 +117,95 @@ std::vector<Words> stability_items(const CLI::App& command) {
     return items;
 }
 
-ExitStatus plan(const CLI::App& command) {
-    refuse(command, {"--json"}, "merge-results takes it");
+// A scene each: the times of its settings are to be compared, so one machine measures them all.
+std::vector<Words> cost_items(const CLI::App& command) {
+    refuse(command, {"--list", "--reference-only"}, "leave it out");
+    refuse(command, {"--resume"}, "leave it out; tandem work does an item again from its start");
+    const Words scenes = results_of(command, "scene");
+    if (scenes.size() > 1) refuse(command, {"--reference"}, "a reference is of one scene; name --references");
+    const Words words = given_words(command, {"--json"});
+    std::vector<Words> items;
+    for (const std::string& scene : scenes) {
+        Words inputs;
+        static_cast<void>(scene_from(shipped_file(scene), inputs));
+        Words item{"cost", scene};
+        item.insert(item.end(), words.begin(), words.end());
+        items.push_back(std::move(item));
+    }
+    return items;
+}
+
+// A family each, whose arms one device measures side by side. They share the time.
+std::vector<Words> bench_items(const CLI::App& command, const CommandContext& context) {
+    refuse(command, {"--compare", "--method", "--arm-library", "--validation", "--self-test", "--list"},
+        "run it as it is");
+    refuse(command, {"--csv", "--resume", "--arm"}, "leave it out");
+    BenchRequest request;
+    request.device = value_of(command, "--device", "");
+    Words inputs;
+    request.scene = scene_from(shipped_file(value_of(command, "--scene", BenchArguments{}.scene)), inputs);
+    Words known;
+    for (const Family& family : context.program.bench(request).families) known.push_back(family.name);
+    Words families = results_of(command, "--family");
+    for (const std::string& name : families)
+        if (std::ranges::find(known, name) == known.end())
+            throw InputError(fmt::format(
+                "--family: there is no '{}'; {}there are {}", name, did_you_mean(name, known), fmt::join(known, ", ")));
+    if (families.empty()) families = known;
+    const double seconds = std::stod(value_of(command, "--time", fmt::format("{}", BenchArguments{}.seconds)));
+    const Words words = given_words(command, {"--family", "--time", "--json"});
+    std::vector<Words> items;
+    for (const std::string& family : families) {
+        Words item{"bench", "--family", family, "--time",
+            fmt::format("{:.2f}", std::max(0.01, seconds / static_cast<double>(families.size())))};
+        item.insert(item.end(), words.begin(), words.end());
+        items.push_back(std::move(item));
+    }
+    return items;
+}
+
+std::vector<Words> words_of_items(const CLI::App& command, const CommandContext& context) {
     const std::string name = command.get_name();
-    const std::vector<Words> all = name == "verify"   ? verify_items(command)
-                                   : name == "render" ? render_items(command)
-                                                      : stability_items(command);
-    std::uint64_t number = 0;
-    for (const Words& words : all) fmt::print("{}\n", to_json(PlanItem{++number, words, git_version()}).dump());
+    if (name == "verify") return verify_items(command);
+    if (name == "render") return render_items(command);
+    if (name == "cost") return cost_items(command);
+    if (name == "bench") return bench_items(command, context);
+    return stability_items(command);
+}
+
+ExitStatus plan(const CLI::App& command, const CommandContext& context) {
+    refuse(command, {"--json"}, "merge-results takes it");
+    if (command.get_name() == "verify") refuse(command, {"--junit", "--report"}, "merge-results takes it");
+    for (const PlanItem& item : plan_items(command, context)) fmt::print("{}\n", to_json(item).dump());
     return ExitStatus::fine;
-}
-
-struct WorkArguments {
-    std::string plan, results;
-    std::uint64_t item = 0;
-    double limit = 0.0;
-};
-
-std::string last_line_of(const std::filesystem::path& log) {
-    std::ifstream file(log);
-    std::string last;
-    for (std::string line; std::getline(file, line);)
-        if (!line.empty()) last = line;
-    return last.empty() ? "it wrote nothing" : last;
-}
-
-// Whether the report of an item is one of all its work, not of what a stop left of it.
-bool is_whole(const nlohmann::json& report) {
-    if (!report.is_object()) return false;
-    if (!report.contains("scenes")) return report.contains("cases");
-    return report.at("not_run").empty() &&
-           std::ranges::none_of(report.at("scenes"), [](const auto& scene) { return scene.value("stopped", true); });
-}
-
-// The exit status of the item's command. Throws StoppedError.
-int run_item(const PlanItem& item, const std::filesystem::path& folder, const WorkArguments& arguments,
-    const CommandContext& context) {
-    Words words{"/proc/self/exe"};
-    words.insert(words.end(), item.words.begin(), item.words.end());
-    words.insert(
-        words.end(), {item.is_part() ? "--output" : "--json", result_file(folder, item, "unchecked").string()});
-    Child child(words, result_file(folder, item, "log"), false);
-    const Stopwatch watch;
-    constexpr double poll_seconds = 0.05;  // how late a stop may be heeded
-    while (!child.ended_within(poll_seconds)) {
-        if (context.stop.stop_requested())
-            throw StoppedError(fmt::format("item {} was stopped and has no result", item.number));
-        if (arguments.limit > 0.0 && watch.seconds() > arguments.limit)
-            throw StoppedError(
-                fmt::format("item {} had not ended after the {:g} s of --limit; it was ended, and has no "
-                            "result",
-                    item.number, arguments.limit));
-    }
-    return child.exit_status();
-}
-
-// Puts the result of an item in its place.
-void keep_result(const PlanItem& item, const std::filesystem::path& folder, int status, const CommandContext& context) {
-    const std::filesystem::path unchecked = result_file(folder, item, "unchecked"), result = result_file(folder, item);
-    if (item.is_part()) {
-        std::filesystem::rename(unchecked, result);
-        return;
-    }
-    const nlohmann::json report = nlohmann::json::parse(std::ifstream(unchecked), nullptr, false);
-    if (!is_whole(report)) throw StoppedError(fmt::format("item {} was stopped and has no result", item.number));
-    write_text_file(result,
-        nlohmann::json{{"item", to_json(item)}, {"status", status}, {"report", report}}.dump() + "\n", context.read);
-    std::filesystem::remove(unchecked);
-}
-
-ExitStatus tell_result(
-    const PlanItem& item, const std::filesystem::path& result, const CommandContext& context, const std::string& how) {
-    fmt::print("item {}: {}{}\n", item.number, escaped(result.string()), how);
-    write_json(context, {{"item", item.number}, {"result", result.string()}});
-    return ExitStatus::fine;
-}
-
-ExitStatus work(const WorkArguments& arguments, const CommandContext& context) {
-    const std::vector<PlanItem> items = read_plan(arguments.plan);
-    context.read.add(arguments.plan);
-    if (arguments.item > items.size())
-        throw input_error(arguments.plan, "", fmt::format("has {} items and no item {}", items.size(), arguments.item),
-            "name one of them");
-    const PlanItem& item = items[arguments.item - 1];
-    if (item.version != git_version())
-        throw input_error(arguments.plan, "",
-            fmt::format("is by version {} of the program, not {}", item.version, git_version()), "make it again");
-    const std::filesystem::path folder = results_folder(arguments.plan, arguments.results);
-    std::error_code ignored;
-    std::filesystem::create_directories(folder, ignored);
-    const std::filesystem::path result = result_file(folder, item);
-    if (std::filesystem::exists(result)) {
-        if (!item.is_part()) static_cast<void>(read_result(result, item));
-        return tell_result(item, result, context, ", which was there");
-    }
-    check_outputs(context, {{"--results", result, item.is_part() ? OutputKind::image : OutputKind::text}}, {});
-    const int status = run_item(item, folder, arguments, context);
-    const bool has_result = status == 0 || (!item.is_part() && (status == 1 || status == 3));
-    if (!has_result || !std::filesystem::exists(result_file(folder, item, "unchecked"))) {
-        fmt::print(stderr, "tandem: item {} has no result (status {}): {}\n", item.number, status,
-            escaped(last_line_of(result_file(folder, item, "log"))));
-        return status == 2 || status == 3 || status == 4 ? static_cast<ExitStatus>(status) : ExitStatus::disagree;
-    }
-    keep_result(item, folder, status, context);
-    return tell_result(item, result, context, "");
 }
 
 }  // namespace
 
+std::vector<PlanItem> plan_items(const CLI::App& command, const CommandContext& context) {
+    std::vector<PlanItem> items;
+    for (Words& words : words_of_items(command, context))
+        items.push_back({items.size() + 1, std::move(words), git_version()});
+    return items;
+}
+
 void add_plan_command(CLI::App& app, CommandContext& context) {
-    CLI::App* command = app.add_subcommand("plan", "Split verify, render or stability into items for a farm");
+    CLI::App* command =
+        app.add_subcommand("plan", "Split render, verify, cost, bench or stability into items for a farm");
     command->require_subcommand(1);
     command->footer(
         "Examples:\n"
         "  tandem plan verify scenes/*.json --samples 4096 > plan.jsonl\n"
         "  tandem plan verify scenes/*.json --devices 0,1 --time 60 > plan.jsonl\n"
         "  tandem plan render scenes/glass.json --samples 4096 --pieces 16 > plan.jsonl\n"
+        "  tandem plan cost scenes/*.json --time 300 > plan.jsonl\n"
+        "  tandem plan bench --time 600 > plan.jsonl\n"
         "  tandem plan stability > plan.jsonl\n"
         "An item is a line. tandem work does one, tandem merge-results makes one result of all.");
     add_verify_command(*command, context);
     add_render_command(*command, context);
+    add_cost_command(*command, context);
+    add_bench_command(*command, context);
     add_stability_command(*command, context);
     for (CLI::App* const one : command->get_subcommands({})) {
         if (one->get_name() == "verify")
@@ -247,6 +213,8 @@ void add_plan_command(CLI::App& app, CommandContext& context) {
                 ->expected(1, CLI::detail::expected_max_vector_size)
                 ->delimiter(',')
                 ->type_name("DEVICE");
+        if (one->get_name() == "cost")
+            one->get_option("scene")->expected(1, CLI::detail::expected_max_vector_size)->allow_extra_args();
         if (one->get_name() == "render") {
             one->get_option("--output")->required(false);
             one->add_option("--pieces", "Ranges of samples to split the image into, at most (default: 8)")
@@ -254,29 +222,9 @@ void add_plan_command(CLI::App& app, CommandContext& context) {
         }
     }
     // After that of the command to be split, whose action it takes the place of.
-    command->callback(
-        [&context, command] { context.action = [command] { return plan(*command->get_subcommands().front()); }; });
-}
-
-void add_work_command(CLI::App& app, CommandContext& context) {
-    CLI::App* command = app.add_subcommand("work", "Do one item of a plan, unless its result is there");
-    const auto arguments = std::make_shared<WorkArguments>();
-    command->add_option("plan", arguments->plan, "File that tandem plan wrote")->required()->type_name("PLAN");
-    command->add_option("item", arguments->item, "Number of the item, from 1")
-        ->required()
-        ->check(whole_between(1, 1'000'000'000))
-        ->type_name("N");
-    command->add_option("--results", arguments->results, "Folder of the results (default: the plan's name in .results)")
-        ->type_name("FOLDER");
-    command->add_option("--limit", arguments->limit, "End the item after so long, without a result (default: never)")
-        ->check(above_zero(most_seconds))
-        ->type_name("SECONDS");
-    add_common_options(*command, context,
-        "  tandem work plan.jsonl 3\n"
-        "  seq $(wc -l < plan.jsonl) | parallel --joblog jobs.log --resume-failed tandem work plan.jsonl\n"
-        "Exit status: 0 where the item has a result, whatever that says; else 1, 2, 3 or 4.");
-    command->callback(
-        [&context, arguments] { context.action = [&context, arguments] { return work(*arguments, context); }; });
+    command->callback([&context, command] {
+        context.action = [&context, command] { return plan(*command->get_subcommands().front(), context); };
+    });
 }
 
 }  // namespace tandem

@@ -110,7 +110,7 @@ ExitStatus conclude(const std::string& command, const std::vector<SceneVerdict>&
     };
     attempt([&] { write_json(context, report); });
     if (!arguments.junit.empty())
-        attempt([&] { write_text_file(arguments.junit, junit_xml(command, verdicts, not_run, layer), context.read); });
+        attempt([&] { write_text_file(arguments.junit, junit_xml(command, report), context.read); });
     if (!arguments.report.empty())
         attempt([&] { write_report(arguments.report, verdicts, self_tests, not_run, context.read); });
     if (failure) std::rethrow_exception(failure);

@@ -9,6 +9,7 @@
 #include "common/commands/arguments.h"
 #include "common/commands/command.h"
 #include "common/commands/console.h"
+#include "common/commands/device_list.h"
 #include "common/commands/help.h"
 #include "common/commands/layer_pass.h"
 #include "common/commands/programs.h"
@@ -16,6 +17,7 @@
 #include "common/commands/verdict_options.h"
 #include "common/commands/verify_presets.h"
 #include "common/deadline.h"
+#include "common/distribution/device_group.h"
 #include "common/error.h"
 #include "common/self_test/self_test.h"
 #include "common/stopwatch.h"
@@ -44,7 +46,7 @@ struct VerifyArguments {
 };
 
 // Says in a line how exactly each side's device computes, where it has an arithmetic of its own.
-std::vector<DeviceSelfTest> self_tests_of(std::initializer_list<Renderer*> sides) {
+std::vector<DeviceSelfTest> self_tests_of(const std::vector<Renderer*>& sides) {
     std::vector<DeviceSelfTest> tests;
     for (Renderer* const side : sides) {
         const std::optional<DeviceSelfTest> test = self_test_of(*side);
@@ -335,10 +337,42 @@ std::unique_ptr<Renderer> in_other_precision(const VerifyArguments& arguments, c
 struct Sides {
     std::unique_ptr<Renderer> reference, candidate;
     Programs programs;
+    std::vector<Renderer*> tested;  // each device by itself
 };
 
+// The candidate's devices, where --device names several; empty: one.
+std::vector<std::string> devices_of(const VerifyArguments& arguments, const CommandContext& context) {
+    if (!is_device_list(arguments.device)) return {};
+    if (arguments.candidate != "vulkan")
+        throw UnsupportedError("--device: several are for the candidate vulkan; leave it out");
+    const std::vector<std::string> devices = devices_named(arguments.device, context);
+    if (devices.empty()) throw DeviceError("--device: no device of '" + arguments.device + "' can be used");
+    if (std::ranges::find(devices, "cpu") != devices.end())
+        throw UnsupportedError("--device: cpu cannot be judged with Vulkan devices as one; verify --candidate cpu");
+    return devices;
+}
+
+// Several devices as one candidate. No sound ones are chosen: all are to be judged. `lost` gets those that fail.
+void add_candidates(const VerifyArguments& arguments, const std::vector<std::string>& devices,
+    std::vector<std::string>& lost, const CommandContext& context, Sides& sides) {
+    std::vector<std::unique_ptr<Renderer>> members;
+    for (const std::string& device : devices) {
+        members.push_back(find_backend(context.program.backends, "vulkan")
+                              .create({.device = device,
+                                  .precision = precision_from(arguments.precision),
+                                  .kernel = arguments.kernel,
+                                  .validation = arguments.validation}));
+        sides.tested.push_back(members.back().get());
+    }
+    sides.candidate = device_group(std::move(members), [&lost](const std::string& told) {
+        fmt::print(stderr, "tandem: device {}; others do its blocks\n", escaped(told));
+        lost.push_back(told);
+    });
+}
+
 // Programs that stay up are started here.
-Sides sides_of(const VerifyArguments& arguments, const CommandContext& context) {
+Sides sides_of(const VerifyArguments& arguments, const std::vector<std::string>& devices,
+    std::vector<std::string>& lost, const CommandContext& context) {
     const BackendList& backends = context.program.backends;
     ProgramOptions of_programs;
     of_programs.follows_numbers = arguments.follows_model;
@@ -350,12 +384,18 @@ Sides sides_of(const VerifyArguments& arguments, const CommandContext& context) 
             .precision = precision_from(arguments.reference_precision),
             .kernel = arguments.reference_kernel},
         of_programs, backends, sides.programs);
-    sides.candidate = renderer_of(arguments.candidate,
-        {.device = arguments.device,
-            .precision = precision_from(arguments.precision),
-            .kernel = arguments.kernel,
-            .validation = arguments.validation},
-        of_programs, backends, sides.programs);
+    sides.tested = {sides.reference.get()};
+    if (!devices.empty()) {
+        add_candidates(arguments, devices, lost, context, sides);
+    } else {
+        sides.candidate = renderer_of(arguments.candidate,
+            {.device = arguments.device,
+                .precision = precision_from(arguments.precision),
+                .kernel = arguments.kernel,
+                .validation = arguments.validation},
+            of_programs, backends, sides.programs);
+        sides.tested.push_back(sides.candidate.get());
+    }
     if (arguments.follows_model && sides.programs.empty())
         throw InputError("--follows-model: says it of a program; add --candidate exec:'COMMAND', or leave it out");
     return sides;
@@ -363,7 +403,9 @@ Sides sides_of(const VerifyArguments& arguments, const CommandContext& context) 
 
 ExitStatus verify(const VerifyArguments& given, const CommandContext& context) {
     NothingToKeep starting(context.interrupts);
-    const VerifyArguments arguments = completed(given);
+    VerifyArguments arguments = completed(given);
+    const std::vector<std::string> devices = devices_of(arguments, context);
+    if (!devices.empty()) arguments.device = devices.front();  // for the layer, other kernels and traces
     std::optional<double> total_seconds;
     if (!arguments.total_time.empty()) total_seconds = duration_from(arguments.total_time, "--total-time");
     // Every scene is read before the first is rendered: bad input costs no time.
@@ -378,13 +420,14 @@ ExitStatus verify(const VerifyArguments& given, const CommandContext& context) {
     static_cast<void>(criteria_from(arguments.criteria, {}));  // bad margins are told before a program starts
     check_outputs(arguments.criteria, context, names, inputs);
     const BackendList& backends = context.program.backends;
-    const auto [reference, candidate, programs] = sides_of(arguments, context);
+    std::vector<std::string> lost;  // devices of several that failed
+    const auto [reference, candidate, programs, tested] = sides_of(arguments, devices, lost, context);
     const auto oracle =
         arguments.oracle == "none" ? nullptr : find_backend(backends, arguments.oracle).create(BackendOptions{});
     const auto other_precision = in_other_precision(arguments, backends);
     fmt::print("Reference: {}, {}\nCandidate: {}, {}\n", reference->info().backend, reference->info().device,
         candidate->info().backend, candidate->info().device);
-    const std::vector<DeviceSelfTest> self_tests = self_tests_of({reference.get(), candidate.get()});
+    const std::vector<DeviceSelfTest> self_tests = self_tests_of(tested);
     std::fflush(stdout);
     starting.end();
 
@@ -419,6 +462,7 @@ ExitStatus verify(const VerifyArguments& given, const CommandContext& context) {
     ExitStatus status = conclude(
         "verify", outcome.verdicts, arguments.criteria, context, outcome.not_run, self_tests, work.layer.messages);
     if (outcome.failure) std::rethrow_exception(outcome.failure);
+    if (!lost.empty()) throw DeviceError(fmt::format("not verified to the end: {}", fmt::join(lost, "; ")));
     if (outcome.not_run.empty()) return status;
     fmt::print(stderr, "tandem: stopped; {} of {} scenes were not verified\n", outcome.not_run.size(), scenes.size());
     return status;
@@ -475,7 +519,8 @@ void add_verify_command(CLI::App& app, CommandContext& context) {
     command->add_option("--candidate", arguments->candidate, "Backend that is judged, or 'exec:COMMAND'")
         ->capture_default_str();
     command->add_option("--device", arguments->device,
-        "Vulkan device of the candidate: its index, UUID, PCI address or part of its name");
+        "Vulkan device of the candidate: its index, UUID, PCI address or part of its name. Several between commas, or "
+        "all, share the work and are judged as one");
     command->add_option(
         "--precision", arguments->precision, fmt::format("Precision of the candidate: {}", precision_help));
     command

@@ -53,8 +53,9 @@ std::filesystem::path results_folder(const std::filesystem::path& plan, const st
 }
 
 std::filesystem::path result_file(const std::filesystem::path& folder, const PlanItem& item, const std::string& what) {
-    const std::string ending = what == "log" ? "log" : item.is_part() ? "exr" : "json";
-    return folder / fmt::format("{:04}{}.{}", item.number, what.empty() || what == "log" ? "" : "." + what, ending);
+    if (what == "log" || what == "report") return folder / fmt::format("{:04}.{}", item.number, what);
+    return folder /
+           fmt::format("{:04}{}{}.{}", item.number, what.empty() ? "" : ".", what, item.is_part() ? "exr" : "json");
 }
 
 json read_result(const std::filesystem::path& file, const PlanItem& item) {

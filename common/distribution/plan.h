@@ -24,7 +24,8 @@ struct PlanItem {
 // Where results are kept: beside the plan, unless a folder is named.
 [[nodiscard]] std::filesystem::path results_folder(const std::filesystem::path& plan, const std::string& named);
 
-// The files of an item: its result, and beside that "log" and "unchecked".
+// The files of an item: its result, and beside that "log", "unchecked", the "sums" of a part that is not done, and the
+// folder "report".
 [[nodiscard]] std::filesystem::path result_file(
     const std::filesystem::path& folder, const PlanItem& item, const std::string& what = "");
 

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <array>
 #include <chrono>
 #include <cstdlib>
 #include <cstring>
@@ -20,7 +21,16 @@ namespace {
 using nlohmann::json;
 
 // The first byte of a message.
-enum Kind : char { hello = 'H', render = 'R', progress = 'P', done = 'D', failed = 'F', end = 'E' };
+enum Kind : char {
+    hello = 'H',
+    render = 'R',
+    halt = 'S',
+    progress = 'P',
+    question = 'Q',
+    done = 'D',
+    failed = 'F',
+    end = 'E'
+};
 
 constexpr auto poll = std::chrono::milliseconds(1);
 
@@ -99,14 +109,21 @@ const MpiModule* loaded_module() {
 
 }  // namespace
 
+namespace {
+
+constexpr std::array size_variables{"OMPI_COMM_WORLD_SIZE", "PMI_SIZE"};  // of OpenMPI, and of others
+
+}  // namespace
+
 bool has_ranks() {
-    for (const char* const name : {"OMPI_COMM_WORLD_SIZE", "PMI_SIZE"})
+    for (const char* const name : size_variables)
         if (const char* const size = std::getenv(name); size != nullptr && std::atoi(size) > 1) return true;
     return false;
 }
 
 Ranks::Ranks() : module_(loaded_module()) {
     if (!module_->start(&rank_, &size_)) throw Error("MPI does not start, or not for threads");
+    for (const char* const name : size_variables) ::unsetenv(name);
 }
 
 Ranks::~Ranks() {
@@ -150,7 +167,11 @@ public:
         std::string message(1, tandem::render);
         put(message, range);
         ranks_.send(rank_, message);
-        for (;;) {
+        for (bool halted = false;;) {
+            if (!halted && control.stop.stop_requested()) {
+                halted = true;
+                ranks_.send(rank_, std::string(1, halt));
+            }
             if (!ranks_.receive(rank_, message)) {
                 std::this_thread::sleep_for(poll);
                 continue;
@@ -220,9 +241,17 @@ void Ranks::serve(RenderJob& job, const RendererInfo& info, const std::string& t
             continue;
         }
         if (message.front() == end) return;
+        if (message.front() == halt) continue;  // of a render that was done by then
+        std::stop_source stopping;
+        const std::stop_callback on_stop(stop, [&stopping] { stopping.request_stop(); });
+        bool ended = false;
         double told = steady_seconds();
-        const RenderControl control{.stop = stop, .progress = [&](double samples) {
+        const RenderControl control{.stop = stopping.get_token(), .progress = [&](double samples) {
                                         constexpr double seconds_between = 0.2;
+                                        if (std::string word; receive(0, word)) {
+                                            ended = word.front() == end;
+                                            stopping.request_stop();
+                                        }
                                         if (steady_seconds() - told < seconds_between) return;
                                         told = steady_seconds();
                                         std::string one(1, progress);
@@ -231,6 +260,44 @@ void Ranks::serve(RenderJob& job, const RendererInfo& info, const std::string& t
                                     }};
         try {
             message = message_of(job.render(Reader(std::string_view(message).substr(1)).get<SampleRange>(), control));
+        } catch (const std::exception& error) {
+            message = text_of(failed, error.what());
+        }
+        send(0, message);
+        if (ended) return;
+    }
+}
+
+void Ranks::greet(const std::string& task) {
+    constexpr double most_start_seconds = 60.0;
+    for (int other = 1; other < size_; ++other) {
+        const std::string message = wait_for(other, most_start_seconds);
+        if (message.front() == failed) throw InputError(fmt::format("rank {}: {}", other, message.substr(1)));
+        if (message.substr(1) != task)
+            throw InputError(
+                fmt::format("rank {} has another version of the program; give all machines the same files", other));
+    }
+}
+
+void Ranks::ask(int other, const std::string& request) { send(other, text_of(question, request)); }
+
+std::optional<std::string> Ranks::answer_of(int other) {
+    std::string message;
+    if (!receive(other, message)) return std::nullopt;
+    if (message.front() == failed) throw Error(fmt::format("rank {}: {}", other, message.substr(1)));
+    return message.substr(1);
+}
+
+void Ranks::answer(const std::string& task, const std::function<std::string(const std::string&)>& work) {
+    send(0, text_of(hello, task));
+    for (std::string message;;) {
+        if (!receive(0, message)) {
+            std::this_thread::sleep_for(poll);
+            continue;
+        }
+        if (message.front() == end) return;
+        try {
+            message = text_of(done, work(message.substr(1)));
         } catch (const std::exception& error) {
             message = text_of(failed, error.what());
         }

@@ -116,6 +116,17 @@ class Devices(PartsTest):
         self.assertIn("cpu + vulkan", told)
         self.assertEqual(tandem("compare", image, self.render("b.exr", "--samples", "600", "--seed", "2")).returncode, 0)
 
+    def test_several_devices_are_judged_as_one(self):
+        how = (self.scene, "--samples", "128", "--size", "8", "--oracle", "none", "--no-layer", "--json", self.folder / "out.json")
+        result = tandem("verify", *how, "--device", "0,0")
+        self.assertIn(result.returncode, (0, 3), result.stderr)
+        self.assertIn("vulkan, 2 x ", result.stdout)
+        self.assertEqual(result.stdout.count("Self-test of "), 2)
+        self.assertEqual(len(json.loads((self.folder / "out.json").read_text())["device_self_tests"]), 2)
+        self.refused(tandem("verify", *how, "--device", "0,cpu"), "cpu cannot be judged")
+        self.refused(tandem("verify", *how, "--device", "0,1", "--candidate", "oracle"), "for the candidate vulkan")
+        self.assertEqual(tandem("verify", *how, "--device", "0,none").returncode, 4)
+
     def test_none_that_is_left_is_an_error(self):
         out = ("-o", self.folder / "x.exr")
         self.assertEqual(tandem("render", self.scene, *out, "--backend", "vulkan", "--device", "none,nothing").returncode, 4)

@@ -4,6 +4,7 @@ import json
 import os
 import pathlib
 import random
+import re
 import resource
 import shutil
 import signal
@@ -12,6 +13,7 @@ import subprocess
 import sys
 import time
 import unittest
+import xml.etree.ElementTree
 
 from program import SCENES, TANDEM, ProgramTest, tandem
 
@@ -19,6 +21,15 @@ from test_commands_parts import pixels
 
 SCRIPTS = pathlib.Path(os.environ["SCRIPTS"])
 BOX = SCENES / "cornell-classic.json"
+
+
+def samples_in(part):
+    """Samples a pixel of a part, by its metadata."""
+    told = subprocess.run(["oiiotool", "--info", "-v", part], capture_output=True, text=True).stdout
+    ranges = re.search(r'tandem:part_ranges: "([^"]*)"', told)
+    if not ranges:
+        return 0
+    return sum(int(end) - int(begin) for begin, end in re.findall(r"(\d+):(\d+)", ranges.group(1)))
 
 
 def running(words):
@@ -51,7 +62,8 @@ class FarmTest(ProgramTest):
         merged, whole = self.folder / "merged.exr", self.folder / "whole.exr"
         result = tandem("merge-results", plan, "-o", merged)
         self.assertEqual(result.returncode, 0, result.stderr)
-        self.assertEqual(tandem("render", BOX, "-o", whole, *self.how).returncode, 0)
+        alone = subprocess.run([TANDEM, "render", BOX, "-o", whole, *map(str, self.how)], capture_output=True, timeout=3600)  # long after 200 kills
+        self.assertEqual(alone.returncode, 0)
         self.assertEqual(pixels(merged), pixels(whole))
 
 
@@ -62,14 +74,81 @@ class Items(FarmTest):
         plan = self.plan("verify", *scenes, *how)
         for item in (1, 2):
             self.assertEqual(tandem("work", plan, item).returncode, 0)
-        merged = tandem("merge-results", plan, "--json", self.folder / "merged.json")
-        whole = tandem("verify", *scenes, *how, "--json", self.folder / "whole.json")
-        self.assertEqual(merged.returncode, whole.returncode)
+        out = lambda which: ("--json", self.folder / f"{which}.json", "--junit", self.folder / f"{which}.xml", "--report", self.folder / which)
+        merged = tandem("merge-results", plan, *out("merged"))
+        whole = tandem("verify", *scenes, *how, *out("whole"))
+        self.assertEqual(merged.returncode, whole.returncode, merged.stderr)
         a, b = (json.loads((self.folder / name).read_text()) for name in ("merged.json", "whole.json"))
         self.assertEqual(a["verdict"], b["verdict"])
         for one, other in zip(a["scenes"], b["scenes"], strict=True):
             self.assertEqual(one["levels"], other["levels"])  # thresholds and p of the same bits
             self.assertEqual(one["sentence"], other["sentence"])
+        cases = [[(case.get("classname"), case.get("name"), [child.tag for child in case]) for case in
+                  xml.etree.ElementTree.parse(self.folder / f"{which}.xml").iter("testcase")] for which in ("merged", "whole")]
+        self.assertEqual(cases[0], cases[1])
+        self.assertEqual(len(cases[0]), 2)
+        # The report: the same pictures by the same names.
+        files = {which: {file.name: file.read_bytes() for file in (self.folder / which).glob("*.png")} for which in ("merged", "whole")}
+        self.assertEqual(len(files["whole"]), 10)
+        self.assertEqual(files["merged"], files["whole"])
+        a, b = (json.loads((self.folder / which / "report.json").read_text()) for which in ("merged", "whole"))
+        self.assertEqual([scene["images"] for scene in a["scenes"]], [scene["images"] for scene in b["scenes"]])
+
+    def test_costs_of_items_are_those_of_each_scene(self):
+        plan = self.plan("cost", SCENES / "furnace.json", SCENES / "lamps.json", "--knob", "integrator", "--size", "8", "--time", "2", "--no-cache")
+        self.assertEqual(len(plan.read_text().splitlines()), 2)
+        self.assertEqual(tandem("work", plan, 1).returncode, 0)
+        part = tandem("merge-results", plan, "--allow-gaps", "--json", self.folder / "part.json")
+        self.assertEqual(part.returncode, 3, part.stderr)
+        report = json.loads((self.folder / "part.json").read_text())
+        self.assertEqual([os.path.basename(scene) for scene in report["not_run"]], ["lamps.json"])
+        self.assertEqual(report["scenes"][0]["arms"][0]["knob"], "baseline")
+        self.assertIn("furnace on ", part.stdout)
+        alone = self.plan("cost", SCENES / "furnace.json", "--knob", "integrator", "--size", "8", "--time", "2", "--no-cache", name="one.jsonl")
+        self.assertEqual(tandem("work", alone, 1).returncode, 0)
+        self.assertIn(tandem("merge-results", alone, "--json", self.folder / "one.json").returncode, (0, 3))
+        # What tandem cost itself writes.
+        self.assertLess({"arms", "recommendations", "confirmations", "reference", "command"}, set(json.loads((self.folder / "one.json").read_text())))
+        self.refused(tandem("plan", "cost", SCENES / "furnace.json", "--list"), "--list")
+        self.refused(tandem("merge-results", alone, "--junit", self.folder / "x.xml"), "--junit: is for verdicts")
+
+    def test_families_of_items_are_one_bench(self):
+        plan = self.plan("bench", "--family", "memory,recording", "--size", "32x32", "--time", "60", "--narrow", "1", "--replicates", "1")
+        items = [json.loads(line)["command"] for line in plan.read_text().splitlines()]
+        self.assertEqual([(words[2], words[4]) for words in items], [("memory", "30.00"), ("recording", "30.00")])
+        for item in (1, 2):
+            done = tandem("work", plan, item)
+            self.assertEqual(done.returncode, 0, done.stderr)
+        merged = tandem("merge-results", plan, "--json", self.folder / "all.json")
+        self.assertIn(merged.returncode, (0, 3), merged.stderr)
+        report = json.loads((self.folder / "all.json").read_text())
+        self.assertEqual({arm["family"] for arm in report["arms"]}, {"memory", "recording"})
+        self.assertGreater(len(report["claims"]), 20)  # all of them, as of one run
+        # The readings are those of the items, so that bench goes on from the merged file.
+        own = [json.loads((plan.with_suffix(".results") / f"{item:04}.json").read_text())["report"]["raw"] for item in (1, 2)]
+        self.assertEqual(report["raw"], own[0] + own[1])
+        self.refused(tandem("plan", "bench", "--family", "memry"), "'memry'", "memory")
+
+    def test_a_lost_item_of_an_image_goes_on_from_its_sums(self):
+        plan = self.plan("render", BOX, "--samples", 1 << 14, "--size", "48", "--pieces", "1", "--keep-every", "0.2")
+        sums, result = (plan.with_suffix(".results") / name for name in ("0001.sums.exr", "0001.exr"))
+        process = subprocess.Popen([TANDEM, "work", plan, "1"], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        end = time.monotonic() + 60
+        while not sums.exists():
+            self.assertLess(time.monotonic(), end)
+            time.sleep(0.01)
+        process.kill()
+        process.wait()
+        self.assertFalse(result.exists(), "too fast to be killed")
+        kept = sums.read_bytes()
+        begun = samples_in(sums)
+        self.assertGreater(begun, 0)
+        again = tandem("work", plan, 1)
+        self.assertEqual(again.returncode, 0, again.stderr)
+        self.assertNotEqual(result.read_bytes(), kept)
+        self.assertFalse(sums.exists())
+        self.how = ("--samples", 1 << 14, "--size", 48)
+        self.assert_image(plan)
 
     def test_cases_of_items_are_those_of_one_run(self):
         plan = self.plan("stability", "--case", "2,8-1e6", "--backend", "cpu", "--precision", "single", "--time", "20")
@@ -110,20 +189,21 @@ class Items(FarmTest):
 
 
 class Kills(FarmTest):
-    """KILLS=200 for a long run; it prints how much work was done again."""
+    """KILLS=200 for a long run, some minutes on any machine; it prints how much work was done again."""
 
     def setUp(self):
         super().setUp()
         self.kills, self.random = int(os.environ.get("KILLS", "6")), random.Random(5)
-        self.workers, self.lost, self.useful = {}, 0.0, 0.0  # processes and what they do; seconds of processor time
+        self.long = self.kills > 20
+        self.workers, self.lost, self.useful = {}, 0.0, 0.0  # processes and what they do; their seconds
 
     def start(self, plan, item):
         # Now and then the disk is full: no file takes more than a few bytes.
-        full = self.random.random() < 0.1
+        full = self.random.random() < (0.02 if self.long else 0.1)
         limit = (lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (4096, 4096))) if full else None
-        process = subprocess.Popen([TANDEM, "work", plan, str(item), "--limit", "60"], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
+        process = subprocess.Popen([TANDEM, "work", plan, str(item), "--limit", "600"], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
                                    preexec_fn=limit)
-        self.workers[process] = (item, time.monotonic())
+        self.workers[process] = (item, time.time())
 
     def disturb(self):
         """Kills up to half of the workers, or pauses one for a moment."""
@@ -135,37 +215,52 @@ class Kills(FarmTest):
             process.kill()
             self.kills -= 1
 
-    def reap(self, result_of):
+    def reap(self, results):
         for process, (item, begun) in list(self.workers.items()):
             if process.poll() is None:
                 continue
             del self.workers[process]
-            seconds = time.monotonic() - begun
+            seconds, lost = time.time() - begun, 0.0
             if process.returncode == 0:
-                self.assertTrue(result_of(item).exists())
-                self.useful += seconds
-            else:
-                self.lost += seconds
+                self.assertTrue((results / f"{item:04}.exr").exists())
+            else:  # what was rendered since the sums were kept is rendered again
+                sums = results / f"{item:04}.sums.exr"
+                kept = sums.stat().st_mtime if sums.exists() else 0.0
+                lost = min(seconds, time.time() - max(begun, kept))
+            self.lost += lost
+            self.useful += seconds - lost
+
+    def plan_work(self):
+        if not self.long:
+            pieces = max(8, self.kills)
+            return pieces, 0.3, self.plan_image(samples=64 * pieces, size=96, pieces=pieces)
+        # Each of four workers is killed every seven seconds, and its sums are kept every half.
+        pieces, seconds = 40, 1.75 * self.kills
+        begun = time.monotonic()
+        self.assertEqual(tandem("render", BOX, "-o", self.folder / "speed.exr", "--size", "96", "--samples", "2048").returncode, 0)
+        samples = round(2048 * seconds / (time.monotonic() - begun) / (64 * pieces)) * 64 * pieces
+        self.how = ("--samples", samples, "--size", "96")
+        return pieces, 5.4, self.plan("render", BOX, *self.how, "--pieces", pieces, "--keep-every", "0.5")
 
     def test_kills_pauses_and_full_disks_change_no_bit(self):
-        pieces = max(8, self.kills)
-        plan = self.plan_image(samples=64 * pieces, size=96, pieces=pieces)
-        result_of = lambda item: plan.with_suffix(".results") / f"{item:04}.exr"
+        pieces, spacing, plan = self.plan_work()
+        results = plan.with_suffix(".results")
         begun = self.kills
         while True:
-            lacking = [item for item in range(1, pieces + 1) if not result_of(item).exists()]
+            lacking = [item for item in range(1, pieces + 1) if not (results / f"{item:04}.exr").exists()]
             if not lacking and not self.workers:
                 break
             in_hand = {item for item, _ in self.workers.values()}
             for item in [item for item in lacking if item not in in_hand][:4 - len(self.workers)]:
                 self.start(plan, item)
-            time.sleep(self.random.uniform(0.0, 0.3))
+            time.sleep(self.random.uniform(0.0, spacing if self.kills > 0 else 0.3))
             if self.kills > 0 and self.workers:
                 self.disturb()
-            self.reap(result_of)
+            self.reap(results)
         self.assert_image(plan)
-        self.assertEqual([pid for pid in running(["work", plan, 1])], [])
-        print(f"{begun} kills of items of {self.useful / pieces:.2f} s: {self.lost:.1f} s lost, {self.useful:.1f} s useful", file=sys.stderr)
+        self.assertEqual(running(["work", plan, 1]), [])
+        print(f"{begun - self.kills} kills: {self.lost:.1f} s of {self.lost + self.useful:.1f} s of work were lost, {100 * self.lost / (self.lost + self.useful):.1f} %",
+              file=sys.stderr)
 
 
 class Parallel(FarmTest):

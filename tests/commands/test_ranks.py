@@ -1,5 +1,6 @@
 # One image by many processes of mpirun: the same bits for any number, a lost rank costs what was not kept. Skipped, visibly,
 # without OpenMPI.
+import json
 import os
 import pathlib
 import shutil
@@ -80,9 +81,38 @@ class Ranks(ProgramTest):
         result = self.mpirun("-n", "1", TANDEM, "render", BOX, "-o", out, ":", "-n", "1", TANDEM, "render", self.folder / "none.json", "-o", out)
         self.assertIn("rank 1: ", result.stderr)
         self.assertIn("none.json", result.stderr)
-        for words in (["verify", BOX], ["cost", BOX], ["stability"], ["bench"]):
-            self.assertIn("mpirun shares out render alone", self.mpirun("-n", "2", TANDEM, *words).stderr)
+        for words in (["cost", BOX], ["bench"]):
+            self.assertIn("mpirun shares out render, verify and stability", self.mpirun("-n", "2", TANDEM, *words).stderr)
+        self.assertIn("--total-time", self.mpirun("-n", "2", TANDEM, "verify", BOX, "--total-time", "9s").stderr)
         self.assertFalse(out.exists())
+
+    def test_verdicts_of_ranks_are_those_of_one_process(self):
+        """Scenes go to whichever rank is free; one more than there are ranks."""
+        scenes = [SCENES / f"{name}.json" for name in ("furnace", "lamps", "cornell-classic")]
+        how = ("--samples", "256", "--size", "16", "--oracle", "none", "--no-layer")
+        out = lambda which: ("--json", self.folder / f"{which}.json", "--junit", self.folder / f"{which}.xml", "--report", self.folder / which)
+        whole = tandem("verify", *scenes, *how, *out("whole"))
+        ranks = self.mpirun("-n", "2", TANDEM, "verify", *scenes, *how, *out("ranks"))
+        self.assertEqual(ranks.returncode, whole.returncode, ranks.stderr)
+        a, b = (json.loads((self.folder / f"{which}.json").read_text()) for which in ("ranks", "whole"))
+        # How many other sizes are looked at is up to the time.
+        of = lambda report: [(one["scene"], one["verdict"], [level for level in one["levels"] if not level["name"].endswith("other sizes")])
+                             for one in report["scenes"]]
+        self.assertEqual(of(a), of(b))
+        self.assertEqual(ranks.stdout.count("Verdict: "), 1, ranks.stdout)  # rank 0 alone speaks
+        names = [sorted(file.name for file in (self.folder / which).iterdir()) for which in ("ranks", "whole")]
+        self.assertEqual(names[0], names[1])
+
+    def test_a_scene_that_another_rank_has_otherwise_is_not_judged(self):
+        """Each rank has a folder of its own, as machines have."""
+        for folder, colour in (("a", 0.5), ("b", 0.6)):
+            (self.folder / folder).mkdir()
+            for name in ("one.json", "two.json"):
+                (self.folder / folder / name).write_text(json.dumps(json.loads(self.scene.read_text()) | {"background": [colour] * 3}))
+        words = (TANDEM, "verify", "one.json", "two.json", "--samples", "64", "--size", "8", "--no-layer", "--oracle", "none")
+        result = self.mpirun("-n", "1", "--wdir", self.folder / "a", *words, ":", "-n", "1", "--wdir", self.folder / "b", *words)
+        self.assertIn("another scene; give all machines the same files", result.stderr)
+        self.assertNotEqual(result.returncode, 0)
 
     def test_a_stop_ends_all(self):
         sums = self.folder / "sums.exr"

@@ -92,6 +92,63 @@ class Scripts(unittest.TestCase):
         self.assertIn("No rate is significantly above what was declared.", page)
         self.refused(self.take("calibrate", [experiment(1500, 100, 0)]), "do not follow")
 
+    def program(self, text):
+        """A program that stands for `calibrate` or `mutants`."""
+        file = self.folder / "program"
+        file.write_text(f"#!{sys.executable}\nimport json, sys\n{text}")
+        file.chmod(0o755)
+        return file
+
+    def measure(self, script, *arguments):
+        return subprocess.run([sys.executable, SCRIPTS / "measure" / script, *map(str, arguments)], capture_output=True, text=True, timeout=60)
+
+    def test_shares_of_experiments_add_up_to_the_whole(self):
+        """A verdict is an alarm where its number is a multiple of 40, so that the count tells which verdicts were made."""
+        program = self.program(f"""
+if sys.argv[1] == "list":
+    print("cpu-vulkan-classic-paired")
+else:
+    first, runs = int(sys.argv[4]), int(sys.argv[6])
+    alarms = sum(number % 40 == 0 for number in range(first, first + runs))
+    print(json.dumps({experiment(0, 0, 0)!r} | {{"first": first, "runs": runs, "alarms": alarms, "levels": {{{LEVEL!r}: {{"runs": runs, "alarms": alarms}}}}}}))
+""")
+        records = []
+        for item in (3, 1, 2):
+            share = self.measure("calibrate", "--program", program, "--runs", 100, "--items", f"{item}/3", "-o", self.folder / str(item))
+            self.assertEqual(share.returncode, 0, share.stderr)
+            records.append(self.folder / str(item) / "calibration.json")
+        self.assertEqual([json.loads(record.read_text())[0]["runs"] for record in records], [34, 33, 33])
+        merged = self.measure("calibrate", "--merge", *records, "-o", self.folder / "merged")
+        self.assertEqual(merged.returncode, 0, merged.stderr)
+        self.assertEqual(self.measure("calibrate", "--program", program, "--runs", 100, "-o", self.folder / "whole").returncode, 0)
+        one, other = (json.loads((self.folder / name / "calibration.json").read_text())[0] for name in ("merged", "whole"))
+        for key in ("first", "runs", "alarms", "levels"):
+            self.assertEqual(one[key], other[key])
+        self.assertEqual(one["alarms"], 3)
+        gap = self.measure("calibrate", "--merge", records[0], records[1], "-o", self.folder / "gap")
+        self.refused(gap, "do not follow")
+        self.assertIn("'4/3' is no share", self.measure("calibrate", "--items", "4/3").stderr)
+
+    def test_shares_of_planted_bugs_are_the_whole(self):
+        bugs = [f"bug-{i}" for i in range(5)]
+        program = self.program(f"""
+if sys.argv[1] == "list":
+    print("\\n".join(f"{{bug}} cpu" for bug in {bugs!r}))
+elif sys.argv[1] == "run":
+    print(json.dumps({bug("bug", True)!r} | {{"id": sys.argv[2]}}))
+""")
+        records = []
+        for item in (1, 2):
+            share = self.measure("mutants", "--program", program, "--no-sound", "--items", f"{item}/2", "-o", self.folder / str(item))
+            self.assertEqual(share.returncode, 0, share.stderr)
+            records.append(self.folder / str(item) / "mutants.json")
+        self.assertEqual([[line["id"] for line in json.loads(record.read_text())] for record in records], [bugs[::2], bugs[1::2]])
+        merged = self.measure("mutants", "--program", program, "--merge", *records, "-o", self.folder / "merged")
+        self.assertEqual(merged.returncode, 0, merged.stderr)
+        self.assertEqual([line["id"] for line in json.loads((self.folder / "merged/mutants.json").read_text())], bugs)
+        twice = self.measure("mutants", "--program", program, "--merge", records[0], records[0], "-o", self.folder / "twice")
+        self.refused(twice, "bug-0 cpu is in ")
+
     def test_more_alarms_than_declared_fail(self):
         result = self.take("calibrate", [experiment(0, 1000, 90)])
         self.assertEqual(result.returncode, 1, result.stderr)

@@ -8,6 +8,7 @@
 #include "common/error.h"
 #include "common/experiment/runner.h"
 #include "tests/vulkan/scenes.h"
+#include "vulkan/bench/bench.h"
 #include "vulkan/bench/families.h"
 #include "vulkan/bench/frame_image.h"
 #include "vulkan/resources/show_place.h"

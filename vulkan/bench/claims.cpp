@@ -1,5 +1,5 @@
 // Published claims, each tied to the arms that decide it. What is negligible is 1 % unless the claim names a size.
-#include "vulkan/bench/families.h"
+#include "vulkan/bench/bench.h"
 
 namespace tandem {
 

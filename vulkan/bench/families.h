@@ -38,7 +38,4 @@ inline constexpr double self_test_busy_seconds = 0.5e-3;
 // All of them, in the order in which they run and are listed.
 [[nodiscard]] std::vector<Family> all_families(const SharedDevice& device, const MakeShowPlace& make_window = {});
 
-// What the thesis [Ferreira 2019] and vendors' guides recommend, tied to arms of the families above.
-[[nodiscard]] std::vector<Claim> pattern_claims();
-
 }  // namespace tandem

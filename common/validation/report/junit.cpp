@@ -57,58 +57,64 @@ std::string xml_escaped(const std::string& text) {
 
 namespace {
 
-std::string case_of(const std::string& command, const SceneVerdict& verdict) {
+using nlohmann::json;
+
+std::string text_of(const json& object, const char* key) { return xml_escaped(object.at(key).get<std::string>()); }
+
+std::string case_of(const std::string& command, const json& scene) {
     std::string text = fmt::format(R"(    <testcase classname="tandem.{}" name="{}" time="{:.3f}">)", command,
-        xml_escaped(verdict.scene), verdict.seconds);
+        text_of(scene, "scene"), scene.at("seconds").get<double>());
     text += "\n";
     std::string reasons;
-    for (const std::string& reason : verdict.judgement.reasons) reasons += xml_escaped(reason) + "\n";
+    for (const json& reason : scene.at("reasons")) reasons += xml_escaped(reason.get<std::string>()) + "\n";
+    const auto verdict = scene.at("verdict").get<std::string>();
     const auto outcome = [&](const char* element) {
         text += fmt::format("      <{0} type=\"{1}\" message=\"{2}\">{3}</{0}>\n", element,
-            verdict.failure.empty() ? name_of(verdict.verdict) : "failed", xml_escaped(verdict.sentence), reasons);
+            scene.at("failure").is_null() ? verdict : "failed", text_of(scene, "sentence"), reasons);
     };
-    if (verdict.verdict == Verdict::disagree) outcome("failure");
-    if (verdict.verdict == Verdict::undecided) outcome("error");
-    if (verdict.verdict == Verdict::agree)
-        text += fmt::format("      <system-out>{}</system-out>\n", xml_escaped(verdict.sentence));
+    if (verdict == "disagree") outcome("failure");
+    if (verdict == "undecided") outcome("error");
+    if (verdict == "agree") text += fmt::format("      <system-out>{}</system-out>\n", text_of(scene, "sentence"));
     return text + "    </testcase>\n";
 }
 
-std::string properties_of(const SceneVerdict& verdict) {
+std::string properties_of(const json& scene) {
     std::string text = "    <properties>\n";
-    for (const auto& [side, info] :
-        {std::pair{"reference", &verdict.reference_info}, {"candidate", &verdict.candidate_info}})
-        for (const auto& [key, value] : {std::pair{"backend", &info->backend}, {"device", &info->device},
-                 {"driver", &info->driver}, {"api", &info->api}})
-            text += fmt::format("      <property name=\"{}.{}\" value=\"{}\"/>\n", side, key, xml_escaped(*value));
+    for (const char* const side : {"reference", "candidate"})
+        for (const char* const key : {"backend", "device", "driver", "api"})
+            text +=
+                fmt::format("      <property name=\"{}.{}\" value=\"{}\"/>\n", side, key, text_of(scene.at(side), key));
     return text + "    </properties>\n";
 }
 
 }  // namespace
 
-std::string junit_xml(const std::string& command, std::span<const SceneVerdict> verdicts,
-    const std::vector<std::string>& not_run, const LayerMessages& layer) {
-    const auto count = [&](Verdict which) { return std::ranges::count(verdicts, which, &SceneVerdict::verdict); };
+std::string junit_xml(const std::string& command, const json& report) {
+    const json &scenes = report.at("scenes"), &not_run = report.at("not_run");
+    const json layer = report.value("validation_layer", json::array());
+    const auto count = [&](const char* verdict) {
+        return std::ranges::count_if(scenes, [&](const json& scene) { return scene.at("verdict") == verdict; });
+    };
     double seconds = 0.0;
-    for (const SceneVerdict& verdict : verdicts) seconds += verdict.seconds;
+    for (const json& scene : scenes) seconds += scene.at("seconds").get<double>();
     const std::string figures = fmt::format(R"(tests="{}" failures="{}" errors="{}" skipped="{}" time="{:.3f}")",
-        verdicts.size() + not_run.size() + layer.size(), count(Verdict::disagree) + std::ssize(layer),
-        count(Verdict::undecided), not_run.size(), seconds);
+        scenes.size() + not_run.size() + layer.size(), count("disagree") + std::ssize(layer), count("undecided"),
+        not_run.size(), seconds);
     std::string xml = "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n";
     xml += fmt::format("<testsuites {0}>\n  <testsuite name=\"tandem {1}\" {0}>\n", figures, command);
-    if (!verdicts.empty()) xml += properties_of(verdicts.front());
-    for (const SceneVerdict& verdict : verdicts) xml += case_of(command, verdict);
-    for (const std::string& scene : not_run)
+    if (!scenes.empty()) xml += properties_of(scenes.front());
+    for (const json& scene : scenes) xml += case_of(command, scene);
+    for (const json& scene : not_run)
         xml += fmt::format(
             "    <testcase classname=\"tandem.{}\" name=\"{}\" time=\"0\">\n"
             "      <skipped message=\"stopped before its turn\"/>\n    </testcase>\n",
-            command, xml_escaped(scene));
-    for (const auto& [scene, text] : layer)
+            command, xml_escaped(scene.get<std::string>()));
+    for (const json& one : layer)
         xml += fmt::format(
             "    <testcase classname=\"tandem.{}.layer\" name=\"{}\" time=\"0\">\n"
             "      <failure type=\"validation-layer\" message=\"the Vulkan validation layer reports\">{}</failure>\n"
             "    </testcase>\n",
-            command, xml_escaped(scene), xml_escaped(text));
+            command, text_of(one, "scene"), text_of(one, "messages"));
     return xml + "  </testsuite>\n</testsuites>\n";
 }
 

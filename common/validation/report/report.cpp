@@ -7,6 +7,8 @@
 #include <cctype>
 #include <cmath>
 
+#include "common/error.h"
+#include "common/files/read_file.h"
 #include "common/files/write_file.h"
 #include "common/image/image_io.h"
 #include "common/validation/report/colour_map.h"
@@ -157,6 +159,30 @@ void write_report(const std::filesystem::path& path, std::span<const SceneVerdic
         report["scenes"][i]["images"] = verdicts[i].looks.empty() || verdicts[i].judgement.black
                                             ? json(nullptr)
                                             : write_pictures(folder, i, verdicts[i], read);
+    write_text_file(folder.file(report_file), report.dump(2, ' ', false, json::error_handler_t::replace) + "\n", read);
+    folder.keep();
+}
+
+void merge_reports(const std::filesystem::path& path, json report, const std::vector<std::filesystem::path>& parts,
+    const FilesRead& read) {
+    FolderToFill folder(path);
+    for (std::size_t i = 0; i < parts.size(); ++i) {
+        json& scene = report.at("scenes").at(i);
+        scene["images"] = nullptr;
+        std::error_code error;
+        if (!std::filesystem::exists(parts[i] / report_file, error)) continue;
+        const json part = json::parse(read_file(parts[i] / report_file), nullptr, false);
+        if (!part.is_object() || !part.contains("scenes") || part.at("scenes").size() != 1)
+            throw input_error((parts[i] / report_file).string(), "", "is no report of one scene", "do that item again");
+        scene["images"] = part.at("scenes").front().at("images");
+        if (scene.at("images").is_null()) continue;
+        for (const char* const picture : picture_names) {
+            const std::string file = file_of(i, scene.at("scene").get<std::string>(), picture);
+            write_text_file(
+                folder.file(file), read_file(parts[i] / scene.at("images").at(picture).get<std::string>()), read);
+            scene["images"][picture] = file;
+        }
+    }
     write_text_file(folder.file(report_file), report.dump(2, ' ', false, json::error_handler_t::replace) + "\n", read);
     folder.keep();
 }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <nlohmann/json.hpp>
 #include <span>
 #include <vector>
 
@@ -20,5 +21,10 @@ namespace tandem {
 void write_report(const std::filesystem::path& folder, std::span<const SceneVerdict> verdicts,
     const std::vector<DeviceSelfTest>& self_tests = {}, const std::vector<std::string>& not_run = {},
     const FilesRead& read = {});
+
+// The same folder for scenes of several reports. `report`: what they say together, as verdict_json.h has it. `parts`:
+// the folder that each scene is in, by itself; without one it has no images.
+void merge_reports(const std::filesystem::path& folder, nlohmann::json report,
+    const std::vector<std::filesystem::path>& parts, const FilesRead& read = {});
 
 }  // namespace tandem

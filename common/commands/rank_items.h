@@ -1,0 +1,16 @@
+// A command under mpirun: its items, as tandem plan makes them, are done by the ranks as they come free.
+#pragma once
+
+#include <string>
+
+#include "common/commands/command.h"
+
+namespace tandem {
+
+// Whether a command of that name is shared out so.
+[[nodiscard]] bool has_items_for_ranks(const std::string& command);
+
+// Rank 0 prints and writes what merge-results would; the others do what it asks for, and say nothing.
+[[nodiscard]] ExitStatus items_by_ranks(const CLI::App& command, const CommandContext& context);
+
+}  // namespace tandem
