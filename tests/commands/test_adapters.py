@@ -28,6 +28,10 @@ def candidate(name, scene="{scene}"):
     return f"exec:{sys.executable} {ADAPTERS}/{name}.py {scene} {{width}} {{height}} {{samples}} {{seed}} {{bounces}} {{threads}} {PROGRAMS[name]}"
 
 
+def options_of(name):
+    return ["--negative-colours"] if name == "pbrt" else []
+
+
 def there(name):
     return os.environ.get(name.upper()) or shutil.which(name)
 
@@ -75,6 +79,14 @@ class StandInTest(ProgramTest):
                 self.assertEqual(result.returncode, 1, result.stdout + result.stderr)
                 self.assertIn("the flux is low", result.stdout)
 
+    def test_pbrt_has_one_thread_where_its_camera_stands_in_a_medium(self):
+        program = self.program("pbrt", f"#!/bin/sh\necho \"$@\" >> {self.folder}/seen\nexit 1\n")
+        for scene in ("fog", "cornell-classic"):
+            subprocess.run([sys.executable, ADAPTERS / "pbrt.py", SCENES / f"{scene}.json", "8", "8", "4", "1", "3", "7", self.folder / "a.pfm"],
+                           env=environment(PBRT=program), capture_output=True)
+        words = (self.folder / "seen").read_text().split()
+        self.assertEqual([words[i + 1] for i, word in enumerate(words) if word == "--nthreads"], ["1", "7"])
+
     def test_mitsuba_gets_seeds_far_apart(self):
         program = self.program("mitsuba", f"#!/bin/sh\necho \"$@\" >> {self.folder}/seen\nexit 1\n")
         for seed in (1, 2):
@@ -94,7 +106,8 @@ class VerdictTest(ProgramTest):
     name = None
 
     def verify(self, scene):
-        return tandem("verify", LAMP, "--reference", "cpu", "--size", "16", "--time", "60", "--margin", "5%", "--candidate", candidate(self.name, scene))
+        return tandem("verify", LAMP, "--reference", "cpu", "--size", "16", "--time", "60", "--margin", "5%", *options_of(self.name),
+                      "--candidate", candidate(self.name, scene))
 
     def test_it_agrees_on_a_lamp(self):
         result = self.verify("{scene}")

@@ -185,7 +185,8 @@ const Feature rows[] = {
         }},
     {"colour space",
         {near("factors are linear Rec. 709; images are sRGB of 16 bits"),
-            near("it renders spectra made of the RGB values, so products of colours differ a little"),
+            near("it renders spectra made of the RGB values: one colour alone is kept, products of several may be off "
+                 "by half"),
             near("written for the variants scalar_rgb and llvm_ad_rgb; spectral ones differ as pbrt does"), exact},
         [](const Scene&) { return there(true, "the scene"); }},
     // ---- Materials
