@@ -267,8 +267,8 @@ const Feature rows[] = {
         }},
     // ---- Textures
     {"images",
-        {near("PNG images, sRGB of 16 bits: values move by up to 1.2·10⁻⁵; extras keep PFM files beside"), exact, exact,
-            exact},
+        {near("PNG images, sRGB of 16 bits: values move by up to 1.2·10⁻⁵; extras keep PFM files beside"),
+            near("it resamples images whose sides are no powers of two"), exact, exact},
         [](const Scene& scene) {
             return texture_where(scene, [](const Texture& t) { return t.kind == TextureKind::image; });
         }},
