@@ -1,5 +1,6 @@
 # The adapters of renderers that Debian does not have. With a name, `test_adapters.py pbrt`: that program's verdict; status 77
 # where it is not installed. Without: what they do around the program, with stand-ins.
+import copy
 import json
 import os
 import pathlib
@@ -105,8 +106,15 @@ class StandInTest(ProgramTest):
 class VerdictTest(ProgramTest):
     name = None
 
+    def setUp(self):
+        super().setUp()
+        self.lamp = json.loads(LAMP.read_text())
+        del self.lamp["expect"]
+        for material in self.lamp["materials"].values():  # pbrt renders spectra: its products of colours are others
+            material |= {key: [sum(material[key]) / 3] * 3 for key in ("colour", "radiance") if key in material}
+
     def verify(self, scene):
-        return tandem("verify", LAMP, "--reference", "cpu", "--size", "16", "--time", "60", "--margin", "5%", *options_of(self.name),
+        return tandem("verify", self.write(self.lamp, "lamp.json"), "--reference", "cpu", "--size", "16", "--time", "60", "--margin", "5%", *options_of(self.name),
                       "--candidate", candidate(self.name, scene))
 
     def test_it_agrees_on_a_lamp(self):
@@ -114,7 +122,7 @@ class VerdictTest(ProgramTest):
         self.assertEqual(result.returncode, 0, result.stdout + result.stderr)
 
     def test_a_lamp_that_is_20_percent_brighter_is_seen(self):
-        scene = json.loads(LAMP.read_text())
+        scene = copy.deepcopy(self.lamp)
         lamps = [material for material in scene["materials"].values() if "radiance" in material]
         self.assertTrue(lamps)
         for lamp in lamps:

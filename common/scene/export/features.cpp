@@ -150,6 +150,15 @@ const Feature rows[] = {
         [](const Scene& scene) {
             return entity_where(scene, [](const Entity& entity) { return entity.motion != glm::dvec3(0.0); });
         }},
+    {"lamps that move",
+        {kept("its animations have no shutter"), refused("its area lights cannot move"),
+            refused("it has no moving bodies"),
+            refused("Blender steps motion by whole frames, by curves that are not written here")},
+        [](const Scene& scene) {
+            return entity_where(scene, [&](const Entity& entity) {
+                return entity.motion != glm::dvec3(0.0) && emits(scene.materials[entity.material]);
+            });
+        }},
     // ---- Camera and estimator
     {"motion of the camera",
         {kept("its animations have no shutter"), refused("it moves cameras by turning them evenly, not by MODEL.md 4"),
