@@ -42,7 +42,7 @@ struct VerifyArguments {
     std::uint64_t among = 0;  // scenes of a run that is split
     std::string oracle = "oracle";
     bool no_paired = false, no_layer = false, strict = false, validation = false, convergence = false;
-    bool follows_model = false;
+    bool follows_model = false, negative_colours = false;
 };
 
 // Says in a line how exactly each side's device computes, where it has an arithmetic of its own.
@@ -376,6 +376,7 @@ Sides sides_of(const VerifyArguments& arguments, const std::vector<std::string>&
     const BackendList& backends = context.program.backends;
     ProgramOptions of_programs;
     of_programs.follows_numbers = arguments.follows_model;
+    of_programs.may_be_negative = arguments.negative_colours;
     of_programs.limit_seconds = arguments.seconds.value_or(
         arguments.total_time.empty() ? default_seconds : duration_from(arguments.total_time, "--total-time"));
     Sides sides;
@@ -396,8 +397,11 @@ Sides sides_of(const VerifyArguments& arguments, const std::vector<std::string>&
             of_programs, backends, sides.programs);
         sides.tested.push_back(sides.candidate.get());
     }
-    if (arguments.follows_model && sides.programs.empty())
-        throw InputError("--follows-model: says it of a program; add --candidate exec:'COMMAND', or leave it out");
+    for (const auto& [given, name] :
+        {std::pair{arguments.follows_model, "--follows-model"}, {arguments.negative_colours, "--negative-colours"}})
+        if (given && sides.programs.empty())
+            throw InputError(
+                fmt::format("{}: says it of a program; add --candidate exec:'COMMAND', or leave it out", name));
     return sides;
 }
 
@@ -485,6 +489,10 @@ void add_rare_options(CLI::App& command, VerifyArguments& arguments) {
     command
         .add_flag("--follows-model", arguments.follows_model,
             "The programs of exec: draw the random numbers of MODEL.md section 3, so paired seeds are compared too")
+        ->group(rare_options);
+    command
+        .add_flag("--negative-colours", arguments.negative_colours,
+            "The programs of exec: render spectra, whose noise may make colours negative. Else these are a fault")
         ->group(rare_options);
     command.add_flag("--no-paired", arguments.no_paired, "Leave out the paired seeds. They find small faults sooner")
         ->group(rare_options);

@@ -112,6 +112,7 @@ void ExternalProgram::start() {
     version_ = printable(said(hello, "version"));
     if (const std::string ending = said(hello, "ending"); !ending.empty()) ending_ = ending;
     follows_numbers_ = hello.value("follows_model", nlohmann::json(false)) == true;
+    may_be_negative_ = hello.value("negative_colours", nlohmann::json(false)) == true;
 }
 
 // The next line that is a JSON object; other lines are the chatter of libraries. Nothing: `go_on` says no.

@@ -43,6 +43,8 @@ public:
     [[nodiscard]] bool stays_up() const { return words_.stays_up(); }
     // Whether it says that it draws the numbers of MODEL.md section 3.
     [[nodiscard]] bool follows_numbers() const { return follows_numbers_; }
+    // Whether it says that its colours may be negative.
+    [[nodiscard]] bool may_be_negative() const { return may_be_negative_; }
     // Whether a request tells it that value.
     [[nodiscard]] bool is_told(const std::string& placeholder) const;
 
@@ -61,7 +63,7 @@ private:
 
     CommandWords words_;
     std::string name_, version_, ending_;
-    bool follows_numbers_ = false;
+    bool follows_numbers_ = false, may_be_negative_ = false;
     double limit_seconds_;
     std::filesystem::path folder_;  // for images and what the program writes to its standard error
     std::unique_ptr<Child> resident_;

@@ -75,9 +75,13 @@ bool constant(const Image& image) {
 
 class ProgramJob final : public RenderJob, public ForeignJob {
 public:
-    ProgramJob(
-        ExternalProgram& program, std::filesystem::path scene, const RenderSettings& settings, bool follows_numbers)
-        : program_(program), scene_(std::move(scene)), settings_(settings), follows_numbers_(follows_numbers) {}
+    ProgramJob(ExternalProgram& program, std::filesystem::path scene, const RenderSettings& settings,
+        bool follows_numbers, bool may_be_negative)
+        : program_(program),
+          scene_(std::move(scene)),
+          settings_(settings),
+          follows_numbers_(follows_numbers),
+          may_be_negative_(may_be_negative) {}
 
     RenderResult render(SampleRange range, const RenderControl& control) override;
     double values_a_call() const override {
@@ -94,7 +98,7 @@ private:
     ExternalProgram& program_;
     std::filesystem::path scene_;
     RenderSettings settings_;
-    bool follows_numbers_;
+    bool follows_numbers_, may_be_negative_;
     std::optional<bool> tells_variance_;  // empty: not one image yet
     std::vector<float> last_pixels_;
     std::optional<SampleRange> last_range_;
@@ -124,7 +128,7 @@ std::optional<NamedImage> ProgramJob::image(SampleRange range, const RenderContr
     last_range_ = range;
     last_seed_ = request.seed;
     last_pixels_ = image->pixels;
-    return NamedImage{"the image of " + program_.name(), std::move(*image)};
+    return NamedImage{"the image of " + program_.name(), std::move(*image), may_be_negative_};
 }
 
 // A program that does not heed its seed shows no noise between its images, and would look sure.
@@ -213,7 +217,8 @@ RenderResult ProgramJob::render(SampleRange range, const RenderControl& control)
 
 ProgramRenderer::ProgramRenderer(const std::string& name, const ProgramOptions& options)
     : program_(name.substr(command_prefix.size()), options.limit_seconds),
-      follows_numbers_(options.follows_numbers || program_.follows_numbers()) {
+      follows_numbers_(options.follows_numbers || program_.follows_numbers()),
+      may_be_negative_(options.may_be_negative || program_.may_be_negative()) {
     if (!follows_numbers_) return;
     for (const char* needed : {"first_sample", "bounces"})
         if (!program_.is_told(needed))
@@ -250,7 +255,7 @@ void ProgramRenderer::check(const Scene& scene, const RenderSettings& settings) 
 std::unique_ptr<RenderJob> ProgramRenderer::prepare(const Scene& scene, const RenderSettings& settings) {
     check(scene, settings);
     if (scene_file_.empty()) throw UnsupportedError("exec: a scene that is in no file cannot be given to a program");
-    return std::make_unique<ProgramJob>(program_, scene_file_, settings, follows_numbers_);
+    return std::make_unique<ProgramJob>(program_, scene_file_, settings, follows_numbers_, may_be_negative_);
 }
 
 }  // namespace tandem

@@ -17,6 +17,8 @@ struct ProgramOptions {
     double limit_seconds = 120.0;  // of one request
     // It draws the numbers of MODEL.md section 3. A program that stays up says so itself.
     bool follows_numbers = false;
+    // It renders spectra, whose noise may make colours negative. A program that stays up says so itself.
+    bool may_be_negative = false;
 };
 
 // Estimates stand on variance channels (or second moments) of the program's images. Without any, each render() draws
@@ -39,7 +41,7 @@ private:
     void check(const Scene& scene, const RenderSettings& settings) const;
 
     ExternalProgram program_;
-    bool follows_numbers_;
+    bool follows_numbers_, may_be_negative_;
     std::filesystem::path scene_file_;
 };
 

@@ -34,6 +34,8 @@ def render(width, height, samples, seed, out, first=0):
     values = [(0.5 + i % width / width) * value for i, value in enumerate(values)]
     if mode == "bright":
         values = [1.1 * value for value in values]
+    if mode.startswith("spectral"):  # noise of greater width than its mean
+        values = [4.0 * value - 3.0 * (0.5 + i % width / width) for i, value in enumerate(values)]
     if mode == "nan":
         values[5] = float("nan")
     if mode == "sRGB":
@@ -70,7 +72,8 @@ def stay_up():
     time.sleep(0.5)
     print("loading the library")
     print("hello" if mode == "bad-hello" else json.dumps(
-        {"tandem": 1, "name": "fake", "version": "7", "ending": "pfm", "follows_model": mode == "follows"}), flush=True)
+        {"tandem": 1, "name": "fake", "version": "7", "ending": "pfm", "follows_model": mode == "follows",
+         "negative_colours": mode == "spectral"}), flush=True)
     for line in sys.stdin:
         request = json.loads(line)
         if mode == "refuses":

@@ -95,6 +95,16 @@ class Programs(ProgramTest):
         self.assertEqual(result.returncode, 1, result.stdout + result.stderr)
         self.assertIn("of the candidate are NaN, infinite or negative", result.stdout)
 
+    def test_negative_colours_are_noise_where_the_program_renders_spectra(self):
+        margins = "--margin", "10%", "--tile-margin", "50%"
+        result = self.verify(self.command("spectral-too"), *margins)
+        self.assertEqual(result.returncode, 1, result.stdout + result.stderr)
+        self.assertIn("of the candidate are NaN, infinite or negative", result.stdout)
+        for command, options in ((self.command("spectral-too"), ["--negative-colours"]), (self.command("spectral", ""), [])):
+            result = self.verify(command, *options, *margins, samples=1024)
+            self.assertEqual(result.returncode, 0, result.stdout + result.stderr)
+        self.refused(tandem("verify", self.scene, "--candidate", "cpu", "--negative-colours"), "says it of a program")
+
     def test_a_crash_is_told_with_the_last_words(self):
         report, junit = self.folder / "out.json", self.folder / "out.xml"
         result = self.verify(self.command("crash"), "--json", report, "--junit", junit, "--report", self.folder / "report")

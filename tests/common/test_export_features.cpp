@@ -61,6 +61,7 @@ TEST_CASE("a target refuses what it cannot say, with the reason and the mend") {
     CHECK(names(line_of(shipped("whitted"), Target::mitsuba), "mitsuba cannot say: integrator whitted"));
     CHECK(names(line_of(shipped("cloud"), Target::blender), "blender cannot say: "));
     CHECK(names(line_of(shipped("nested-glass"), Target::pbrt), "pbrt cannot say: priorities, in the material glass"));
+    CHECK(names(line_of(shipped("closed-forms/motion"), Target::pbrt), "pbrt cannot say: lamps that move"));
     CHECK(names(line_of(shipped("glass"), Target::gltf, true), "leave --strict out"));
     CHECK(line_of(shipped("glass"), Target::gltf) == "exported");
 }

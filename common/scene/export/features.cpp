@@ -150,6 +150,15 @@ const Feature rows[] = {
         [](const Scene& scene) {
             return entity_where(scene, [](const Entity& entity) { return entity.motion != glm::dvec3(0.0); });
         }},
+    {"lamps that move",
+        {kept("its animations have no shutter"), refused("its area lights cannot move"),
+            refused("it has no moving bodies"),
+            refused("Blender steps motion by whole frames, by curves that are not written here")},
+        [](const Scene& scene) {
+            return entity_where(scene, [&](const Entity& entity) {
+                return entity.motion != glm::dvec3(0.0) && emits(scene.materials[entity.material]);
+            });
+        }},
     // ---- Camera and estimator
     {"motion of the camera",
         {kept("its animations have no shutter"), refused("it moves cameras by turning them evenly, not by MODEL.md 4"),
@@ -185,7 +194,8 @@ const Feature rows[] = {
         }},
     {"colour space",
         {near("factors are linear Rec. 709; images are sRGB of 16 bits"),
-            near("it renders spectra made of the RGB values, so products of colours differ a little"),
+            near("it renders spectra made of the RGB values: one colour alone is kept, products of several may be off "
+                 "by half"),
             near("written for the variants scalar_rgb and llvm_ad_rgb; spectral ones differ as pbrt does"), exact},
         [](const Scene&) { return there(true, "the scene"); }},
     // ---- Materials
@@ -266,8 +276,8 @@ const Feature rows[] = {
         }},
     // ---- Textures
     {"images",
-        {near("PNG images, sRGB of 16 bits: values move by up to 1.2·10⁻⁵; extras keep PFM files beside"), exact, exact,
-            exact},
+        {near("PNG images, sRGB of 16 bits: values move by up to 1.2·10⁻⁵; extras keep PFM files beside"),
+            near("it resamples images whose sides are no powers of two"), exact, exact},
         [](const Scene& scene) {
             return texture_where(scene, [](const Texture& t) { return t.kind == TextureKind::image; });
         }},

@@ -33,6 +33,7 @@ struct CompareOptions {
 struct NamedImage {
     std::string name;
     Image image;
+    bool may_be_negative = false;  // noise of spectra leaves the gamut; else no radiance is negative
 };
 
 // README.md says which channels, metadata and colour spaces are read. A side of k >= 2 images takes its variance from

@@ -95,8 +95,8 @@ std::optional<double> count_in_metadata(const Image& image) {
 }
 
 // A value that is no radiance is counted and taken as 0.
-double valid(double value, std::size_t i, SampledImage& side) {
-    if (std::isfinite(value) && value >= 0.0) return value;
+double valid(double value, std::size_t i, SampledImage& side, bool may_be_negative = false) {
+    if (std::isfinite(value) && (value >= 0.0 || may_be_negative)) return value;
     ++side.invalid;
     side.invalid_pixels.push_back(static_cast<std::uint32_t>(i / channel_count));
     return 0.0;
@@ -114,8 +114,8 @@ Light light_of(const NamedImage& named, SampledImage& side) {
     const double step = image.greatest_integer > 0 ? 1.0 / image.greatest_integer : 0.0;
     Light light;
     for (std::size_t i = 0; i < std::size_t{image.width} * image.height * channel_count; ++i) {
-        const double value =
-            valid(image.pixels[i / channel_count * image.channels.size() + colour[i % channel_count]], i, side);
+        const double value = valid(image.pixels[i / channel_count * image.channels.size() + colour[i % channel_count]],
+            i, side, named.may_be_negative);
         const double width = step * transfer.slope(value);
         light.mean.push_back(transfer.decoded(value));
         light.rounding.push_back(width * width / 12.0);

@@ -15,12 +15,6 @@ double encoded(double linear) {
     return x <= 0.0031308 ? 12.92 * x : 1.055 * std::pow(x, 1.0 / 2.4) - 0.055;
 }
 
-std::vector<double> displayed(const std::vector<double>& linear) {
-    std::vector<double> shown;
-    for (const double value : linear) shown.push_back(std::round(255.0 * encoded(value)) / 255.0);
-    return shown;
-}
-
 std::vector<double> luma(const std::vector<double>& rgb) {
     std::vector<double> y;
     for (std::size_t i = 0; i < rgb.size(); i += 3)
@@ -85,6 +79,12 @@ double floor_ratio(const JudgedPair& pair) {
 }
 
 }  // namespace
+
+std::vector<double> displayed(const std::vector<double>& linear) {
+    std::vector<double> shown;
+    for (const double value : linear) shown.push_back(std::round(255.0 * encoded(value)) / 255.0);
+    return shown;
+}
 
 double structural_similarity(
     const std::vector<double>& a, const std::vector<double>& b, std::uint32_t width, std::uint32_t height) {
@@ -159,6 +159,8 @@ std::vector<JudgeFinding> ask_judges(const JudgedPair& pair) {
             failing_percent(pair.reference, pair.candidate, 0.004), 0.02},
         {"idiff, OSL, hard", "a pixel off by more than 0.01, linear",
             greatest_difference(pair.reference, pair.candidate), 0.01},
+        {"idiff, OpenUSD", "more than 0.03 % of pixels off by more than 0.05, in 8 bits as shown",
+            failing_percent(a, b, 0.05), 0.03},
         {"RMSE", "PSNR below 40 dB, as shown; a rule of thumb", -psnr, -40.0},
         {"SSIM", "mean SSIM below 0.95, luma as shown; a rule of thumb",
             1.0 - structural_similarity(luma(a), luma(b), pair.width, pair.height), 0.05},

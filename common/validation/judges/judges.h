@@ -35,6 +35,9 @@ struct JudgeFinding {
 // of other sizes or without R, G, B.
 [[nodiscard]] JudgedPair judged_pair(const Image& reference, const Image& candidate);
 
+// Values in [0, 1] as an image of 8 bits has them, encoded by sRGB's curve.
+[[nodiscard]] std::vector<double> displayed(const std::vector<double>& linear);
+
 // Mean structural similarity of luma in [0, 1], by windows of 11 x 11 [Wang et al. 2004].
 [[nodiscard]] double structural_similarity(
     const std::vector<double>& a, const std::vector<double>& b, std::uint32_t width, std::uint32_t height);

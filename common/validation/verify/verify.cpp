@@ -407,7 +407,8 @@ void Verification::find_worst_pixel() {
     if (verdict_.looks.empty()) return;
     verdict_.worst = worst_pixel_of(verdict_.reference, verdict_.candidate, verdict_.judgement.pixel_p);
     verdict_.worst->seed = verdict_.reference_seed;
-    if (verdict_.judgement.verdict != Verdict::disagree || options_.stop.stop_requested()) return;
+    const bool disagree = verdict_.judgement.verdict == Verdict::disagree;
+    if (!disagree || !options_.explain || options_.stop.stop_requested()) return;
     RenderSettings settings = verdict_.settings;
     settings.seed = verdict_.reference_seed;
     const bool in_time = watch_.seconds() < options_.budget_seconds;  // each kernel is built anew

@@ -22,6 +22,7 @@ struct VerifyOptions {
     std::size_t max_looks = 6;
     std::uint64_t seed = 1;  // of the reference and of the paired candidate; the other takes seed + 1
     bool paired = true;
+    bool explain = true;  // where the two disagree, look for the place of the fault and for planted bugs alike
     // The reference's code in double precision where that is in single, or else in single: what rounding alone parts.
     // nullptr: long paths and the candidate's arithmetic are not held to it.
     Renderer* other_precision = nullptr;
