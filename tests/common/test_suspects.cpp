@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <glm/gtc/matrix_transform.hpp>
 
+#include "common/validation/explanation/pixel_pattern.h"
 #include "common/validation/explanation/suspects.h"
 #include "tests/scene_builder.h"
 
@@ -98,9 +99,26 @@ TEST_CASE("a film that is not the sum of its paths, with every kernel, is accumu
     evidence.place.kernels_with = {"stages", "megakernel"};
     CHECK(evidence.suspects().front().part == Subsystem::accumulation);
     SUBCASE("and indexing's where the pixels lie in a pattern") {
-        evidence.place.pattern = "row 5";
+        evidence.place.pattern = "rows 4 to 5";
         CHECK(evidence.suspects().front().part == Subsystem::indexing);
     }
+}
+
+TEST_CASE("without traced paths the place of the fault alone is told, or nothing") {
+    Evidence evidence;
+    evidence.signature = {};
+    evidence.partings = {};
+    evidence.level("image", true);
+    const auto suspects = [&] {
+        return suspects_of_difference({evidence.judgement, evidence.signature, evidence.partings, evidence.place}, {});
+    };
+    CHECK(suspects().empty());
+    evidence.place.outside_paths = true;
+    evidence.place.candidate_adds = false;
+    evidence.place.pattern = every_pixel;
+    REQUIRE(suspects().size() == 2);
+    CHECK(suspects()[0].part == Subsystem::accumulation);
+    CHECK(suspects()[1].part == Subsystem::indexing);
 }
 
 TEST_CASE("paths that part while all means agree draw other random numbers") {

@@ -9,6 +9,7 @@
 
 #include "common/render/effects.h"
 #include "common/text.h"
+#include "common/validation/explanation/pixel_pattern.h"
 
 namespace tandem {
 
@@ -142,7 +143,7 @@ private:
             return add(S::indexing, certain,
                 fmt::format("no traced path parts, and the kernels {} are without the fault",
                     fmt::join(place.kernels_without, ", ")));
-        if (!place.pattern.empty())
+        if (!place.pattern.empty() && place.pattern != every_pixel)
             return add(S::indexing, certain, "no traced path parts, and the pixels that differ lie in a pattern");
         if (place.reference_adds && place.candidate_adds) return;
         add(S::accumulation, certain, "no traced path parts, and a film is not the sum of its paths");

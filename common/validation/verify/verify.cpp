@@ -439,7 +439,11 @@ void Verification::compare_with_planted_bugs(const RenderSettings& settings) {
         .candidate = candidate_renderer_,
         .region = fired_region(verdict_.judgement),
         .stop = options_.stop});
-    if (!partings) return;
+    if (!partings) {  // no path can be traced, or no time was left for many
+        verdict_.suspects = suspects_of_difference(
+            {.judgement = verdict_.judgement, .signature = {}, .partings = {}, .place = verdict_.fault_place}, {});
+        return;
+    }
     verdict_.signature = signature_of(verdict_.judgement, verdict_.paired, *partings, needed_effects(scene_, settings));
     verdict_.likeness = likeness_of(*verdict_.signature);
     verdict_.suspects = suspects_of_difference({.judgement = verdict_.judgement,
