@@ -57,7 +57,7 @@ struct Likeness {
 // The distance of two signatures: the sum of the figures' absolute differences, each times its weight.
 [[nodiscard]] double distance(const Signature& a, const Signature& b);
 
-// Of each subsystem.
+// One for each subsystem.
 using Scores = std::array<double, subsystem_names.size()>;
 [[nodiscard]] inline std::string_view name_of(Subsystem subsystem) {
     return subsystem_names.at(static_cast<std::size_t>(subsystem));

@@ -58,7 +58,7 @@ constexpr EffectFeature plain_features[] = {
 
 bool turns_or_scales(const Entity& entity) { return glm::dmat3(entity.object_to_world) != glm::dmat3(1.0); }
 
-// Of a part's figures, what a reader of the traced paths would say.
+// For a part's figures, what a reader of the traced paths would say.
 struct FigureClause {
     S part;
     Figure figure;
