@@ -105,6 +105,12 @@ bool compares_means(const LevelResult& level) {
            !level.name.starts_with("closed form");
 }
 
+std::string clause_of(const SceneFeature& feature, bool alone) {
+    if (feature.section.empty()) return std::string(feature.words);
+    return fmt::format("{} {}, MODEL.md {}", alone ? "the scene has" : "no scene that meets its closed form has",
+        feature.words, feature.section);
+}
+
 class Ranking {
 public:
     Ranking(const DifferenceEvidence& evidence, std::span<const PlantedSignature> rows)
@@ -185,7 +191,7 @@ std::vector<SceneFeature> features_of(const Scene& scene, const RenderSettings& 
     if (effects.has(Effect::triangles)) features.push_back({S::geometry, "quads or triangles", "5"});
     if (effects.has(Effect::ellipsoid_lights)) features.push_back({S::geometry, "an ellipsoid", "5"});
     take(plain_features);
-    features.push_back({S::scene_data, "a scene file", "1"});
+    features.push_back({S::scene_data, "anything else that the loader reads", ""});
     return features;
 }
 
@@ -196,10 +202,7 @@ std::vector<Suspect> suspects_of_miss(std::span<const SceneFeature> features, st
             if ((std::ranges::find(met, feature) != met.end()) != excused) continue;
             if (std::ranges::any_of(suspects, [&](const Suspect& one) { return one.part == feature.part; })) continue;
             if (suspects.size() == most_suspects) return suspects;
-            suspects.push_back(
-                {feature.part, fmt::format("{} {}, MODEL.md {}",
-                                   met.empty() || excused ? "the scene has" : "no scene that meets its closed form has",
-                                   feature.words, feature.section)});
+            suspects.push_back({feature.part, clause_of(feature, met.empty() || excused)});
         }
     return suspects;
 }

@@ -25,8 +25,8 @@ inline constexpr std::size_t most_suspects = 3;
 // What a scene has beyond the plainest one, and where MODEL.md defines it.
 struct SceneFeature {
     Subsystem part = Subsystem::count;
-    std::string_view words;  // "a lens"
-    std::string_view section;
+    std::string_view words;    // "a lens"
+    std::string_view section;  // empty: the words are the whole clause
     bool operator==(const SceneFeature&) const = default;
 };
 
