@@ -311,6 +311,13 @@ Outcome verify_within(Work& work, double seconds) {
     return outcome;
 }
 
+// What the scenes that meet their closed forms say of those that do not.
+void print_common_suspects(const std::vector<SceneVerdict>& verdicts) {
+    fmt::print("After comparison with the scenes that meet their closed forms:\n");
+    for (const SceneVerdict& verdict : verdicts)
+        if (misses_on_both_sides(verdict)) fmt::print("    {}: {}\n", escaped(verdict.scene), told(verdict.suspects));
+}
+
 // Why a time in total did not do, and what would.
 void print_what_is_needed(const std::vector<SceneVerdict>& verdicts, double seconds) {
     const auto undecided = std::ranges::count(verdicts, Verdict::undecided, &SceneVerdict::verdict);
@@ -455,13 +462,14 @@ ExitStatus verify(const VerifyArguments& given, const CommandContext& context) {
     Work work{arguments, context, scenes, settings, *reference, *candidate, programs, options, {}};
     work.layer.wanted = arguments.candidate == "vulkan" && !arguments.validation && !arguments.no_layer;
     const Stopwatch watch;
-    const Outcome outcome = total_seconds ? verify_within(work, *total_seconds) : verify_each(work);
+    Outcome outcome = total_seconds ? verify_within(work, *total_seconds) : verify_each(work);
     if (total_seconds) {
         for (const SceneVerdict& verdict : outcome.verdicts)
             if (verdict.verdict == Verdict::undecided && verdict.failure.empty())
                 print_verdict(verdict, context.verbose);
         print_what_is_needed(outcome.verdicts, watch.seconds());
     }
+    if (compare_misses(outcome.verdicts)) print_common_suspects(outcome.verdicts);
     work.layer.print();
     ExitStatus status = conclude(
         "verify", outcome.verdicts, arguments.criteria, context, outcome.not_run, self_tests, work.layer.messages);

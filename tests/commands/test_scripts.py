@@ -247,7 +247,7 @@ if sys.argv[1] == "render":
 else:
     verdict = {"verdict": "disagree" if bugged else "agree", "sentence": "", "reasons": ["tiles"], "outvoted": "candidate",
                "levels": [{"name": "tiles 16x16", "significant": bugged, "p": 1e-9}], "paired": None,
-               "likeness": {"subsystems": ["geometry", "textures"]} if bugged else None}
+               "suspects": [{"subsystem": "geometry", "because": ""}, {"subsystem": "textures", "because": ""}] if bugged else []}
     pathlib.Path(sys.argv[sys.argv.index("--json") + 1]).write_text(json.dumps({"scenes": [verdict]}))
     sys.exit(1 if bugged else 0)
 """

@@ -166,3 +166,10 @@ TEST_CASE("the region to look in is that of the paired level, if one fired, else
     judgement.levels.resize(1);
     CHECK(!fired_region(judgement));
 }
+
+TEST_CASE("a place that leaves out most of the pixels that differ is no pattern") {
+    std::vector<bool> touched(32 * 32);
+    for (std::size_t i = 0; i < touched.size(); i += 37) touched[i] = true;  // scattered
+    touched[32 * 9 + 9] = touched[32 * 9 + 10] = touched[32 * 10 + 10] = true;
+    CHECK(pixel_pattern(touched, 32, 32).empty());
+}

@@ -78,10 +78,13 @@ Trial trial_of(const SceneVerdict& verdict, Planting planting, const std::string
         if (trial.caught) trial.witness = form ? "closed form" : "backends";
     }
     // What the record knows of this very bug is left out.
-    const auto blamed = verdict.likeness ? vote(*verdict.signature, planted_signatures(), bug) : std::nullopt;
-    if (blamed)
-        for (const Subsystem subsystem : blamed->subsystems)
-            trial.blamed.emplace_back(subsystem_names.at(static_cast<std::size_t>(subsystem)));
+    std::vector<PlantedSignature> rows;
+    std::ranges::copy_if(
+        planted_signatures(), std::back_inserter(rows), [&](const PlantedSignature& row) { return row.bug != bug; });
+    std::vector<Suspect> blamed = verdict.suspects;
+    if (verdict.signature && verdict.partings)
+        blamed = suspects_of_difference({judgement, *verdict.signature, *verdict.partings, verdict.fault_place}, rows);
+    for (const Suspect& suspect : blamed) trial.blamed.emplace_back(name_of(suspect.part));
     trial.coarse_arithmetic = judgement.coarse_arithmetic;
     trial.samples = std::min(verdict.reference.samples, verdict.candidate.samples);
     trial.width = verdict.settings.width;

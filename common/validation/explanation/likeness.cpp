@@ -70,8 +70,6 @@ bool has_work(Subsystem subsystem, const Signature& signature) {
     }
 }
 
-using Scores = std::array<double, subsystem_names.size()>;
-
 // What a reader of the figures would conclude by himself, 0 ... 1 each: rays of the camera that differ are the
 // camera's, surfaces met in its stead geometry's, and so on. It stands in for kinds that the record does not hold.
 Scores conclusions(const Signature& signature) {
@@ -137,6 +135,19 @@ std::vector<Kind> kinds_by_distance(
     return result;
 }
 
+Scores scores_by(const std::vector<Kind>& kinds, const Signature& signature) {
+    Scores scores{};
+    double all = 0.0;
+    for (std::size_t i = 0; i < std::min(neighbours, kinds.size()); ++i) {
+        const double weight = 1.0 / (kinds[i].distance * kinds[i].distance + own_distance * own_distance);
+        scores.at(static_cast<std::size_t>(kinds[i].subsystem)) += weight;
+        all += weight;
+    }
+    const Scores concluded = conclusions(signature);
+    for (std::size_t i = 0; i < scores.size(); ++i) scores[i] = (all > 0.0 ? scores[i] / all : 0.0) + concluded[i];
+    return scores;
+}
+
 // How each row of the record fares when its kind is left out.
 struct Trial {
     std::size_t band = 0;
@@ -182,20 +193,18 @@ double distance(const Signature& a, const Signature& b) {
     return sum;
 }
 
+Scores scores_of(const Signature& signature, std::span<const PlantedSignature> rows, std::string_view left_out) {
+    Scores scores = scores_by(kinds_by_distance(signature, rows, left_out), signature);
+    for (std::size_t i = 0; i < scores.size(); ++i)
+        if (!has_work(static_cast<Subsystem>(i), signature)) scores[i] = 0.0;
+    return scores;
+}
+
 std::optional<Likeness> vote(
     const Signature& signature, std::span<const PlantedSignature> rows, std::string_view left_out) {
-    std::vector<Kind> kinds = kinds_by_distance(signature, rows, left_out);
+    const std::vector<Kind> kinds = kinds_by_distance(signature, rows, left_out);
     if (kinds.empty()) return std::nullopt;
-    Scores scores{};
-    double all = 0.0;
-    for (std::size_t i = 0; i < std::min(neighbours, kinds.size()); ++i) {
-        const double weight = 1.0 / (kinds[i].distance * kinds[i].distance + own_distance * own_distance);
-        scores.at(static_cast<std::size_t>(kinds[i].subsystem)) += weight;
-        all += weight;
-    }
-    for (double& score : scores) score /= all;
-    const Scores concluded = conclusions(signature);
-    for (std::size_t i = 0; i < scores.size(); ++i) scores[i] += concluded[i];
+    const Scores scores = scores_by(kinds, signature);
     Likeness likeness;
     // Those without a score follow by the distance of their nearest kind.
     for (const Kind& kind : kinds)

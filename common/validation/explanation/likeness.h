@@ -57,9 +57,19 @@ struct Likeness {
 // The distance of two signatures: the sum of the figures' absolute differences, each times its weight.
 [[nodiscard]] double distance(const Signature& a, const Signature& b);
 
+// One for each subsystem.
+using Scores = std::array<double, subsystem_names.size()>;
+[[nodiscard]] inline std::string_view name_of(Subsystem subsystem) {
+    return subsystem_names.at(static_cast<std::size_t>(subsystem));
+}
+
 // A subsystem's score is its share of the five nearest kinds' votes, each the inverse of a squared distance, and what
 // the figures say of it by themselves.
 //
+// The scores by the rows of bugs other than `left_out`; by the figures alone where there are none.
+[[nodiscard]] Scores scores_of(
+    const Signature& signature, std::span<const PlantedSignature> rows, std::string_view left_out = {});
+
 // Likeness to the rows of bugs other than `left_out`, without what is known of how often it is right. Nothing where
 // there are no rows.
 [[nodiscard]] std::optional<Likeness> vote(

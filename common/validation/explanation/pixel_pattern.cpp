@@ -26,7 +26,7 @@ public:
     std::string run() {
         const auto all = static_cast<std::size_t>(std::ranges::count(touched_, true));
         if (all < least_pixels) return "";
-        if (static_cast<double>(all) >= 0.95 * static_cast<double>(touched_.size())) return "nearly every pixel";
+        if (static_cast<double>(all) >= 0.95 * static_cast<double>(touched_.size())) return every_pixel;
         from_a_number_on();
         box();
         for (std::uint32_t period = 2; period <= 64; period *= 2) {
@@ -50,6 +50,8 @@ private:
         }
         if (of_in == 0.0 || of_out == 0.0) return;
         const double within = in / of_in, beyond = out / of_out, contrast = within - beyond;
+        // What leaves out most of what is touched says nothing of it.
+        if (in < least_inside * (in + out)) return;
         if (within < least_inside || beyond > most_outside || contrast <= found_.contrast + 1e-3) return;
         found_ = {text, contrast};
     }

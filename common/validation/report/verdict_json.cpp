@@ -117,6 +117,17 @@ json likeness_json(const std::optional<Likeness>& likeness) {
         {"score_fraction", likeness->sureness}, {"right", likeness->right}, {"of", likeness->of}};
 }
 
+// Figures that are not 0: with them a naming can be tried anew without rendering.
+json signature_json(const std::optional<Signature>& signature) {
+    if (!signature) return nullptr;
+    json figures = json::object();
+    for (std::size_t i = 0; i < figure_count; ++i)
+        if (const float value = signature->figures[i]; value != 0.0F)
+            figures[std::string(figure_name(static_cast<Figure>(i)))] =
+                std::round(1e4 * static_cast<double>(value)) / 1e4;
+    return figures;
+}
+
 json outvoted_json(Outvoted outvoted) { return outvoted == Outvoted::nobody ? json(nullptr) : json(name_of(outvoted)); }
 
 json closed_form_json(const SceneVerdict& v) {
@@ -232,6 +243,10 @@ json to_json(const SceneVerdict& v) {
     result["paired"] = paired_json(v);
     result["explanations"] = explanations_json(v.explanations);
     result["likeness"] = likeness_json(v.likeness);
+    result["suspects"] = json::array();
+    for (const Suspect& suspect : v.suspects)
+        result["suspects"].push_back({{"subsystem", name_of(suspect.part)}, {"because", suspect.because}});
+    result["signature"] = signature_json(v.signature);
     result["outvoted"] = outvoted_json(v.outvoted);
     result["closed_form"] = closed_form_json(v);
     result["referee"] = oracle_json(v.oracle);

@@ -45,7 +45,13 @@ public:
           reference_job_(question.reference.prepare(question.scene, question.settings)),
           candidate_job_(question.candidate.prepare(question.scene, question.settings)) {}
 
-    void run() {
+    FaultPlace run() {
+        look();
+        return std::move(place_);
+    }
+
+private:
+    void look() {
         const std::optional<Sums> reference = sums_of(*reference_job_);
         const std::optional<Sums> candidate = reference ? sums_of(*candidate_job_) : std::nullopt;
         if (!candidate) return;
@@ -65,7 +71,6 @@ public:
         say_what_lies_outside(*reference, *candidate, pixels);
     }
 
-private:
     [[nodiscard]] std::optional<Sums> sums_of(RenderJob& job) const {
         RenderControl control;
         control.stop = question_.stop;
@@ -119,6 +124,9 @@ private:
         }
         const bool reference = adds_its_paths(*reference_job_, a, pixels);
         const bool candidate = adds_its_paths(*candidate_job_, b, pixels);
+        place_.outside_paths = true;
+        place_.reference_adds = reference;
+        place_.candidate_adds = candidate;
         text += ": the traced paths agree, so the fault is outside shading";
         if (reference != candidate)
             text += fmt::format(
@@ -127,13 +135,13 @@ private:
                 reference ? question_.candidate_name : question_.reference_name);
         text += fmt::format(
             "; {} of the pixels differ", percent(static_cast<double>(count) / static_cast<double>(touched.size())));
-        if (const std::string pattern = pixel_pattern(touched, width_, height_); !pattern.empty())
-            text += ", " + pattern;
+        place_.pattern = pixel_pattern(touched, width_, height_);
+        if (!place_.pattern.empty()) text += ", " + place_.pattern;
         if (!candidate) say_which_kernels(a);
     }
 
     void say_which_kernels(const Sums& reference) {
-        std::vector<std::string> with, without;
+        std::vector<std::string>&with = place_.kernels_with, &without = place_.kernels_without;
         for (const std::string& kernel : question_.kernels) {
             if (question_.stop.stop_requested()) break;
             try {
@@ -153,6 +161,7 @@ private:
     static constexpr double few = 0.05;
 
     WorstPixel& pixel_;
+    FaultPlace place_;
     const FaultQuestion& question_;
     std::uint32_t width_, height_;
     std::unique_ptr<RenderJob> reference_job_, candidate_job_;
@@ -176,6 +185,6 @@ std::optional<Rectangle> fired_region(const Judgement& judgement) {
     return most->worst.region;
 }
 
-void find_fault(WorstPixel& pixel, const FaultQuestion& question) { FaultSearch(pixel, question).run(); }
+FaultPlace find_fault(WorstPixel& pixel, const FaultQuestion& question) { return FaultSearch(pixel, question).run(); }
 
 }  // namespace tandem

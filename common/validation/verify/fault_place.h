@@ -32,9 +32,17 @@ struct FaultQuestion {
     std::stop_token stop;
 };
 
+// What was found, beside the pixel's reason in words.
+struct FaultPlace {
+    bool outside_paths = false;  // no traced path parts, and the films differ in the traced pixels nevertheless
+    bool reference_adds = true, candidate_adds = true;  // each film is the sum of its side's traced paths
+    std::vector<std::string> kernels_with, kernels_without;
+    std::string pattern;  // of the pixels that differ (pixel_pattern.h); empty: none
+};
+
 // Renders the first block of samples on both sides. `pixel` becomes the one in the region where they differ most, its
 // sample that whose traced radiances differ most, and its reason what was found. All stays as it is where a side cannot
 // trace paths, or where a stop was requested before the block was done.
-void find_fault(WorstPixel& pixel, const FaultQuestion& question);
+FaultPlace find_fault(WorstPixel& pixel, const FaultQuestion& question);
 
 }  // namespace tandem

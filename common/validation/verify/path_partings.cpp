@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <glm/geometric.hpp>
 
 #include "common/error.h"
 #include "common/validation/explanation/pixel_pattern.h"
@@ -155,6 +156,25 @@ void add_ratios(PathPartings& counts, const std::vector<std::optional<Parting>>&
     counts.ratio_colour = colour / n;
 }
 
+// Where one of these is what parts two paths, the place of the draw on its vertex; nothing where there was none.
+constexpr std::array drawn_figures{PartsBy::met, PartsBy::place, PartsBy::light_direction, PartsBy::direction};
+std::optional<dvec3> drawn(const PathTrace& path, std::size_t vertex, PartsBy what) {
+    if (vertex >= path.vertices.size()) return std::nullopt;
+    const TracedVertex& at = path.vertices[vertex];
+    switch (what) {
+        case PartsBy::met:
+        case PartsBy::place:
+            if (!at.in_medium) return std::nullopt;
+            return dvec3(at.t, 0.0, 0.0);
+        case PartsBy::light_direction:
+            if (at.light_direction == dvec3(0.0)) return std::nullopt;
+            return at.light_direction;
+        default:
+            if (at.end != PathEnd::goes_on) return std::nullopt;
+            return at.next_direction;
+    }
+}
+
 class Tracing {
 public:
     explicit Tracing(const PartingsQuestion& question)
@@ -175,17 +195,22 @@ public:
         std::vector<bool> touched(std::size_t{width_} * height_);
         for (std::size_t i = 0; i < touched.size(); ++i) touched[i] = differ(sum(0, i), sum(1, i));
         std::vector<std::optional<Parting>> paths;
+        Draws draws;
         std::size_t film_apart = 0;
         const std::vector<std::size_t> pixels = chosen(touched);
         for (const std::size_t pixel : pixels) {
             const std::vector<PathTrace> a = traces(0, pixel), b = traces(1, pixel);
-            for (std::size_t i = 0; i < a.size(); ++i) paths.push_back(parting_of(a[i], b[i]));
+            std::vector<std::optional<Parting>> partings;
+            for (std::size_t i = 0; i < a.size(); ++i) partings.push_back(parting_of(a[i], b[i]));
+            draws.add(a, b, partings);
+            paths.insert(paths.end(), partings.begin(), partings.end());
             film_apart += differ(sum_of(a), sum(0, pixel)) || differ(sum_of(b), sum(1, pixel)) ? 1 : 0;
         }
         PathPartings counts = counted(question_.scene, paths);
         counts.film_apart = static_cast<double>(film_apart) / static_cast<double>(pixels.size());
         counts.touched = static_cast<double>(std::ranges::count(touched, true)) / static_cast<double>(touched.size());
         counts.pattern = !pixel_pattern(touched, width_, height_).empty();
+        counts.independence = draws.independence();
         return counts;
     }
 
@@ -241,6 +266,30 @@ std::optional<Parting> parting_of(const PathTrace& reference, const PathTrace& c
     for (std::size_t k = 0; k < both; ++k)
         if (std::optional<Parting> parting = Comparison(reference, candidate, k).vertex()) return parting;
     return Comparison(reference, candidate, both).sum();
+}
+
+void Draws::add(const std::vector<PathTrace>& reference, const std::vector<PathTrace>& candidate,
+    const std::vector<std::optional<Parting>>& partings) {
+    const auto square = [](const dvec3& v) { return glm::dot(v, v); };
+    for (std::size_t i = 0; i < partings.size(); ++i) {
+        if (!partings[i]) continue;
+        const auto first = std::ranges::find_if(
+            drawn_figures, [&](PartsBy what) { return partings[i]->by[static_cast<std::size_t>(what)]; });
+        if (first == drawn_figures.end()) continue;
+        const std::size_t vertex = partings[i]->vertex;
+        const std::optional<dvec3> a = drawn(reference[i], vertex, *first), b = drawn(candidate[i], vertex, *first);
+        const std::optional<dvec3> other = drawn(reference[(i + 1) % reference.size()], vertex, *first);
+        if (!a || !b || !other) continue;
+        between_sides_ += square(*a - *b);
+        between_samples_ += square(*a - *other);
+        ++pairs_;
+    }
+}
+
+double Draws::independence() const {
+    constexpr std::size_t fewest = 16;
+    if (pairs_ < fewest || !(between_samples_ > 0.0)) return 0.0;
+    return std::min(1.0, between_sides_ / between_samples_);
 }
 
 PathPartings counted(const Scene& scene, const std::vector<std::optional<Parting>>& paths) {

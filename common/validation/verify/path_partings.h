@@ -74,6 +74,22 @@ struct PathPartings {
     double touched = 0.0;     // share of all pixels whose block sums differ
     double film_apart = 0.0;  // share of the traced pixels whose film is not the sum of the traced paths, on a side
     bool pattern = false;     // the touched pixels lie in a pattern (pixel_pattern.h)
+    // How far apart the two sides' draws are where they differ, of how far apart one side's draws for different samples
+    // are: 1 for other random numbers, near 0 for the same ones turned into something else. 0: too few draws differ.
+    double independence = 0.0;
+};
+
+// What random numbers decided at a vertex: a light's point, a new direction, or how far to go in a medium.
+class Draws {
+public:
+    // Both sides' paths of a pixel, and what parts them.
+    void add(const std::vector<PathTrace>& reference, const std::vector<PathTrace>& candidate,
+        const std::vector<std::optional<Parting>>& partings);
+    [[nodiscard]] double independence() const;  // as in PathPartings
+
+private:
+    double between_sides_ = 0.0, between_samples_ = 0.0;  // sums of squared distances
+    std::size_t pairs_ = 0;
 };
 
 // The counts over a list, without what needs the film.

@@ -33,7 +33,23 @@ void add_votes(SceneVerdict& verdict) {
     if (verdict.outvoted == Outvoted::nobody) verdict.outvoted = verdict.oracle->outvoted;
 }
 
+// What the closed form alone can tell: the sides miss it alike.
+void suspect_features(SceneVerdict& verdict, std::span<const SceneFeature> met) {
+    if (!misses_on_both_sides(verdict)) return;
+    verdict.suspects = suspects_of_miss(verdict.features, met);
+    const std::optional<Suspect> film = film_misses(*verdict.closed_form.form, verdict.candidate);
+    if (!film) return;
+    std::erase_if(verdict.suspects, [&](const Suspect& one) { return one.part == film->part; });
+    verdict.suspects.insert(verdict.suspects.begin(), *film);
+    if (verdict.suspects.size() > most_suspects) verdict.suspects.resize(most_suspects);
+}
+
 }  // namespace
+
+bool misses_on_both_sides(const SceneVerdict& verdict) {
+    return verdict.closed_form.form && !verdict.looks.empty() && !sides_differ(verdict) &&
+           outvoted_by_closed_form(verdict.judgement) == Outvoted::both;
+}
 
 bool sides_differ(const SceneVerdict& verdict) {
     const Judgement& j = verdict.judgement;
@@ -53,6 +69,16 @@ Look look_of(const Judgement& judgement, std::uint64_t samples, const LookShare&
     look.tile_bound = widest(judgement.level("tiles 16x16")).bound();
     look.seconds = seconds;
     return look;
+}
+
+bool compare_misses(std::span<SceneVerdict> verdicts) {
+    std::vector<SceneFeature> met;
+    for (const SceneVerdict& verdict : verdicts)
+        if (verdict.closed_form.form && verdict.verdict == Verdict::agree)
+            met.insert(met.end(), verdict.features.begin(), verdict.features.end());
+    if (met.empty()) return false;
+    for (SceneVerdict& verdict : verdicts) suspect_features(verdict, met);
+    return std::ranges::any_of(verdicts, misses_on_both_sides);
 }
 
 void conclude(SceneVerdict& verdict) {
@@ -75,6 +101,7 @@ void conclude(SceneVerdict& verdict) {
     verdict.explanations = explain(verdict.reference, verdict.candidate, verdict.criteria);
     if (!verdict.explanations.empty()) verdict.sentence += "; " + told(verdict.explanations);
     add_votes(verdict);
+    suspect_features(verdict, {});
 }
 
 }  // namespace tandem

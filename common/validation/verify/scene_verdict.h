@@ -2,12 +2,14 @@
 #pragma once
 
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
 #include "common/render/renderer.h"
 #include "common/validation/explanation/explanation.h"
 #include "common/validation/explanation/likeness.h"
+#include "common/validation/explanation/suspects.h"
 #include "common/validation/verdict/verdict.h"
 #include "common/validation/verify/convergence.h"
 #include "common/validation/verify/oracle_opinion.h"
@@ -43,6 +45,10 @@ struct SceneVerdict {
     std::vector<Explanation> explanations;         // looked for where the sides disagree
     std::optional<Signature> signature;            // ... and the paths of both can be traced
     std::optional<Likeness> likeness;              // to planted bugs, where any is near
+    std::optional<PathPartings> partings;          // of the traced paths, with the signature
+    FaultPlace fault_place;                        // where the sides disagree
+    std::vector<Suspect> suspects;                 // likeliest first; of a disagreement, where anything is known
+    std::vector<SceneFeature> features;            // of the scene
     ClosedFormUse closed_form;                     // of the scene, at these settings
     std::optional<OracleOpinion> oracle;           // asked where the sides disagree
     std::optional<ConvergenceReport> convergence;  // where it was asked for; it gates nothing
@@ -65,6 +71,13 @@ struct SceneVerdict {
 
 // Row of the history for a judgement on `samples` a pixel and side, made `seconds` after the start.
 [[nodiscard]] Look look_of(const Judgement& judgement, std::uint64_t samples, const LookShare& share, double seconds);
+
+// The sides do not differ, and both miss the scene's closed form.
+[[nodiscard]] bool misses_on_both_sides(const SceneVerdict& verdict);
+
+// Where a scene has closed forms against both sides, those of its features are suspected first that none of the scenes
+// has which meet theirs. Whether there is such a scene, and one that meets its own.
+bool compare_misses(std::span<SceneVerdict> verdicts);
 
 // Sets the verdict, its sentence, the permutation check and, where the sides disagree, the explanations, all from
 // the judgement and the two sides at hand.

@@ -42,6 +42,7 @@ public:
         verdict_.criteria.fixed_tolerance =
             std::max(options.criteria.fixed_tolerance, float_transport_tolerance(verdict_.settings.bounces));
         verdict_.closed_form = closed_form_of(scene, verdict_.settings);
+        verdict_.features = features_of(scene, verdict_.settings);
         verdict_.reference_seed = options.seed;
         verdict_.candidate_seed = options.seed + 1;
         verdict_.reference_info = reference.info();
@@ -413,17 +414,18 @@ void Verification::find_worst_pixel() {
     settings.seed = verdict_.reference_seed;
     const bool in_time = watch_.seconds() < options_.budget_seconds;  // each kernel is built anew
     try {
-        find_fault(*verdict_.worst, {.scene = scene_,
-                                        .settings = settings,
-                                        .reference = reference_renderer_,
-                                        .candidate = candidate_renderer_,
-                                        .reference_name = verdict_.reference_name,
-                                        .candidate_name = verdict_.candidate_name,
-                                        .region = fired_region(verdict_.judgement),
-                                        .differ = sides_differ(verdict_),
-                                        .kernels = in_time ? options_.kernels : std::vector<std::string>(),
-                                        .with_kernel = options_.with_kernel,
-                                        .stop = options_.stop});
+        verdict_.fault_place =
+            find_fault(*verdict_.worst, {.scene = scene_,
+                                            .settings = settings,
+                                            .reference = reference_renderer_,
+                                            .candidate = candidate_renderer_,
+                                            .reference_name = verdict_.reference_name,
+                                            .candidate_name = verdict_.candidate_name,
+                                            .region = fired_region(verdict_.judgement),
+                                            .differ = sides_differ(verdict_),
+                                            .kernels = in_time ? options_.kernels : std::vector<std::string>(),
+                                            .with_kernel = options_.with_kernel,
+                                            .stop = options_.stop});
         compare_with_planted_bugs(settings);
     } catch (const Error&) {
         // A device that is lost now takes no verdict back; any sample will do.
@@ -438,9 +440,18 @@ void Verification::compare_with_planted_bugs(const RenderSettings& settings) {
         .candidate = candidate_renderer_,
         .region = fired_region(verdict_.judgement),
         .stop = options_.stop});
-    if (!partings) return;
+    if (!partings) {  // no path can be traced, or no time was left for many
+        verdict_.suspects = suspects_of_difference(
+            {.judgement = verdict_.judgement, .signature = {}, .partings = {}, .place = verdict_.fault_place}, {});
+        return;
+    }
     verdict_.signature = signature_of(verdict_.judgement, verdict_.paired, *partings, needed_effects(scene_, settings));
     verdict_.likeness = likeness_of(*verdict_.signature);
+    verdict_.suspects = suspects_of_difference({.judgement = verdict_.judgement,
+        .signature = *verdict_.signature,
+        .partings = *partings,
+        .place = verdict_.fault_place});
+    verdict_.partings = partings;
 }
 
 double Verification::seconds_to(const Side& side, std::uint64_t samples) {

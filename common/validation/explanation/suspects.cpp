@@ -1,0 +1,239 @@
+#include "common/validation/explanation/suspects.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <glm/mat3x3.hpp>
+
+#include "common/render/effects.h"
+#include "common/text.h"
+#include "common/validation/explanation/pixel_pattern.h"
+
+namespace tandem {
+
+namespace {
+
+using S = Subsystem;
+
+// What the scene's effects say of it, the most particular first. An effect that every second scene has is near the end.
+struct EffectFeature {
+    Effect effect;
+    SceneFeature feature;
+};
+constexpr EffectFeature effect_features[] = {
+    {Effect::lens, {S::camera, "a lens", "4"}},
+    {Effect::camera_motion, {S::camera, "a camera that moves", "4"}},
+    {Effect::entity_motion, {S::camera, "an entity that moves", "6"}},
+    {Effect::spot_lights, {S::light_sampling, "a spot", "8.3"}},
+    {Effect::point_lights, {S::light_sampling, "a point light", "8.3"}},
+    {Effect::suns, {S::light_sampling, "a sun", "8.3"}},
+    {Effect::density_grid, {S::volumes, "a density grid", "10"}},
+    {Effect::image_texture, {S::textures, "an image for a colour", "7.0"}},
+    {Effect::noise, {S::textures, "a noise texture", "7.0"}},
+    {Effect::checker, {S::textures, "a checker", "7.0"}},
+    {Effect::medium_absorption, {S::volumes, "a medium", "10"}},
+    {Effect::nested_dielectrics, {S::dielectric, "bodies of glass with priorities", "9.4"}},
+    {Effect::rough_translucent, {S::dielectric, "frosted glass", "7.7"}},
+    {Effect::schlick, {S::dielectric, "Schlick's reflectance", "7.4"}},
+    {Effect::translucent, {S::dielectric, "glass", "7.4"}},
+    {Effect::interiors, {S::volumes, "bodies with interiors", "9.4"}},
+    {Effect::rough_conductor, {S::bsdf, "a rough conductor", "7.6"}},
+    {Effect::smooth_conductor, {S::bsdf, "a conductor", "7.6"}},
+    {Effect::rough_diffuse, {S::bsdf, "a rough diffuse surface", "7.9"}},
+    {Effect::fuzz, {S::bsdf, "a fuzzy mirror", "7.3"}},
+    {Effect::background_image, {S::emission, "an image as background", "8.1"}},
+    {Effect::shading_normals, {S::geometry, "normals of a model", "5.4"}},
+};
+constexpr EffectFeature plain_features[] = {
+    {Effect::background_gradient, {S::emission, "a background that varies with height", "8.1"}},
+    {Effect::light_sampling, {S::light_sampling, "lights that are sampled", "9.2"}},
+    {Effect::specular, {S::bsdf, "a mirror", "7.3"}},
+    {Effect::emission, {S::emission, "a surface that emits", "7.5"}},
+    {Effect::diffuse, {S::bsdf, "a diffuse surface", "7.2"}},
+    {Effect::background, {S::emission, "a background", "8.1"}},
+    {Effect::roulette, {S::roulette, "Russian roulette", "9.3"}},
+};
+
+bool turns_or_scales(const Entity& entity) { return glm::dmat3(entity.object_to_world) != glm::dmat3(1.0); }
+
+// For a part's figures, what a reader of the traced paths would say.
+struct FigureClause {
+    S part;
+    Figure figure;
+    std::string_view words;
+};
+constexpr FigureClause figure_clauses[] = {
+    {S::camera, Figure::by_camera, "the rays of the camera differ first"},
+    {S::geometry, Figure::by_met, "rays from one point meet different things first"},
+    {S::geometry, Figure::by_normal, "normals differ first"},
+    {S::geometry, Figure::by_place, "hits lie at different points first"},
+    {S::geometry, Figure::by_spawned, "rays leave one hit at different points first"},
+    {S::volumes, Figure::by_throughput, "the way through a medium dims differently first"},
+    {S::volumes, Figure::at_medium, "they part within a medium"},
+    {S::light_sampling, Figure::by_light, "what a next event brings differs first"},
+    {S::light_sampling, Figure::by_light_direction, "next events aim at different points first"},
+    {S::light_sampling, Figure::by_shadow, "shadow rays end differently first"},
+    {S::mis_weights, Figure::by_emission, "light that scattering has found differs first"},
+    {S::emission, Figure::by_emission, "light that the ray itself has found differs first"},
+    {S::roulette, Figure::by_end, "one path ends where the other goes on"},
+    {S::dielectric, Figure::at_dielectric, "they part at glass"},
+    {S::dielectric, Figure::at_boundary, "they part at a boundary of a medium"},
+    {S::textures, Figure::on_texture, "they part on a texture"},
+    {S::bsdf, Figure::by_weight, "the weight of scattering differs first"},
+    {S::bsdf, Figure::by_direction, "new directions differ first"},
+    {S::bsdf, Figure::by_density, "densities of scattering differ first"},
+    {S::accumulation, Figure::by_sum, "the sum of a path differs though its vertices agree"},
+    {S::roulette, Figure::by_weight, "weights differ first"},
+};
+
+std::string clause_of(S part, const Signature& signature) {
+    constexpr float least = 0.1F;
+    const FigureClause* most = nullptr;
+    for (const FigureClause& clause : figure_clauses)
+        if (clause.part == part && signature[clause.figure] >= least &&
+            (most == nullptr || signature[clause.figure] > signature[most->figure]))
+            most = &clause;
+    if (most == nullptr) return "planted bugs of it look alike";
+    return fmt::format("{} in {} of the paths that part", most->words, percent(double{signature[most->figure]}));
+}
+
+// Levels that compare means, of films or of paired differences; the others count samples that part.
+bool compares_means(const LevelResult& level) {
+    return level.name != paired_paths_level && !level.name.starts_with("paired samples") &&
+           !level.name.starts_with("closed form");
+}
+
+std::string clause_of(const SceneFeature& feature, bool alone) {
+    if (feature.section.empty()) return std::string(feature.words);
+    return fmt::format("{} {}, MODEL.md {}", alone ? "the scene has" : "no scene that meets its closed form has",
+        feature.words, feature.section);
+}
+
+class Ranking {
+public:
+    Ranking(const DifferenceEvidence& evidence, std::span<const PlantedSignature> rows)
+        : evidence_(evidence), scores_(scores_of(evidence.signature, rows)) {}
+
+    std::vector<Suspect> ranked() {
+        look_outside_paths();
+        look_at_numbers();
+        std::vector<S> order;
+        for (std::size_t i = 0; i < scores_.size(); ++i)
+            if (scores_[i] > 0.0) order.push_back(static_cast<S>(i));
+        std::ranges::stable_sort(order, std::greater{}, [&](S part) { return scores_.at(index(part)); });
+        if (order.size() > most_suspects) order.resize(most_suspects);
+        std::vector<Suspect> suspects;
+        for (const S part : order) {
+            const std::string& said = because_.at(index(part));
+            suspects.push_back({part, said.empty() ? clause_of(part, evidence_.signature) : said});
+        }
+        return suspects;
+    }
+
+private:
+    // More than all else can add up to: two for what the figures say, one for the planted bugs.
+    static constexpr double certain = 4.0, likely = 2.0;
+
+    static std::size_t index(S part) { return static_cast<std::size_t>(part); }
+    void add(S part, double score, std::string because) {
+        scores_.at(index(part)) += score;
+        because_.at(index(part)) = std::move(because);
+    }
+
+    void look_outside_paths() {
+        const FaultPlace& place = evidence_.place;
+        if (!place.outside_paths) return;
+        if (!place.kernels_with.empty() && !place.kernels_without.empty())
+            return add(S::indexing, certain,
+                fmt::format("no traced path parts, and the kernels {} are without the fault",
+                    fmt::join(place.kernels_without, ", ")));
+        if (!place.pattern.empty() && place.pattern != every_pixel)
+            return add(S::indexing, certain, "no traced path parts, and the pixels that differ lie in a pattern");
+        if (place.reference_adds && place.candidate_adds) return;
+        add(S::accumulation, certain, "no traced path parts, and a film is not the sum of its paths");
+        add(S::indexing, likely, "a path's state may be lost between stages, which traces do without");
+    }
+
+    void look_at_numbers() {
+        constexpr double independent = 0.4, most_paths = 0.5;
+        const PathPartings& partings = evidence_.partings;
+        const bool parted = static_cast<double>(partings.parted) > most_paths * static_cast<double>(partings.paths);
+        if (partings.independence > independent && parted)
+            return add(S::random_numbers, likely,
+                "most paths part, and their draws are as far apart as those of different samples");
+        const bool means_agree = std::ranges::none_of(evidence_.judgement.levels,
+            [](const LevelResult& level) { return level.significant && compares_means(level); });
+        if (means_agree && partings.parted > 0 && !evidence_.place.outside_paths)
+            add(S::random_numbers, likely, "paths part, and all means agree nevertheless");
+    }
+
+    const DifferenceEvidence& evidence_;
+    Scores scores_;
+    std::array<std::string, subsystem_names.size()> because_{};
+};
+
+}  // namespace
+
+std::vector<SceneFeature> features_of(const Scene& scene, const RenderSettings& settings) {
+    const EffectSet effects = needed_effects(scene, settings);
+    std::vector<SceneFeature> features;
+    const auto take = [&](std::span<const EffectFeature> some) {
+        for (const EffectFeature& one : some)
+            if (effects.has(one.effect)) features.push_back(one.feature);
+    };
+    take(effect_features);
+    const bool reads_image = effects.has(Effect::background_image) || effects.has(Effect::image_texture);
+    if (reads_image) features.push_back({S::scene_data, "an image file", "7.0"});
+    if (std::ranges::any_of(scene.entities, turns_or_scales))
+        features.push_back({S::scene_data, "an entity that is turned or scaled", "6"});
+    if (effects.has(Effect::triangles)) features.push_back({S::geometry, "quads or triangles", "5"});
+    if (effects.has(Effect::ellipsoid_lights)) features.push_back({S::geometry, "an ellipsoid", "5"});
+    take(plain_features);
+    features.push_back({S::scene_data, "anything else that the loader reads", ""});
+    return features;
+}
+
+std::vector<Suspect> suspects_of_miss(std::span<const SceneFeature> features, std::span<const SceneFeature> met) {
+    std::vector<Suspect> suspects;
+    for (const bool excused : {false, true})
+        for (const SceneFeature& feature : features) {
+            if ((std::ranges::find(met, feature) != met.end()) != excused) continue;
+            if (std::ranges::any_of(suspects, [&](const Suspect& one) { return one.part == feature.part; })) continue;
+            if (suspects.size() == most_suspects) return suspects;
+            suspects.push_back({feature.part, clause_of(feature, met.empty() || excused)});
+        }
+    return suspects;
+}
+
+std::optional<Suspect> film_misses(const ClosedForm& form, const SampledImage& side) {
+    const std::size_t pixels = std::size_t{side.width} * side.height;
+    std::size_t off = 0;
+    for (std::size_t pixel = 0; pixel < pixels; ++pixel) {
+        bool same = true;
+        for (std::size_t c = 0; c < channel_count; ++c) {
+            const double expected = form.radiance[c];
+            same = same &&
+                   std::abs(side.pixels[pixel * channel_count + c].mean - expected) <= 2.0 * form.rounding * expected;
+        }
+        off += same ? 0 : 1;
+    }
+    if (off == 0 || 10 * off > pixels) return std::nullopt;
+    return Suspect{S::accumulation,
+        fmt::format("{} of {} pixels are off, and all others have the closed form's value", off, pixels)};
+}
+
+std::vector<Suspect> suspects_of_difference(
+    const DifferenceEvidence& evidence, std::span<const PlantedSignature> rows) {
+    return Ranking(evidence, rows).ranked();
+}
+
+std::string told(std::span<const Suspect> suspects) {
+    std::vector<std::string> each;
+    for (const Suspect& suspect : suspects)
+        each.push_back(fmt::format("{} ({})", name_of(suspect.part), suspect.because));
+    return fmt::format("suspect {}", fmt::join(each, "; then "));
+}
+
+}  // namespace tandem

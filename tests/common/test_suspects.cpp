@@ -1,0 +1,184 @@
+// Which parts of a path tracer are suspected of a disagreement, and why: what paths, kernels and closed forms say.
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <glm/gtc/matrix_transform.hpp>
+
+#include "common/validation/explanation/pixel_pattern.h"
+#include "common/validation/explanation/suspects.h"
+#include "tests/scene_builder.h"
+
+using namespace tandem;
+using namespace tandem::test;
+
+namespace {
+
+struct Evidence {
+    Judgement judgement;
+    Signature signature;
+    PathPartings partings;
+    FaultPlace place;
+
+    Evidence() {
+        // As if lights were sampled otherwise: the verdict on what paths show alone.
+        signature[Figure::by_light] = signature[Figure::vertex_0] = signature[Figure::parted] = 1.0F;
+        signature[Figure::scene_light_sampling] = 1.0F;
+        partings.paths = partings.parted = 512;
+    }
+    void level(const char* name, bool significant) {
+        LevelResult level;
+        level.name = name;
+        level.significant = significant;
+        judgement.levels.push_back(level);
+    }
+    [[nodiscard]] std::vector<Suspect> suspects() const {
+        return suspects_of_difference({judgement, signature, partings, place});
+    }
+};
+
+bool names(const std::vector<Suspect>& suspects, Subsystem part) {
+    return std::ranges::any_of(suspects, [part](const Suspect& one) { return one.part == part; });
+}
+
+// Two samples of a pixel whose next events go in these directions; the numbers of the sides are the same or not.
+std::vector<PathTrace> lit(std::initializer_list<double> angles) {
+    std::vector<PathTrace> paths;
+    for (const double angle : angles) {
+        TracedVertex vertex;
+        vertex.light_direction = {std::cos(angle), std::sin(angle), 0.0};
+        vertex.light = glm::dvec3(1.0);
+        vertex.end = PathEnd::bounces;
+        paths.emplace_back().vertices.push_back(vertex);
+    }
+    return paths;
+}
+
+double independence(double offset, double factor) {
+    Draws draws;
+    for (int pixel = 0; pixel < 8; ++pixel) {
+        const double first = 0.3 + 0.1 * pixel;
+        const auto a = lit({first, first + 0.8, first + 1.9});
+        const auto b = lit({factor * first + offset, factor * (first + 0.8) + offset, factor * (first + 1.9) + offset});
+        std::vector<std::optional<Parting>> partings;
+        for (std::size_t i = 0; i < a.size(); ++i) partings.push_back(parting_of(a[i], b[i]));
+        draws.add(a, b, partings);
+    }
+    return draws.independence();
+}
+
+}  // namespace
+
+TEST_CASE("what the traced paths show first is suspected first") {
+    Evidence evidence;
+    evidence.level("image", true);
+    const std::vector<Suspect> suspects = evidence.suspects();
+    REQUIRE_FALSE(suspects.empty());
+    CHECK(suspects.size() <= most_suspects);
+    CHECK(suspects.front().part == Subsystem::light_sampling);
+    CHECK(suspects.front().because == "what a next event brings differs first in 100 % of the paths that part");
+}
+
+TEST_CASE("a fault that no traced path shows and some kernels lack lies in indexing, whatever the paths look like") {
+    Evidence evidence;
+    evidence.level("image", true);
+    evidence.place = {.outside_paths = true,
+        .candidate_adds = false,
+        .kernels_with = {"stages"},
+        .kernels_without = {"image-stages", "megakernel"},
+        .pattern = ""};
+    CHECK(evidence.suspects().front().part == Subsystem::indexing);
+    CHECK(evidence.suspects().front().because ==
+          "no traced path parts, and the kernels image-stages, megakernel are without the fault");
+}
+
+TEST_CASE("a film that is not the sum of its paths, with every kernel, is accumulation's") {
+    Evidence evidence;
+    evidence.level("image", true);
+    evidence.place.outside_paths = true;
+    evidence.place.candidate_adds = false;
+    evidence.place.kernels_with = {"stages", "megakernel"};
+    CHECK(evidence.suspects().front().part == Subsystem::accumulation);
+    SUBCASE("and indexing's where the pixels lie in a pattern") {
+        evidence.place.pattern = "rows 4 to 5";
+        CHECK(evidence.suspects().front().part == Subsystem::indexing);
+    }
+}
+
+TEST_CASE("without traced paths the place of the fault alone is told, or nothing") {
+    Evidence evidence;
+    evidence.signature = {};
+    evidence.partings = {};
+    evidence.level("image", true);
+    const auto suspects = [&] {
+        return suspects_of_difference({evidence.judgement, evidence.signature, evidence.partings, evidence.place}, {});
+    };
+    CHECK(suspects().empty());
+    evidence.place.outside_paths = true;
+    evidence.place.candidate_adds = false;
+    evidence.place.pattern = every_pixel;
+    REQUIRE(suspects().size() == 2);
+    CHECK(suspects()[0].part == Subsystem::accumulation);
+    CHECK(suspects()[1].part == Subsystem::indexing);
+}
+
+TEST_CASE("paths that part while all means agree draw other random numbers") {
+    Evidence evidence;
+    evidence.level("image", false);
+    evidence.level(bounce_level, true);
+    CHECK(evidence.suspects().front().part == Subsystem::random_numbers);
+    evidence.level("tiles 16x16", true);
+    CHECK(evidence.suspects().front().part == Subsystem::light_sampling);
+}
+
+TEST_CASE("draws of other numbers are independent, those of a wrong formula are not") {
+    CHECK(independence(0.0, 1.05) < 0.02);
+    CHECK(independence(1.3, 1.0) > 0.4);
+    CHECK(independence(0.0, 1.0) == 0.0);  // none differs
+    Evidence evidence;
+    evidence.level("image", true);
+    evidence.partings.independence = independence(1.3, 1.0);
+    CHECK(evidence.suspects().front().part == Subsystem::random_numbers);
+    evidence.partings.parted = 100;  // of 512: a choice that falls otherwise now and then
+    CHECK(evidence.suspects().front().part == Subsystem::light_sampling);
+}
+
+TEST_CASE("of a closed form that both sides miss the scene's most particular feature is suspected") {
+    SceneBuilder builder;
+    builder.camera({0.0, 1.0, 4.0}, {0.0, 0.0, 0.0}).floor(diffuse(dvec3(0.5)), 0.0, 2.0).background(dvec3(1.0));
+    Scene scene = builder.scene();
+    const RenderSettings settings = default_settings(scene);
+    CHECK_FALSE(names(suspects_of_miss(features_of(scene, settings)), Subsystem::camera));
+    scene.camera.lens_radius = 0.1;
+    scene.entities[0].object_to_world = glm::rotate(glm::dmat4(1.0), 0.5, glm::dvec3(0.0, 1.0, 0.0));
+    const std::vector<SceneFeature> features = features_of(scene, settings);
+    const std::vector<Suspect> suspects = suspects_of_miss(features);
+    REQUIRE(suspects.size() == most_suspects);
+    CHECK(suspects[0].part == Subsystem::camera);
+    CHECK(suspects[0].because == "the scene has a lens, MODEL.md 4");
+    CHECK(suspects[1].part == Subsystem::scene_data);
+
+    // A scene with a lens meets its closed form.
+    scene.entities[0].object_to_world = glm::dmat4(1.0);
+    const std::vector<Suspect> others = suspects_of_miss(features, features_of(scene, settings));
+    CHECK(others[0].part == Subsystem::scene_data);
+    CHECK(
+        others[0].because == "no scene that meets its closed form has an entity that is turned or scaled, MODEL.md 6");
+}
+
+TEST_CASE("a closed form that few pixels miss is the film's") {
+    ClosedForm form;
+    form.radiance = {1.0, 2.0, 4.0};
+    form.rounding = 1e-5;
+    SampledImage side;
+    side.width = side.height = 8;
+    for (int pixel = 0; pixel < 64; ++pixel)
+        for (const double value : form.radiance) side.pixels.push_back({value, 0.0, 64.0});
+    CHECK_FALSE(film_misses(form, side).has_value());
+    side.pixels.back().mean = 2.0;
+    const std::optional<Suspect> suspect = film_misses(form, side);
+    REQUIRE(suspect.has_value());
+    CHECK(suspect->part == Subsystem::accumulation);
+    CHECK(suspect->because == "1 of 64 pixels are off, and all others have the closed form's value");
+    for (PixelStatistics& pixel : side.pixels) pixel.mean *= 1.1;
+    CHECK_FALSE(film_misses(form, side).has_value());
+}
