@@ -8,6 +8,7 @@
 #include "common/render/floating_origin.h"
 #include "cpu_ref/backend.h"
 #include "cpu_ref/bidirectional/bidirectional.h"
+#include "cpu_ref/path_tracer/memory.h"
 #include "cpu_ref/path_tracer/ray_batch.h"
 #include "cpu_ref/path_tracer/render_job.h"
 #include "cpu_ref/path_tracer/variants.h"
@@ -40,7 +41,7 @@ std::string processor_name() {
 #endif
 }
 
-class EmbreeRenderer final : public Renderer {
+class EmbreeRenderer final : public Renderer, public ForecastingRenderer {
 public:
     explicit EmbreeRenderer(const BackendOptions& options) : options_(options), device_(rtcNewDevice(nullptr)) {
         if (!options.device.empty())
@@ -65,6 +66,14 @@ public:
         const unsigned threads = options_.threads == 0 ? std::thread::hardware_concurrency() : options_.threads;
         return {"cpu", fmt::format("{}, {} thread{}", processor_name(), threads, threads == 1 ? "" : "s"),
             cpu::embree::version(), cpu::embree::version(), true};
+    }
+
+    [[nodiscard]] MemoryForecast forecast(
+        const Scene& scene, const RenderSettings& settings, std::uint64_t /*pixels*/) const override {
+        const bool from_both_ends = settings.integrator == Integrator::bidirectional;
+        return cpu::memory_forecast(scene, settings,
+            options_.precision.value_or(from_both_ends ? Precision::double_precision : Precision::single_precision),
+            options_.threads);
     }
 
     [[nodiscard]] std::unique_ptr<RenderJob> prepare(const Scene& given, const RenderSettings& settings) override {

@@ -15,6 +15,7 @@
 #include "common/commands/arguments.h"
 #include "common/commands/console.h"
 #include "common/commands/help.h"
+#include "common/commands/memory.h"
 #include "common/commands/old_names.h"
 #include "common/commands/rank_items.h"
 #include "common/deadline.h"
@@ -51,15 +52,6 @@ void apply_size(const std::string& size, RenderSettings& settings) {
         return;
     }
     settings = with_longer_side(settings, *first);
-}
-
-// The memory of the machine, or of the container where that has less.
-std::uint64_t memory_bytes() {
-    const auto machine =
-        static_cast<std::uint64_t>(sysconf(_SC_PHYS_PAGES)) * static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE));
-    std::uint64_t container = machine;
-    std::ifstream("/sys/fs/cgroup/memory.max") >> container;  // "max", or no file: no limit
-    return container == 0 ? machine : std::min(machine, container);
 }
 
 // Digits only, below 2^64: CLI11 would wrap -1 and cut off what is larger.
@@ -157,6 +149,14 @@ void add_intersection_options(CLI::App& command, RenderOptions& options);
 
 Scene scene_from(const std::string& file, std::vector<std::string>& inputs) {
     Scene scene = load_scene(file, &inputs);
+    // The tables and trees of a primitive, where the leanest tracer places it; render forecasts its own to the end.
+    constexpr std::uint64_t least_bytes = 256;
+    const std::uint64_t primitives = placed_counts(scene).all(), needed = primitives * least_bytes;
+    if (const std::uint64_t free = free_bytes(); needed > free)
+        throw input_error(file, "",
+            fmt::format("{} primitives, as placed, take more than {} of memory, and {} are free", primitives,
+                shown_bytes(needed), shown_bytes(free)),
+            "simplify the models, or repeat fewer groups");
     for (const std::string& remark : scene.remarks) fmt::print(stderr, "tandem: {}\n", escaped(remark));
     return scene;
 }
@@ -389,16 +389,14 @@ void check_memory(const RenderSettings& settings) {
     // A pass in hand, the copy that a stop falls back on, the runs so far, their totals, and the image made of them.
     // Adaptive sampling adds the sums of its passes.
     const std::uint64_t planes = settings.sampling == Sampling::adaptive ? 6 : 5;
-    const std::uint64_t bytes_per_pixel = planes * channel_count * sizeof(Moments);
+    check_memory(settings, planes * channel_count * sizeof(Moments), "choose a smaller --size");
+}
+
+void check_memory(const RenderSettings& settings, std::uint64_t bytes_per_pixel, const std::string& mend) {
     const std::uint64_t needed = std::uint64_t{settings.width} * settings.height * bytes_per_pixel;
-    const std::uint64_t there = memory_bytes();
-    constexpr double gibibyte = 0x1p30;
-    if (needed > there)
-        throw InputError(
-            fmt::format("an image of {} x {} pixels takes at least {:.0f} GiB of memory; this machine has {:.0f} GiB; "
-                        "choose a smaller --size",
-                settings.width, settings.height, static_cast<double>(needed) / gibibyte,
-                static_cast<double>(there) / gibibyte));
+    if (const std::uint64_t free = free_bytes(); needed > free)
+        throw InputError(fmt::format("an image of {} x {} pixels takes at least {} of memory, and {} are free; {}",
+            settings.width, settings.height, shown_bytes(needed), shown_bytes(free), mend));
 }
 
 void write_json(const CommandContext& context, const nlohmann::json& report) {

@@ -11,6 +11,7 @@
 #include "common/commands/command.h"
 #include "common/commands/console.h"
 #include "common/commands/help.h"
+#include "common/commands/memory.h"
 #include "common/commands/verdict_options.h"
 #include "common/error.h"
 #include "common/text.h"
@@ -26,6 +27,8 @@ struct CompareArguments {
     std::string variance_of, variance_of_a, variance_of_b;
     std::string layer, layer_a, layer_b;
     bool same_estimator = false;
+    std::uint32_t bin = 1;
+    std::string memory;
 };
 
 // The two sides: by --reference and --candidate, by the word "vs", or the first and second half.
@@ -78,6 +81,8 @@ ExitStatus compare(CompareArguments arguments, const CommandContext& context) {
     set_variances(arguments, options);
     options.reference_layer = arguments.layer_a.empty() ? arguments.layer : arguments.layer_a;
     options.candidate_layer = arguments.layer_b.empty() ? arguments.layer : arguments.layer_b;
+    options.bin = arguments.bin;
+    options.memory = memory_limit(arguments.memory);
     const std::vector<std::filesystem::path> reference(arguments.reference.begin(), arguments.reference.end());
     const std::vector<std::filesystem::path> candidate(arguments.candidate.begin(), arguments.candidate.end());
     NothingToKeep comparing(context.interrupts);
@@ -125,6 +130,13 @@ void add_compare_command(CLI::App& app, CommandContext& context) {
             fmt::format(
                 "Disagreement needs a tile off by more than this (default: {})", percent(defaults.negligible.tile)))
         ->type_name("FRACTION");
+    command
+        ->add_option("--bin", arguments->bin,
+            "Compare means of N x N pixels in place of pixels. Files are then read in bands, however large they are")
+        ->check(whole_between(1, 4096))
+        ->type_name("N")
+        ->group(rare_options);
+    add_memory_option(*command, arguments->memory, memory_help);
     add_criteria(*command, arguments->criteria, defaults);
     add_common_options(*command, context,
         "  tandem render scenes/cornell-classic.json -o a.exr --size 64 --samples 4096\n"

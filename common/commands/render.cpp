@@ -8,7 +8,10 @@
 #include "common/commands/command.h"
 #include "common/commands/console.h"
 #include "common/commands/device_list.h"
+#include "common/commands/memory.h"
 #include "common/commands/render_arguments.h"
+#include "common/commands/render_report.h"
+#include "common/commands/render_tiles.h"
 #include "common/commands/shipped_files.h"
 #include "common/cost/choose_settings.h"
 #include "common/deadline.h"
@@ -35,49 +38,6 @@ std::string progress_text(const RenderProgress& progress) {
     return text;
 }
 
-// What the image file says of itself, and most of what --json says.
-nlohmann::json describe(const RenderArguments& arguments, const RenderSettings& settings, const RendererInfo& info,
-    const Scene& scene, const StoppedRender& result) {
-    const auto paths = static_cast<double>(result.film.paths());
-    nlohmann::json report{{"scene", scene.name}, {"backend", info.backend}, {"device", info.device},
-        {"driver", info.driver}, {"api", info.api}, {"width", settings.width}, {"height", settings.height},
-        {"samples", std::llround(result.film.count())}, {"seed", settings.seed},
-        {"integrator", integrator_name(settings.integrator)}, {"mis", settings.mis}, {"bounces", settings.bounces},
-        {"sampling", sampling_names[static_cast<std::size_t>(settings.sampling)]},
-        {"precision", arguments.precision.empty() ? "default" : arguments.precision},
-        {"kernel", arguments.kernel.empty() ? "default" : arguments.kernel}, {"effects", arguments.options.effects},
-        {"triangle_kernel", arguments.options.triangle_test}, {"convex_kernel", arguments.options.convex_test},
-        {"guard", arguments.options.guard},
-        {"generator", generator_names[static_cast<std::size_t>(settings.generator)]}, {"seconds", result.seconds},
-        {"paths", paths}, {"paths_per_second", result.seconds > 0.0 ? paths / result.seconds : 0.0},
-        {"invalid_samples", result.film.invalid}, {"complete", result.complete}};
-    report["accumulation"] =
-        accumulation_names[static_cast<std::size_t>(settings.accumulation.value_or(info.accumulation))];
-    if (settings.intersection.guard == SelfIntersectionGuard::fixed_epsilon)
-        report["epsilon"] = settings.intersection.epsilon;  // scene units
-    if (arguments.options.clamp) report["clamp"] = *arguments.options.clamp;
-    if (!arguments.options.fresnel.empty()) report["fresnel"] = arguments.options.fresnel;
-    if (settings.roulette_start != no_roulette) report["roulette"] = settings.roulette_start;
-    if (result.relative_error) report["relative_error"] = *result.relative_error;
-    if (result.relative_error_interval) {
-        report["relative_error_low"] = result.relative_error_interval->low;
-        report["relative_error_high"] = result.relative_error_interval->high;
-    }
-    if (result.device_seconds) report["device_seconds"] = *result.device_seconds;
-    if (settings.sampling == Sampling::adaptive) {
-        report["samples_least"] = std::ranges::min(result.film.counts);
-        report["samples_most"] = std::ranges::max(result.film.counts);
-    }
-    return report;
-}
-
-std::map<std::string, std::string> metadata_of(const nlohmann::json& report) {
-    std::map<std::string, std::string> metadata;
-    for (const auto& [key, value] : report.items())
-        metadata["tandem:" + key] = value.is_string() ? value.get<std::string>() : value.dump();
-    return metadata;
-}
-
 void write_output(const std::string& file, const RenderArguments& arguments, const nlohmann::json& report,
     const FilmMoments& film, bool independent, const FilesRead& read, const FeatureImages& features = {}) {
     Image image = image_of(film, metadata_of(report), independent);
@@ -91,9 +51,6 @@ void write_output(const std::string& file, const RenderArguments& arguments, con
         write_png(name_beside(file, feature_names.at(static_cast<std::size_t>(feature))),
             feature_picture(features, feature, film.width, film.height), 1.0, read);
 }
-
-// The scatter of a pixel's Sobol samples says nothing of the error of their mean (MODEL.md section 3.2).
-bool independent(const RenderSettings& settings) { return settings.generator != Generator::sobol; }
 
 // What was tried for a target error; of no trials where nothing was open.
 struct Tried {
@@ -140,15 +97,6 @@ void tell(const Tried& tried, nlohmann::json& report) {
     for (const SettingsTrial& trial : tried.trials)
         report["trials"].push_back({{"options", trial.options}, {"forecast_seconds", trial.seconds_to_error},
             {"chosen", &trial == &tried.trials[tried.chosen]}});
-}
-
-std::string error_text(const StoppedRender& result) {
-    if (!result.relative_error) return "";
-    std::string text = fmt::format(", error {:.2g} % of the mean", 100.0 * *result.relative_error);
-    if (result.relative_error_interval)
-        text += fmt::format(" ({:.2g} to {:.2g} %)", 100.0 * result.relative_error_interval->low,
-            100.0 * result.relative_error_interval->high);
-    return text;
 }
 
 std::string samples_text(const FilmMoments& film) {
@@ -325,7 +273,6 @@ ExitStatus render(const RenderArguments& arguments, const CommandContext& contex
     std::vector<std::string> inputs;
     const Scene scene = scene_from(arguments.scene, inputs);
     RenderSettings settings = settings_from(arguments.options, scene);
-    check_memory(settings);
     StoppingRule rule = stopping_rule(arguments);
     check_extra_images(arguments);
     std::vector<Output> outputs = extra_outputs(arguments, rule);
@@ -342,6 +289,10 @@ ExitStatus render(const RenderArguments& arguments, const CommandContext& contex
     const SampleRange range = range_of(arguments);
 
     std::unique_ptr<Renderer> renderer = renderer_from(arguments, context);
+    const MemoryPlan memory = plan_memory(arguments, settings, rule, scene, *renderer);
+    if (context.verbose) fmt::print(stderr, "{}\n", memory.text());
+    if (!memory.regions.empty())
+        return render_tiles(arguments, settings, rule, scene, *renderer, memory, watch, starting, context);
     if (ranks)
         renderer = ranks->all(std::move(renderer), task_of(inputs, settings, arguments),
             [](const std::string& told) { fmt::print(stderr, "tandem: {}; others do its blocks\n", escaped(told)); });
@@ -375,6 +326,7 @@ ExitStatus render(const RenderArguments& arguments, const CommandContext& contex
     if (const unsigned scramblings = scramblings_of(settings, rule, arguments); scramblings > 1 && !part)
         report["scramblings"] = scramblings;
     tell(tried, report);
+    report["memory"] = memory.json();
     write_json(context, report);
     fmt::print("{}: {} samples a pixel in {:.2f} s, {:.3g} Mpaths/s{}{}\n", escaped(arguments.output),
         samples_text(result.film), result.seconds, report.at("paths_per_second").get<double>() / 1e6,

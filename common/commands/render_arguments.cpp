@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "common/commands/help.h"
+#include "common/commands/memory.h"
 #include "common/commands/shipped_files.h"
 #include "common/distribution/part.h"
 #include "common/distribution/ranks.h"
@@ -119,6 +120,9 @@ void add_how(CLI::App& command, RenderArguments& arguments) {
         ->capture_default_str()
         ->group(rare_options);
     command.add_option("--kernel", arguments.kernel, kernel_help)->group(rare_options);
+    add_memory_option(command, arguments.memory,
+        "Memory that the render may take, 2GiB for example (default: three quarters of what is free). A larger film is "
+        "rendered and written tile by tile, as .exr");
     command.add_flag("--validation", arguments.validation, "Use Vulkan's validation layers; any message is an error")
         ->group(rare_options);
 }

@@ -15,7 +15,8 @@ namespace tandem {
 inline constexpr std::uint64_t default_samples = 64;
 
 struct RenderArguments {
-    std::string scene, output, backend = "cpu", device, kernel, precision, target_error, range, resume, aov, every;
+    std::string scene, output, backend = "cpu", device, kernel, precision, target_error, range, resume, aov, every,
+                               memory;
     std::optional<std::uint64_t> samples;
     std::optional<double> seconds;
     RenderOptions options;

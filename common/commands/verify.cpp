@@ -12,6 +12,7 @@
 #include "common/commands/device_list.h"
 #include "common/commands/help.h"
 #include "common/commands/layer_pass.h"
+#include "common/commands/memory.h"
 #include "common/commands/programs.h"
 #include "common/commands/shipped_files.h"
 #include "common/commands/verdict_options.h"
@@ -65,7 +66,11 @@ RenderSettings verification_settings_from(const RenderOptions& options, const Sc
         settings.width = small.width;
         settings.height = small.height;
     }
-    check_memory(settings);
+    // As measured: both sides' sums and batches, and what the verdict works on.
+    constexpr std::uint64_t pixel_bytes = 600;
+    check_memory(settings, pixel_bytes,
+        "choose a smaller --size, or render both sides and use tandem compare --bin, which reads large images in "
+        "bands");
     return settings;
 }
 

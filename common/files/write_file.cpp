@@ -12,6 +12,7 @@
 #include <system_error>
 
 #include "common/error.h"
+#include "common/files/growing_file.h"
 
 namespace tandem {
 
@@ -83,51 +84,77 @@ std::optional<std::string> FilesRead::name_of(const std::filesystem::path& path)
 
 bool Descriptor::close() { return descriptor_ < 0 || ::close(std::exchange(descriptor_, -1)) == 0; }
 
-ReplacementFile::ReplacementFile(const std::filesystem::path& target) : shown_(target), target_(end_of_links(target)) {
-    check_replaceable(shown_, target_);
-    if (!target_.has_filename()) throw input_error(shown_.string(), "", "is no name of a file", "name a file");
+namespace {
+
+// An empty file beside `target`, which gets its name in `temporary`. Throws InputError where put_in_place() could not
+// succeed.
+Descriptor open_beside(
+    const std::filesystem::path& shown, const std::filesystem::path& target, std::filesystem::path& temporary) {
+    check_replaceable(shown, target);
+    if (!target.has_filename()) throw input_error(shown.string(), "", "is no name of a file", "name a file");
+    Descriptor file;
     std::random_device random;
     for (int attempt = 0;; ++attempt) {
-        temporary_ = target_.parent_path() / fmt::format(".tandem-{:08x}", random());
-        file_ = Descriptor(::open(temporary_.c_str(), O_CREAT | O_EXCL | O_WRONLY | O_CLOEXEC, 0666));
-        if (file_.get() >= 0) break;
+        temporary = target.parent_path() / fmt::format(".tandem-{:08x}", random());
+        file = Descriptor(::open(temporary.c_str(), O_CREAT | O_EXCL | O_WRONLY | O_CLOEXEC, 0666));
+        if (file.get() >= 0) break;
         constexpr int attempts = 100;  // names already taken, by chance or by files left behind
         if (errno == EEXIST && attempt < attempts) continue;
-        throw input_error(shown_.string(), "", std::string("cannot be written (") + std::strerror(errno) + ")",
+        throw input_error(shown.string(), "", std::string("cannot be written (") + std::strerror(errno) + ")",
             errno == ENOENT ? "create the folder first" : "choose a folder that can be written");
     }
     // The name itself is tried by opening it, since there may be limits to it that the temporary one keeps.
     struct stat old {};
-    if (::stat(target_.c_str(), &old) == 0) {
-        (void)::fchmod(file_.get(), old.st_mode & 07777);  // as the file that it replaces
+    if (::stat(target.c_str(), &old) == 0) {
+        (void)::fchmod(file.get(), old.st_mode & 07777);  // as the file that it replaces
     } else if (errno != ENOENT) {
         const std::string reason = std::strerror(errno);
-        (void)::unlink(temporary_.c_str());
-        throw input_error(shown_.string(), "", "cannot be written (" + reason + ")", "choose another name");
+        (void)::unlink(temporary.c_str());
+        throw input_error(shown.string(), "", "cannot be written (" + reason + ")", "choose another name");
     }
+    return file;
 }
 
-ReplacementFile::~ReplacementFile() {
-    std::error_code ignored;  // after commit() there is nothing to remove
-    std::filesystem::remove(temporary_, ignored);
+void put_in_place(const std::filesystem::path& shown, const std::filesystem::path& target,
+    const std::filesystem::path& temporary, Descriptor& file, const FilesRead& read) {
+    // Space may run out, and a disk fail, as late as here: only then is the old content given up. Some file systems
+    // have nothing to synchronise and say so.
+    if (::fsync(file.get()) != 0 && errno != EINVAL && errno != ENOTSUP && errno != EROFS) throw not_written(shown);
+    if (!file.close()) throw not_written(shown);
+    // As late as can be: links may have been made while the command worked.
+    if (const auto name = read.name_of(target))
+        throw input_error(shown.string(), "", "has become a name of " + *name + ", which was read; it is left as it is",
+            "name another output");
+    std::error_code error;
+    std::filesystem::rename(temporary, target, error);
+    if (error)
+        throw input_error(
+            shown.string(), "", "cannot be replaced (" + error.message() + ")", "choose a folder that can be written");
 }
+
+void remove_left(const std::filesystem::path& temporary) {
+    std::error_code ignored;  // once put in place there is nothing to remove
+    std::filesystem::remove(temporary, ignored);
+}
+
+}  // namespace
+
+ReplacementFile::ReplacementFile(const std::filesystem::path& target)
+    : shown_(target), target_(end_of_links(target)), file_(open_beside(shown_, target_, temporary_)) {}
+
+ReplacementFile::~ReplacementFile() { remove_left(temporary_); }
 
 void ReplacementFile::commit(std::string_view bytes, const FilesRead& read) {
     if (!write_all(file_.get(), bytes)) throw not_written(shown_);
-    // Space may run out, and a disk fail, as late as here: only then is the old content given up. Some file systems
-    // have nothing to synchronise and say so.
-    if (::fsync(file_.get()) != 0 && errno != EINVAL && errno != ENOTSUP && errno != EROFS) throw not_written(shown_);
-    if (!file_.close()) throw not_written(shown_);
-    // As late as can be: links may have been made while the command worked.
-    if (const auto name = read.name_of(target_))
-        throw input_error(shown_.string(), "",
-            "has become a name of " + *name + ", which was read; it is left as it is", "name another output");
-    std::error_code error;
-    std::filesystem::rename(temporary_, target_, error);
-    if (error)
-        throw input_error(
-            shown_.string(), "", "cannot be replaced (" + error.message() + ")", "choose a folder that can be written");
+    put_in_place(shown_, target_, temporary_, file_, read);
 }
+
+GrowingFile::GrowingFile(const std::filesystem::path& target)
+    : shown_(target), target_(end_of_links(target)), file_(open_beside(shown_, target_, temporary_)) {}
+
+GrowingFile::~GrowingFile() { remove_left(temporary_); }
+
+void GrowingFile::commit(const FilesRead& read) { put_in_place(shown_, target_, temporary_, file_, read); }
 
 FolderToFill::FolderToFill(const std::filesystem::path& folder) : folder_(folder) {
     std::error_code error;

@@ -45,4 +45,12 @@ std::string srgb16_png_bytes(const Image& image, const std::filesystem::path& sh
     return library_for(shown).srgb16_png_bytes(image, shown);
 }
 
+std::unique_ptr<ImageTiles> exr_tiles(int descriptor, const Image& header, const std::filesystem::path& shown) {
+    return library_for(shown).exr_tiles(descriptor, header, shown);
+}
+
+std::unique_ptr<ImageBands> bands_with_library(const std::filesystem::path& path) {
+    return library_for(path).bands(path);
+}
+
 }  // namespace tandem::image_files

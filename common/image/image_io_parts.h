@@ -3,11 +3,13 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <memory>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "common/image/image_io.h"
+#include "common/image/tiled_image.h"
 
 namespace tandem::image_files {
 
@@ -43,6 +45,11 @@ struct LibrarySource {
     std::uint32_t height, const std::filesystem::path& shown);
 // The first three channels, from 0 to 1, encoded as sRGB in 16 bits.
 [[nodiscard]] std::string srgb16_png_bytes(const Image& image, const std::filesystem::path& shown);
+// An .exr file of tiles, written to an open file; `header` has no pixels.
+[[nodiscard]] std::unique_ptr<ImageTiles> exr_tiles(
+    int descriptor, const Image& header, const std::filesystem::path& shown);
+// A file that is read in bands of rows.
+[[nodiscard]] std::unique_ptr<ImageBands> bands_with_library(const std::filesystem::path& path);
 [[nodiscard]] bool has_library();
 void require_library(const std::filesystem::path& path);  // loads it now
 
@@ -54,6 +61,8 @@ struct ImageLibrary {
     std::string (*srgb8_png_bytes)(const std::vector<std::uint8_t>& pixels, std::uint32_t width, std::uint32_t height,
         const std::filesystem::path& shown);
     std::string (*srgb16_png_bytes)(const Image& image, const std::filesystem::path& shown);
+    std::unique_ptr<ImageTiles> (*exr_tiles)(int descriptor, const Image& header, const std::filesystem::path& shown);
+    std::unique_ptr<ImageBands> (*bands)(const std::filesystem::path& path);
 };
 
 inline constexpr const char* image_module_file = "libtandem_images.so";

@@ -30,4 +30,10 @@ std::string srgb8_png_bytes(
 
 std::string srgb16_png_bytes(const Image&, const std::filesystem::path& shown) { throw no_library(shown); }
 
+std::unique_ptr<ImageTiles> exr_tiles(int, const Image&, const std::filesystem::path& shown) {
+    throw no_library(shown);
+}
+
+std::unique_ptr<ImageBands> bands_with_library(const std::filesystem::path& path) { throw no_library(path); }
+
 }  // namespace tandem::image_files

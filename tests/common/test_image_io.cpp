@@ -21,6 +21,7 @@
 #include "common/files/write_file.h"
 #include "common/image/image_io.h"
 #include "common/image/image_io_parts.h"
+#include "common/image/tiled_image.h"
 #include "tests/temporary_folder.h"
 
 using namespace tandem;
@@ -273,6 +274,14 @@ TEST_CASE("what does not fit on the disk is refused by every writer, and the old
         {"a.pfm", [&](const auto& path) { write_image(path, image); }},
         {"a.exr", [&](const auto& path) { write_image(path, image); }},
         {"a.png", [&](const auto& path) { write_png(path, image); }},
+        {"tiles.exr",
+            [&](const auto& path) {
+                Image header = image;
+                header.pixels.clear();
+                TiledImageWriter file(path, header);
+                file.write({0, 0, image.width, image.height}, image.pixels);
+                file.commit();
+            }},
         {"a.json", [&](const auto& path) { write_text_file(path, "{\"a\": 1}"); }}};
     for (const auto& [name, write] : writers) {
         CAPTURE(name);

@@ -8,6 +8,7 @@
 #include "vulkan/framework/device_arithmetic.h"
 #include "vulkan/renderer/job/job.h"
 #include "vulkan/renderer/job/job_settings.h"
+#include "vulkan/renderer/job/memory.h"
 #include "vulkan/renderer/job/ray_batch.h"
 #include "vulkan/renderer/kernels/kernel_shape.h"
 
@@ -32,7 +33,7 @@ GeometryPrecision geometry_of(const BackendOptions& options) {
 // thus ends the program, with its text. Only with validation on.
 void raise_leftovers(const Instance& instance) { instance.log().raise(); }
 
-class VulkanRenderer : public Renderer, public TiledRenderer {
+class VulkanRenderer : public Renderer, public TiledRenderer, public ForecastingRenderer {
 public:
     VulkanRenderer(const BackendOptions& options, Acceleration acceleration)
         : acceleration_(acceleration),
@@ -72,14 +73,16 @@ public:
         const std::optional<Scene> changed = changed_by(settings, given);
         JobPatterns patterns;
         patterns.tracer.tile_pixels = tile_pixels;
-        const bool in_double = geometry_ != GeometryPrecision::single_precision;  // by the megakernel alone
-        const KernelShape fastest =
-            fits_whole_paths(settings) ? fastest_shape(device_->description().type) : KernelShape::stages;
-        patterns.tracer.kernel = shape_.value_or(in_double ? KernelShape::megakernel : fastest);
+        patterns.tracer.kernel = shape_for(settings);
         return prepare_near_origin(changed ? *changed : given, settings, [&](const Scene& scene) {
             return std::make_unique<VulkanJob>(
                 instance_, *device_, *stages_, scene, settings, acceleration_, planted_bug_, patterns, geometry_);
         });
+    }
+
+    [[nodiscard]] MemoryForecast forecast(
+        const Scene& scene, const RenderSettings& settings, std::uint64_t pixels) const override {
+        return memory_forecast(*device_, scene, shape_for(settings), in_double(), pixels);
     }
 
     [[nodiscard]] std::unique_ptr<ArithmeticProbe> arithmetic() override {
@@ -93,6 +96,13 @@ public:
     }
 
 private:
+    [[nodiscard]] bool in_double() const { return geometry_ != GeometryPrecision::single_precision; }
+    [[nodiscard]] KernelShape shape_for(const RenderSettings& settings) const {
+        if (shape_) return *shape_;
+        if (in_double()) return KernelShape::megakernel;  // alone has it
+        return fits_whole_paths(settings) ? fastest_shape(device_->description().type) : KernelShape::stages;
+    }
+
     Acceleration acceleration_;
     PlantedFault planted_bug_;
     std::optional<KernelShape> shape_;

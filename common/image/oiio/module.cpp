@@ -5,8 +5,10 @@
 #include <fcntl.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <bit>
+#include <cerrno>
 #include <cmath>
 #include <cstring>
 #include <memory>
@@ -83,9 +85,8 @@ std::string encoded(const char* format, OIIO::ImageSpec spec, OIIO::TypeDesc typ
     return {bytes.begin(), bytes.end()};
 }
 
-// The part of the file that `input` is at.
-Image read_part(OIIO::ImageInput& input, const std::filesystem::path& path, std::uint64_t limit) {
-    const OIIO::ImageSpec& spec = input.spec();
+// The image without its pixels.
+Image header_of(const OIIO::ImageSpec& spec, const std::filesystem::path& path) {
     if (spec.deep || spec.depth > 1) throw refusal(path, "is a deep or a volume image", "name a flat one");
     if (spec.width < 1 || spec.height < 1 || spec.nchannels < 1) throw refusal(path, "has no pixels", "write it again");
     Image image;
@@ -103,6 +104,13 @@ Image read_part(OIIO::ImageInput& input, const std::filesystem::path& path, std:
     if (spec.format == OIIO::TypeDesc::UINT16) image.greatest_integer = 65535;
     for (const OIIO::ParamValue& attribute : spec.extra_attribs)
         image.metadata[attribute.name().string()] = attribute.get_string();
+    return image;
+}
+
+// The part of the file that `input` is at.
+Image read_part(OIIO::ImageInput& input, const std::filesystem::path& path, std::uint64_t limit) {
+    const OIIO::ImageSpec& spec = input.spec();
+    Image image = header_of(spec, path);
     const std::uint64_t count = std::uint64_t{image.width} * image.height * image.channels.size();
     if (count > limit) throw too_large(path, limit);
     image.pixels.resize(count);
@@ -211,7 +219,7 @@ std::vector<std::uint32_t> floats_and_words(const Image& image) {
     return both;
 }
 
-std::string exr(const Image& image, const std::filesystem::path& shown) {
+OIIO::ImageSpec exr_spec(const Image& image) {
     OIIO::ImageSpec spec(static_cast<int>(image.width), static_cast<int>(image.height),
         static_cast<int>(image.channels.size() + image.word_channels.size()), OIIO::TypeDesc::FLOAT);
     spec.channelnames = image.channels;
@@ -229,6 +237,11 @@ std::string exr(const Image& image, const std::filesystem::path& shown) {
     spec.full_height = static_cast<int>(windowed ? image.full_height : image.height);
     for (const auto& [key, value] : image.metadata) spec.attribute(key, value);
     spec.attribute("compression", "zip");
+    return spec;
+}
+
+std::string exr(const Image& image, const std::filesystem::path& shown) {
+    const OIIO::ImageSpec spec = exr_spec(image);
     if (!image.words.empty())
         return encoded("exr", spec, OIIO::TypeDesc::UNKNOWN, floats_and_words(image).data(), shown);
     return encoded("exr", spec, OIIO::TypeDesc::FLOAT, image.pixels.data(), shown);
@@ -254,12 +267,126 @@ std::string srgb16_png(const Image& image, const std::filesystem::path& shown) {
     return encoded("png", spec, OIIO::TypeDesc::UINT16, pixels.data(), shown);
 }
 
+// An open file as OpenImageIO writes to one. It remembers the first failure, which the library does not always tell.
+class DescriptorProxy final : public OIIO::Filesystem::IOProxy {
+public:
+    DescriptorProxy(int descriptor, const std::string& shown)
+        : IOProxy(shown, IOProxy::Write), descriptor_(descriptor) {}
+
+    [[nodiscard]] const char* proxytype() const override { return "descriptor"; }
+    std::size_t write(const void* bytes, std::size_t count) override {
+        const std::size_t written = pwrite(bytes, count, m_pos);
+        m_pos += static_cast<std::int64_t>(written);
+        return written;
+    }
+    std::size_t pwrite(const void* bytes, std::size_t count, std::int64_t offset) override {
+        std::size_t done = 0;
+        while (done < count) {
+            const ssize_t written = ::pwrite(descriptor_, static_cast<const char*>(bytes) + done, count - done,
+                offset + static_cast<std::int64_t>(done));
+            if (written < 0 && errno == EINTR) continue;
+            if (written < 0) {
+                if (failure_ == 0) failure_ = errno;
+                break;
+            }
+            done += static_cast<std::size_t>(written);
+        }
+        size_ = std::max(size_, offset + static_cast<std::int64_t>(done));
+        return done;
+    }
+    [[nodiscard]] std::size_t size() const override { return static_cast<std::size_t>(size_); }
+    [[nodiscard]] int failure() const { return failure_; }  // an errno
+
+private:
+    int descriptor_;
+    int failure_ = 0;
+    std::int64_t size_ = 0;
+};
+
+class ExrTiles final : public ImageTiles {
+public:
+    ExrTiles(int descriptor, const Image& header, const std::filesystem::path& shown)
+        : shown_(shown), file_(descriptor, shown.string()), output_(OIIO::ImageOutput::create("exr")) {
+        if (!output_ || !output_->supports("tiles") || !output_->set_ioproxy(&file_))
+            throw refusal(shown_, "cannot be written in tiles by the image library", "give more --memory");
+        OIIO::ImageSpec spec = exr_spec(header);
+        spec.tile_width = spec.tile_height = static_cast<int>(image_tile_edge);
+        require(output_->open(shown.string(), spec));
+    }
+
+    void write(const PixelRectangle& place, std::span<const float> pixels) override {
+        const auto at = [](std::uint32_t x) { return static_cast<int>(x); };
+        require(output_->write_tiles(
+            at(place.x0), at(place.x1), at(place.y0), at(place.y1), 0, 1, OIIO::TypeDesc::FLOAT, pixels.data()));
+    }
+
+    void close() override { require(output_->close()); }
+
+private:
+    void require(bool succeeded) const {
+        if (file_.failure() != 0)
+            throw refusal(shown_, std::string("cannot be written to its end (") + std::strerror(file_.failure()) + ")",
+                "make room on its disk, or choose another folder");
+        if (!succeeded)
+            throw refusal(shown_, "cannot be encoded (" + one_line(output_->geterror()) + ")", "choose another format");
+    }
+
+    std::filesystem::path shown_;
+    DescriptorProxy file_;  // outlives what writes to it
+    std::unique_ptr<OIIO::ImageOutput> output_;
+};
+
+std::unique_ptr<ImageTiles> tiles(int descriptor, const Image& header, const std::filesystem::path& shown) {
+    return std::make_unique<ExrTiles>(descriptor, header, shown);
+}
+
+class FileBands final : public ImageBands {
+public:
+    explicit FileBands(const std::filesystem::path& path) : path_(path) {
+        const QuietStderr quiet;
+        input_ = OIIO::ImageInput::open(path.string());
+        if (!input_)
+            throw refusal(path, "is no readable image (" + one_line(OIIO::geterror()) + ")", "name an EXR file");
+        header_ = header_of(input_->spec(), path);
+        tiled_ = input_->spec().tile_height > 0;
+        several_parts_ = input_->seek_subimage(1, 0);
+        input_->seek_subimage(0, 0);
+    }
+
+    [[nodiscard]] const Image& header() const override { return header_; }
+    [[nodiscard]] std::uint32_t height() const override {
+        constexpr std::uint32_t of_scanlines = 64;  // a few blocks of 16 or 32 rows, as EXR compresses them
+        return tiled_ ? static_cast<std::uint32_t>(input_->spec().tile_height) : of_scanlines;
+    }
+    [[nodiscard]] std::vector<float> read(std::uint32_t begin, std::uint32_t end) override {
+        if (several_parts_) throw refusal(path_, "has several parts, which are read whole", "write a file of one");
+        const OIIO::ImageSpec& spec = input_->spec();
+        std::vector<float> pixels(std::size_t{end - begin} * header_.width * header_.channels.size());
+        const int y0 = spec.y + static_cast<int>(begin), y1 = spec.y + static_cast<int>(end);
+        const bool whole =
+            tiled_ ? input_->read_tiles(0, 0, spec.x, spec.x + spec.width, y0, y1, 0, 1, 0, spec.nchannels,
+                         OIIO::TypeDesc::FLOAT, pixels.data())
+                   : input_->read_scanlines(0, 0, y0, y1, 0, 0, spec.nchannels, OIIO::TypeDesc::FLOAT, pixels.data());
+        if (!whole)
+            throw refusal(path_, "cannot be read to its end (" + one_line(input_->geterror()) + ")", "write it again");
+        return pixels;
+    }
+
+private:
+    std::filesystem::path path_;
+    std::unique_ptr<OIIO::ImageInput> input_;
+    Image header_;
+    bool tiled_ = false, several_parts_ = false;
+};
+
+std::unique_ptr<ImageBands> bands(const std::filesystem::path& path) { return std::make_unique<FileBands>(path); }
+
 }  // namespace
 
 }  // namespace tandem::image_files
 
 extern "C" [[gnu::visibility("default")]] const tandem::image_files::ImageLibrary* tandem_image_module() {
     using namespace tandem::image_files;
-    static constexpr ImageLibrary library{read, read_words, exr, srgb8_png, srgb16_png};
+    static constexpr ImageLibrary library{read, read_words, exr, srgb8_png, srgb16_png, tiles, bands};
     return &library;
 }

@@ -16,7 +16,8 @@ namespace tandem::scene_json {
 
 namespace {
 
-constexpr std::uint64_t greatest_primitive_count = std::uint64_t{1} << 24;
+constexpr std::uint64_t greatest_primitive_count = std::uint64_t{1} << 24;  // of the file
+constexpr std::uint64_t greatest_placed_count = std::uint64_t{1} << 27;     // with all repetitions
 constexpr std::uint64_t greatest_entity_count = std::uint64_t{1} << 20;
 constexpr std::uint32_t greatest_group_depth = 32;
 constexpr std::size_t greatest_name_bytes = 200;  // an instance repeats it
@@ -206,9 +207,9 @@ void GeometryReader::place(
 
 // Asked of a group before it is repeated: a few lines of nested groups could ask for any number.
 void GeometryReader::check_room(const Value& value, std::uint64_t primitives, std::uint64_t entities) const {
-    if (primitives > greatest_primitive_count)
+    if (primitives > greatest_placed_count)
         value.refuse(
-            fmt::format("the scene has more than {} primitives", greatest_primitive_count), "repeat fewer groups");
+            fmt::format("the scene has more than {} primitives", greatest_placed_count), "repeat fewer groups");
     if (entities > greatest_entity_count)
         value.refuse(fmt::format("the scene has more than {} entities", greatest_entity_count), "repeat fewer groups");
 }

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <filesystem>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -19,6 +20,8 @@ struct CompareOptions {
     VarianceOf variance_of_reference = VarianceOf::sample, variance_of_candidate = VarianceOf::sample;
     std::string reference_name = "A", candidate_name = "B";
     std::string reference_layer, candidate_layer;  // of the files' channels; empty: as README.md says
+    std::uint32_t bin = 1;  // edge of the squares of pixels whose means are compared (binned_image.h)
+    std::uint64_t memory = std::numeric_limits<std::uint64_t>::max();  // that compare_files may take, bytes
 
     // Two renderers that share no text. Images of half precision are rounded by 2^-11 a side: equal pixels are equal
     // to 2^-10, and the image's mean may differ by as much (`negligible`; options say otherwise where files hold
@@ -56,7 +59,8 @@ inline constexpr double assumed_count = 64.0;
 // Throws InputError where it has no such channels.
 [[nodiscard]] Image only_layer(const NamedImage& named, const std::string& layer);
 
-// Reads the files and compares them.
+// Reads the files and compares them. Throws InputError, before it reads a pixel, where that takes more memory than it
+// may.
 [[nodiscard]] SceneVerdict compare_files(const std::vector<std::filesystem::path>& reference,
     const std::vector<std::filesystem::path>& candidate, const CompareOptions& options = {});
 

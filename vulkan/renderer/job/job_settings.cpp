@@ -9,6 +9,7 @@
 
 #include "common/error.h"
 #include "common/render/check_settings.h"
+#include "common/render/memory_forecast.h"
 #include "common/scene/coincident_faces.h"
 #include "vulkan/framework/shader_library.h"
 #include "vulkan/renderer/job/ray_batch.h"
@@ -86,6 +87,17 @@ void check_workgroup(const Device& device, std::uint32_t workgroup) {
         workgroup > limits.maxComputeWorkGroupSize[0])
         throw UnsupportedError(
             fmt::format("{} has no workgroups of {} invocations", device.description().name, workgroup));
+}
+
+// The largest buffer of a large scene is that of its trees' nodes, one a primitive.
+void check_buffers(const Device& device, const Scene& scene) {
+    const std::uint64_t primitives = placed_counts(scene).all(), nodes = primitives * sizeof(gpu::BvhNode);
+    if (const std::uint64_t range = device.limits().maxStorageBufferRange; nodes > range)
+        throw UnsupportedError(
+            fmt::format("{} lets shaders see {} MiB of a buffer, and the tree of {} primitives takes {}; use a smaller "
+                        "scene, another "
+                        "--device, or --backend cpu",
+                device.description().name, range >> 20, primitives, (nodes >> 20) + 1));
 }
 
 }  // namespace
@@ -221,6 +233,7 @@ RenderSettings checked_settings(
     settings.accumulation = chosen_accumulation(device, settings, precision);
     check_settings(scene, settings);
     check_kernels(settings.intersection);
+    check_buffers(device, scene);
     return settings;
 }
 

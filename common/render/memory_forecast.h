@@ -1,0 +1,35 @@
+// What a Renderer also is if it can say what a scene will cost in memory, before it makes anything of it.
+#pragma once
+
+#include <cstdint>
+
+#include "common/render/renderer.h"
+
+namespace tandem {
+
+// Bytes of this machine's memory, beside the scene itself and the sums that an estimate holds.
+struct MemoryForecast {
+    std::uint64_t tables = 0;      // of the scene
+    std::uint64_t trees = 0;       // of intersection
+    std::uint64_t building = 0;    // besides, while tables and trees are made
+    std::uint64_t workers = 0;     // paths of all threads, and of a device that shares this memory
+    std::uint64_t job_pixel = 0;   // a pixel, as long as the job lives
+    std::uint64_t pass_pixel = 0;  // a pixel, while samples are in hand
+};
+
+class ForecastingRenderer {
+public:
+    virtual ~ForecastingRenderer() = default;
+    // `pixels`: that are in flight at once.
+    [[nodiscard]] virtual MemoryForecast forecast(
+        const Scene& scene, const RenderSettings& settings, std::uint64_t pixels) const = 0;
+};
+
+// Primitives as placed, kind by kind.
+struct PlacedCounts {
+    std::uint64_t triangles = 0, spheres = 0, cuboids = 0;
+    [[nodiscard]] std::uint64_t all() const { return triangles + spheres + cuboids; }
+};
+[[nodiscard]] PlacedCounts placed_counts(const Scene& scene);
+
+}  // namespace tandem

@@ -1,0 +1,61 @@
+#include "cpu_ref/path_tracer/memory.h"
+
+#include <algorithm>
+#include <thread>
+
+#include "cpu_ref/path_tracer/tables.h"
+
+namespace tandem::cpu {
+
+namespace {
+
+// Columns of FaceTable, but the entity's.
+constexpr std::uint64_t columns_of_face = 27;
+// Columns of SphereTable.
+constexpr std::uint64_t columns_of_sphere = 36;
+
+// Bytes of Embree 3.13.5 for a primitive at RTC_BUILD_QUALITY_HIGH, as measured on hilly grids of 10^6 to 4 10^6
+// triangles: of its corners, tree and leaves, and of what its builder gives back.
+constexpr std::uint64_t tree_bytes = 140, builder_bytes = 75;
+
+template <class Real>
+void add_tables(MemoryForecast& forecast, const PlacedCounts& placed, bool moves) {
+    const std::uint64_t faces = placed.triangles + 2 * placed.spheres + 6 * placed.cuboids;
+    const std::uint64_t of_faces = faces * (columns_of_face + (moves ? 1 : 0)) * sizeof(Real);
+    const std::uint64_t of_spheres = placed.spheres * columns_of_sphere * sizeof(Real);
+    forecast.tables += placed.all() * (sizeof(PrimitiveRef) + sizeof(BoundingBox)) +
+                       placed.triangles * sizeof(TriangleForm<Real>) + placed.spheres * sizeof(SphereForm<Real>) +
+                       placed.cuboids * sizeof(CuboidForm<Real>) + of_faces + of_spheres;
+    // Columns are made of rows, which go when all are done, and before trees are made.
+    const std::uint64_t trees = placed.all() * tree_bytes, rows = of_faces + of_spheres;
+    forecast.building = std::max(forecast.building, rows - std::min(rows, trees));
+}
+
+}  // namespace
+
+MemoryForecast memory_forecast(
+    const Scene& scene, const RenderSettings& settings, Precision precision, unsigned threads) {
+    const PlacedCounts placed = placed_counts(scene);
+    const bool moves =
+        std::ranges::any_of(scene.entities, [](const Entity& entity) { return entity.motion != glm::dvec3(0.0); });
+    const bool in_double = precision != Precision::single_precision;
+    MemoryForecast forecast;
+    if (in_double)
+        add_tables<double>(forecast, placed, moves);
+    else
+        add_tables<float>(forecast, placed, moves);
+    if (precision == Precision::mixed) add_tables<float>(forecast, placed, moves);  // shading's own
+    forecast.trees = placed.all() * tree_bytes;
+    forecast.building = std::max(forecast.building, placed.all() * builder_bytes);
+    // Of a thread: its paths, its part of a batch, and Embree's.
+    constexpr std::uint64_t thread_bytes = std::uint64_t{3} << 20;
+    constexpr std::uint64_t pools = std::uint64_t{12} << 20;  // of TBB, Embree, and what allocators keep
+    forecast.workers = pools + (threads == 0 ? std::thread::hardware_concurrency() : threads) * thread_bytes;
+    // The sums that a stop falls back on; compensated ones are added up in a plane of their own.
+    forecast.pass_pixel = channel_count * sizeof(Moments);
+    if (settings.accumulation.value_or(Accumulation::in_double) != Accumulation::in_double)
+        forecast.pass_pixel += channel_count * sizeof(Moments);
+    return forecast;
+}
+
+}  // namespace tandem::cpu

@@ -1,0 +1,95 @@
+# What scenes and films take of memory: forecast, films in tiles, and refusals before anything is allocated.
+# Run by ctest with TANDEM = the program, SCENES = the folder.
+import json
+import unittest
+
+from program import ProgramTest, tandem
+
+
+class Memory(ProgramTest):
+    # 80 MB as a whole, 25 MB in tiles.
+    def render(self, output, *arguments, size="700x500", samples=2):
+        return tandem("render", self.scene, "-o", self.folder / output, "--size", size, "--samples", samples, "--bounces", 1,
+                      "--threads", 2, *arguments)
+
+    def in_tiles(self, output, *arguments, **options):
+        """Within 32 MiB more than the program and the scene take already."""
+        told = json.loads(self.told.read_text())["memory"]
+        limit = told["program"] + told["tables"] + told["trees"] + 32
+        return self.render(output, "--memory", f"{limit:.0f}MiB", "--json", self.folder / "tiles.json", *arguments, **options)
+
+    def setUp(self):
+        super().setUp()
+        self.told = self.folder / "whole.json"
+
+    def test_a_film_in_tiles_has_the_bits_of_the_whole_film(self):
+        self.assertEqual(self.render("whole.exr", "--json", self.told, "--memory", "4GiB").returncode, 0)
+        whole = json.loads(self.told.read_text())
+        self.assertNotIn("regions", whole["memory"])
+        result = self.in_tiles("tiles.exr")
+        self.assertEqual(result.returncode, 0, result.stderr)
+        tiles = json.loads((self.folder / "tiles.json").read_text())
+        self.assertGreater(tiles["memory"]["regions"], 2)
+        self.assertEqual(tiles["paths"], whole["paths"])
+        self.assertAlmostEqual(tiles["relative_error"], whole["relative_error"], delta=1e-9)
+        same = tandem("compare", self.folder / "whole.exr", self.folder / "tiles.exr")
+        self.refused(same, "tiles.exr: holds the same pixels as")
+
+    def test_the_forecast_is_near_what_a_film_takes(self):
+        result = self.render("whole.exr", "--json", self.told, "--verbose", size="1500x1000", samples=1)
+        self.assertIn("memory: ", result.stderr)
+        told = json.loads(self.told.read_text())["memory"]
+        self.assertLess(told["peak"], 1.1 * told["forecast"])
+        self.assertGreater(told["peak"], 0.7 * told["forecast"])
+
+    def test_films_that_do_not_fit_are_refused_before_they_are_begun(self):
+        self.render("whole.exr", "--json", self.told, "--memory", "4GiB")
+        (self.folder / "whole.exr").unlink()
+        for output, arguments, mention in [
+            ("out.png", [], "end the name in .exr"),
+            ("out.pfm", [], "end the name in .exr"),
+            ("out.exr", ["--aov", "all"], "--aov"),
+                        ("out.exr", ["--generator", "sobol"], "--generator philox"),
+            ("out.exr", ["--sampling", "adaptive"], "adaptive"),
+            ("out.exr", ["--resume", self.folder / "sums.exr"], "--resume"),
+            ("out.exr", ["--accumulation", "plain"], "--accumulation"),
+        ]:
+            with self.subTest(arguments=arguments):
+                result = self.in_tiles(output, *arguments, size="1500x1200")
+                self.refused(result, mention, "a film of 1500x1200 takes", "the limit is", "--memory")
+        self.refused(self.render("out.exr", "--memory", "much"), "--memory: 'much' is no amount of memory")
+        self.refused(self.render("out.exr", "--memory", "2MiB"), "take ", "the limit is 2 MiB", "--memory")
+        self.assertEqual(self.left_behind(), [])
+
+    def test_time_that_does_not_suffice_for_all_tiles_leaves_nothing(self):
+        self.render("whole.exr", "--json", self.told, "--memory", "4GiB")
+        (self.folder / "whole.exr").unlink()
+        result = self.in_tiles("out.exr", "--time", 1, samples=100000)
+        self.refused(result, "--time: 1 s do not suffice", "% of the samples were done", "nothing is written", status=3)
+        self.assertEqual(self.left_behind(), [])
+
+    def test_a_scene_beyond_the_limit_is_refused_with_what_it_takes(self):
+        ball = {"sphere": {"centre": [0, 0, 0], "radius": 0.1}}
+        scene = {
+            "materials": {"grey": {"kind": "diffuse", "colour": [0.5, 0.5, 0.5]}},
+            "camera": {"position": [0, 0, 9], "target": [0, 0, 0], "vertical_field_degrees": 40},
+            "groups": {"one": [{"material": "grey", "primitives": [ball] * 100}],
+                       "many": [{"group": "one"}] * 100, "most": [{"group": "many"}] * 100},
+            "entities": [{"group": "most"}]}
+        path = self.write(scene, "many.json")
+        result = tandem("render", path, "-o", self.folder / "out.exr", "--memory", "100MiB")
+        self.refused(result, "many.json: its 1000000 primitives, as placed, take", "tables", "the limit is 100 MiB", "--memory")
+        self.assertEqual(self.left_behind(), [])
+
+    def test_large_images_are_compared_by_squares_of_pixels(self):
+        for seed in [1, 2]:
+            self.render(f"{seed}.exr", "--seed", seed, samples=4)
+        images = [self.folder / "1.exr", self.folder / "2.exr"]
+        self.refused(tandem("compare", *images, "--memory", "100MiB"), "images of 700x500 pixels take", "--bin 2", "--memory")
+        result = tandem("compare", *images, "--memory", "100MiB", "--bin", 2)
+        self.assertIn(result.returncode, [0, 3], result.stderr)
+        self.assertIn("means of 2x2 pixels", result.stdout + result.stderr)
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,14 @@
+// What a scene will take on a device and of this machine, before anything is made of it.
+#pragma once
+
+#include "common/render/memory_forecast.h"
+#include "vulkan/core/device.h"
+#include "vulkan/renderer/kernels/kernel_shape.h"
+
+namespace tandem {
+
+// With `pixels` in flight. A device that is the processor has its buffers in the machine's memory.
+[[nodiscard]] MemoryForecast memory_forecast(
+    const Device& device, const Scene& scene, KernelShape shape, bool in_double, std::uint64_t pixels);
+
+}  // namespace tandem
