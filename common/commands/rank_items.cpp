@@ -48,7 +48,7 @@ private:
     fs::path path_;
 };
 
-// Of the files that an item's result depends on; "" where there are none beside the program's own.
+// The hash of the files that an item's result depends on; "" where there are none beside the program's own.
 std::string hash_of_inputs(const PlanItem& item) {
     if (item.words.front() != "verify") return "";
     std::vector<std::string> inputs;
