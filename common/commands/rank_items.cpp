@@ -127,7 +127,7 @@ public:
             // What the others have is merged all the same.
         }
     }
-    // Of the first item that has no result; nothing where none failed.
+    // The status of the first item that has no result; nothing where none failed.
     [[nodiscard]] std::optional<int> failure() const { return failure_; }
 
 private:
