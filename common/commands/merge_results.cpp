@@ -153,7 +153,7 @@ struct Results {
 };
 
 Told tell(const std::string& command, const Results& results, const CommandContext& context) {
-    // Of commands that measure: for some items the time was too short, or they are not there.
+    // What was measured is not all: for some items the time was too short, or they are not there.
     const bool short_of_time =
         !results.not_run.empty() || std::ranges::find(results.statuses, 3) != results.statuses.end();
     const ExitStatus measured = short_of_time ? ExitStatus::undecided : ExitStatus::fine;

@@ -48,7 +48,7 @@ private:
     fs::path path_;
 };
 
-// Of the files that an item's result depends on; "" where there are none beside the program's own.
+// The hash of the files that an item's result depends on; "" where there are none beside the program's own.
 std::string hash_of_inputs(const PlanItem& item) {
     if (item.words.front() != "verify") return "";
     std::vector<std::string> inputs;
@@ -127,7 +127,7 @@ public:
             // What the others have is merged all the same.
         }
     }
-    // Of the first item that has no result; nothing where none failed.
+    // The status of the first item that has no result; nothing where none failed.
     [[nodiscard]] std::optional<int> failure() const { return failure_; }
 
 private:

@@ -540,8 +540,7 @@ void add_verify_command(CLI::App& app, CommandContext& context) {
     command->add_option("--candidate", arguments->candidate, "Backend that is judged, or 'exec:COMMAND'")
         ->capture_default_str();
     command->add_option("--device", arguments->device,
-        "Vulkan device of the candidate: its index, UUID, PCI address or part of its name. Several between commas, or "
-        "all, share the work and are judged as one");
+        "Vulkan device of the candidate: index, UUID, PCI address or name. Several between commas share the work");
     command->add_option(
         "--precision", arguments->precision, fmt::format("Precision of the candidate: {}", precision_help));
     command

@@ -66,14 +66,14 @@ def command_lines(text):
     """`tandem COMMAND ...` in code: the command and its options."""
     for code in code_of(text):
         for line in code.splitlines():
-            found = re.match(r"(?:build/release/)?tandem ([a-z]+)\b(.*)", line.split("#")[0].strip())
+            found = re.match(r"(?:build/release/)?tandem (plan [a-z]+|[a-z]+(?:-[a-z]+)*)\b(.*)", line.split("#")[0].strip())
             if found:
                 yield found[1], re.findall(r"(?<![\w-])--[a-z][a-z-]*", found[2])
 
 
 def options_of(command):
     for switch in ("--help-all", "--help"):
-        result = subprocess.run([os.environ["TANDEM"], command, switch], capture_output=True, text=True, timeout=60)
+        result = subprocess.run([os.environ["TANDEM"], *command.split(), switch], capture_output=True, text=True, timeout=60)
         if result.returncode == 0:
             return set(re.findall(r"(?<![\w-])--[a-z][a-z-]*", result.stdout)) | {"--help", "--help-all"}
     return None

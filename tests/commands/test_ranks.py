@@ -54,7 +54,7 @@ class Ranks(ProgramTest):
                 self.assertEqual(pixels(image), whole)
 
     def test_after_a_lost_rank_the_same_command_goes_on(self):
-        how = ("--size", "64", "--samples", "16384")
+        how = ("--size", "64", "--samples", "4096")
         sums = self.folder / "sums.exr"
         words = ["render", BOX, "-o", self.folder / "image.exr", *how, "--resume", sums, "--keep-every", "0.5"]
         process = self.start("-n", "3", TANDEM, *words)
