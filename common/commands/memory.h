@@ -21,13 +21,13 @@ void add_memory_option(CLI::App& command, std::string& memory, const std::string
 // Throws InputError.
 [[nodiscard]] std::uint64_t memory_limit(const std::string& memory);
 
-// Of this machine, or of the container where that has less.
+// What this machine has free, or the container where that has less.
 [[nodiscard]] std::uint64_t free_bytes();
 // check_memory (command.h) for work that takes so many bytes a pixel. `mend`: what to do in its place. Throws
 // InputError.
 void check_memory(const RenderSettings& settings, std::uint64_t bytes_per_pixel, const std::string& mend);
 
-// Of this process, bytes: now, and the most so far.
+// What this process takes, bytes: now, and the most so far.
 [[nodiscard]] std::uint64_t resident_bytes();
 [[nodiscard]] std::uint64_t peak_resident_bytes();
 
@@ -56,7 +56,7 @@ struct FilmUse {
 };
 [[nodiscard]] FilmUse film_use(const RenderSettings& settings, const StoppingRule& rule);
 
-// Of a renderer that forecasts nothing, the film alone.
+// A renderer may forecast nothing: then it is the film alone.
 [[nodiscard]] MemoryNeed memory_need(
     const Renderer& renderer, const Scene& scene, const RenderSettings& settings, const FilmUse& film);
 

@@ -47,7 +47,7 @@ MemoryForecast memory_forecast(
     if (precision == Precision::mixed) add_tables<float>(forecast, placed, moves);  // shading's own
     forecast.trees = placed.all() * tree_bytes;
     forecast.building = std::max(forecast.building, placed.all() * builder_bytes);
-    // Of a thread: its paths, its part of a batch, and Embree's.
+    // A thread has its paths, its part of a batch, and Embree's.
     constexpr std::uint64_t thread_bytes = std::uint64_t{3} << 20;
     constexpr std::uint64_t pools = std::uint64_t{12} << 20;  // of TBB, Embree, and what allocators keep
     forecast.workers = pools + (threads == 0 ? std::thread::hardware_concurrency() : threads) * thread_bytes;

@@ -5,7 +5,7 @@
 
 namespace tandem::cpu {
 
-// Of geometry in `precision`, with so many threads; 0: all.
+// `precision`: of geometry. 0 threads: all.
 [[nodiscard]] MemoryForecast memory_forecast(
     const Scene& scene, const RenderSettings& settings, Precision precision, unsigned threads);
 
