@@ -9,18 +9,15 @@
 #include "common/commands/arguments.h"
 #include "common/commands/command.h"
 #include "common/commands/console.h"
-#include "common/commands/device_list.h"
 #include "common/commands/help.h"
 #include "common/commands/layer_pass.h"
 #include "common/commands/memory.h"
-#include "common/commands/programs.h"
 #include "common/commands/shipped_files.h"
 #include "common/commands/verdict_options.h"
 #include "common/commands/verify_presets.h"
+#include "common/commands/verify_sides.h"
 #include "common/deadline.h"
-#include "common/distribution/device_group.h"
 #include "common/error.h"
-#include "common/self_test/self_test.h"
 #include "common/stopwatch.h"
 #include "common/text.h"
 #include "common/validation/verify/total_budget.h"
@@ -28,35 +25,6 @@
 namespace tandem {
 
 namespace {
-
-constexpr double default_seconds = 120.0;  // of a scene
-
-struct VerifyArguments {
-    std::vector<std::string> scenes;
-    std::string reference = "cpu", candidate = "vulkan", device, reference_device, kernel, reference_kernel, precision,
-                reference_precision;
-    RenderOptions render;
-    CriteriaArguments criteria;
-    std::string preset, total_time;
-    std::optional<double> seconds;  // of a scene
-    std::optional<std::uint64_t> samples;
-    std::uint64_t among = 0;  // scenes of a run that is split
-    std::string oracle = "oracle";
-    bool no_paired = false, no_layer = false, strict = false, validation = false, convergence = false;
-    bool follows_model = false, negative_colours = false;
-};
-
-// Says in a line how exactly each side's device computes, where it has an arithmetic of its own.
-std::vector<DeviceSelfTest> self_tests_of(const std::vector<Renderer*>& sides) {
-    std::vector<DeviceSelfTest> tests;
-    for (Renderer* const side : sides) {
-        const std::optional<DeviceSelfTest> test = self_test_of(*side);
-        if (!test) continue;
-        fmt::print("Self-test of {}: {}\n", test->device, in_short(test->result));
-        tests.push_back(*test);
-    }
-    return tests;
-}
 
 RenderSettings verification_settings_from(const RenderOptions& options, const Scene& scene) {
     refuse_adaptive_sampling(options);
@@ -334,87 +302,6 @@ void print_what_is_needed(const std::vector<SceneVerdict>& verdicts, double seco
             std::ceil((seconds + *needed) / 60.0));
     else
         fmt::print("; some need more than can be foretold, or are black\n");
-}
-
-// The CPU's path tracer as a reference, in double precision where that is in single, or else in single: what rounding
-// alone does to its samples. Nothing for other references.
-std::unique_ptr<Renderer> in_other_precision(const VerifyArguments& arguments, const BackendList& backends) {
-    if (arguments.reference != "cpu" || arguments.no_paired) return nullptr;
-    const Precision own = precision_from(arguments.reference_precision).value_or(Precision::single_precision);
-    BackendOptions options;
-    options.precision = own == Precision::single_precision ? Precision::double_precision : Precision::single_precision;
-    return find_backend(backends, arguments.reference).create(options);
-}
-
-struct Sides {
-    std::unique_ptr<Renderer> reference, candidate;
-    Programs programs;
-    std::vector<Renderer*> tested;  // each device by itself
-};
-
-// The candidate's devices, where --device names several; empty: one.
-std::vector<std::string> devices_of(const VerifyArguments& arguments, const CommandContext& context) {
-    if (!is_device_list(arguments.device)) return {};
-    if (arguments.candidate != "vulkan")
-        throw UnsupportedError("--device: several are for the candidate vulkan; leave it out");
-    const std::vector<std::string> devices = devices_named(arguments.device, context);
-    if (devices.empty()) throw DeviceError("--device: no device of '" + arguments.device + "' can be used");
-    if (std::ranges::find(devices, "cpu") != devices.end())
-        throw UnsupportedError("--device: cpu cannot be judged with Vulkan devices as one; verify --candidate cpu");
-    return devices;
-}
-
-// Several devices as one candidate. No sound ones are chosen: all are to be judged. `lost` gets those that fail.
-void add_candidates(const VerifyArguments& arguments, const std::vector<std::string>& devices,
-    std::vector<std::string>& lost, const CommandContext& context, Sides& sides) {
-    std::vector<std::unique_ptr<Renderer>> members;
-    for (const std::string& device : devices) {
-        members.push_back(find_backend(context.program.backends, "vulkan")
-                              .create({.device = device,
-                                  .precision = precision_from(arguments.precision),
-                                  .kernel = arguments.kernel,
-                                  .validation = arguments.validation}));
-        sides.tested.push_back(members.back().get());
-    }
-    sides.candidate = device_group(std::move(members), [&lost](const std::string& told) {
-        fmt::print(stderr, "tandem: device {}; others do its blocks\n", escaped(told));
-        lost.push_back(told);
-    });
-}
-
-// Programs that stay up are started here.
-Sides sides_of(const VerifyArguments& arguments, const std::vector<std::string>& devices,
-    std::vector<std::string>& lost, const CommandContext& context) {
-    const BackendList& backends = context.program.backends;
-    ProgramOptions of_programs;
-    of_programs.follows_numbers = arguments.follows_model;
-    of_programs.may_be_negative = arguments.negative_colours;
-    of_programs.limit_seconds = arguments.seconds.value_or(
-        arguments.total_time.empty() ? default_seconds : duration_from(arguments.total_time, "--total-time"));
-    Sides sides;
-    sides.reference = renderer_of(arguments.reference,
-        {.device = arguments.reference_device,
-            .precision = precision_from(arguments.reference_precision),
-            .kernel = arguments.reference_kernel},
-        of_programs, backends, sides.programs);
-    sides.tested = {sides.reference.get()};
-    if (!devices.empty()) {
-        add_candidates(arguments, devices, lost, context, sides);
-    } else {
-        sides.candidate = renderer_of(arguments.candidate,
-            {.device = arguments.device,
-                .precision = precision_from(arguments.precision),
-                .kernel = arguments.kernel,
-                .validation = arguments.validation},
-            of_programs, backends, sides.programs);
-        sides.tested.push_back(sides.candidate.get());
-    }
-    for (const auto& [given, name] :
-        {std::pair{arguments.follows_model, "--follows-model"}, {arguments.negative_colours, "--negative-colours"}})
-        if (given && sides.programs.empty())
-            throw InputError(
-                fmt::format("{}: says it of a program; add --candidate exec:'COMMAND', or leave it out", name));
-    return sides;
 }
 
 ExitStatus verify(const VerifyArguments& given, const CommandContext& context) {
