@@ -174,7 +174,10 @@ std::uint64_t bytes_needed(const std::vector<Image>& headers, std::uint64_t bin)
            (channels * sizeof(float) + verdict_pixel_bytes + statistics * (headers.size() > 2 ? headers.size() : 0));
 }
 
-std::string gibibytes(std::uint64_t bytes) { return fmt::format("{:.2g} GiB", static_cast<double>(bytes) / 0x1p30); }
+std::string gibibytes(std::uint64_t bytes) {
+    const double gibibytes = static_cast<double>(bytes) / 0x1p30;
+    return gibibytes < 10.0 ? fmt::format("{:.2g} GiB", gibibytes) : fmt::format("{:.0f} GiB", gibibytes);
+}
 
 // As many as the limit promises room for; without one, as everywhere.
 std::uint64_t most_floats(const CompareOptions& options) {
