@@ -8,6 +8,7 @@
 #include "common/commands/arguments.h"
 #include "common/commands/console.h"
 #include "common/commands/device_list.h"
+#include "common/commands/verify_presets.h"
 #include "common/distribution/device_group.h"
 #include "common/error.h"
 #include "common/text.h"

@@ -71,7 +71,7 @@ class Commands(ProgramTest):
             (["render", self.scene, "-o", out, "--time", "1e300"], "--time"),
             (["render", self.scene, "-o", out, "--exposure", "inf"], "--exposure"),
             (["render", self.scene, "-o", out, "--threads", "4294967295"], "--threads"),
-            (["render", self.scene, "-o", out, "--size", "65536x65535"], "memory"),
+            (["render", self.scene, "-o", self.folder / "out.png", "--size", "65536x65535"], "memory"),
             (["render", self.scene, "-o", "/proc/out.exr"], "/proc/out.exr"),
             (["render", self.scene, "-o", out, "--json", "/proc/out.json"], "/proc/out.json"),
             (["verify", self.scene, "--time", "nan"], "--time"),
