@@ -355,7 +355,12 @@ TEST_CASE("images are cut into tiles whose merged buffers a stage may see, large
     const auto enough = renderer("stages");
     CHECK(same_bits(few.job({}, scene, settings).render({0, 3}, {}).estimate,
         enough->prepare(scene, settings)->render({0, 3}).estimate));
-    SceneBuilder large;
-    for (int i = 0; i < 2000; ++i) large.sphere(large.material(diffuse(glm::dvec3(0.5))), {0.1 * i, 0.0, 0.0}, 0.04);
-    CHECK(contains(reason_of([&] { (void)few.job({}, large.scene(), settings); }), "use a smaller scene or image"));
+    const auto refusal_of = [&](int spheres) {
+        SceneBuilder large;
+        for (int i = 0; i < spheres; ++i)
+            large.sphere(large.material(diffuse(glm::dvec3(0.5))), {0.1 * i, 0.0, 0.0}, 0.04);
+        return reason_of([&] { (void)few.job({}, large.scene(), settings); });
+    };
+    CHECK(contains(refusal_of(1000), "use a smaller scene or image"));
+    CHECK(contains(refusal_of(5000), "the tree of 5000 primitives"));
 }

@@ -93,11 +93,10 @@ void check_workgroup(const Device& device, std::uint32_t workgroup) {
 void check_buffers(const Device& device, const Scene& scene) {
     const std::uint64_t primitives = placed_counts(scene).all(), nodes = primitives * sizeof(gpu::BvhNode);
     if (const std::uint64_t range = device.limits().maxStorageBufferRange; nodes > range)
-        throw UnsupportedError(
-            fmt::format("{} lets shaders see {} MiB of a buffer, and the tree of {} primitives takes {}; use a smaller "
-                        "scene, another "
-                        "--device, or --backend cpu",
-                device.description().name, range >> 20, primitives, (nodes >> 20) + 1));
+        throw UnsupportedError(fmt::format(
+            "{} lets shaders see {} KiB of a buffer, and the tree of {} primitives takes {}; use a smaller scene, "
+            "another --device, or --backend cpu",
+            device.description().name, range >> 10, primitives, (nodes >> 10) + 1));
 }
 
 }  // namespace
