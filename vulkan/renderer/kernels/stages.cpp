@@ -250,7 +250,10 @@ std::vector<std::uint32_t> Stages::prepared(std::span<const std::uint32_t> code)
 
 std::vector<std::uint32_t> Stages::handed_over(
     std::span<const std::uint32_t> code, const std::vector<SpecialisationConstant>& constants) const {
-    return trims_ ? trimmed_spirv(prepared(code), constants) : prepared(code);
+    // Words: trimming a smaller kernel takes longer than it saves (bench's family pipelines).
+    constexpr std::size_t large = 1u << 14;
+    const std::vector<std::uint32_t> words = prepared(code);
+    return trims_ && words.size() > large ? trimmed_spirv(words, constants) : words;
 }
 
 vk::raii::Pipeline Stages::make(const PipelineLayout& layout, std::span<const std::uint32_t> code,
