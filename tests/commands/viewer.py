@@ -23,10 +23,11 @@ class ViewTest(ProgramTest):
 
     @classmethod
     def setUpClass(cls):
-        # Xvfb chooses a free display and writes its number. What is on the screen lies in a file (XWD).
+        # Xvfb chooses a free display and writes its number. What is on the screen lies in a file (XWD). -noreset: a server
+        # starts anew when its last client leaves, here xdotool, and refuses a window that comes meanwhile.
         read, write = os.pipe()
         cls.screen_folder = tempfile.TemporaryDirectory()
-        cls.server = subprocess.Popen(["Xvfb", "-displayfd", str(write), "-screen", "0", "800x600x24", "-fbdir", cls.screen_folder.name],
+        cls.server = subprocess.Popen(["Xvfb", "-displayfd", str(write), "-noreset", "-screen", "0", "800x600x24", "-fbdir", cls.screen_folder.name],
                                       pass_fds=[write], stderr=subprocess.DEVNULL)
         os.close(write)
         with os.fdopen(read) as lines:
