@@ -10,9 +10,9 @@
 #include <utility>
 #include <vector>
 
-#include "common/error.h"
 #include "common/image/image_io.h"
 #include "common/scene/loader/scene_loader.h"
+#include "tests/refusal.h"
 #include "tests/temporary_folder.h"
 
 namespace tandem::test {
@@ -41,15 +41,8 @@ inline Scene load_patched(const std::string& patch) {
 }
 
 inline std::string refusal(const TemporaryFolder& folder, const Json& scene) {
-    try {
-        (void)load(folder, scene);
-    } catch (const InputError& error) {
-        return error.what();
-    }
-    return "accepted";
+    return tandem::refusal([&] { (void)load(folder, scene); });
 }
-
-inline bool names(const std::string& line, const std::string& part) { return line.find(part) != std::string::npos; }
 
 inline Json image_scene(const std::string& file, const std::string& space) {
     Json scene = base();

@@ -6,6 +6,7 @@
 
 #include "common/error.h"
 #include "common/render/check_settings.h"
+#include "tests/refusal.h"
 
 using namespace tandem;
 
@@ -13,12 +14,7 @@ namespace {
 
 // The reason for which these are refused; empty where they are not.
 std::string refusal(const Scene& scene, const RenderSettings& settings) {
-    try {
-        check_settings(scene, settings);
-    } catch (const UnsupportedError& error) {
-        return error.what();
-    }
-    return "";
+    return tandem::refusal<UnsupportedError>([&] { check_settings(scene, settings); });
 }
 
 template <class Change>
@@ -28,8 +24,6 @@ std::string refusal_of(Change change) {
     return refusal(Scene{}, settings);
 }
 
-bool mentions(const std::string& text, const char* words) { return text.find(words) != std::string::npos; }
-
 }  // namespace
 
 TEST_CASE("the default settings are refused by nobody") { CHECK(refusal(Scene{}, RenderSettings{}).empty()); }
@@ -38,11 +32,11 @@ TEST_CASE("an image has 1 to 65536 pixels a side and fewer than 2^32") {
     const auto of_size = [](std::uint32_t width, std::uint32_t height) {
         return refusal_of([&](RenderSettings& s) { s.width = width, s.height = height; });
     };
-    CHECK(mentions(of_size(0, 1), "0 x 1 pixels"));
-    CHECK(mentions(of_size(1, 0), "1 x 0 pixels"));
-    CHECK(mentions(of_size(65537, 1), "out of range"));
-    CHECK(mentions(of_size(1, 65537), "out of range"));
-    CHECK(mentions(of_size(65536, 65536), "below 2^32"));
+    CHECK(contains(of_size(0, 1), "0 x 1 pixels"));
+    CHECK(contains(of_size(1, 0), "1 x 0 pixels"));
+    CHECK(contains(of_size(65537, 1), "out of range"));
+    CHECK(contains(of_size(1, 65537), "out of range"));
+    CHECK(contains(of_size(65536, 65536), "below 2^32"));
     CHECK(of_size(65536, 65535).empty());
 }
 
@@ -51,15 +45,15 @@ TEST_CASE("an interval of ray lengths begins at 0 or above and does not end befo
         return refusal_of([&](RenderSettings& s) { s.ray_min = least, s.ray_max = most; });
     };
     constexpr double nan = std::numeric_limits<double>::quiet_NaN();
-    CHECK(mentions(of_interval(-1.0, 2.0), "ray_min"));
-    CHECK(mentions(of_interval(2.0, 1.0), "ray_min"));
-    CHECK(mentions(of_interval(nan, 1.0), "ray_min"));
-    CHECK(mentions(of_interval(0.0, nan), "ray_min"));
+    CHECK(contains(of_interval(-1.0, 2.0), "ray_min"));
+    CHECK(contains(of_interval(2.0, 1.0), "ray_min"));
+    CHECK(contains(of_interval(nan, 1.0), "ray_min"));
+    CHECK(contains(of_interval(0.0, nan), "ray_min"));
     CHECK(of_interval(1.0, 1.0).empty());
 }
 
 TEST_CASE("2^28 bounces have no random numbers") {
-    CHECK(mentions(refusal_of([](RenderSettings& s) { s.bounces = 1u << 28; }), "2^28 bounces"));
+    CHECK(contains(refusal_of([](RenderSettings& s) { s.bounces = 1u << 28; }), "2^28 bounces"));
     CHECK(refusal_of([](RenderSettings& s) { s.bounces = (1u << 28) - 1; }).empty());
 }
 
@@ -68,7 +62,7 @@ TEST_CASE("a camera needs a frame at every moment") {
     still.camera.target = still.camera.position;
     along_up.camera.up = along_up.camera.target - along_up.camera.position;
     passing.camera.target_motion = {0.0, 0.0, 2.0};  // through its position, at half time
-    for (const Scene& scene : {still, along_up, passing}) CHECK(mentions(refusal(scene, {}), "camera has no frame"));
+    for (const Scene& scene : {still, along_up, passing}) CHECK(contains(refusal(scene, {}), "camera has no frame"));
     passing.camera.target_motion = {0.0, 0.0, 0.9};
     CHECK(refusal(passing, {}).empty());
 }
@@ -85,10 +79,10 @@ TEST_CASE("sums in single precision take no radiances above 1e15, and name whose
     RenderSettings settings;
     for (const Accumulation accumulation : {Accumulation::plain, Accumulation::compensated}) {
         settings.accumulation = accumulation;
-        CHECK(mentions(refusal(material, settings), "material 'lamp'"));
-        CHECK(mentions(refusal(light, settings), "light 'bulb'"));
-        CHECK(mentions(refusal(sky, settings), "the background"));
-        CHECK(mentions(refusal(image, settings), "the background"));
+        CHECK(contains(refusal(material, settings), "material 'lamp'"));
+        CHECK(contains(refusal(light, settings), "light 'bulb'"));
+        CHECK(contains(refusal(sky, settings), "the background"));
+        CHECK(contains(refusal(image, settings), "the background"));
     }
     settings.accumulation = Accumulation::in_double;
     for (const Scene& scene : {material, light, sky, image}) CHECK(refusal(scene, settings).empty());
@@ -99,5 +93,5 @@ TEST_CASE("adaptive sampling is refused with the settings that it does not go wi
         s.sampling = Sampling::adaptive;
         s.generator = Generator::sobol;
     });
-    CHECK(mentions(refused, "Sobol"));
+    CHECK(contains(refused, "Sobol"));
 }

@@ -13,6 +13,7 @@
 #include "common/render/renderer.h"
 #include "common/scene/loader/scene_loader.h"
 #include "common/scene/scene.h"
+#include "tests/refusal.h"
 
 using namespace tandem;
 using enum tandem::Effect;
@@ -301,12 +302,8 @@ Setup lit_floor() {
 }
 
 std::string refusal(const Setup& setup, EffectSet supported = EffectSet::all()) {
-    try {
-        (void)effects_to_simulate(setup.scene, setup.settings, supported, "test");
-    } catch (const UnsupportedError& error) {
-        return error.what();
-    }
-    return "";
+    return tandem::refusal<UnsupportedError>(
+        [&] { (void)effects_to_simulate(setup.scene, setup.settings, supported, "test"); });
 }
 
 }  // namespace

@@ -6,6 +6,7 @@
 
 #include "common/validation/compare/colour_space.h"
 #include "tests/common/painted_image.h"
+#include "tests/refusal.h"
 
 using namespace tandem;
 using namespace tandem::test;
@@ -21,8 +22,6 @@ std::string explained(const Painting& candidate, Painting reference = {}, std::u
     CHECK(verdict.verdict == Verdict::disagree);
     return told(verdict.explanations);
 }
-
-bool contains(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
 
 Painting afterwards(const Change& change) {
     Painting painting;

@@ -16,12 +16,12 @@
 #include <sstream>
 #include <string>
 
-#include "common/error.h"
 #include "common/files/outputs.h"
 #include "common/files/write_file.h"
 #include "common/image/image_io.h"
 #include "common/image/image_io_parts.h"
 #include "common/image/tiled_image.h"
+#include "tests/refusal.h"
 #include "tests/temporary_folder.h"
 
 using namespace tandem;
@@ -36,18 +36,6 @@ std::string content(const std::filesystem::path& path) {
 }
 
 void put(const std::filesystem::path& path, const std::string& text) { std::ofstream(path, std::ios::binary) << text; }
-
-template <class Call>
-std::string refusal(Call call) {
-    try {
-        call();
-    } catch (const InputError& error) {
-        return error.what();
-    }
-    return "not refused";
-}
-
-bool names(const std::string& line, const std::string& part) { return line.find(part) != std::string::npos; }
 
 // Values that a careless path would change: denormal, infinite, NaN, −0, beyond half precision.
 Image awkward_image(std::vector<std::string> channels) {
@@ -120,7 +108,7 @@ TEST_CASE("a PFM that is cut, padded or not one is refused") {
              std::string("PF\n65536 65536\n-1.0\n"), std::string("PF\n99999999999999999999 1\n-1.0\n")}) {
         CAPTURE(text);
         put(folder / "a.pfm", text);
-        CHECK(names(refusal([&] { (void)read_image(folder / "a.pfm"); }), "a.pfm: is not a sound PFM image"));
+        CHECK(contains(refusal([&] { (void)read_image(folder / "a.pfm"); }), "a.pfm: is not a sound PFM image"));
     }
 }
 
@@ -173,8 +161,8 @@ TEST_CASE("a NumPy array that is no image is refused with the mend") {
         put(folder / "a.npy", text);
         const std::string line = refusal([&] { (void)read_image(folder / "a.npy"); });
         CAPTURE(line);
-        CHECK(names(line, "a.npy: is no image: "));
-        CHECK(names(line, mention));
+        CHECK(contains(line, "a.npy: is no image: "));
+        CHECK(contains(line, mention));
     }
 }
 
@@ -209,28 +197,28 @@ TEST_CASE("sRGB bytes follow IEC 61966-2-1") {
 
 TEST_CASE("a missing image, a folder and a file that is no image are refused by name") {
     const TemporaryFolder folder;
-    CHECK(names(refusal([&] { (void)read_image(folder / "none.exr"); }), "none.exr: no such file"));
+    CHECK(contains(refusal([&] { (void)read_image(folder / "none.exr"); }), "none.exr: no such file"));
     std::filesystem::create_directory(folder / "d.exr");
-    CHECK(names(refusal([&] { (void)read_image(folder / "d.exr"); }), "d.exr: is not a regular file"));
+    CHECK(contains(refusal([&] { (void)read_image(folder / "d.exr"); }), "d.exr: is not a regular file"));
     put(folder / "words.exr", "these are words\n");
     const std::string line = refusal([&] { (void)read_image(folder / "words.exr"); });
-    CHECK(names(line, "words.exr: "));
-    CHECK(!names(line, "\n"));
+    CHECK(contains(line, "words.exr: "));
+    CHECK(!contains(line, "\n"));
 }
 
 TEST_CASE("what cannot be written is refused, and nothing is left behind") {
     const TemporaryFolder folder;
     const Image image = awkward_image({"R", "G", "B"});
-    CHECK(names(refusal([&] { write_image(folder / "no/a.pfm", image); }), "create the folder first"));
-    CHECK(names(refusal([&] { write_image("/proc/a.pfm", image); }), "cannot be written"));
-    CHECK(names(refusal([&] { write_image("/dev/null.jpeg2", image); }), "unknown kind of image"));
+    CHECK(contains(refusal([&] { write_image(folder / "no/a.pfm", image); }), "create the folder first"));
+    CHECK(contains(refusal([&] { write_image("/proc/a.pfm", image); }), "cannot be written"));
+    CHECK(contains(refusal([&] { write_image("/dev/null.jpeg2", image); }), "unknown kind of image"));
     std::filesystem::create_directory(folder / "d.pfm");
-    CHECK(names(refusal([&] { write_image(folder / "d.pfm", image); }), "is a folder"));
-    CHECK(names(refusal([&] {
+    CHECK(contains(refusal([&] { write_image(folder / "d.pfm", image); }), "is a folder"));
+    CHECK(contains(refusal([&] {
         check_outputs({{"-o", folder / "no/a.pfm", OutputKind::image}}, {});
     }),
         "create the folder first"));
-    CHECK(names(refusal([&] { check_image_ending(folder / "a"); }), "unknown kind of image"));
+    CHECK(contains(refusal([&] { check_image_ending(folder / "a"); }), "unknown kind of image"));
     check_image_ending("fine.pfm");
     check_outputs({{"-o", folder / "fine.pfm", OutputKind::image}}, {});
     CHECK(folder.file_count() == 1);  // d.pfm
@@ -293,7 +281,7 @@ TEST_CASE("what does not fit on the disk is refused by every writer, and the old
                 const SmallDisk disk(bytes);
                 message = refusal([&, &write = write, &name = name] { write(folder / name); });
             }
-            CHECK(names(message, "cannot be written to its end (File too large)"));
+            CHECK(contains(message, "cannot be written to its end (File too large)"));
             CHECK(content(folder / name) == "old");
         }
         write(folder / name);
@@ -312,7 +300,7 @@ TEST_CASE("text through a link replaces what the link names") {
 }
 
 TEST_CASE("text that does not fit its device is an error") {
-    CHECK(names(refusal([] { write_text_file("/dev/full", "text"); }), "/dev/full: cannot be written to its end"));
+    CHECK(contains(refusal([] { write_text_file("/dev/full", "text"); }), "/dev/full: cannot be written to its end"));
     CHECK(std::filesystem::is_character_file("/dev/full"));
 }
 
@@ -325,9 +313,9 @@ TEST_CASE("with OpenImageIO an EXR keeps channels, windows and metadata; without
     image.full_width = 20;
     image.full_height = 10;
     if (!image_files::has_library()) {
-        CHECK(names(refusal([&] { write_image(folder / "a.exr", image); }), "built without OpenImageIO"));
-        CHECK(names(refusal([&] { write_png(folder / "a.png", image); }), "built without OpenImageIO"));
-        CHECK(names(refusal([&] { check_image_ending(folder / "a.exr"); }), "built without OpenImageIO"));
+        CHECK(contains(refusal([&] { write_image(folder / "a.exr", image); }), "built without OpenImageIO"));
+        CHECK(contains(refusal([&] { write_png(folder / "a.png", image); }), "built without OpenImageIO"));
+        CHECK(contains(refusal([&] { check_image_ending(folder / "a.exr"); }), "built without OpenImageIO"));
         CHECK(folder.file_count() == 0);
         return;
     }
@@ -345,7 +333,7 @@ TEST_CASE("with OpenImageIO an EXR keeps channels, windows and metadata; without
     CHECK(again.full_width == 20);
     CHECK(again.full_height == 10);
     CHECK(folder.file_count() == 1);
-    CHECK(names(refusal([&] { write_image(folder / "a.png", image); }), "end the name in .exr"));
+    CHECK(contains(refusal([&] { write_image(folder / "a.png", image); }), "end the name in .exr"));
 }
 
 TEST_CASE("with OpenImageIO a PNG holds the sRGB bytes and says so" * doctest::skip(!image_files::has_library())) {
@@ -367,8 +355,8 @@ TEST_CASE(
     "a cut EXR is refused, and an EXR declares a linear colour space" * doctest::skip(!image_files::has_library())) {
     const TemporaryFolder folder;
     write_image(folder / "a.exr", awkward_image({"R", "G", "B"}));
-    CHECK(names(read_image(folder / "a.exr").colour_space, "inear"));
+    CHECK(contains(read_image(folder / "a.exr").colour_space, "inear"));
     const std::string whole = content(folder / "a.exr");
     put(folder / "cut.exr", whole.substr(0, whole.size() - 40));
-    CHECK(names(refusal([&] { (void)read_image(folder / "cut.exr"); }), "cut.exr: "));
+    CHECK(contains(refusal([&] { (void)read_image(folder / "cut.exr"); }), "cut.exr: "));
 }

@@ -15,6 +15,7 @@
 #include "common/image/image_io.h"
 #include "common/text.h"
 #include "common/validation/report/report.h"
+#include "tests/refusal.h"
 #include "tests/temporary_folder.h"
 
 using namespace tandem;
@@ -22,12 +23,7 @@ using namespace tandem;
 namespace {
 
 std::string refusal(const std::vector<Output>& outputs, const std::vector<std::string>& inputs) {
-    try {
-        check_outputs(outputs, inputs);
-    } catch (const InputError& error) {
-        return error.what();
-    }
-    return "";
+    return tandem::refusal([&] { check_outputs(outputs, inputs); });
 }
 
 }  // namespace

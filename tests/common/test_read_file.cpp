@@ -7,28 +7,17 @@
 #include <functional>
 #include <string>
 
-#include "common/error.h"
 #include "common/experiment/bench.h"
 #include "common/experiment/results.h"
 #include "common/files/read_file.h"
 #include "common/scene/loader/scene_loader.h"
 #include "common/stability/catalogue.h"
+#include "tests/refusal.h"
 #include "tests/temporary_folder.h"
 
 using namespace tandem;
 
-namespace {
-
-std::string refusal(const std::function<void()>& call) {
-    try {
-        call();
-    } catch (const InputError& error) {
-        return error.what();
-    }
-    return "not refused";
-}
-
-}  // namespace
+namespace {}  // namespace
 
 TEST_CASE("a file is read whole up to its limit") {
     const TemporaryFolder folder;

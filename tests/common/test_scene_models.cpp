@@ -92,7 +92,7 @@ TEST_CASE("OBJ vertices are split where their texture coordinates differ") {
         scene.vertices.size() == 6);  // of corners 1/1, 2/2, 3/3, 3/2, 4/1 and the last face's 4; the others are shared
     const auto refused = [&](const std::string& rest, const std::string& reason) {
         put(folder / "m.obj", vertices + rest);
-        CHECK(names(refusal(folder, model_scene("obj", "m.obj", true)), reason));
+        CHECK(contains(refusal(folder, model_scene("obj", "m.obj", true)), reason));
     };
     refused(coordinates + "f 1/1 2/2 3\n", "line 8: some corners of a face have texture coordinates");
     refused(coordinates + "f 1/1 2/2 3/4\n", "coordinate 4 is not among the 3 before it");
@@ -128,11 +128,11 @@ TEST_CASE("binary glTF models are read") {
         lies[static_cast<std::size_t>(place)] =
             place == 4 ? 3 : static_cast<char>(lies[static_cast<std::size_t>(place)] + 64);
         put(folder / "m.glb", lies);
-        CHECK(names(refusal(folder, model_scene("gltf", "m.glb", true)), part));
+        CHECK(contains(refusal(folder, model_scene("gltf", "m.glb", true)), part));
     }
     for (std::size_t cut = 0; cut < glb.size(); cut += 7) {
         put(folder / "m.glb", glb.substr(0, cut));
-        CHECK(names(refusal(folder, model_scene("gltf", "m.glb", true)), "/entities/0/primitives/0/gltf/file"));
+        CHECK(contains(refusal(folder, model_scene("gltf", "m.glb", true)), "/entities/0/primitives/0/gltf/file"));
     }
 }
 
@@ -145,8 +145,8 @@ TEST_CASE("unsound glTF models are refused") {
         put(folder / "m.gltf", document.dump());
         const std::string line = refusal(folder, model_scene("gltf", "m.gltf", true));
         CAPTURE(line);
-        CHECK(names(line, "/entities/0/primitives/0/gltf/file: m.gltf: "));
-        CHECK(names(line, reason));
+        CHECK(contains(line, "/entities/0/primitives/0/gltf/file: m.gltf: "));
+        CHECK(contains(line, reason));
     };
     refused(R"([{"op": "replace", "path": "/buffers/0/uri", "value": "none.bin"}])", "no sound glTF");
     refused(R"([{"op": "replace", "path": "/buffers/0/byteLength", "value": 999}])", "no sound glTF");
@@ -176,7 +176,7 @@ TEST_CASE("unsound glTF models are refused") {
     refused(R"([{"op": "add", "path": "/nodes/1/matrix", "value": [1, 0, 0, 1, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1]}])",
         "not affine");
     put(folder / "m.gltf", "{\"asset\": " + std::string(100, '[') + "}");
-    CHECK(names(refusal(folder, model_scene("gltf", "m.gltf", false)), "nested deeper than 64 levels"));
+    CHECK(contains(refusal(folder, model_scene("gltf", "m.gltf", false)), "nested deeper than 64 levels"));
 }
 
 TEST_CASE("mutilated models, volumes and images are loaded or refused, never anything else") {
@@ -234,7 +234,7 @@ TEST_CASE("mutilated models, volumes and images are loaded or refused, never any
                 if (bytes.empty()) bytes.push_back('x');
             }
             put(folder / file.name, bytes);
-            refused += refusal(folder, file.scene) != "accepted" ? 1 : 0;
+            refused += refusal(folder, file.scene).empty() ? 0 : 1;
         }
         CHECK(refused > 100);  // and whatever else is thrown fails the test
     }

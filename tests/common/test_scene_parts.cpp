@@ -56,18 +56,19 @@ TEST_CASE("image textures out of range, without colours or unsound are refused")
         put_pfm(folder / "t.pfm", 1, 2, values);
         const std::string line = refusal(folder, image_scene("t.pfm", space));
         CAPTURE(line);
-        CHECK(names(line, "/textures/t/file: t.pfm: "));
-        CHECK(names(line, reason));
-        CHECK(names(line, "; "));
+        CHECK(contains(line, "/textures/t/file: t.pfm: "));
+        CHECK(contains(line, reason));
+        CHECK(contains(line, "; "));
     };
     refused({0, 0, 0, 0, 1.5F, 0}, "linear", "1.5 at column 0, row 1 is out of range");
     refused({0, 0, -1, 0, 0, 0}, "srgb", "-1 at column 0, row 0");
     refused({0, std::nanf(""), 0, 0, 0, 0}, "linear", "nan at");
     refused({0, INFINITY, 0, 0, 0, 0}, "linear", "inf at");
     put(folder / "t.pfm", "PF\n3 3\n-1.0\n");
-    CHECK(names(refusal(folder, image_scene("t.pfm", "linear")), "/textures/t/file: t.pfm: is not a sound PFM image"));
+    CHECK(
+        contains(refusal(folder, image_scene("t.pfm", "linear")), "/textures/t/file: t.pfm: is not a sound PFM image"));
     put(folder / "t.pfm", "PF\n60000 60000\n-1.0\n");
-    CHECK(names(refusal(folder, image_scene("t.pfm", "linear")), "larger than"));
+    CHECK(contains(refusal(folder, image_scene("t.pfm", "linear")), "larger than"));
 }
 
 TEST_CASE("backgrounds are an image, a mix or one colour, and images are sampled unless told otherwise") {
@@ -149,8 +150,8 @@ TEST_CASE("unsound volume files are refused") {
         put(folder / "smoke.vol", bytes);
         const std::string line = refusal(folder, volume_scene());
         CAPTURE(line);
-        CHECK(names(line, "/media/smoke/grid/file: smoke.vol: "));
-        CHECK(names(line, reason));
+        CHECK(contains(line, "/media/smoke/grid/file: smoke.vol: "));
+        CHECK(contains(line, reason));
     };
     refused("", "no volume file of version 3");
     refused(std::string(48, '\0'), "no volume file of version 3");

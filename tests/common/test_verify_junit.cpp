@@ -3,6 +3,7 @@
 
 #include "common/validation/report/junit.h"
 #include "common/validation/report/verdict_json.h"
+#include "tests/refusal.h"
 
 using namespace tandem;
 
@@ -16,8 +17,6 @@ SceneVerdict verdict_of(const std::string& scene, Verdict verdict, const std::st
     result.seconds = 1.5;
     return result;
 }
-
-bool contains(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
 
 }  // namespace
 

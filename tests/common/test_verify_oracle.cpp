@@ -9,6 +9,7 @@
 #include "common/validation/verdict/greatest_sample.h"
 #include "common/validation/verify/verify.h"
 #include "tests/common/synthetic_renderer.h"
+#include "tests/refusal.h"
 #include "tests/scene_builder.h"
 
 using namespace tandem;
@@ -58,8 +59,6 @@ Scene without_closed_form() {
     scene.expect.reset();
     return scene;
 }
-
-bool contains(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
 
 // An image whose samples are `value` with probability `chance`, else black; figures as expected, without noise.
 SampledImage rarely_lit(double value, double chance, double count) {

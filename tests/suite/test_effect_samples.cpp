@@ -8,6 +8,7 @@
 #include "common/error.h"
 #include "cpu_ref/backend.h"
 #include "tests/effect_samples.h"
+#include "tests/refusal.h"
 #include "tests/thorough.h"
 #include "vulkan/backend.h"
 
@@ -17,12 +18,7 @@ namespace {
 std::string refusal(Renderer& renderer, const SampledScene& sample, EffectSet effects) {
     RenderSettings settings = sample.settings;
     settings.effects = effects;
-    try {
-        (void)renderer.prepare(sample.scene, settings);
-    } catch (const UnsupportedError& error) {
-        return error.what();
-    }
-    return "";
+    return tandem::refusal<UnsupportedError>([&] { (void)renderer.prepare(sample.scene, settings); });
 }
 
 bool same_bits(const Estimate& a, const Estimate& b) {

@@ -6,6 +6,7 @@
 #include "common/render/path_trace.h"
 #include "common/scene/loader/scene_loader.h"
 #include "common/validation/verify/verify.h"
+#include "tests/refusal.h"
 #include "tests/suite/tracers.h"
 #include "tests/traced_paths.h"
 
@@ -23,12 +24,7 @@ std::vector<Tracer> first_alone() {
 Scene shipped(const std::string& name) { return load_scene(TANDEM_SOURCE_DIR "/scenes/" + name + ".json"); }
 
 std::string refusal(const Scene& scene, const RenderSettings& settings) {
-    try {
-        static_cast<void>(first_backend().create({})->prepare(scene, settings));
-    } catch (const UnsupportedError& error) {
-        return error.what();
-    }
-    return "";
+    return tandem::refusal<UnsupportedError>([&] { (void)first_backend().create({})->prepare(scene, settings); });
 }
 
 }  // namespace

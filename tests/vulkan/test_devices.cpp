@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "common/error.h"
+#include "tests/refusal.h"
 #include "tests/temporary_folder.h"
 #include "tests/vulkan/few_buffers.h"
 #include "vulkan/core/device.h"
@@ -47,8 +48,6 @@ std::string error_of(const std::vector<DeviceDescription>& devices, const std::s
     }
     return {};
 }
-
-bool contains(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
 
 }  // namespace
 

@@ -12,6 +12,7 @@
 #include "common/error.h"
 #include "common/render/path_trace.h"
 #include "common/scene/loader/scene_loader.h"
+#include "tests/refusal.h"
 #include "tests/thorough.h"
 #include "tests/vulkan/few_buffers.h"
 #include "tests/vulkan/machine.h"
@@ -73,8 +74,6 @@ std::string reason_of(const std::function<void()>& action) {
     }
     return {};
 }
-
-bool contains(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
 
 }  // namespace
 
