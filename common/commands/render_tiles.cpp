@@ -66,10 +66,9 @@ std::vector<PixelRectangle> regions_within(std::uint64_t limit, const RenderSett
 
 // As describe() of the whole film, which is nowhere.
 nlohmann::json describe_film(const RenderArguments& arguments, const RenderSettings& settings, const RendererInfo& info,
-    const Scene& scene, StoppedRender result, std::uint64_t samples) {
+    const Scene& scene, StoppedRender result, std::uint64_t samples, double paths) {
     result.film.counts = {samples};
     nlohmann::json report = describe(arguments, settings, info, scene, result);
-    const double paths = static_cast<double>(settings.width) * settings.height * static_cast<double>(samples);
     report["paths"] = paths;
     report["paths_per_second"] = result.seconds > 0.0 ? paths / result.seconds : 0.0;
     return report;
@@ -77,7 +76,8 @@ nlohmann::json describe_film(const RenderArguments& arguments, const RenderSetti
 
 // What is known before the render, and so can stand at the beginning of the file.
 Image header_of(nlohmann::json known, const RenderSettings& settings) {
-    for (const char* later : {"seconds", "paths_per_second", "invalid_samples", "device_seconds", "relative_error"})
+    for (const char* later :
+        {"seconds", "paths", "paths_per_second", "invalid_samples", "device_seconds", "relative_error", "complete"})
         known.erase(later);
     FilmMoments pixel;
     pixel.moments.resize(channel_count);
@@ -89,17 +89,14 @@ Image header_of(nlohmann::json known, const RenderSettings& settings) {
     return header;
 }
 
-StoppedError stopped(const RegionsRender& result, const RenderArguments& arguments, const CommandContext& context) {
-    const std::string done = fmt::format("{:.2g} % of the samples were done", 100.0 * result.done);
-    if (context.stop.stop_requested() || !arguments.seconds)
-        return StoppedError(
-            fmt::format("stopped when {}; a film in tiles appears whole or not at all, so nothing is "
-                        "written",
-                done));
-    return StoppedError(
-        fmt::format("--time: {:g} s do not suffice: {}; nothing is written; give more --time, fewer "
-                    "--samples or a smaller --size",
-            *arguments.seconds, done));
+// Why the film is not whole, and what is in its file.
+std::string stopped_text(const RegionsRender& result, const RenderArguments& arguments, const CommandContext& context) {
+    std::string text = context.stop.stop_requested() || !arguments.seconds
+                           ? "stopped"
+                           : fmt::format("--time: {:g} s do not suffice", *arguments.seconds);
+    text += fmt::format(": {:.2g} % of the samples were done; ", 100.0 * result.done);
+    if (result.samples_done == 0.0) return text + "nothing is written";
+    return text + fmt::format("pixels without samples are black in {}", escaped(arguments.output));
 }
 
 std::unique_ptr<RenderJob> prepare(
@@ -160,8 +157,8 @@ ExitStatus render_tiles(const RenderArguments& arguments, const RenderSettings& 
     starting.end();
     const RendererInfo info = renderer.info();
     StoppedRender told;
-    TiledImageWriter file(
-        arguments.output, header_of(describe_film(arguments, settings, info, scene, told, *rule.samples), settings));
+    TiledImageWriter file(arguments.output,
+        header_of(describe_film(arguments, settings, info, scene, told, *rule.samples, 0.0), settings));
     const Deadline limit(
         context.stop, rule.seconds ? std::optional(std::max(1e-3, *rule.seconds - watch.seconds())) : std::nullopt);
     RegionsRender result;
@@ -172,20 +169,22 @@ ExitStatus render_tiles(const RenderArguments& arguments, const RenderSettings& 
         result = render_regions(*job, settings.width, memory.regions, *rule.samples, control,
             [&](const PixelRectangle& region, FilmMoments film) { file.write(region, image_of(film, {}).pixels); });
     }
-    if (!result.complete) throw stopped(result, arguments, context);
+    if (result.samples_done == 0.0) throw StoppedError(stopped_text(result, arguments, context));
     file.commit(context.read);
 
     told.seconds = result.seconds;
     told.device_seconds = result.device_seconds;
     told.relative_error = result.relative_error;
     told.film.invalid = result.invalid;
-    nlohmann::json report = describe_film(arguments, settings, info, scene, told, *rule.samples);
+    told.complete = result.complete;
+    nlohmann::json report = describe_film(arguments, settings, info, scene, told, *rule.samples, result.samples_done);
     report["memory"] = memory.json();
     write_json(context, report);
-    fmt::print("{}: {} samples a pixel in {:.2f} s, {:.3g} Mpaths/s{}, in {} regions within {}\n",
+    fmt::print("{}: {} samples a pixel in {:.2f} s, {:.3g} Mpaths/s{}, in {} regions within {}{}\n",
         escaped(arguments.output), *rule.samples, result.seconds, report.at("paths_per_second").get<double>() / 1e6,
-        error_text(told), memory.regions.size(), shown_bytes(memory.limit));
-    if (result.invalid == 0) return ExitStatus::fine;
+        error_text(told), memory.regions.size(), shown_bytes(memory.limit), result.complete ? "" : " (stopped early)");
+    if (!result.complete) fmt::print(stderr, "tandem: {}\n", stopped_text(result, arguments, context));
+    if (result.invalid == 0) return result.complete ? ExitStatus::fine : ExitStatus::undecided;
     fmt::print(stderr, "tandem: {} samples were negative or not finite (MODEL.md section 12)\n", result.invalid);
     return ExitStatus::disagree;
 }

@@ -27,8 +27,8 @@ struct MemoryPlan {
 [[nodiscard]] MemoryPlan plan_memory(const RenderArguments& arguments, const RenderSettings& settings,
     const StoppingRule& rule, const Scene& scene, const Renderer& renderer);
 
-// `starting` ends where something is to be kept. Throws StoppedError, and nothing is written, where a stop or --time
-// comes before the end.
+// `starting` ends where something is to be kept. A stop or --time leaves a film whose other pixels have no samples, and
+// ExitStatus::undecided. Throws StoppedError, and nothing is written, where no pixel has one.
 [[nodiscard]] ExitStatus render_tiles(const RenderArguments& arguments, const RenderSettings& settings,
     const StoppingRule& rule, const Scene& scene, Renderer& renderer, const MemoryPlan& memory, const Stopwatch& watch,
     NothingToKeep& starting, const CommandContext& context);

@@ -16,6 +16,15 @@ std::vector<std::uint32_t> pixels_of(const PixelRectangle& region, std::uint32_t
     return pixels;
 }
 
+FilmMoments without_samples(const PixelRectangle& region) {
+    FilmMoments film;
+    film.width = region.x1 - region.x0;
+    film.height = region.y1 - region.y0;
+    film.moments.resize(region.pixel_count() * channel_count);
+    film.counts.resize(region.pixel_count());
+    return film;
+}
+
 // Sums for relative_error_of(), over regions.
 struct ErrorSums {
     double mean = 0.0, variance = 0.0, values = 0.0;
@@ -57,7 +66,12 @@ RegionsRender render_regions(RenderJob& job, std::uint32_t width, const std::vec
     double all = 0.0, pixels_done = 0.0;
     for (const PixelRectangle& region : regions) all += static_cast<double>(region.pixel_count());
     ErrorSums error;
+    bool stopped = false;
     for (const PixelRectangle& region : regions) {
+        if (stopped) {
+            keep(region, without_samples(region));
+            continue;
+        }
         const std::vector<std::uint32_t> pixels = pixels_of(region, width);
         const auto share = static_cast<double>(pixels.size());
         const auto tell = [&](double samples_done) {
@@ -68,19 +82,22 @@ RegionsRender render_regions(RenderJob& job, std::uint32_t width, const std::vec
         result.seconds += rendered.seconds;
         if (rendered.device_seconds)
             result.device_seconds = result.device_seconds.value_or(0.0) + *rendered.device_seconds;
-        if (rendered.estimate.count() < samples) return result;
-        FilmMoments film = film_of(rendered.estimate);
+        stopped = rendered.estimate.count() < samples;
+        result.samples_done += share * static_cast<double>(rendered.estimate.count());
+        if (result.samples_done == 0.0) return result;
+        FilmMoments film = rendered.estimate.count() > 0 ? film_of(rendered.estimate) : without_samples(region);
         rendered.estimate = Estimate();
         film.width = region.x1 - region.x0;
         film.height = region.y1 - region.y0;
         result.invalid += film.invalid;
-        if (samples > 1) error.add(film);
+        if (samples > 1 && !stopped) error.add(film);
         keep(region, std::move(film));
+        if (stopped) continue;
         pixels_done += share;
         result.done = pixels_done / all;
     }
-    result.complete = true;
-    if (samples > 1) result.relative_error = error.relative();
+    result.complete = !stopped;
+    if (samples > 1 && result.complete) result.relative_error = error.relative();
     return result;
 }
 

@@ -21,13 +21,14 @@ struct RegionsRender {
     std::optional<double> device_seconds;
     std::uint64_t invalid = 0;             // samples
     double done = 0.0;                     // of all samples; 1: complete
+    double samples_done = 0.0;             // over pixels; 0: nothing was kept
     bool complete = false;                 // false: stopped
     std::optional<double> relative_error;  // as relative_error_of() tells it; none below two samples
 };
 
 // Renders samples [0, samples) of every pixel of a film `width` wide, and hands each region's film to `keep`. `job` is
-// prepared with Sampling::adaptive. `control.progress` is told the part of all samples that is done. After a stop no
-// more regions are kept.
+// prepared with Sampling::adaptive. `control.progress` is told the part of all samples that is done. A stop cuts a
+// region's samples short, and the rest of the regions come without samples.
 [[nodiscard]] RegionsRender render_regions(RenderJob& job, std::uint32_t width,
     const std::vector<PixelRectangle>& regions, std::uint64_t samples, const RenderControl& control,
     const std::function<void(const PixelRectangle&, FilmMoments)>& keep);

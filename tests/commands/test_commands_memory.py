@@ -61,12 +61,17 @@ class Memory(ProgramTest):
         self.refused(self.render("out.exr", "--memory", "2MiB"), "take ", "the limit is 2 MiB", "--memory")
         self.assertEqual(self.left_behind(), [])
 
-    def test_time_that_does_not_suffice_for_all_tiles_leaves_nothing(self):
+    def test_tiles_that_are_done_are_kept_when_time_ends_or_the_user_stops(self):
         self.render("whole.exr", "--json", self.told, "--memory", "4GiB")
-        (self.folder / "whole.exr").unlink()
-        result = self.in_tiles("out.exr", "--time", 1, samples=100000)
-        self.refused(result, "--time: 1 s do not suffice", "% of the samples were done", "nothing is written", status=3)
-        self.assertEqual(self.left_behind(), [])
+        result = self.in_tiles("out.exr", "--time", 5, "--seed", 2, samples=5000)
+        self.assertEqual(result.returncode, 3, result.stderr)
+        self.assertRegex(result.stderr, "--time: 5 s do not suffice: .* of the samples were done; pixels without samples are black")
+        report = json.loads((self.folder / "tiles.json").read_text())
+        self.assertFalse(report["complete"])
+        self.assertGreater(report["paths"], 0)
+        for arguments in [[], ["--bin", 2]]:
+            refused = tandem("compare", self.folder / "whole.exr", self.folder / "out.exr", *arguments)
+            self.refused(refused, "out.exr: pixel (", "has no samples; render the whole film")
 
     def test_a_scene_beyond_the_limit_is_refused_with_what_it_takes(self):
         ball = {"sphere": {"centre": [0, 0, 0], "radius": 0.1}}

@@ -3,15 +3,14 @@
 
 #include <algorithm>
 #include <bit>
-#include <functional>
 
-#include "common/error.h"
 #include "common/image/image_io_parts.h"
 #include "common/image/tiled_image.h"
 #include "common/render/film_regions.h"
 #include "common/render/stopping.h"
 #include "common/validation/compare/binned_image.h"
 #include "tests/common/synthetic_renderer.h"
+#include "tests/refusal.h"
 #include "tests/temporary_folder.h"
 
 using namespace tandem;
@@ -63,20 +62,9 @@ RegionsRender write_in_regions(
     const RegionsRender done =
         render_regions(job, width, film_regions(width, height, image_tile_edge, tiles), 16, control,
             [&](const PixelRectangle& region, FilmMoments film) { file.write(region, image_of(film, {}).pixels); });
-    if (done.complete) file.commit();
+    if (done.samples_done > 0.0) file.commit();
     return done;
 }
-
-std::string refusal(const std::function<void()>& call) {
-    try {
-        call();
-    } catch (const InputError& error) {
-        return error.what();
-    }
-    return "not refused";
-}
-
-bool names(const std::string& line, const std::string& part) { return line.find(part) != std::string::npos; }
 
 }  // namespace
 
@@ -121,7 +109,7 @@ TEST_CASE("a film in regions has the bits and the error of the whole film") {
     CHECK(folder.file_count() == 2);
 }
 
-TEST_CASE("a film that is stopped between regions leaves no file") {
+TEST_CASE("a film that is stopped keeps the regions that are done, and pixels without samples are not compared") {
     if (!image_files::has_library()) return;
     const TemporaryFolder folder;
     const Image image = image_of(job_of_film().render({0, 16}, {}).estimate, {});
@@ -133,8 +121,33 @@ TEST_CASE("a film that is stopped between regions leaves no file") {
                                                           }});
     CHECK_FALSE(done.complete);
     CHECK(done.done == doctest::Approx(two_tiles));
+    CHECK(done.samples_done == 16.0 * 2 * 128 * 128);
+    const Image whole = written(image, folder / "whole.exr"), kept = read_image(folder / "tiles.exr");
+    const std::vector<float> red = values_of(whole, "R"), kept_red = values_of(kept, "R"),
+                             counts = values_of(kept, "count");
+    for (std::size_t i = 0; i < red.size(); ++i) {
+        const bool is_done = i / width < 128 && i % width < 256;
+        REQUIRE(counts[i] == (is_done ? 16.0f : 0.0f));
+        REQUIRE(kept_red[i] == (is_done ? red[i] : 0.0f));
+    }
+    for (const std::uint32_t bin : {1, 4}) {
+        CompareOptions options;
+        options.bin = bin;
+        CHECK(contains(refusal([&] { (void)compare_files({folder / "whole.exr"}, {folder / "tiles.exr"}, options); }),
+            "tiles.exr: pixel (256, 0) has no samples; render the whole film"));
+    }
+}
+
+TEST_CASE("a film that is stopped before anything is done leaves no file") {
+    if (!image_files::has_library()) return;
+    const TemporaryFolder folder;
+    const Image image = image_of(job_of_film().render({0, 16}, {}).estimate, {});
+    std::stop_source stop;
+    stop.request_stop();
+    CHECK(write_in_regions(folder / "tiles.exr", image, 1, {.stop = stop.get_token(), .progress = {}}).samples_done ==
+          0.0);
     CHECK(folder.file_count() == 0);
-    CHECK(names(
+    CHECK(contains(
         refusal([&] { const TiledImageWriter file(folder / "a.png", header_of(image)); }), "end the name in .exr"));
 }
 
@@ -216,8 +229,8 @@ TEST_CASE("images are compared within the memory that there is, or by squares of
     small.memory = 4 << 20;
     const std::string line = refusal([&] { (void)compare_files({folder / "a.exr"}, {folder / "b.exr"}, small); });
     CAPTURE(line);
-    CHECK(names(line, "images of 128x128 pixels take"));
-    CHECK(names(line, "--bin 2"));
+    CHECK(contains(line, "images of 128x128 pixels take"));
+    CHECK(contains(line, "--bin 2"));
     small.bin = 2;
     CHECK(compare_files({folder / "a.exr"}, {folder / "b.exr"}, small).judgement.verdict == Verdict::agree);
 }

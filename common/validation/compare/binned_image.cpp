@@ -1,5 +1,7 @@
 #include "common/validation/compare/binned_image.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 
 #include "common/error.h"
@@ -78,12 +80,18 @@ Image read_binned_image(const std::filesystem::path& path, std::uint32_t edge, V
         throw input_error(path.string(), "", "--bin takes means of linear values, and these are encoded",
             "write linear values, or leave --bin out");
     Binner binner(image, edge, variance_of);
+    const auto count = static_cast<std::size_t>(std::ranges::find(image.channels, "count") - image.channels.begin());
     const std::size_t row = std::size_t{image.width} * image.channels.size();
     for (std::uint32_t begin = 0; begin < image.height; begin += file.band_height()) {
         const std::uint32_t end = std::min(image.height, begin + file.band_height());
         const std::vector<float> pixels = file.read(begin, end);
         for (std::uint32_t y = begin; y < end; ++y) {
-            binner.add_row(&pixels[(y - begin) * row]);
+            const float* const first = &pixels[(y - begin) * row];
+            for (std::uint32_t x = 0; count < image.channels.size() && x < image.width; ++x)
+                if (first[x * image.channels.size() + count] == 0.0f)
+                    throw input_error(
+                        path.string(), "", fmt::format("pixel ({}, {}) has no samples", x, y), "render the whole film");
+            binner.add_row(first);
             if ((y + 1) % edge == 0 || y + 1 == image.height) binner.end_squares(image.pixels);
         }
     }

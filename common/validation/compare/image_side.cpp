@@ -113,6 +113,12 @@ Light light_of(const NamedImage& named, SampledImage& side) {
     const Transfer transfer = colour_space_of(image).transfer;
     const double step = image.greatest_integer > 0 ? 1.0 / image.greatest_integer : 0.0;
     Light light;
+    const std::optional<std::size_t> count = find_channel(image, "count");
+    for (std::size_t pixel = 0; count && pixel < std::size_t{image.width} * image.height; ++pixel)
+        if (image.pixels[pixel * image.channels.size() + *count] == 0.0f)
+            throw input_error(named.name, "",
+                fmt::format("pixel ({}, {}) has no samples", pixel % image.width, pixel / image.width),
+                "render the whole film");
     for (std::size_t i = 0; i < std::size_t{image.width} * image.height * channel_count; ++i) {
         const double value = valid(image.pixels[i / channel_count * image.channels.size() + colour[i % channel_count]],
             i, side, named.may_be_negative);
