@@ -236,7 +236,7 @@ EffectSet needed_effects(const Scene& scene, const RenderSettings& settings) {
 namespace {
 
 // Light without a surface is found by sampling alone, which translucent and boundary surfaces block (MODEL.md sections
-// 8.3 and 9.2): what it would bring through them would be missing without a word.
+// 8.3 and 9.2). What it would bring through them would be missing without a word.
 void refuse_lights_that_cannot_be_found(
     const Scene& scene, const RenderSettings& settings, const std::vector<EffectFinding>& findings) {
     const auto of = [&](Effect effect) -> const EffectFinding& { return findings[static_cast<std::size_t>(effect)]; };
