@@ -224,7 +224,7 @@ RenderResult VulkanJob::render_pixels(
     return render_film(range, {{0, count}, count, 1, pixels}, control);
 }
 
-// Whole blocks that one tile holds side by side, so that a short list of pixels fills the device: as many as a
+// Whole blocks that one tile holds side by side, so that a short list of pixels fills the device. They are as many as a
 // submission may have samples of. Sample numbers differ in their low word alone.
 std::uint64_t VulkanJob::blocks_at_once(SampleRange left, const Film& film) const {
     if (film.listed.empty() || accumulation_ == Accumulation::plain) return 1;

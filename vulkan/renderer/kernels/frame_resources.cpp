@@ -122,8 +122,8 @@ std::array<RayBuffer, ray_buffer_count> ray_list(const std::optional<PathState>&
 
 constexpr bool is_ping_ponged(std::size_t i) { return i < ping_ponged || i + 1 == ray_buffer_count; }
 
-// Buffers 0 … 4 and 5 … 9 are the two halves, 10 … 12 hits, shadow rays and samples, 13 the queues, one a segment and
-// an empty one after the last, 14 and 15 the halves of the interiors.
+// Buffers 0 … 4 and 5 … 9 are the two halves, 10 … 12 hits, shadow rays and samples. 13 has the queues, one a segment
+// and an empty one after the last. 14 and 15 are the halves of the interiors.
 std::vector<BufferSpec> ray_specs(const std::optional<PathState>& path, std::uint64_t pixels, std::uint32_t bounces) {
     const auto list = ray_list(path);
     std::vector<BufferSpec> specs;
@@ -221,8 +221,8 @@ std::vector<vk::DescriptorBufferInfo> all_of(const BufferGroup& group) {
     return buffers;
 }
 
-// The header and the tables of the scene, the world primitives (as storage buffers and once more as uniform blocks),
-// the nodes of trees and what only some effects use.
+// The header and the tables of the scene, and the world primitives (as storage buffers and once more as uniform
+// blocks). Then the nodes of trees and what only some effects use.
 std::vector<vk::DescriptorBufferInfo> scene_buffers(const BufferGroup& scene) {
     std::vector<vk::DescriptorBufferInfo> buffers = all_of(scene);
     std::vector<vk::DescriptorBufferInfo> views;
@@ -232,7 +232,7 @@ std::vector<vk::DescriptorBufferInfo> scene_buffers(const BufferGroup& scene) {
     return buffers;
 }
 
-// The Rays set of one parity: bindings 0 … 4 and 14 are the half that is read, 5 … 9 and 15 the one that is written.
+// The Rays set of one parity. Bindings 0 … 4 and 14 are the half that is read, 5 … 9 and 15 the one that is written.
 std::vector<vk::DescriptorBufferInfo> ray_buffers(const BufferGroup& rays, bool odd) {
     std::vector<vk::DescriptorBufferInfo> buffers = all_of(rays);
     if (odd) {
