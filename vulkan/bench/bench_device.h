@@ -70,9 +70,8 @@ struct RenderWork {
 
 // What render_arm times with the patterns' defaults: Family::base of all families whose baseline it is.
 inline constexpr const char* plain_frame =
-    "a frame of the six stages as a wavefront: recorded anew by one thread, a command buffer a sample and one for the "
-    "sums, "
-    "in one submission, with a fence; its total lasts from before recording to the end of the wait";
+    "a frame of the six stages as a wavefront, in one submission, with a fence. One thread records it anew, a command "
+    "buffer a sample and one for the sums. Its total lasts from before recording to the end of the wait";
 
 // Times frames of an unchanged scene; the gate compares whole renders.
 [[nodiscard]] Arm render_arm(const SharedDevice& device, const Workload& workload, std::string name, std::string text,

@@ -78,7 +78,7 @@ VulkanJob::VulkanJob(const Instance& instance, const Device& device, Stages& sta
             most_whole_path_segments - 1));
     if (accumulation_ == Accumulation::plain && tile_pixels_ < part().pixel_count)
         throw UnsupportedError(
-            "plain sums go on from block to block on the device, where this image does not fit at once; choose a "
+            "plain sums go on from block to block on the device, where this image does not fit at once. Choose a "
             "smaller --size or --accumulation compensated");
     if (specialisation_.lists_pixels && patterns_.vulkan.recording == RecordingPattern::pre_recorded)
         throw UnsupportedError("passes of adaptive sampling differ, so that their commands cannot be pre-recorded");

@@ -300,10 +300,10 @@ void FrameResources::write_places(const Device& device) {
         const auto set = static_cast<SetIndex>(i / 2);
         if (!is_merged(sets[i / 2])) continue;
         if (const vk::DeviceSize all = group_of(set).whole().range; all > device.limits().maxStorageBufferRange)
-            throw UnsupportedError(
-                fmt::format("{} lets shaders see {} MiB of a buffer, and lets them see so few that {} MiB of the scene "
-                            "or of the image are in one; use a smaller scene or image",
-                    device.description().name, device.limits().maxStorageBufferRange >> 20, (all >> 20) + 1));
+            throw UnsupportedError(fmt::format(
+                "{} lets shaders see {} MiB of a buffer. It lets them see so few buffers that {} MiB of the "
+                "scene or image are in one; use a smaller scene or image",
+                device.description().name, device.limits().maxStorageBufferRange >> 20, (all >> 20) + 1));
         const std::vector<std::uint32_t> places = places_of(sets[i / 2], separate_buffers(set, i % 2));
         std::memcpy(places_->mapped(i), places.data(), places.size() * sizeof places[0]);
     }
