@@ -15,9 +15,9 @@ struct Explanation {
     std::optional<ExplainedShare> share;  // of the squared difference beyond noise; none for what is a plain fact
 };
 
-// A supposed change is undone, and its name is given where
-// - what is left is no difference any more (`differ`; negligible is at most a tenth of the typical difference); and
-// - at 99 % it accounts for `shown_share` of the squared difference beyond noise at one scale, and at no scale for
+// A supposed change is undone, and its name is given where both hold.
+// - What is left is no difference any more (`differ`; negligible is at most a tenth of the typical difference).
+// - At 99 % it accounts for `shown_share` of the squared difference beyond noise at one scale, and at no scale for
 //   less. So what it leaves is less than a third of the root mean square. Undoing a shift interpolates: laid over each
 //   other halfway, ideal edges at random places leave 9 % after half a pixel. A zoom about a corner, taken for a shift,
 //   leaves 25 %, and lines shifted by turns 40 %. `shown_share_of_shift`, of pixels, lies between. What is plainly seen

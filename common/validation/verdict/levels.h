@@ -56,7 +56,7 @@ struct Scales {
 [[nodiscard]] Scales scales_of(const SampledImage& reference, const SampledImage& candidate, const Margins& margins);
 
 // Tests on every tile of edge `edge` (0: the image) and channel. The p of a region is the larger of two:
-// - Welch's t of the means, dof after Satterthwaite from the pixels' variances;
+// - Welch's t of the means, dof after Satterthwaite from the pixels' variances.
 // - a bound that needs no normality (symmetric_sum_tail). If both sides are distributed alike, the difference of sample
 //   i of one and of the other is as likely with either sign. It costs a factor of about three in p and makes fireflies
 //   harmless. Exact for equal counts a side, up to averaging over the pairing; for unequal counts the pooled variance
