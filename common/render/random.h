@@ -83,8 +83,8 @@ namespace sobol {
 }
 
 // The bits of the second Sobol coordinate of point `index`, reversed (the first one's are the index itself). Its
-// direction numbers are v_k = v_(k-1) xor v_(k-1)/2 [Joe, Kuo 2008]. Its bits read as a polynomial over GF(2) are that
-// of the index with x + 1 for x. There (x + 1)^16 = x^16 + 1, and so on.
+// direction numbers are v_k = v_(k-1) xor v_(k-1)/2 [Joe, Kuo 2008]. So its bits, read as a polynomial over GF(2), are
+// that of the index with x + 1 for x. There (x + 1)^16 = x^16 + 1, and so on.
 [[nodiscard]] constexpr std::uint32_t second_reversed(std::uint32_t index) {
     index ^= (index & 0xFFFF0000u) >> 16;
     index ^= (index & 0xFF00FF00u) >> 8;
