@@ -37,8 +37,8 @@ private:
     std::jthread thread_;
 };
 
-// Calls `act` on a thread of its own, some seconds after a stop request, unless done() came first: a call into a driver
-// heeds no request.
+// Calls `act` on a thread of its own, some seconds after a stop request, unless done() came first. It is for calls into
+// drivers, which heed no request.
 class Unheeded {
 public:
     // `grace`: how many seconds, asked when the stop comes.

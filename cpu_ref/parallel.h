@@ -1,5 +1,5 @@
-// Loops over oneTBB, and what the thread sanitizer must be told of them: Debian's libtbb is not built for it, so it
-// does not see that the library itself orders the start of a loop, its parts and its end.
+// Loops over oneTBB, and what the thread sanitizer must be told of them. Debian's libtbb is not built for it. So it
+// does not see that the library itself orders a loop's start, parts and end.
 #pragma once
 
 #include <tbb/parallel_for.h>

@@ -1,5 +1,5 @@
-// Where a planted bug (common/render/planted_bugs.h) changes what this room computes: one question, which is answered
-// when compiling in release builds, so that they hold no trace.
+// Where a planted bug (common/render/planted_bugs.h) changes what this room computes. It is one question, answered when
+// compiling in release builds, so that they hold no trace.
 #pragma once
 
 #include <algorithm>

@@ -1,4 +1,4 @@
-// A small scene for every effect of common/render/effects.h, made so that two of them go together: what a sample adds
+// A small scene for every effect of common/render/effects.h, made so that two of them go together. What a sample adds
 // stands at a place of its own, and changes nothing of what another has added.
 #pragma once
 

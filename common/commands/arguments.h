@@ -7,9 +7,9 @@
 
 namespace tandem {
 
-// Throws InputError for an argument that is no UTF-8 text or empty, and for an option that the command has not, with
-// the one that was meant: near in spelling, or of the same meaning in another renderer. `arguments` lacks the program's
-// name.
+// Throws InputError for an argument that is no UTF-8 text or empty, and for an option that the command has not. The
+// error names the option that was meant: near in spelling, or of the same meaning in another renderer. `arguments`
+// lacks the program's name.
 void check_arguments(const CLI::App& app, const std::vector<std::string>& arguments);
 
 // The command that a misspelt or related `name` means; empty: none.

@@ -24,8 +24,8 @@ struct BenchArguments {
 
 [[nodiscard]] CampaignOptions campaign_options(const BenchArguments& arguments, const CommandTime& time);
 
-// The same command for a process of its own, for its part of the campaign: goes on from the file `known`, if any, and
-// writes `file`.
+// The same command for a process of its own, for its part of the campaign. It goes on from the file `known`, if any,
+// and writes `file`.
 [[nodiscard]] std::vector<std::string> words_of(
     const BenchArguments& arguments, const CampaignPart& part, const std::string& known, const std::string& file);
 

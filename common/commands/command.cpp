@@ -437,8 +437,8 @@ int run_program(int argc, char** argv, const Program& program) {
         "  tandem render scenes/cornell-classic.json -o box.png    an image, in seconds\n"
         "  tandem verify scenes/cornell-thesis.json                do CPU and Vulkan agree?\n"
         "  tandem COMMAND --help                                   options and examples of a command\n\n"
-        "Exit status: 0 fine or agree, 1 disagree or a failed case, 2 unusable input, 3 undecided or not all done in "
-        "the --time, 4 no usable device. A reader that goes away (| head -1) changes neither the status nor files. "
+        "Exit status: 0 fine or agree, 1 disagree or failed, 2 unusable input, 3 undecided or not done in the "
+        "--time, 4 no usable device. A reader that goes away (| head -1) changes neither the status nor files. "
         "No output overwrites a file that was read.");
     std::string command_line = "tandem";
     for (int i = 1; i < argc; ++i) command_line += " " + without_folder(argv[i]);

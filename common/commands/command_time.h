@@ -28,8 +28,8 @@ public:
     // Does the work. What it was stopped before (StoppedError) is said on stderr.
     [[nodiscard]] ExitStatus work(const std::function<ExitStatus()>& action) const;
 
-    // Until done(): where a stop is not heeded, as by a driver that compiles, `conclude` prints and writes what is
-    // known, on another thread, and the program ends with its status.
+    // Until done(), a stop that is not heeded, as by a driver that compiles, runs `conclude` on another thread. It
+    // prints and writes what is known, and the program ends with its status.
     [[nodiscard]] std::unique_ptr<Unheeded> at_any_rate(std::function<ExitStatus()> conclude) const;
 
 private:

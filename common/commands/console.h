@@ -13,8 +13,8 @@
 
 namespace tandem {
 
-// One line on stderr, redrawn at most ten times a second and erased on destruction: only where stderr is a terminal
-// that moves its cursor, so not with TERM=dumb, and not with NO_COLOR [no-color.org].
+// One line on stderr, redrawn at most ten times a second and erased on destruction. It is only shown where stderr is a
+// terminal that moves its cursor: not with TERM=dumb, nor with NO_COLOR [no-color.org].
 class ProgressLine {
 public:
     ProgressLine();
@@ -32,7 +32,7 @@ private:
     Clock::time_point start_ = Clock::now(), last_{};
 };
 
-// While it lives, a reader of the standard streams may go away, as `head -c 1` and a closed terminal do: what nobody
+// While it lives, a reader of the standard streams may go away, as `head -c 1` and a closed terminal do. What nobody
 // reads is dropped, and the work and its files go on. Descriptors that were closed lead to /dev/null, so that no file
 // gets their numbers. Make it before anything is printed.
 class StandardStreams {
@@ -62,8 +62,8 @@ private:
 // Whether a write failed because nobody reads: the pipe's other end, or the terminal, is gone.
 [[nodiscard]] bool nobody_reads(int error);
 
-// While it lives, the first SIGINT, SIGTERM or SIGHUP (unless nohup(1) has it ignored) requests a stop; one that comes
-// more than a second later ends the program at once (timeout(1) sends two, to the process and to its group). Make it
+// While it lives, the first SIGINT, SIGTERM or SIGHUP (unless nohup(1) has it ignored) requests a stop. One that comes
+// more than a second later ends the program at once. (timeout(1) sends two, to the process and to its group.) Make it
 // before any other thread, so that all inherit the blocked signals.
 class InterruptWatch {
 public:
@@ -77,7 +77,7 @@ private:
     std::jthread thread_;
 };
 
-// While it lives, the first SIGINT or SIGTERM ends the program at once: scenes are loaded, or something else is at work
+// While it lives, the first SIGINT or SIGTERM ends the program at once. It is for loading scenes, and for other work
 // that has no results yet and heeds no wish to stop.
 class NothingToKeep {
 public:

@@ -10,7 +10,7 @@
 namespace tandem {
 
 // `options.device` may be "all", or several devices between commas, the word cpu among them. Each Vulkan device first
-// renders `scene` for a moment beside the CPU, in a process of its own, with the options `words`; one that disagrees,
+// renders `scene` for a moment beside the CPU, in a process of its own, with the options `words`. One that disagrees,
 // fails or hangs is left out, which is told on stderr. Throws DeviceError where none is left.
 [[nodiscard]] std::unique_ptr<Renderer> renderer_on(const std::string& backend, const BackendOptions& options,
     const std::string& scene, const std::vector<std::string>& words, const CommandContext& context);

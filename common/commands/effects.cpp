@@ -235,8 +235,7 @@ void add_effects_command(CLI::App& app, CommandContext& context) {
         "  __GL_SHADER_DISK_CACHE=0 MESA_SHADER_CACHE_DISABLE=true tandem effects scenes/glass.json\n"
         "The last example compiles the kernels anew; drivers keep them from one run to the next. "
         "Ctrl-C concludes from the rounds that are done.\n"
-        "Exit status: 0; 1 where the specialised image differs from the general one in any bit; 3 where the time was "
-        "too short for two rounds.");
+        "Exit status: 0; 1 where the two images differ in any bit; 3 where the time was too short for two rounds.");
     command->callback([&context, arguments] {
         context.action = [&context, arguments] {
             const CommandTime time(context, arguments->seconds);

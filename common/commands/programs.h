@@ -21,7 +21,7 @@ using Programs = std::vector<ProgramRenderer*>;
 
 [[nodiscard]] bool all_follow_numbers(const Programs& programs);
 
-// Those of compare, unless all sides follow MODEL.md to its numbers: another program's samples have a distribution of
+// Those of compare, unless all sides follow MODEL.md to its numbers. Another program's samples have a distribution of
 // their own, and it puts film samples and edges its own way.
 [[nodiscard]] Criteria criteria_for(std::initializer_list<const Renderer*> sides, const Programs& programs);
 

@@ -177,8 +177,8 @@ StoppedRender render_part(RenderJob& job, Part& part, SampleRange range, const R
     return result;
 }
 
-// So many Sobol points as --samples says are of one scrambling, whose ranges can be merged, and so are those of
-// --every, which go on from image to image. Else several tell the error (MODEL.md section 11.4).
+// One scrambling has so many Sobol points as --samples says, and its ranges can be merged. So it is with --every, whose
+// points go on from image to image. Else several tell the error (MODEL.md section 11.4).
 unsigned scramblings_of(const RenderSettings& settings, const StoppingRule& rule, const RenderArguments& arguments) {
     if (independent(settings) || (rule.samples && !rule.relative_error) || !arguments.every.empty()) return 1;
     return scramblings_for(std::uint64_t{settings.width} * settings.height);

@@ -132,9 +132,9 @@ MemoryPlan plan_memory(const RenderArguments& arguments, const RenderSettings& s
     if (plan.need.total() <= plan.limit) return plan;
     if (const std::uint64_t scene_bytes = plan.need.scene() + plan.need.building; scene_bytes > plan.limit)
         throw InputError(fmt::format(
-            "{}: its {} primitives, as placed, take {} of memory before there is a film (program and scene {}, "
-            "tables {}, trees {}, while they are made {} more), and the limit is {}; simplify models, repeat "
-            "fewer groups, or give more --memory",
+            "{}: its {} primitives, as placed, take {} of memory before there is a film. Program and scene take {}, "
+            "tables {}, trees {}, and making them {} more. But the limit is {}; simplify models, repeat fewer groups, "
+            "or give more --memory",
             arguments.scene, placed_counts(scene).all(), shown_bytes(scene_bytes), shown_bytes(plan.need.program),
             shown_bytes(plan.need.tables), shown_bytes(plan.need.trees), shown_bytes(plan.need.building),
             shown_bytes(plan.limit)));

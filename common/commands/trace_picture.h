@@ -14,8 +14,9 @@ struct DrawnPath {
     const PathTrace* path = nullptr;
 };
 
-// An SVG document of two panels: the scene from above (x to the right, z down), and as the camera sees it (MODEL.md
-// section 4), through the middle of its lens. Bodies are outlines, as they stand at the shutter's opening.
+// An SVG document of two panels. One shows the scene from above (x to the right, z down). The other shows it as the
+// camera sees it through its lens's middle (MODEL.md section 4). Bodies are outlines, as they stand at the shutter's
+// opening.
 [[nodiscard]] std::string trace_picture(const Scene& scene, const RenderSettings& settings, const std::string& title,
     const std::vector<std::uint32_t>& pixel, const std::vector<DrawnPath>& paths);
 

@@ -15,8 +15,8 @@ namespace tandem {
 
 namespace {
 
-// 64 pixels: the image's mean is known from as many paths as before, a tile's from four times as many, so that a scene
-// is decided in less time than at 128. What it costs is where in a tile a fault lies.
+// 64 pixels. The image's mean is known from as many paths as at 128, a tile's from four times as many. So a scene is
+// decided in less time. What it costs is where in a tile a fault lies.
 constexpr const char* small = "64";
 
 std::vector<std::string> scenes_in(const std::string& preset, const std::string& folder) {

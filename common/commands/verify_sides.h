@@ -44,8 +44,8 @@ struct Sides {
 [[nodiscard]] Sides sides_of(const VerifyArguments& arguments, const std::vector<std::string>& devices,
     std::vector<std::string>& lost, const CommandContext& context);
 
-// The CPU's path tracer as a reference, in double precision where that is in single, or else in single: what rounding
-// alone does to its samples. Nothing for other references.
+// The CPU's path tracer as a reference, in double precision where that is in single, or else in single. It shows what
+// rounding alone does to its samples. Nothing for other references.
 [[nodiscard]] std::unique_ptr<Renderer> in_other_precision(
     const VerifyArguments& arguments, const BackendList& backends);
 

@@ -76,11 +76,11 @@ double product_error(const CostReference& reference) {
 }
 
 // b^2: the mean over pixels of (mean - half 1)(mean - half 2) - s^2/R, R replicates, each pixel being free of bias by
-// itself. Its noise follows from that of its parts, pixel by pixel: with v = s^2/R and h the variance of half the
-// reference, 2 (v + h/2)^2 of the deviation's square, h^2/2 of the halves', 2 v^2/(R - 1) of v itself, and 4 b^2 (v +
-// h/2). An outlier in one replicate or one half widens the interval with it. A few noisy pixels (the edge of a lamp)
-// can hide the bias of all others, so the quiet ones, by the reference's variance, are also looked at alone: what they
-// sum up to is a part of b^2.
+// itself. Its noise follows from that of its parts, pixel by pixel. Let v = s^2/R and h be the variance of half the
+// reference. Terms are 2 (v + h/2)^2 of the deviation's square and h^2/2 of the halves'. The other terms are 2 v^2/(R -
+// 1) of v itself, and 4 b^2 (v + h/2). An outlier in one replicate or one half widens the interval with it. A few noisy
+// pixels (the edge of a lamp) can hide the bias of all others. So the quiet ones, by the reference's variance, are also
+// looked at alone: their sum is a part of b^2.
 struct Bias {
     Estimated square;
     double p = 1.0;  // of b = 0
@@ -127,8 +127,8 @@ Bias bias_of(const ArmTrials& arm, const CostReference& reference) {
         std::min(1.0, 2.0 * std::min(all.p(), calm.p()))};
 }
 
-// V at the greatest sample count, and half of its log interval: by the samples of each pixel where they are
-// independent (`scattered`), which uses all of them; else by the scatter between replicates alone.
+// V at the greatest sample count, and half of its log interval. Where samples are independent (`scattered`), it comes
+// from the samples of each pixel, which uses all of them. Else it comes from the scatter between replicates alone.
 struct Noise {
     double variance = 0.0, log_half = 0.0;
 };
@@ -157,8 +157,8 @@ Noise noise_of(const ArmTrials& arm, bool scattered) {
     return noise;
 }
 
-// d log(root of the squared error) / d log n by least squares, each error weighted by how well its logarithm is known;
-// NaN with fewer than three errors that are known at all.
+// d log(root of the squared error) / d log n by least squares, each error weighted by how well its logarithm is known.
+// NaN with fewer than three known errors.
 double slope_of(const std::vector<std::uint64_t>& samples, const std::vector<double>& squared_errors,
     const std::vector<double>& weights) {
     double count = 0.0, sum = 0.0, x = 0.0, y = 0.0, xx = 0.0, xy = 0.0;

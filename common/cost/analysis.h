@@ -79,9 +79,9 @@ struct StageRange {
 [[nodiscard]] std::vector<ArmFigures> analyse_cost(
     const std::vector<CostArm>& arms, const CostSamples& samples, StageRange stages = {});
 
-// Ratio of an arm's seconds a sample to another's, as the logarithm, over the rounds of both: of the greatest number of
-// samples that both have rendered, so that what a render takes besides its samples counts alike, or of each one's
-// greatest. Nothing is known where no round had both: its interval is then infinite.
+// Ratio of an arm's seconds a sample to another's, as the logarithm, over the rounds of both. It is at the greatest
+// number of samples that both have rendered, so that fixed costs of a render count alike. Without such a number it is
+// at each one's greatest. Nothing is known where no round had both: its interval is then infinite.
 [[nodiscard]] PairedEffect paired_seconds(const ArmTrials& arm, const ArmTrials& other);
 
 // The figures that reach `relative_error` soonest: the baseline (figures[0]), unless another is significantly sooner.
@@ -93,8 +93,8 @@ struct StageRange {
 // Empty where fewer than two knobs are better.
 [[nodiscard]] std::vector<std::size_t> best_settings(const std::vector<ArmFigures>& figures);
 
-// What is worth to be measured together: best_settings, and the best of each knob with Sobol points and with adaptive
-// sampling in place of what these exclude. Each has two settings at least.
+// Settings that are worth measuring together: best_settings, and the best of each knob. The latter have Sobol points or
+// adaptive sampling in place of what these exclude. Each has two settings at least.
 [[nodiscard]] std::vector<std::vector<std::size_t>> mixed_settings(const std::vector<ArmFigures>& figures);
 
 }  // namespace tandem

@@ -51,8 +51,8 @@ double mean_of_all(const std::vector<double>& values) {
     return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
 }
 
-// Pixels are independent, and the variance of an estimate is at most the mean of its square: so a sum of estimates of
-// pixels is off by the root of the sum of their squares, at most, whatever their distribution is.
+// Pixels are independent, and the variance of an estimate is at most the mean of its square. So a sum of pixels'
+// estimates is off by at most the root of the sum of their squares, for any distribution.
 double uncertainty_of(const std::vector<double>& values) {
     double sum = 0.0, of_squares = 0.0;
     for (std::size_t i = 0; i < values.size(); i += channel_count) {
@@ -151,8 +151,8 @@ std::optional<double> seconds_of_pass(
     return result.seconds / static_cast<double>(samples);
 }
 
-// How much longer adaptive samples take than as many uniform ones: noisy pixels may have longer paths, and passes over
-// few of them, the last of which is as long as the noisiest pixel wants, keep a device less busy. Nothing after a stop.
+// How much longer adaptive samples take than as many uniform ones. Noisy pixels may have longer paths. Passes over few
+// pixels keep a device less busy, and the last pass is as long as the noisiest pixel wants. Nothing after a stop.
 std::optional<double> slowness_of_passes(RenderJob& job, const Trial& trial, double seconds, std::stop_token stop) {
     const std::span<const std::uint32_t> favoured(trial.adaptive->favoured);
     const std::optional<double> many = seconds_of_pass(job, favoured, seconds, stop);
@@ -264,8 +264,8 @@ public:
     }
 
 private:
-    // Adaptive sampling is the one way whose gain is foretold before it is tried: no trial is to take a share of what
-    // it may save.
+    // Adaptive sampling is the one way whose gain is foretold before it is tried. So no trial is to take a share of
+    // what it may save.
     [[nodiscard]] double seconds_left() const {
         const bool hoped = may_still_adapt_ && best_->adaptive;
         const double hope = hoped ? std::min(1.0, best_->adaptive->squared_error) : 1.0;

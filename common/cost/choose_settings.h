@@ -40,10 +40,11 @@ struct SettingsChoice {
 };
 
 // A trial of the given settings forecasts how long the render takes. Alternatives get trials as long as all of them
-// together take no more than a share of that: the integrator first, then adaptive sampling, Sobol points and
+// together take no more than a share of that. The integrator comes first, then adaptive sampling, Sobol points and
 // roulette, each on the best so far. Trials use random numbers that the render does not. An alternative must be better
-// by a tenth, as trials are short. Adaptive sampling is judged by how uneven the noise of the best is and how long a
-// path takes in the pixels that would get more; Sobol points by two scramblings. Ends trying others after a stop.
+// by a tenth, as trials are short. Adaptive sampling is judged by how uneven the noise of the best is, and how long
+// paths take in the pixels that would get more. Sobol points are judged by two scramblings. Ends trying others after a
+// stop.
 [[nodiscard]] SettingsChoice choose_settings(const Scene& scene, const RenderSettings& given, const OpenSettings& open,
     Renderer& renderer, const ChoiceGoal& goal, std::stop_token stop);
 

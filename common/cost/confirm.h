@@ -1,6 +1,6 @@
-// Whether what `tandem cost` recommends is the fastest when measured anew: the arm that was found soonest to an error
-// among many has been lucky more often than not. The stages of the schedule measure it and its nearest rivals side by
-// side, on random numbers and in rounds that had no part in the choice.
+// Whether what `tandem cost` recommends is the fastest when measured anew. The arm that was found soonest to an error
+// among many was probably lucky. The stages of the schedule measure it and its nearest rivals side by side. Their
+// random numbers and rounds had no part in the choice.
 #pragma once
 
 #include <optional>
@@ -11,8 +11,8 @@
 
 namespace tandem {
 
-// An arm's time to the error over that of the arm that was recommended at first, with an interval that holds for all
-// rivals of an error together (95 %, Bonferroni).
+// An arm's time to the error over that of the arm that was recommended at first. Its interval holds for all rivals of
+// an error together (95 %, Bonferroni).
 struct Rival {
     std::string name;
     Estimated time_ratio{1.0, 1.0, 1.0};
@@ -34,8 +34,8 @@ struct Confirmation {
 
 inline constexpr std::size_t most_rivals = 3;  // of an error, and the baseline
 
-// For each of cost_errors that an arm reaches and that had a stage of its own: floors are taken from all that came
-// before it, noise and times from that stage alone, whose random numbers had no part in the choice of arms.
+// For each of cost_errors that an arm reaches and that had a stage of its own. Floors are taken from all that came
+// before it. Noise and times come from that stage alone, whose random numbers had no part in the choice of arms.
 [[nodiscard]] std::vector<Confirmation> confirm(const std::vector<CostArm>& arms, const CostSamples& samples);
 
 // At one error: `before` all figures without `anew`, `now` those of `anew` alone.

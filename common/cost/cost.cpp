@@ -263,14 +263,14 @@ json to_json(const CostReport& report) {
         {"width", report.width}, {"height", report.height},
         {"errors",
             fmt::format(
-                "rmse and bias_floor: relative to the mean of the reference image; relmse: mean over pixels "
-                "and channels of (x - r)^2 / (r^2 + {:g}); mse: in the image's own unit; flip: mean, of images "
-                "exposed to a mean of {:g} and clipped at 1; mse, flip and regions: at the greatest sample count",
+                "rmse and bias_floor: relative to the mean of the reference image. relmse: mean over pixels "
+                "and channels of (x - r)^2 / (r^2 + {:g}). mse: in the image's own unit. flip: mean, of images "
+                "exposed to a mean of {:g} and clipped at 1. mse, flip and regions: at the greatest sample count",
                 ErrorMetrics::epsilon, shown_mean)},
         {"regions",
             fmt::format(
-                "dark: the darkest {:g} of the pixels by the reference's luminance; bright: the brightest {:g}; "
-                "edges: the {:g} with the greatest relative step of luminance to the right or lower neighbour; "
+                "dark: the darkest {:g} of the pixels by the reference's luminance. bright: the brightest {:g}. "
+                "edges: the {:g} with the greatest relative step of luminance to the right or lower neighbour. "
                 "rmse: relative to the region's mean",
                 dark_share, bright_share, edges_share)},
         {"asked_error_relative", report.asked_error},

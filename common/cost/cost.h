@@ -23,12 +23,12 @@ struct CostReport {
     double asked_error = 0.01;  // that the table is for
 };
 
-// Sentences that a person can act on: what each knob buys and costs, and the command to the errors of cost_errors, with
-// what measuring anew had to say to it.
+// Sentences that a person can act on: what each knob buys and costs, and the command to the errors of cost_errors. They
+// also say what measuring anew found.
 [[nodiscard]] std::vector<std::string> recommendations(const CostReport& report);
 
-// What they recommend for an error: the soonest, unless measuring anew has refuted it; a forecast that was not
-// measured anew gives way to the baseline, where that reaches the error. Nothing: none does, as far as is known.
+// What they recommend for an error: the soonest, unless measuring anew has refuted it. A forecast that was not measured
+// anew gives way to the baseline, where that reaches the error. Nothing: none does, as far as is known.
 [[nodiscard]] const ArmFigures* recommended(const CostReport& report, double relative_error);
 
 [[nodiscard]] nlohmann::json to_json(const CostReport& report);

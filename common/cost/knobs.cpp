@@ -175,8 +175,8 @@ std::vector<KnobSetting> knob_settings(
 ArmSettings reference_settings(
     const Scene& /*scene*/, const ArmSettings& baseline, const std::string& reference_backend) {
     ArmSettings reference = baseline;
-    // What converges fastest: next events with MIS never make an estimate wrong, and Sobol points of different upper
-    // halves of the sample number are scrambled independently, so that the two halves are independent.
+    // What converges fastest. Next events with MIS never make an estimate wrong. Sobol points of different upper halves
+    // of the sample number are scrambled independently, so that the two halves are independent.
     reference.render.integrator = Integrator::next_event;
     reference.render.mis = true;
     reference.render.bounces = unlimited_bounces;

@@ -22,7 +22,7 @@ struct KnobSetting {
     std::string options;        // of `tandem render`: "--integrator next-event"
     std::function<void(ArmSettings&)> apply;
     std::string reason;  // why it cannot matter in this scene; empty: it may
-    // Whether its estimate has the mean of the unlimited transport equation by design, but for rounding; else it is not
+    // Whether its estimate has the mean of the unlimited transport equation by design, but for rounding. Else it is not
     // recommended for errors that its floor may reach.
     bool keeps_estimate = true;
 };
@@ -34,8 +34,8 @@ struct KnobSetting {
 [[nodiscard]] std::vector<KnobSetting> knob_settings(
     const Scene& scene, const ArmSettings& baseline, const RendererInfo& renderer, double mean);
 
-// Scattering events that a path may have where roulette is to end it: enough that what is cut off is nothing, as long
-// as some light is absorbed at every event (0.95^256 = 2e-6).
+// Scattering events that a path may have where roulette is to end it. They are enough where some light is absorbed at
+// every event: at most 0.95^256 = 2e-6 is cut off.
 inline constexpr std::uint32_t unlimited_bounces = 256;
 // The unlimited estimate of the transport equation (MODEL.md section 2) that the long reference renders.
 [[nodiscard]] ArmSettings reference_settings(

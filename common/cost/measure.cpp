@@ -50,8 +50,8 @@ Errors errors_of(const PixelValues& image, const CostReference& reference) {
     return {errors.square / count, errors.relative / count};
 }
 
-// Seconds a sample, of the longest of growing trials, so that a fast device's time is not that of starting and ending a
-// render; a sample before them warms up.
+// Seconds a sample, from the longest of growing trials, so that starting and ending a render does not count as a fast
+// device's time. A sample before them warms up.
 std::optional<double> seconds_per_sample(RenderJob& job, double long_enough, const CostControl& control) {
     double seconds = 0.0;
     if (!render_all(job, {0, 1}, control)) return std::nullopt;

@@ -1,5 +1,5 @@
-// Runs the arms of `tandem cost` in rounds, in each of which every arm of a stage renders one replicate, in random
-// order, so that what the machine's mood does to the times it does to all of them.
+// Runs the arms of `tandem cost` in rounds. In a round every arm of a stage renders one replicate, in random order. So
+// drifts of the machine's speed change the times of all arms alike.
 #pragma once
 
 #include <functional>
@@ -71,9 +71,9 @@ public:
     [[nodiscard]] RendererInfo info() const;  // of the first arm's renderer
     [[nodiscard]] const std::vector<SkippedArm>& skipped() const { return skipped_; }
 
-    // The short stage: rounds over the arms of these names (all must have been added) for about `seconds`, at most
-    // most_replicates, but fewest_replicates at least, if no stop comes before. Arms without samples yet get the counts
-    // that their share of the time allows; those too slow for one sample a replicate are skipped. Results go to
+    // The short stage: rounds over the arms of these names (all must have been added) for about `seconds`. There are at
+    // most most_replicates, and fewest_replicates at least, if no stop comes before. Arms without samples yet get the
+    // counts that their share of the time allows; those too slow for one sample a replicate are skipped. Results go to
     // `samples`, whose reference is there. False where a stop came before there were fewest_replicates.
     bool measure(
         const std::vector<std::string>& names, double seconds, CostSamples& samples, const CostControl& control);

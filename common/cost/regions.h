@@ -1,5 +1,5 @@
-// Parts of an image where an error may be great while it is small in the mean, told from the reference alone: `dark` is
-// the darkest quarter of the pixels, `bright` the brightest tenth, `edges` the tenth with the greatest steps of
+// Parts of an image where an error may be great while it is small in the mean, told from the reference alone. `dark` is
+// the darkest quarter of the pixels, `bright` the brightest tenth. `edges` is the tenth with the greatest steps of
 // luminance to the right and lower neighbour, relative to the luminance there.
 #pragma once
 

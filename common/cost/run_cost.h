@@ -1,5 +1,5 @@
-// The whole of `tandem cost` on one scene and backend: reference, a short stage of all arms and of the best of them
-// together, then the stages of the schedule.
+// The whole of `tandem cost` on one scene and backend: the reference, a short stage, then the stages of the schedule.
+// The short stage has all arms, and the best of them together.
 #pragma once
 
 #include <filesystem>
@@ -32,7 +32,7 @@ struct CostRequest {
 [[nodiscard]] std::vector<CostArm> single_arms(const Scene& scene, const CostRequest& request,
     const RendererInfo& renderer, double mean, std::vector<SkippedArm>& skipped);
 
-// Throws InputError for knobs that there are not, an earlier measurement of something else, a black image;
+// Throws InputError for knobs that there are not, an earlier measurement of something else, a black image. Throws
 // StoppedError where a stop came before anything was known.
 [[nodiscard]] CostReport run_cost(const Scene& scene, CostRequest request, const CostControl& control);
 

@@ -95,8 +95,8 @@ std::optional<Candidate> candidate(const ArmFigures& arm, double error) {
     return Candidate{&arm, levels_up_to(wanted), time.seconds->value};
 }
 
-// The arms that could be soonest at an error, as far as the time allows: the soonest two, the baseline and what pays
-// late before the rest.
+// The arms that could be soonest at an error, as far as the time allows. The soonest two, the baseline and what pays
+// late come before the rest.
 std::vector<CostStage::Arm> contenders(
     const std::vector<ArmFigures>& figures, std::size_t index, double seconds, bool in_pieces) {
     std::vector<Candidate> all;

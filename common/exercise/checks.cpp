@@ -14,10 +14,9 @@ namespace tandem {
 
 namespace {
 
-// A single-precision function rounds its arguments, and what it computes, by a few times 2^-24 each: it may be the
-// exact function of arguments that differ from the given ones by 2^-18 of their size. Vulkan lets arc functions be off
-// by 2^-12 (4096 ulp), which 1 - cos makes several times as much: 2^-9 of the value. Planted bugs change it by
-// percents.
+// A single-precision function rounds its arguments, and what it computes, by a few times 2^-24 each. So it may be the
+// exact function of arguments that differ by 2^-18 of their size. Vulkan lets arc functions be off by 2^-12 (4096 ulp),
+// which 1 - cos makes several times as much: 2^-9 of the value. Planted bugs change it by percents.
 constexpr double argument_error = 0x1p-18, least_argument_error = 0x1p-21, value_error = 0x1p-9, vector_error = 0x1p-12;
 constexpr double edge = 0.02;  // of the value: where so small a change of the arguments does so much, nothing is asked
 

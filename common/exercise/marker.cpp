@@ -48,7 +48,7 @@ Trial trial_of(const Exercise& exercise, const std::string& text, std::uint64_t 
     return trial;
 }
 
-// What a ray's function finds about the ray at which it is most wrong: the direction turns from column to column and
+// What a ray's function finds about the ray at which it is most wrong. The direction turns from column to column and
 // from row to row. Nothing for functions of other things.
 std::optional<MarkPicture> picture_about(const Trial& trial, const std::string& text, const Values& worst) {
     constexpr std::uint32_t side = 65;  // odd: the ray itself is the pixel in the middle

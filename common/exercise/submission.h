@@ -1,6 +1,6 @@
-// What a student hands in, and the shader that it becomes part of. A submission is text of someone else: it is read to
-// a limit, its directives and all that could reach beyond its own function are refused, and what is compiled is the
-// text that was looked at, without its comments.
+// What a student hands in, and the shader that it becomes part of. A submission is text of someone else. It is read to
+// a limit. Its directives, and all that could reach beyond its own function, are refused. What is compiled is the text
+// that was looked at, without its comments.
 #pragma once
 
 #include <filesystem>

@@ -43,9 +43,9 @@ struct ArmResult {
     [[nodiscard]] double smallest_detectable_relative() const;
 };
 
-// Where along the workload an arm begins to be the better one, or the worse. Between `below`, the largest size at which
-// one side was surely better, and `above`, the smallest from which the other surely is; `at` by interpolation of the
-// log ratio over the logarithm of the size.
+// Where along the workload an arm begins to be the better one, or the worse. `below` is the largest size at which one
+// side was surely better, `above` the smallest from which the other surely is. `at` between them interpolates the log
+// ratio over the logarithm of the size.
 struct Crossover {
     std::string family, arm, along;
     bool exists = false;        // false: one side was never surely beaten

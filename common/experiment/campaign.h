@@ -1,5 +1,5 @@
-// How a campaign shares its time: all experiments of some families, each arm made anew in every round, by one process
-// or by several one after another. What a process is started with is the command's affair.
+// How a campaign shares its time over all experiments of some families. Each arm is made anew in every round, by one
+// process or by several one after another. What a process is started with is the command's affair.
 #pragma once
 
 #include <functional>
@@ -25,10 +25,10 @@ struct CampaignOptions {
     std::function<double()> now;  // seconds; empty: the steady clock
 };
 
-// Rounds over all experiments that are not known well enough yet, in each of which every arm is made anew: two jobs of
-// one arm differ by their luck with memory and threads, and a machine's mood outlasts many blocks. The first round is
-// made whatever the time; what is left of it is shared by what is left to do. Arms pass the identity gate in the first
-// round alone. Adds to `results`; returns for how many whole rounds there was time, `replicates` after a stop.
+// Rounds over all experiments that are not known well enough yet. In each round every arm is made anew. Two jobs of one
+// arm differ by their luck with memory and threads, and slow drifts of the machine outlast many blocks. The first round
+// is made whatever the time; what is left of it is shared by what is left to do. Arms pass the identity gate in the
+// first round alone. Adds to `results`; returns for how many whole rounds there was time, `replicates` after a stop.
 [[nodiscard]] unsigned run_campaign(
     const std::vector<Family>& families, const CampaignOptions& options, BenchResults& results);
 

@@ -45,9 +45,9 @@ struct ClaimResult {
 };
 
 // less: confirmed where the effect is significant (Holm over the claims) and its interval reaches beyond what is
-// negligible; refuted where the whole interval is above -negligible. more: likewise, mirrored. no_difference: confirmed
-// where the interval lies within ± negligible, refuted where it lies outside. no_more: by the upper side alone. Else
-// below resolution.
+// negligible. It is refuted where the whole interval is above -negligible. more: likewise, mirrored. no_difference:
+// confirmed where the interval lies within ± negligible, refuted where it lies outside. no_more: by the upper side
+// alone. Else below resolution.
 [[nodiscard]] std::vector<ClaimResult> judge_claims(
     const std::vector<Claim>& claims, const std::vector<ExperimentSamples>& samples);
 

@@ -14,9 +14,9 @@
 
 namespace tandem {
 
-// Seconds by clock of one run of an arm: "total" (wall clock) always; "record", "record-cpu", "submit", "wait",
-// "device", "prepare" where the arm has such phases; "submit-to-start", "end-to-known", "overlap" and "clock-deviation"
-// where device and host have related clocks.
+// Seconds by clock of one run of an arm. "total" (wall clock) is always there. "record", "record-cpu", "submit",
+// "wait", "device", "prepare" are there where the arm has such phases. "submit-to-start", "end-to-known", "overlap" and
+// "clock-deviation" need related clocks of device and host.
 using ClockReadings = std::map<std::string, double>;
 
 // What an arm computes, for the identity gate.

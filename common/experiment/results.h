@@ -20,16 +20,16 @@ struct BenchResults {
 
 [[nodiscard]] nlohmann::json texts_of(const Family& family);
 
-// {"version", "device", "arms": [{"family", "arm", "baseline", "workload", "ratio", "ratio_low", "ratio_high", "unit",
-// "identical", "samples", …}], "claims": [{"id", "text", "source", "verdict", "effect", "effect_low", "effect_high",
-// "smallest_detectable", …}], "crossovers", "floor", "families", "raw"}.
+// {"version", "device", "arms": […], "claims": […], "crossovers", "floor", "families", "raw"}. An arm is {"family",
+// "arm", "baseline", "workload", "ratio", "ratio_low", "ratio_high", "unit", "identical", "samples", …}. A claim is
+// {"id", "text", "source", "verdict", "effect", "effect_low", "effect_high", "smallest_detectable", …}.
 [[nodiscard]] nlohmann::json to_json(const BenchResults& results, const std::vector<Claim>& claims);
 
 // Raw readings of such a file. Throws InputError that names `file` and a JSON pointer.
 [[nodiscard]] BenchResults results_from_json(const nlohmann::json& json, const std::string& file);
 [[nodiscard]] BenchResults load_results(const std::string& file);
 
-// As comma-separated values [RFC 4180], units in the header: for each arm at each workload a row for each replicate,
+// As comma-separated values [RFC 4180], units in the header. Each arm at each workload has a row for each replicate,
 // and one for all of them together.
 [[nodiscard]] std::string to_csv(const BenchResults& results);
 

@@ -110,7 +110,7 @@ void run_block(std::vector<Contender>& contenders, ExperimentSamples& samples, s
     }
 }
 
-// A device that idled while arms were made runs at a lower clock, and takes up to so long to come back: less after
+// A device that idled while arms were made runs at a lower clock. It takes up to so long to come back, and less after
 // short pauses. Its readings scatter little meanwhile, so that no test of a few blocks can tell them for warm-up.
 constexpr double longest_warm_up = 0.5, warm_up_a_second = 0.3;
 
@@ -225,8 +225,8 @@ ExperimentSamples run_experiment(const Family& family, const Workload& workload,
             publish(contenders, samples);
             const double needed = blocks_needed(samples, options.narrow);
             if (needed <= static_cast<double>(blocks)) samples.ended = "narrow";
-            // Looking often and stopping at the first narrow interval would prefer those that are narrow by chance, and
-            // they cover too seldom: as Stein 1945, plan once from the scatter seen, then look again.
+            // Looking often and stopping at the first narrow interval would prefer those that are narrow by chance,
+            // which cover too seldom. As Stein 1945, plan once from the scatter seen, then look again.
             const double planned = std::min(1.1 * needed, static_cast<double>(options.most_blocks));
             next_look = std::max(blocks + options.least_blocks / 2, static_cast<std::size_t>(planned));
         }

@@ -1,5 +1,6 @@
-// Runs the arms of one family at one workload: makes them, gates them by what they compute, and times them in blocks of
-// random order until the intervals are narrow or the budget ends. Raw readings are kept; what they mean is analysis.h.
+// Runs the arms of one family at one workload. It makes them, gates them by what they compute, and times them in blocks
+// of random order. It ends when the intervals are narrow or the budget is spent. Raw readings are kept; what they mean
+// is analysis.h.
 #pragma once
 
 #include <stop_token>
@@ -55,8 +56,8 @@ struct RunnerOptions {
     std::function<double()> now;  // seconds; empty: the steady clock
 };
 
-// Throws UnsupportedError where the baseline itself cannot run; where the family is not for everywhere, all its arms
-// are not applicable then, with the baseline's reason.
+// Throws UnsupportedError where the baseline itself cannot run. If the family is not for everywhere, all its arms are
+// then not applicable, with the baseline's reason.
 [[nodiscard]] ExperimentSamples run_experiment(
     const Family& family, const Workload& workload, const RunnerOptions& options);
 

@@ -23,8 +23,9 @@ struct ImageRequest {
 class CommandWords {
 public:
     // Splits `text` at blanks. Quotes '…' and "…" keep words together, and \ takes the next character as it is.
-    // Nothing is expanded. Throws InputError for an open quote, no word, an unknown placeholder, a placeholder in the
-    // text of `sh -c`, a program that is not there, and placeholders without {out}, {samples} and {seed}.
+    // Nothing is expanded. Throws InputError for an open quote, no word, an unknown placeholder, or a placeholder in
+    // the text of `sh -c`. It also does for a program that is not there, and placeholders without {out}, {samples} and
+    // {seed}.
     explicit CommandWords(const std::string& text);
 
     [[nodiscard]] bool has(const std::string& placeholder) const;

@@ -16,8 +16,8 @@ namespace tandem {
 namespace {
 
 // Programs differ in how they begin their generators, and some add pixel and seed: no two requests get neighbouring
-// seeds. A bijection of 31 bits (odd factors, shifts), as many as fit everybody's seeds; so two requests of one render
-// seed never share one, nor two of neighbouring render seeds within 8e9 samples.
+// seeds. The map is a bijection of 31 bits (odd factors, shifts), as many as fit everybody's seeds. So two requests of
+// one render seed never share one, nor two of neighbouring render seeds within 8e9 samples.
 std::uint64_t seed_of(std::uint64_t render_seed, std::uint64_t first_sample, std::uint64_t least_samples) {
     constexpr std::uint64_t mask = (std::uint64_t{1} << 31) - 1;
     std::uint64_t z = (render_seed * 0x9E3779B1u + first_sample / least_samples) & mask;

@@ -1,5 +1,5 @@
-// Modules: parts of the program in shared libraries of their own, loaded when they are first asked for, so that other
-// starts need not wait for the libraries behind them.
+// Modules: parts of the program in shared libraries of their own, loaded when they are first asked for. Other starts
+// need not wait for the libraries behind them.
 #pragma once
 
 #include <string>

@@ -16,8 +16,8 @@ struct Output {
     std::vector<std::string> files = {"probe"};  // that it gets, if it is a folder
 };
 
-// Throws InputError where an output is a file of `inputs` or of another output, by whatever name, link or mount it is
-// called, or cannot be written. Pipes, terminals and /dev/null may be named twice. Leaves nothing behind.
+// Throws InputError where an output cannot be written. It also does where one is a file of `inputs` or of another
+// output, by whatever name, link or mount. Pipes, terminals and /dev/null may be named twice. Leaves nothing behind.
 void check_outputs(const std::vector<Output>& outputs, const std::vector<std::string>& inputs);
 
 }  // namespace tandem

@@ -10,8 +10,8 @@ namespace tandem {
 // Bytes of the largest stored result read.
 inline constexpr std::size_t greatest_result_bytes = std::size_t{1} << 30;
 
-// Where an error is reported, if another file names the one that is read: in `file`, at the JSON pointer `pointer`, of
-// the file that is called `shown` there.
+// Where an error is reported, if another file names the one that is read. It is at the JSON pointer `pointer` of
+// `file`, which calls the read one `shown`.
 struct NamedBy {
     std::string file, pointer, shown;
 };

@@ -49,7 +49,7 @@ private:
 // points to is replaced.
 class ReplacementFile {
 public:
-    // Throws InputError where commit() could not succeed: the folder is not there or not writable, or the target is a
+    // Throws InputError where commit() could not succeed. The folder is not there or not writable, or the target is a
     // folder, a device, read-only or bound to its place.
     explicit ReplacementFile(const std::filesystem::path& target);
     ~ReplacementFile();

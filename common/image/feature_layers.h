@@ -14,11 +14,11 @@ struct FeatureImages {
 };
 
 // Adds the chosen features to an image of the same size: albedo.R/G/B, normal.X/Y/Z, position.X/Y/Z, depth.Z,
-// distance.Z, coverage.A, and as whole numbers primitive.ID and material.ID (4294967295: nothing was hit).
+// distance.Z, coverage.A. primitive.ID and material.ID are whole numbers (4294967295: nothing was hit).
 void add_layers(Image& image, const FeatureImages& features);
 
-// One feature to look at, R, G and B from 0 to 1: a direction n as (n + 1)/2, a distance the darker the farther, a
-// place by its part of the image's greatest box, an id by a colour of its own.
+// One feature to look at, R, G and B from 0 to 1. A direction n is (n + 1)/2, a distance the darker the farther. A
+// place is its part of the image's greatest box. An id has a colour of its own.
 [[nodiscard]] Image feature_picture(
     const FeatureImages& features, Feature feature, std::uint32_t width, std::uint32_t height);
 

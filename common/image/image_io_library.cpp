@@ -1,5 +1,5 @@
-// The image library, which is loaded with the first image that needs it: OpenImageIO brings more than 200 shared
-// libraries, and most starts of the program touch no such image.
+// The image library, loaded with the first image that needs it. OpenImageIO brings more than 200 shared libraries, and
+// most starts of the program touch no such image.
 #include "common/error.h"
 #include "common/files/load_module.h"
 #include "common/image/image_io_parts.h"

@@ -1,6 +1,6 @@
-// NumPy arrays, as numpy.save writes them: (height, width, 3) is R, G, B; (height, width, 6) also variance.R, .G, .B;
-// (height, width) and (height, width, 1) are grey. Rows from the top. Linear values.
-// [numpy.lib.format: "\x93NUMPY", version, length of the header, header as a Python dictionary, values]
+// NumPy arrays, as numpy.save writes them. (height, width, 3) is R, G, B; (height, width, 6) also variance.R, .G, .B.
+// (height, width) and (height, width, 1) are grey. Rows from the top. Linear values. [numpy.lib.format: "\x93NUMPY",
+// version, length of the header, header as a Python dictionary, values]
 #include <fmt/format.h>
 
 #include <bit>

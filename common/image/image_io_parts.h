@@ -26,12 +26,12 @@ void require_regular_file(const std::filesystem::path& path);
 // What numpy.save wrote.
 [[nodiscard]] Image read_npy(const std::filesystem::path& path, std::uint64_t limit);
 
-// The first three channels (a single one thrice) times `exposure`, clipped to [0, 1], encoded as sRGB in 8 bits
-// [IEC 61966-2-1]; what is not a number becomes 0.
+// The first three channels (a single one thrice) times `exposure`, clipped to [0, 1], encoded as sRGB in 8 bits [IEC
+// 61966-2-1]. What is not a number becomes 0.
 [[nodiscard]] std::vector<std::uint8_t> to_srgb8(const Image& image, double exposure);
 
 // By the image library: without one they throw InputError, which says so. Whole files are made in memory, since the
-// library does not tell of a disk that fills up as it closes a file; `shown` is the name for errors.
+// library does not tell of a disk that fills up as it closes a file. `shown` is the name for errors.
 // Read: `bytes`, if any, in place of the file's; `straight_alpha`: colours are not multiplied by it.
 struct LibrarySource {
     std::filesystem::path path;

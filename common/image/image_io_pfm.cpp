@@ -1,5 +1,5 @@
-// Portable float maps: "PF" (three channels) or "Pf" (one), width and height, a scale whose sign gives the byte order,
-// then rows of float32 from the bottom up. [Debevec, HDRShop]
+// Portable float maps: "PF" (three channels) or "Pf" (one), width and height, a scale whose sign gives the byte order.
+// Then come rows of float32 from the bottom up. [Debevec, HDRShop]
 #include <fmt/format.h>
 
 #include <bit>

@@ -86,7 +86,7 @@ std::vector<double> neighbour_deviations(std::uint32_t width, std::uint32_t heig
 }
 
 // The minimum has n_i = max(least_i, s deviation_i) [by Lagrange multipliers]. Starting with s of all pixels, those
-// below their least are set to it and s is found anew of the others, which makes it smaller: none is set in vain.
+// below their least are set to it. s is found anew of the others, which makes it smaller: none is set in vain.
 std::vector<double> allocate(std::span<const double> deviations, std::span<const double> least, double total) {
     std::vector<double> counts(least.begin(), least.end());
     std::vector<std::size_t> free;  // not set yet
@@ -206,8 +206,8 @@ bool GrowingFilm::render(
     return whole;
 }
 
-// What pixels lack of `samples` a pixel. Each colour shares out its own, by what the samples that all pixels have alike
-// show of the other's noise: nothing here depends on a pixel's own samples. Counts so far do not either, as they came
+// What pixels lack of `samples` a pixel. Each colour shares out its own by the other's noise, as the samples that all
+// pixels have alike show it. Nothing here depends on a pixel's own samples. Counts so far do not either, as they came
 // about in the same way.
 std::vector<std::uint64_t> GrowingFilm::units_to_add(std::uint64_t samples, std::uint64_t unit) const {
     const std::uint32_t width = uniform_.width();

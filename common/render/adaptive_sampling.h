@@ -1,6 +1,6 @@
-// Adaptive sampling (MODEL.md section 11.3): every pixel has its share of uniform samples, and noisy ones have the more
-// besides the noisier they are, so that the mean squared error of the image falls soonest. Without a bias: what decides
-// over a pixel's count is its neighbours' noise, never its own samples.
+// Adaptive sampling (MODEL.md section 11.3). Every pixel has its share of uniform samples, and noisier pixels have more
+// besides. So the mean squared error of the image falls soonest. Without a bias: what decides over a pixel's count is
+// its neighbours' noise, never its own samples.
 #pragma once
 
 #include <optional>
@@ -18,13 +18,13 @@ inline constexpr double uniform_share = 0.25;
 // known.
 inline constexpr std::uint64_t least_alike = 2 * samples_per_block;
 
-// By the pixels of a chequerboard's other colour nearby: the root of the weighted mean of their variances,
-// [y * width + x]; 0 where there are none.
+// From the pixels of a chequerboard's other colour nearby: the root of the weighted mean of their variances, [y * width
+// + x]. 0 where there are none.
 [[nodiscard]] std::vector<double> neighbour_deviations(
     std::uint32_t width, std::uint32_t height, std::span<const double> variances);
 
 // Numbers of samples that a film may use from its first one on. The first 2^40, as many as `render --samples` takes,
-// are those of samples that all pixels have alike; the rest is adaptive sampling's, whose noisiest pixel may have a
+// are those of samples that all pixels have alike. The rest is adaptive sampling's, whose noisiest pixel may have a
 // great multiple of the mean.
 inline constexpr unsigned film_numbers_shift = 44;
 inline constexpr std::uint64_t film_numbers = std::uint64_t{1} << film_numbers_shift;
@@ -49,8 +49,8 @@ class VarianceScatter {
 public:
     // Samples of some pixels (all: an empty list) by themselves; fewer than 2 a pixel say nothing.
     void add(const Estimate& part, std::span<const std::uint32_t> pixels);
-    // Standard error of the mean of variance / count over pixels, relative to it, with the degrees of freedom that it
-    // is known by [Welch 1947; Satterthwaite 1946]. Nothing where a pixel has fewer than two parts.
+    // Standard error of the mean of variance / count over pixels, relative to it, with its degrees of freedom [Welch
+    // 1947; Satterthwaite 1946]. Nothing where a pixel has fewer than two parts.
     struct Misjudged {
         double relative = 0.0, degrees = 0.0;
     };

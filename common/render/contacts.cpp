@@ -19,8 +19,8 @@ namespace {
 using glm::dvec3;
 
 // As shares of the size of a contact: faces so near are taken to touch, and are held twice as far apart. Single
-// precision knows a plane to 13 u = 2^-20 of it (cpu_ref/path_tracer/geometry/surface.h), and a ray that goes on
-// through a face takes what lies within 8 of such bounds for the same place: 2^-17.
+// precision knows a plane to 13 u = 2^-20 of it (cpu_ref/path_tracer/geometry/surface.h). A ray that goes on through a
+// face takes what lies within 8 of such bounds for the same place: 2^-17.
 constexpr double touching = 0x1p-16, hair = 0x1p-15;
 constexpr double most_of_body = 0.25;      // of its thickness, that a face is drawn back
 constexpr double least_overlap = 0x1p-20;  // of coordinates, of faces that do not only share an edge

@@ -236,7 +236,7 @@ EffectSet needed_effects(const Scene& scene, const RenderSettings& settings) {
 namespace {
 
 // Light without a surface is found by sampling alone, which translucent and boundary surfaces block (MODEL.md sections
-// 8.3 and 9.2): what it would bring through them would be missing without a word.
+// 8.3 and 9.2). What it would bring through them would be missing without a word.
 void refuse_lights_that_cannot_be_found(
     const Scene& scene, const RenderSettings& settings, const std::vector<EffectFinding>& findings) {
     const auto of = [&](Effect effect) -> const EffectFinding& { return findings[static_cast<std::size_t>(effect)]; };
@@ -254,7 +254,7 @@ void refuse_lights_that_cannot_be_found(
     if (settings.integrator == Integrator::next_event && light.needed && of(Effect::translucent).needed)
         throw UnsupportedError(fmt::format(
             "{} is translucent and blocks light sampling, so that {} would leave black what is behind it (MODEL.md "
-            "section 8.3); use surfaces that emit, or the integrator whitted, which shows no light through glass, or "
+            "section 8.3). Use surfaces that emit, or the integrator whitted, which shows no light through glass, or "
             "bidirectional (cpu), which finds it",
             of(Effect::translucent).reason, light.reason));
 }
@@ -267,9 +267,8 @@ EffectSet effects_to_simulate(
     const EffectSet needed = needed_of(findings);
     if (!settings.mis && settings.integrator != Integrator::next_event)
         throw UnsupportedError(
-            "leaving out MIS (--mis off) is of the integrator next-event alone: there are no two ways to a light to "
-            "weigh in path and whitted, and no paths without weights in bidirectional; add --integrator next-event or "
-            "leave it out");
+            "leaving out MIS (--mis off) is of the integrator next-event alone. path and whitted have no two ways to a "
+            "light to weigh, bidirectional has no paths without weights. Add --integrator next-event or leave it out");
     refuse_lights_that_cannot_be_found(scene, settings, findings);
     if (const EffectSet lacking = needed.without(supported); lacking.size() > 0)
         throw UnsupportedError(fmt::format(

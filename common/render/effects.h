@@ -73,8 +73,8 @@ struct EffectFinding {
 
 // What a renderer is to simulate: settings.effects, or what the scene calls for; what `supported` lacks besides is
 // dropped. Throws UnsupportedError for:
-// - an effect that the scene calls for and that settings.effects leaves out;
-// - one that the scene calls for and that `supported` lacks (naming `backend`);
+// - an effect that the scene calls for and that settings.effects leaves out.
+// - one that the scene calls for and that `supported` lacks (naming `backend`).
 // - punctual lights that the integrator cannot find, or not behind a boundary or glass (MODEL.md section 8.3).
 [[nodiscard]] EffectSet effects_to_simulate(
     const Scene& scene, const RenderSettings& settings, EffectSet supported, std::string_view backend);

@@ -1,6 +1,6 @@
-// What a renderer returns (MODEL.md section 11): per pixel and channel the sum and the sum of squares of its samples,
-// kept as a forest of dyadic runs of sample blocks so that disjoint ranges, cut at multiples of the block, merge to the
-// same bits in any order. Progress, resuming, several devices and several machines all build on this.
+// What a renderer returns (MODEL.md section 11): per pixel and channel the sum and the sum of squares of its samples.
+// They are kept as a forest of dyadic runs of sample blocks. So disjoint ranges, cut at multiples of the block, merge
+// to the same bits in any order. Progress, resuming, several devices and several machines all build on this.
 #pragma once
 
 #include <cstdint>
@@ -47,7 +47,7 @@ public:
     [[nodiscard]] std::uint64_t pixel_count() const { return std::uint64_t{width_} * height_; }
 
     // Adds the moments of samples `range` of every pixel. `range` is a run of blocks, or lies in one block and begins
-    // where the block begins; it may end early (a ragged block), which then can never be completed by merging. Throws
+    // where the block begins. It may end early (a ragged block), which then can never be completed by merging. Throws
     // Error on any other range, on an overlap, and on a plane of the wrong size.
     void add_block(SampleRange range, Plane moments);
 

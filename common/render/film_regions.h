@@ -1,5 +1,5 @@
 // A film that does not fit into memory at once, rendered region by region. Each pixel has the bits that it has in a
-// render of the whole film, since its random numbers depend on the pixel and the sample alone (MODEL.md section 3).
+// render of the whole film. For its random numbers depend on the pixel and the sample alone (MODEL.md section 3).
 #pragma once
 
 #include <functional>

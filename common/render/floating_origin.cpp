@@ -81,8 +81,9 @@ double half_extent(const Box& box) {
 }
 
 // What to subtract from an entity's own coordinates where it is they that are large, and not its place. They are the
-// inverse map of a point within 5 h of the origin (floating_origin), so within 5 r of that of the origin itself, r
-// being h times the inverse's greatest sum of a row. Beyond 16 r they are larger than 11 r, and below 5.5 r when moved.
+// inverse map of a point within 5 h of the origin (floating_origin). So they are within 5 r of that of the origin
+// itself, r being h times the inverse's greatest sum of a row. Beyond 16 r they are larger than 11 r, and below 5.5 r
+// when moved.
 dvec3 own_origin(const Entity& entity, const dvec3& origin, double half) {
     const glm::dmat3 to_object = glm::inverse(glm::dmat3(entity.object_to_world));
     const glm::dmat3 rows = glm::transpose(to_object);
@@ -175,9 +176,9 @@ private:
 
 }  // namespace
 
-// Along an axis on which the middle lies beyond four times h, half the box's longest side, all coordinates are larger
-// than 3 h; moved by the middle, which is rounded to a multiple of h at most, they are below 1.5 h. So the largest
-// coordinate along the axis becomes less than half, and nearer than four times there would be little to gain.
+// Let h be half the box's longest side. Along an axis on which the middle lies beyond four times h, all coordinates are
+// larger than 3 h. Moved by the middle, which is rounded to a multiple of h at most, they are below 1.5 h. So the
+// largest coordinate along the axis becomes less than half, and nearer than four times there would be little to gain.
 std::optional<dvec3> floating_origin(const Scene& scene) {
     const Box box = box_of(scene);
     const double half = half_extent(box);
@@ -203,7 +204,7 @@ std::optional<Scene> seen_from(const Scene& scene, const dvec3& origin) {
     return moved;
 }
 
-// A displacement below four times h, half the longest side of the box at rest, leaves coordinates below 9 h: there
+// A displacement below four times h, half the longest side of the box at rest, leaves coordinates below 9 h. There
 // would be little to gain, as above. A body that shares three quarters of it has a displacement of a quarter left, or
 // less.
 std::optional<dvec3> floating_motion(const Scene& scene) {

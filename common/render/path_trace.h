@@ -33,8 +33,8 @@ struct TracedVertex {
     glm::dvec3 throughput{1.0};                               // A of the arriving ray, the medium on its way included
     glm::dvec3 radiance{0.0};                                 // gathered until here, this vertex included
     PathEnd end = PathEnd::goes_on;
-    // Where the path goes on: the new direction, its density per solid angle (0 where directions are only sampled, as a
-    // mirror's), and A of the new ray, roulette included.
+    // Where the path goes on: the new direction and its density per solid angle (0 where directions are only sampled,
+    // as a mirror's). A is that of the new ray, roulette included.
     glm::dvec3 next_direction{0.0}, next_throughput{0.0};
     double pdf = 0.0;
     // Next event (9.2): the direction in which a light was sampled, and what that brought; zero: none.

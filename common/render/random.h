@@ -1,7 +1,7 @@
-// Counter-based random numbers (MODEL.md section 3): Philox4x32-10 of Salmon, Moraes, Dror, Shaw, "Parallel random
-// numbers: as easy as 1, 2, 3", SC 2011, and two to be chosen in its place (section 3.2). Stateless: any sample of any
-// pixel can be re-run alone, in any order. These integer generators and their known answers are the only transport
-// arithmetic that the host backends share.
+// Counter-based random numbers (MODEL.md section 3). The default is Philox4x32-10 of Salmon, Moraes, Dror, Shaw,
+// "Parallel random numbers: as easy as 1, 2, 3", SC 2011. Two others may be chosen in its place (section 3.2).
+// Stateless: any sample of any pixel can be re-run alone, in any order. These integer generators and their known
+// answers are the only transport arithmetic that the host backends share.
 #pragma once
 
 #include <array>
@@ -34,8 +34,8 @@ using RandomBlock = std::array<std::uint32_t, 4>;
         {static_cast<std::uint32_t>(seed), static_cast<std::uint32_t>(seed >> 32)});
 }
 
-// philox: as above. hash: a cheaper hash. sobol: scrambled Sobol points, more even than independent numbers; samples of
-// one pixel are then not independent of each other, but those 2^32 apart, of other pixels and of other seeds are.
+// philox: as above. hash: a cheaper hash. sobol: scrambled Sobol points, more even than independent numbers. Samples of
+// one pixel are then not independent of each other. Those 2^32 apart, of other pixels and of other seeds are.
 enum class Generator : std::uint32_t { philox = 0, hash = 1, sobol = 2 };
 inline constexpr std::array<std::string_view, 3> generator_names{"philox", "hash", "sobol"};
 
@@ -82,9 +82,9 @@ namespace sobol {
     return x;
 }
 
-// The bits of the second Sobol coordinate of point `index`, reversed (the first one's are the index itself): its
-// direction numbers are v_k = v_(k-1) xor v_(k-1)/2 [Joe, Kuo 2008], so that the coordinate, its bits read as a
-// polynomial over GF(2), is that of the index with x + 1 for x; (x + 1)^16 = x^16 + 1 there, and so on.
+// The bits of the second Sobol coordinate of point `index`, reversed (the first one's are the index itself). Its
+// direction numbers are v_k = v_(k-1) xor v_(k-1)/2 [Joe, Kuo 2008]. So its bits, read as a polynomial over GF(2), are
+// that of the index with x + 1 for x. There (x + 1)^16 = x^16 + 1, and so on.
 [[nodiscard]] constexpr std::uint32_t second_reversed(std::uint32_t index) {
     index ^= (index & 0xFFFF0000u) >> 16;
     index ^= (index & 0xFF00FF00u) >> 8;
@@ -102,8 +102,8 @@ struct Pair {
     return {reversed(scrambled(index, keys[1])), reversed(scrambled(second_reversed(index), keys[2]))};
 }
 
-// Which numbers of a block are a pair: the first two and the last two; of a light's block the second and third, which
-// are the point on it, and the first and fourth.
+// Which numbers of a block are a pair: the first two and the last two. In a light's block the second and third are a
+// pair, the point on it, and the first and fourth.
 [[nodiscard]] constexpr bool pairs_inner(std::uint32_t block) { return block % 4 == 1 && block > 4; }
 inline constexpr std::uint32_t second_pair = 1;  // stands for the sample in the keys of a block's second pair
 }  // namespace sobol

@@ -13,7 +13,7 @@
 namespace tandem {
 
 // p(t) = origin + t d, t in [t_min, t_max]. d is `direction`, rounded to the renderer's arithmetic, if its length is 1
-// to within 10^-6, else the unit vector along it; a ray without one, or with a NaN or infinite component, misses.
+// to within 10^-6, else the unit vector along it. A ray without one, or with a NaN or infinite component, misses.
 struct GivenRay {
     glm::dvec3 origin{0.0};
     glm::dvec3 direction{0.0, 0.0, -1.0};

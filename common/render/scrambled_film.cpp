@@ -55,7 +55,7 @@ FilmMoments ScrambledFilm::film() const {
     return film_of(all);
 }
 
-// A stop may leave them with different numbers of points; a mean over n_r of them counts n_r times, and its variance is
+// A stop may leave them with different numbers of points. A mean over n_r of them counts n_r times, and its variance is
 // taken to fall as 1 / n_r.
 std::vector<double> ScrambledFilm::pixel_errors() const {
     if (of_scramblings_.size() < 2 ||

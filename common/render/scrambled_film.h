@@ -1,5 +1,5 @@
-// An image of Sobol points that knows its error (MODEL.md section 11.4): its samples are those of a few independent
-// scramblings of the sequence, and how their means differ is what tells the error of all.
+// An image of Sobol points that knows its error (MODEL.md section 11.4). Its samples are those of a few independent
+// scramblings of the sequence. How their means differ tells the error of all.
 #pragma once
 
 #include <optional>
@@ -25,7 +25,7 @@ public:
     [[nodiscard]] double samples() const;  // a pixel, of all scramblings
     [[nodiscard]] FilmMoments film() const;
 
-    // The variance of the mean of every pixel, its channels added up, as the scramblings tell it: known by
+    // The variance of the mean of every pixel, its channels added up, as the scramblings tell it. It is known by
     // scramblings - 1 degrees of freedom a pixel. Empty where a scrambling has no samples, or is the only one.
     [[nodiscard]] std::vector<double> pixel_errors() const;
 

@@ -48,9 +48,9 @@ private:
 // So many black samples a pixel say that the image is black: it then has no relative error that could be met.
 constexpr std::uint64_t black_samples = 1024;
 
-// Samples to ask for next: of uniform samples without a target error all that are left; else a quarter of what there
-// is, so that the error is looked at often but the overshoot stays small, no more than the error is expected to need,
-// and so that a stop finds adaptive samples, and all scramblings, where they are of use.
+// Samples to ask for next: all that are left, if they are uniform and without a target error. Else they are a quarter
+// of what there is, but no more than the error is expected to need. So the error is looked at often, the overshoot is
+// small, and a stop finds useful adaptive samples and scramblings.
 std::uint64_t next_end(
     const StoppingRule& rule, std::uint64_t done, std::optional<double> error, Sampling sampling, bool scrambled) {
     const std::uint64_t last = rule.samples.value_or(std::uint64_t{1} << 40);
@@ -68,8 +68,8 @@ std::uint64_t next_end(
     return std::min(end, last);
 }
 
-// A scrambling's points for so many samples: a multiple of a sixteenth of the power of two below, so that they stay
-// nearly as even as a power of two of them; and no more in all than asked for.
+// A scrambling's points for so many samples, and no more in all than asked for. They are a multiple of a sixteenth of
+// the power of two below, which stays nearly as even as a power of two.
 std::uint64_t next_points(const StoppingRule& rule, std::uint64_t end, unsigned scramblings) {
     const std::uint64_t last = rule.samples.value_or(std::uint64_t{1} << 40) / scramblings;
     const std::uint64_t points = (end + scramblings - 1) / scramblings;
@@ -104,9 +104,9 @@ std::optional<double> relative_error_from(const FilmMoments& film, const std::ve
     return std::sqrt(variance / values) / (mean / values);
 }
 
-// Interval of the root of a mean of squared errors whose expectation is sum v_p / P. Its width has two parts: how much
-// such a mean itself scatters (a pixel's channels counting as one: 2 sum v_p^2 / (sum v_p)^2), and how much the
-// variances may be misjudged.
+// Interval of the root of a mean of squared errors whose expectation is sum v_p / P. Its width has two parts. One is
+// how much such a mean itself scatters (a pixel's channels counting as one: 2 sum v_p^2 / (sum v_p)^2). The other is
+// how much the variances may be misjudged.
 ErrorInterval interval_from(double relative_error, double scatter, const VarianceScatter::Misjudged& misjudged) {
     const double half = 0.5 * std::hypot(normal_quantile(0.975) * scatter,
                                   student_quantile(0.975, misjudged.degrees) * misjudged.relative);
@@ -129,8 +129,8 @@ std::optional<ErrorInterval> interval_of(
         misjudged.value_or(VarianceScatter::Misjudged{.relative = std::sqrt(square), .degrees = 1.0 / square}));
 }
 
-// By scramblings a pixel's squared error is known with d = scramblings - 1 degrees of freedom (MODEL.md section 11.4):
-// the mean of its square is (d + 2) / d of the true one's, and its variance 2 / d of that.
+// By scramblings a pixel's squared error is known with d = scramblings - 1 degrees of freedom (MODEL.md section 11.4).
+// The mean of its square is (d + 2) / d of the true one's, and its variance 2 / d of that.
 std::optional<ErrorInterval> interval_of(
     double relative_error, const std::vector<double>& errors, unsigned scramblings) {
     double sum = 0.0, of_squares = 0.0;

@@ -1,5 +1,5 @@
-// The kinds of materials, a row each (MODEL.md section 7): the name in the file format, the fields, the effects that a
-// kind calls for and the bound on what it scatters. How light scatters is the backends' matter.
+// The kinds of materials, a row each (MODEL.md section 7). A row has the name in the file format, the fields, the
+// effects that a kind calls for and the bound on what it scatters. How light scatters is the backends' matter.
 #pragma once
 
 #include <functional>
@@ -51,8 +51,8 @@ struct MaterialRow {
     Receives receives = Receives::never;            // next events are taken there
     // Upper bound of f cos θ at next events.
     glm::dvec3 (*greatest_scattering)(const Material&) = nullptr;
-    // Bound of a scattering's weight, of rough materials where it may exceed 1, by the tangent of the angle between the
-    // arriving ray and the normal.
+    // Bound of a scattering's weight, by the tangent of the angle between the arriving ray and the normal. For rough
+    // materials it may exceed 1.
     glm::dvec3 (*greatest_weight)(const Material&, double tangent) = nullptr;
 };
 

@@ -19,8 +19,8 @@ namespace tandem {
 enum class PrimitiveKind : std::uint32_t { triangle = 0, sphere = 1, cuboid = 2 };
 
 // One primitive in the object space of its entity (MODEL.md section 5). It names its points by index into
-// Scene::vertices: a triangle its three corners (counter-clockwise seen from the front), a sphere its centre
-// (index[0]), a cuboid its least and greatest corner (index[0], index[1]). `radius` (> 0) is the sphere's alone.
+// Scene::vertices. A triangle has three corners (counter-clockwise seen from the front), a sphere its centre
+// (index[0]). A cuboid has its least and greatest corner (index[0], index[1]). `radius` (> 0) is the sphere's alone.
 struct Primitive {
     PrimitiveKind kind = PrimitiveKind::triangle;
     std::array<std::uint32_t, 3> index{};
@@ -133,8 +133,8 @@ struct Camera {
     glm::dvec3 position_motion{0.0}, target_motion{0.0};  // displacements from shutter opening to closing
 };
 
-// Radiance of rays that leave the scene (MODEL.md section 8): mixed from `down` (direction y = -1) to `up` (y = +1),
-// linear in y; equal colours make it constant. Or an image over the sphere, latitude against longitude.
+// Radiance of rays that leave the scene (MODEL.md section 8). It is mixed from `down` (direction y = -1) to `up` (y =
+// +1), linear in y. Equal colours make it constant. Or an image over the sphere, latitude against longitude.
 struct Background {
     glm::dvec3 down{0.0};
     glm::dvec3 up{0.0};
@@ -149,9 +149,9 @@ struct Film {
     std::uint32_t height = 512;
 };
 
-// path: scattering alone finds the light, as the thesis does; next_event: light sampling, combined with scattering by
-// multiple importance sampling (unless RenderSettings::mis says otherwise); whitted: direct light and specular chains
-// alone; bidirectional: paths from both ends (MODEL.md section 9).
+// The ways to find light (MODEL.md section 9). path: scattering alone finds it, as the thesis does. next_event: light
+// sampling, combined with scattering by multiple importance sampling (unless RenderSettings::mis says otherwise).
+// whitted: direct light and specular chains alone. bidirectional: paths from both ends.
 enum class Integrator : std::uint32_t { path = 0, next_event = 1, whitted = 2, bidirectional = 3 };
 
 // Value of a roulette start that means: never (MODEL.md section 9.3).
@@ -166,8 +166,8 @@ struct SceneDefaults {
     double ray_max = std::numeric_limits<double>::infinity();
 };
 
-// The closed form that a scene's file may carry: the mean radiance of the image, at the file's own bounces and ray
-// interval, and the formula it follows from.
+// The closed form that a scene's file may carry: the mean radiance of the image, and the formula it follows from. It is
+// at the file's own bounces and ray interval.
 struct Expectation {
     glm::dvec3 radiance{0.0};
     std::string formula;

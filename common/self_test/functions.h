@@ -1,5 +1,5 @@
-// The functions that the self-test measures: arguments to try, exact values, and the error that Vulkan allows
-// [Vulkan 1.3 specification, appendix "Precision and Operation of SPIR-V Instructions"].
+// The functions that the self-test measures: arguments to try, exact values, and the error that Vulkan allows. [Vulkan
+// 1.3 specification, appendix "Precision and Operation of SPIR-V Instructions"]
 #pragma once
 
 #include <array>

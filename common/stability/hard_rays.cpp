@@ -92,7 +92,7 @@ RayWork parity(int cuts, Dice& dice) {
     };
     work.follow = [](const JudgedRay& before, const RayHit& hit, Dice&) -> std::optional<JudgedRay> {
         JudgedRay next = before;
-        // The ray meets the surface at 45 degrees at least, so its way within is longer than 1; what lies within 2^-4
+        // The ray meets the surface at 45 degrees at least, so its way within is longer than 1. What lies within 2^-4
         // of a crossing is that crossing.
         if (before.ray.t_min == 0.0) {
             next.ray.t_min = hit.t + 0.0625;
@@ -279,7 +279,7 @@ RayWork interval_ends(int kind, Dice&) {
     return work;
 }
 
-// A box of triangles, a sphere and a cuboid around the origin, each met from outside along an axis whose other
+// A box of triangles, a sphere and a cuboid around the origin. Each is met from outside along an axis whose other
 // components are +0, -0 or denormal.
 RayWork thin_directions(double component, Dice&) {
     RayWork work;

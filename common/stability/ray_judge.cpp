@@ -51,8 +51,8 @@ public:
     }
 
 private:
-    // Error of the point on the ray, or of the point that the renderer makes of it if that is larger: what is off along
-    // the normal, and beyond the rim as the ray sees it.
+    // Error of the point on the ray, or of the point that the renderer makes of it if that is larger. It is what is off
+    // along the normal, and beyond the rim as the ray sees it.
     [[nodiscard]] double error(const GivenRay& ray, const RayHit& hit) const {
         const double length = glm::length(ray.direction);
         const glm::dvec3 d = std::abs(length - 1.0) <= 1e-6 ? ray.direction : ray.direction / length;

@@ -9,9 +9,9 @@
 
 namespace tandem {
 
-// Permutation test of "both sides' batches are drawn from one distribution": exact for any distribution, up to the
-// Monte Carlo choice of permutations, as p = (1 + number at least as extreme) / (1 + permutations). [Phipson, Smyth
-// 2010] Each batch is a vector of figures (tiles, channels); the statistic is the greatest |Welch t| over them, so the
+// Permutation test of "both sides' batches are drawn from one distribution". It is exact for any distribution, up to
+// the Monte Carlo choice of permutations. p = (1 + number at least as extreme) / (1 + permutations). [Phipson, Smyth
+// 2010] Each batch is a vector of figures (tiles, channels). The statistic is the greatest |Welch t| over them, so the
 // p holds for the whole family [Westfall, Young 1993]. Stops early once `enough` permutations were as extreme, as p is
 // large then.
 struct PermutationOptions {
@@ -22,7 +22,7 @@ struct PermutationOptions {
 [[nodiscard]] double permutation_p_value(std::span<const std::vector<double>> reference,
     std::span<const std::vector<double>> candidate, const PermutationOptions& options = {});
 
-// Ratio of variances, candidate over reference, from the variances seen within each batch: Welch's t on their
+// Ratio of variances, candidate over reference, from the variances seen within each batch. It is Welch's t on their
 // logarithms, in the manner of Bartlett and Kendall 1946. The F test assumes normal samples and is badly wrong on
 // radiance; here the scatter between batches itself says how well a variance is known. A p of "the ratio lies within
 // [1/tolerated, tolerated]". Needs two batches a side, all variances > 0; else p = 1 and an unbounded interval.

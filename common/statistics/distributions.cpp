@@ -10,8 +10,8 @@ namespace tandem {
 
 namespace {
 
-// Beyond this, Student's t and the normal distribution differ by less than 1e-8 relative out to six deviations:
-// the first correction of the tail is (z^4 + 2 z^2) / (4 dof), about 340 / dof there.
+// Beyond this, Student's t and the normal distribution differ by less than 1e-8 relative out to six deviations. The
+// first correction of the tail is (z^4 + 2 z^2) / (4 dof), about 340 / dof there.
 constexpr double normal_from_dof = 4e10;
 
 }  // namespace

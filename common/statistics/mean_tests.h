@@ -1,5 +1,5 @@
-// Two means held against each other: Welch's test, equivalence, intervals of the relative difference, and the smallest
-// difference that a test of given level and power can see.
+// Two means held against each other: Welch's test, equivalence, and intervals of the relative difference. Also the
+// smallest difference that a test of given level and power can see.
 #pragma once
 
 #include "common/statistics/distributions.h"
@@ -48,9 +48,9 @@ struct MeanDifference {
 // nothing.
 [[nodiscard]] bool equivalent(const Interval& interval, double margin);
 
-// Interval of candidate / reference - 1 after Fieller 1954, each side at `alpha_each_side`; exact for normal means of
-// known variance, and honest where the reference is itself uncertain. Unbounded (-inf, inf) where the reference cannot
-// be told from zero.
+// Interval of candidate / reference - 1 after Fieller 1954, each side at `alpha_each_side`. It is exact for normal
+// means of known variance, and honest where the reference is itself uncertain. Unbounded (-inf, inf) where the
+// reference cannot be told from zero.
 [[nodiscard]] Interval fieller_relative_difference(
     const MeanEstimate& reference, const MeanEstimate& candidate, double alpha_each_side);
 

@@ -16,16 +16,16 @@ namespace tandem {
 // Benjamini, Hochberg 1995. adjusted[i] <= q means: i is a discovery at false-discovery rate q.
 [[nodiscard]] std::vector<double> benjamini_hochberg_adjusted(std::span<const double> p_values);
 
-// One p for "no test of the family is real": min over ranks i of m p_(i) / i [Simes 1986]; it is <= q exactly when
+// One p for "no test of the family is real": min over ranks i of m p_(i) / i [Simes 1986]. It is <= q exactly when
 // Benjamini-Hochberg makes a discovery at q. Holds for independent and positively dependent tests.
 [[nodiscard]] double simes(std::span<const double> p_values);
 
 // The same under any dependence: m times the least p.
 [[nodiscard]] double bonferroni(std::span<const double> p_values);
 
-// Shares of `alpha` for a fixed number of looks, each look being tested at its own: the spending function alpha t at
-// information times t = 1/K ... 1 [Kim, DeMets 1987]. As the shares add up to alpha, the whole schedule keeps it by
-// Bonferroni, whatever the looks share.
+// Shares of `alpha` for a fixed number of looks, each tested at its own: the spending function alpha t at information
+// times t = 1/K ... 1 [Kim, DeMets 1987]. As the shares add up to alpha, the whole schedule keeps it by Bonferroni,
+// whatever the looks share.
 [[nodiscard]] std::vector<double> alpha_spending(double alpha, std::size_t looks);
 
 }  // namespace tandem

@@ -1,6 +1,7 @@
-// The effect of an arm from paired blocks: in each block every arm ran once, so what drifts slowly cancels in the
-// difference of two arms. Times have stragglers, so means are trimmed: 20 % on either side, of differences, whose
-// distribution is symmetric where the arms are alike [Yuen 1974; Wilcox, Introduction to Robust Estimation, ch. 4].
+// The effect of an arm from paired blocks. In each block every arm ran once, so what drifts slowly cancels in the
+// difference of two arms. Times have stragglers, so means are trimmed: 20 % on either side [Yuen 1974; Wilcox,
+// Introduction to Robust Estimation, ch. 4]. Differences are trimmed, whose distribution is symmetric where the arms
+// are alike.
 #pragma once
 
 #include <cstdint>
@@ -50,8 +51,8 @@ struct BootstrapOptions {
 // The smallest effect that the experiment would have found with probability `power`, at level alpha.
 [[nodiscard]] double smallest_detectable(const PairedEffect& effect, double alpha = 0.05, double power = 0.8);
 
-// How many first values of a series are warm-up: up to the last change point in its first half that a permutation test
-// of the greatest CUSUM finds at `alpha` [Hawkins 1977; Page 1954]. The same series always gives the same answer.
+// How many first values of a series are warm-up. It ends at the first half's last change point, found at `alpha`
+// by a permutation test of the greatest CUSUM [Hawkins 1977; Page 1954]. The same series always gives the same answer.
 [[nodiscard]] std::size_t warm_up_length(std::span<const double> series, double alpha = 0.01);
 
 }  // namespace tandem

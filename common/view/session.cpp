@@ -11,7 +11,7 @@ namespace tandem {
 
 namespace {
 
-// sRGB [IEC 61966-2-1] of linear values in [0, 1]: a table of 12-bit steps below which 8 bits see nothing, since the
+// sRGB [IEC 61966-2-1] of linear values in [0, 1], by a table of 12-bit steps, below which 8 bits see nothing. For the
 // steepest part, of slope 12.92, spans 12.92 * 255 / 4095 = 0.8 levels a step.
 class Encoder {
 public:

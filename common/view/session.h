@@ -35,7 +35,7 @@ public:
     void reset_camera() { set_camera(first_camera_); }
     void set_size(std::uint32_t width, std::uint32_t height);
     // Once a frame: has the backends begin, and begin anew where the camera or the size changed. A camera that moves
-    // all the time still gets pictures: the first sample of a place may be finished, if that takes no longer than half
+    // all the time still gets pictures. The first sample of a place may be finished, if that takes no longer than half
     // a second.
     void follow();
     // Whether every backend has all its samples, or has failed.

@@ -88,7 +88,7 @@ void share_sides(Emitter& light, EmittingSides sides, const dvec3& eye) {
         std::swap(light.front_share, light.back_share);
 }
 
-// A sphere as a receiver outside of it sees it; nothing for other lights and from inside, where a light is sampled as
+// A sphere as a receiver outside of it sees it. Other lights, and a sphere from inside, have none: they are sampled as
 // if for nobody. On the sphere itself only what lies within can be lit by it.
 struct Cone {
     dvec3 axis;

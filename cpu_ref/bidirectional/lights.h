@@ -1,5 +1,5 @@
-// The lights of MODEL.md section 9.6 as both ends of bidirectional path tracing need them: chosen alone, with a ray
-// that leaves them, or chosen for a receiver. Densities of points are over area; of lights infinitely far, which send
+// The lights of MODEL.md section 9.6 as both ends of bidirectional path tracing need them. A light is chosen alone,
+// with a ray that leaves it, or for a receiver. Densities of points are over area; of lights infinitely far, which send
 // rays through a disc that covers the scene, over solid angle.
 #pragma once
 

@@ -15,8 +15,8 @@ constexpr std::uint32_t time_block = 1, light_point_block = 2, light_ray_block =
 
 }  // namespace
 
-// `forward`: the density over area with which this subpath came here; `reverse`: with which one from the other end
-// would, from the next vertex of this one, as far as that is known. For a far light's point: over solid angle.
+// `forward`: the density over area with which this subpath came here. `reverse`: the density with which one from the
+// other end would come here from the next vertex, once known. For a far light's point: over solid angle.
 struct BidirectionalSampler::Vertex {
     Place place;
     Reached reached;  // surfaces
@@ -203,8 +203,8 @@ void BidirectionalSampler::trace_from_light(Sample& sample) const {
     }
 }
 
-// The power heuristic over all ways to sample the path: each way's density relative to this one's, by the ratios of the
-// densities of the vertices that the two sample from different ends.
+// The power heuristic over all ways to sample the path. A way's density relative to this one's is a product of ratios,
+// over the vertices that the two sample from different ends.
 double BidirectionalSampler::weight(const Sample& sample, const Weighing& way) const {
     const std::size_t k = way.s + way.t - 1;  // vertices x_0 … x_k, x_k on the lens
     const auto from_light = [&](std::size_t i) {

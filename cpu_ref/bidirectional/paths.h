@@ -1,5 +1,5 @@
 // Bidirectional path tracing (MODEL.md section 9.6): one sample of one pixel, and what its subpath from a light adds to
-// other pixels. A path of vertices x_0 (on the light) to x_k (on the lens) may be sampled in k + 1 ways: with s
+// other pixels. A path of vertices x_0 (on the light) to x_k (on the lens) may be sampled in k + 1 ways. Way s has s
 // vertices from the light, 0 <= s <= k. The power heuristic weighs them [Veach 1995].
 #pragma once
 
@@ -44,8 +44,8 @@ private:
     [[nodiscard]] bool extend(
         std::vector<Vertex>& path, const glm::dvec3& direction, double density, double time) const;
 
-    // The ways with s vertices from the light: s = 0; s = 1; s >= 2 and more than the lens from the camera; all but the
-    // lens from the light.
+    // The ways with s vertices from the light. In order: s = 0 (two functions); s = 1; s >= 2 and more than the lens
+    // from the camera; all but the lens from the light.
     [[nodiscard]] glm::dvec3 emission_at(const Sample& sample, std::size_t t) const;
     [[nodiscard]] glm::dvec3 sky_beyond(Sample& sample) const;
     [[nodiscard]] glm::dvec3 next_event(const Sample& sample, std::size_t t) const;

@@ -8,8 +8,8 @@
 
 namespace tandem::cpu {
 
-// What is known of a material's lobe. A connection needs a known one; a subpath from a light ends at one that is only
-// sampled, from the camera's side, as its transpose is not known.
+// What is known of a material's lobe. A connection needs a known one. A lobe that is only sampled, from the camera's
+// side, has no known transpose: a subpath from a light ends there.
 enum class Lobe { known, delta, sampled_only };
 [[nodiscard]] Lobe lobe_of(const Material& material);
 
@@ -24,11 +24,12 @@ struct Reached {
 };
 
 // f and the density over solid angle of scattering towards `out`. For a delta lobe: the density by which the two ends'
-// specular scattering compare, n^2 |cos| on the side of `out`; both choose between reflection and refraction alike.
+// specular scattering compare, n^2 |cos| on the side of `out`. Both ends choose between reflection and refraction
+// alike.
 [[nodiscard]] glm::dvec3 scattering_value(const Reached& at, const glm::dvec3& out);
 [[nodiscard]] double scattering_density(const Reached& at, const glm::dvec3& out);
 
-// From which end the path comes: light that is refracted into index n carries 1/n^2 of the radiance, which the paths
+// From which end the path comes. Light that is refracted into index n carries 1/n^2 of the radiance, which the paths
 // from the camera leave out (section 7.4).
 enum class Transport { from_camera, from_light };
 

@@ -115,7 +115,7 @@ std::vector<Exercise> exercises_of_scattering() {
             .lesson = "08",
             .task = "Return the share of unpolarised light that glass reflects. `cosine` > 0 is that of the angle "
                     "between the\n"
-                    "ray and the normal; `eta` is the refractive index on the ray's side over the index beyond. Where "
+                    "ray and the normal. `eta` is the refractive index on the ray's side over the index beyond. Where "
                     "all is\n"
                     "reflected, it is 1.",
             .prototype = "float fresnel(float cosine, float eta)",
@@ -291,7 +291,7 @@ std::vector<Exercise> exercises_of_scattering() {
                     "are independent and uniform in [0, 1). Choose a direction, by any density that you like, and give "
                     "the\n"
                     "weight f cos/p by which the path's throughput is multiplied.\n"
-                    "The mark: under an even sky the mean of the weight is the albedo (the furnace); under two uneven "
+                    "The mark: under an even sky the mean of the weight is the albedo (the furnace). Under two uneven "
                     "skies\n"
                     "the mean is what the rendering equation says.",
             .prototype = "void bounce(vec3 n, float albedo, float a, float b, out vec3 direction, out float weight)",

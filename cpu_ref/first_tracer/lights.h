@@ -38,8 +38,8 @@ public:
         for (Light& light : lights_) light.chance = sum_ > 0.0 ? light.chance / sum_ : 0.0;  // rule 6
     }
 
-    // Rules 5 to 15: a light by v₀, a point on it by v₁ and v₂, for whom the ray `from` starts; its direction is not
-    // known yet. Nothing where there is no light, or where its dark side shows.
+    // Rules 5 to 15: a light by v₀, a point on it by v₁ and v₂. It is for a receiver from which the ray `from` starts
+    // in a direction not known yet. Nothing where there is no light, or where its dark side shows.
     [[nodiscard]] std::optional<LightSample> sample(const Ray& from, const Numbers& v) const {
         if (sum_ == 0.0) return {};
         std::uint32_t id = 0;

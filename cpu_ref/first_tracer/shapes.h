@@ -10,7 +10,7 @@
 
 namespace tandem::first {
 
-// A primitive where its entity places it (section 6). A triangle's corners a, b, c are in the world; a sphere's centre
+// A primitive where its entity places it (section 6). A triangle's corners a, b, c are in the world. A sphere's centre
 // a and a cuboid's least and greatest corners a, b are in the entity's own space.
 struct Shape {
     PrimitiveKind kind;
@@ -32,7 +32,7 @@ struct Hit {
 inline dvec3 point_by(const dmat4& m, const dvec3& p) { return dvec3(m * glm::dvec4(p, 1.0)); }
 inline dvec3 vector_by(const dmat4& m, const dvec3& v) { return dvec3(m * glm::dvec4(v, 0.0)); }
 
-// A ray that leaves a flat or convex shape outwards never meets it again; one that goes in meets the far side alone
+// A ray that leaves a flat or convex shape outwards never meets it again. A ray that goes in meets the far side alone
 // (section 5.2, rules 11 to 13). Others meet the nearer root that lies within [least, most].
 inline std::optional<double> first_root(
     double nearer, double farther, bool leaves, bool inwards, double least, double most) {
@@ -104,10 +104,9 @@ inline std::optional<Hit> meet_cuboid(const Shape& s, const Ray& ray, bool leave
 }
 
 // Why 64: let u = 2⁻⁵³ be what one operation rounds by, and S the largest coordinate.
-// - Triangles: an edge is off by 2u S an axis, its product with a weight by 2u S more, the sums by 3u S: 13u S along
-// the
-//   normal. A neighbour in the same plane asks on which side the point is, by a difference, a normal and a dot product:
-//   8u of a way of up to 2√3 S, or 28u S. Both together are below 64u S, unless the triangle is a needle.
+// - Triangles: an edge is off by 2u S an axis. Its product with a weight adds 2u S, the sums 3u S: 13u S along the
+//   normal. A neighbour in the same plane asks on which side the point is, by a difference, a normal and a dot product.
+//   That is 8u of a way of up to 2√3 S, or 28u S. Both together are below 64u S, unless the triangle is a needle.
 // - Cuboids: a coordinate is a sum of four terms, off by 4u times the sum S of their sizes: 7u S along the normal. The
 //   neighbour's inverse is off by 9u, its product by 4u, its corner by u, of a way of √3 S: 25u S.
 // - Spheres touch in points alone, and need nothing.
@@ -179,8 +178,8 @@ private:
     double least_, most_;  // the scene's interval of ray lengths
 };
 
-// Section 5.2, rules 14 and 15: a ray that leaves a hit starts at its point, moved off the surface by the bound on the
-// error. So it finds no neighbour in the same plane, and all else.
+// Section 5.2, rules 14 and 15: a ray that leaves a hit starts at its point, moved off the surface by the error bound.
+// So it finds no neighbour in the same plane, and all else.
 inline Ray spawned_ray(const World& world, const Hit& hit, const dvec3& direction, bool to_front) {
     const double offset = world.shapes[hit.primitive].error;
     return {hit.point + (to_front ? offset : -offset) * hit.normal, direction, hit.primitive, !to_front};

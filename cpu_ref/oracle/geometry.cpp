@@ -18,7 +18,7 @@ glm::dvec3 vector_by(const glm::dmat4& m, const glm::dvec3& v) { return glm::dve
 
 bool is_finite(const glm::dvec3& v) { return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z); }
 
-// A ray leaving a convex primitive to the front cannot meet it again; to the inside it meets the exit alone, which
+// A ray leaving a convex primitive to the front cannot meet it again. To the inside it meets the exit alone, which
 // rounding must not push behind the origin (MODEL.md section 5, "Leaving a surface").
 std::optional<double> pick_convex_root(
     double entry, double exit, bool leaving, bool to_front, double t_min, double t_max) {
@@ -110,10 +110,10 @@ std::optional<World::Candidate> World::hit_at_rest(
     return std::nullopt;
 }
 
-// A triangle's coplanar neighbours must not be met again. With u = 2^-53 and S the largest coordinate, a position is
-// off by 6 u S an axis (quotients and their sum 3 u, products u, sums 2 u), 11 u S along the normal; a neighbour's
-// plane is evaluated there with 9 u of a way of at most 2 sqrt(3) S (difference 2 u, its normal's edges and cross
-// product 4 u, the dot product 3 u): below 43 u S in all.
+// A triangle's coplanar neighbours must not be met again. Here u = 2^-53 and S is the largest coordinate. A position is
+// off by 6 u S an axis (quotients and their sum 3 u, products u, sums 2 u). That is 11 u S along the normal. A
+// neighbour's plane is evaluated there with 9 u of a way of at most 2 sqrt(3) S. These are the difference (2 u), its
+// normal's edges and cross product (4 u) and the dot product (3 u). In all that is below 43 u S.
 double World::rounding_of_plane(const Placed& triangle) {
     double largest = 0.0;
     for (const glm::dvec3& corner : {triangle.a, triangle.b, triangle.c})
@@ -121,9 +121,9 @@ double World::rounding_of_plane(const Placed& triangle) {
     return 43.0 * 0x1p-53 * largest;
 }
 
-// The ray passes the triangle where it passes all three edges on the same side [Jones: Intersecting a ray and a
-// triangle with Plücker coordinates, Ray Tracing News 13(1), 2000]. Swapping the ends of an edge changes no bit but the
-// sign, so neighbours leave no gap.
+// The ray passes the triangle where it passes all three edges on the same side. The source is [Jones: Intersecting a
+// ray and a triangle with Plücker coordinates, Ray Tracing News 13(1), 2000]. Swapping the ends of an edge changes no
+// bit but the sign, so neighbours leave no gap.
 std::optional<World::Candidate> World::triangle_hit(
     const Placed& triangle, const Ray& ray, double t_min, double t_max) {
     const glm::dvec3 a = triangle.a - ray.origin, b = triangle.b - ray.origin, c = triangle.c - ray.origin;
@@ -150,14 +150,14 @@ std::optional<World::Candidate> World::triangle_hit(
         triangle.normal_to_world * mean(normals[0], normals[1], normals[2])};
 }
 
-// A cuboid's face may lie on that of another body, which must not be met before and after it by turns. With S the
-// largest sum of absolute terms of a coordinate (map times corner, and shift) among those along which the normal points
-// at all, a position is off by 4 u S an axis, 7 u S along the normal; another cuboid, of a map that turns and scales
-// alike, finds it in its own space with an inverse of 9 u, a product of 4 u and a corner of u of a way of at most
-// sqrt(3) S: below 43 u S, as above. Along an axis of the world sums have one term: a position is off by 2 u S; the
-// other's inverse by 7 u, its shift by 8 u, and product and sum by u each, of which the place and the shift are at most
-// S together with the corner: below 18 u S. There both maps have zeros, or what the cosine of a right angle comes out
-// as, 0.55 u for each of at most three turns: below 2 u of the way along the face.
+// A cuboid's face may lie on that of another body, which must not be met before and after it by turns. A coordinate is
+// map times corner, and shift. S is the largest sum of its absolute terms, among the coordinates along which the normal
+// points at all. A position is off by 4 u S an axis, 7 u S along the normal. Another cuboid, whose map turns and scales
+// alike, finds it in its own space. Its inverse is off by 9 u, its product by 4 u and its corner by u, of a way of at
+// most sqrt(3) S. In all that is below 43 u S, as above. Along an axis of the world sums have one term, and a position
+// is off by 2 u S. The other's inverse is off by 7 u, its shift by 8 u, product and sum by u each. The place and the
+// shift are at most S together with the corner: below 18 u S. There both maps have zeros, or what the cosine of a right
+// angle comes out as. That is 0.55 u for each of at most three turns: below 2 u of the way along the face.
 double World::rounding_of_faces(const Placed& cuboid, const glm::dvec3& normal) {
     const glm::dvec3 reach = glm::max(glm::abs(cuboid.a), glm::abs(cuboid.b));
     double along = 0.0, aside = 0.0;
@@ -187,8 +187,8 @@ std::optional<World::Candidate> World::sphere_hit(
     if (rest < 0.0) return std::nullopt;
     const double half_chord = std::sqrt(rest / length_squared);
     double entry = t_near - half_chord, exit = t_near + half_chord;
-    // Which side of the surface the ray starts on is known from its distance to the centre, to within a rounding: the
-    // root there has its sign, and where that is 0 it is 0. The two roots would be differences of nearly equal numbers.
+    // The ray's side of the surface is known from its distance to the centre, to within a rounding. The root there has
+    // its sign, and where that is 0 it is 0. The two roots would be differences of nearly equal numbers.
     const double outside = (glm::length(to_origin) - sphere.radius) * (glm::length(to_origin) + sphere.radius);
     if (t_near > 0.0)
         entry = std::clamp(outside / length_squared / exit, -half_chord, exit);

@@ -22,8 +22,8 @@ public:
     // Index into Scene::media of the medium that the path is in, or no_index for none.
     [[nodiscard]] std::uint32_t medium() const;
 
-    // At a tracked surface that is met on its front or back: whether a body of greater priority hides it, and the
-    // refractive index outside of it.
+    // At a tracked surface that is met on its front or back. It tells whether a body of greater priority hides the
+    // surface, and the refractive index outside.
     struct Outside {
         bool hides;
         double refractive_index;

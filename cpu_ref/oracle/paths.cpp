@@ -1,5 +1,5 @@
-// MODEL.md sections 4 and 9, transcribed as plainly as possible: no light sampling but for lights that nothing else
-// finds and for `whitted`, no multiple importance sampling.
+// MODEL.md sections 4 and 9, transcribed as plainly as possible, without multiple importance sampling. Lights are
+// sampled only where nothing else finds them, and for `whitted`.
 #include "cpu_ref/oracle/paths.h"
 
 #include <algorithm>
@@ -43,8 +43,8 @@ struct PathSampler::Path {
     Ray ray;
     Interiors interiors;
     dvec3 throughput{1.0}, light{0.0};
-    // Section 5.2: of a ray that goes on through a face, by how much it starts before that face; the face's material
-    // and normal, the side that the path came from, and the list as it was.
+    // For a ray that goes on through a face (section 5.2): by how much it starts before that face. Then come the face's
+    // material and normal, the side that the path came from, and the list as it was.
     double lead = 0.0;
     bool crossed_from_front = false;
     std::uint32_t crossed_material = no_index;

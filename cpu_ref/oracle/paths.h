@@ -1,6 +1,6 @@
 // The oracle's light transport: camera (MODEL.md section 4) and the estimators `path` (9.1) and `whitted` (9.5), one
-// sample at a time. Lights that scattering cannot find (8.3) are summed at every vertex that receives them; but for
-// `whitted`, whose mean is next events alone, nothing else is sampled. So `path` and `next_event` are the same here.
+// sample at a time. Lights that scattering cannot find (8.3) are summed at every vertex that receives them. Nothing
+// else is sampled, but for `whitted`, whose mean is next events alone. So `path` and `next_event` are the same here.
 #pragma once
 
 #include <cstdint>
@@ -56,8 +56,8 @@ private:
     // What arrives of a light so far away at a vertex: 0 where something but the light's own primitive is between.
     [[nodiscard]] glm::dvec3 arriving(const Path& path, const Vertex& vertex, const glm::dvec3& direction,
         double distance, std::uint32_t light) const;
-    // What all punctual lights send to a vertex, times `share` of the direction to each; of `whitted`, what one sample
-    // of one light does, which `seen` is told.
+    // What all punctual lights send to a vertex, times `share` of the direction to each. For `whitted` it is what one
+    // sample of one light does, which `seen` is told.
     template <class Share>
     [[nodiscard]] glm::dvec3 direct_light(
         const Path& path, const Vertex& vertex, const Numbers& v, const Share& share, TracedVertex& seen) const;

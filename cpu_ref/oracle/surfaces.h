@@ -34,8 +34,8 @@ struct Surface {
 [[nodiscard]] glm::dvec3 emitted(const Material& material, bool front);
 [[nodiscard]] bool ends_path(const Material& material);
 
-// A new direction, the factor by which the throughput changes, and the direction's density per solid angle, where the
-// model has one (for `trace`; the estimator needs none).
+// A new direction, and the factor by which the throughput changes. The density per solid angle is there where the model
+// has one (for `trace`; the estimator needs none).
 struct Scattering {
     glm::dvec3 direction;
     glm::dvec3 weight;

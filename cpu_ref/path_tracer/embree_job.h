@@ -1,6 +1,6 @@
-// Spreads the samples of an image over threads: blocks of 64 samples one after another, each in passes of about a
-// quarter of a second, each pass in batches of neighbouring pixels. A pixel's samples are added in ascending order,
-// whatever the cut, so that the bits of an estimate depend on its sample range alone (MODEL.md section 11).
+// Spreads the samples of an image over threads. Blocks of 64 samples come one after another, each in passes of about a
+// quarter of a second. A pass has batches of neighbouring pixels. A pixel's samples are added in ascending order,
+// whatever the cut. So the bits of an estimate depend on its sample range alone (MODEL.md section 11).
 #pragma once
 
 #include <tbb/enumerable_thread_specific.h>

@@ -2,8 +2,8 @@
 
 namespace tandem::cpu {
 
-// What is added is split into two singles; the sum of the greater parts is exact with its rest [Knuth, The Art of
-// Computer Programming 2, 4.2.2], so that only rests round: by less than 2^-46 of the sum.
+// What is added is split into two singles. The sum of the greater parts is exact with its rest [Knuth, The Art of
+// Computer Programming 2, 4.2.2]. So only rests round, by less than 2^-46 of the sum.
 void Film::Pair::add(double x) {
     const auto greater = static_cast<float>(x);
     const auto lesser = static_cast<float>(x - static_cast<double>(greater));

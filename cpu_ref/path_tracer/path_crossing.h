@@ -108,8 +108,8 @@ void PathTracer<Real, effects, Recorder, Shade>::change_interiors(
     });
 }
 
-// Undoes the crossing of paths that turn back where they have gone on through another surface (section 9.4): the
-// list becomes what it was before that.
+// Undoes the crossing of paths that turn back after they went on through another surface (section 9.4): the list
+// becomes what it was before.
 template <class Real, std::uint64_t effects, class Recorder, class Shade>
 void PathTracer<Real, effects, Recorder, Shade>::undo_crossing(std::uint32_t first, M lanes) {
     for_each_lane(lanes, [&](int lane) {

@@ -1,5 +1,5 @@
-// What a path tracer keeps of the paths that it follows (the last parameter of PathTracer): nothing, at no cost, or one
-// path whole, for `tandem trace`.
+// What a path tracer keeps of the paths that it follows (the last parameter of PathTracer). It is nothing, at no cost,
+// or one path whole, for `tandem trace`.
 #pragma once
 
 #include <cstdint>

@@ -1,6 +1,6 @@
-// The estimators of MODEL.md section 9 over a batch of samples: a pool of paths, each a lane of some packet, advanced
-// one vertex at a time; finished ones are replaced by new camera rays, so that packets stay full. Compiled for sets of
-// effects (variants.h): what is not in the set has no code and no state. path_lights.h holds the light that paths meet,
+// The estimators of MODEL.md section 9 over a batch of samples. A pool of paths, each a lane of some packet, advances
+// one vertex at a time. New camera rays replace finished paths, so that packets stay full. Compiled for sets of effects
+// (variants.h): what is not in the set has no code and no state. path_lights.h holds the light that paths meet,
 // path_effects.h the rarer effects.
 #pragma once
 
@@ -21,8 +21,8 @@
 
 namespace tandem::cpu {
 
-// Samples [first_sample, first_sample + sample_count) of pixels [first_pixel, first_pixel + pixel_count), of all or of
-// those that are listed, all samples in one block of 64, so that their upper 32 bits agree.
+// Samples [first_sample, first_sample + sample_count) of pixels [first_pixel, first_pixel + pixel_count), or of the
+// listed pixels. All samples are in one block of 64, so that their upper 32 bits agree.
 struct Batch {
     std::uint32_t first_pixel = 0, pixel_count = 0;
     std::uint64_t first_sample = 0;

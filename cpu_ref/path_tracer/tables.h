@@ -111,7 +111,7 @@ struct FaceTable {
     VectorColumn<Real> normal;  // unit, front
     RealColumn<Real> offset;    // normal.p = offset
     RealColumn<Real> extent;    // about the size of the primitive, world units
-    // For planes, and the bound on their rounding (surface.h): how large the terms of the normal's components are, >=
+    // For planes, and the bound on their rounding (surface.h). How large the terms of the normal's components are, >=
     // |normal|, and their product with the extent along each axis.
     VectorColumn<Real> terms;
     RealColumn<Real> terms_of_extent;

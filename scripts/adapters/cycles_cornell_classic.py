@@ -1,5 +1,5 @@
 # Renders scenes/cornell-classic.json's box with Blender's Cycles, to hold Tandem against a renderer that it shares nothing
-# with. Debian: apt-get install blender. Then, for seeds 1 and 2:
+# with. Debian: apt-get install blender. Run it for seeds 1 and 2, then compare.
 #   blender --background --factory-startup --python scripts/adapters/cycles_cornell_classic.py -- \
 #       --size 600 --samples 1024 --seed 1 --bounces 12 --output cycles-1.exr
 #   tandem compare cycles-1.exr cycles-2.exr vs tandem.exr
@@ -54,8 +54,8 @@ def emitter(name, radiance):
 def add_lamp(corner, size, radiance):
     """A rectangle in a horizontal plane that emits downwards only, and a black sheet a hair above it that blocks rays.
 
-    An area light rather than an emitting mesh: Cycles 3.4 under-samples the triangles of a mesh at grazing angles (1.3 % too
-    dark on the upper back wall against Lambert's formula, which Tandem meets)."""
+    An area light rather than an emitting mesh. At grazing angles Cycles 3.4 under-samples the triangles of a mesh: 1.3
+    % too dark on the upper back wall against Lambert's formula, which Tandem meets."""
     light = bpy.data.lights.new("lamp", "AREA")
     light.shape, light.size, light.size_y = "RECTANGLE", *size
     light.energy = 4.0 * radiance * size[0] * size[1]  # Blender: radiance = energy / (4 area)

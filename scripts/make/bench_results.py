@@ -44,8 +44,8 @@ def replicate_times(result, arm):
 
 
 def base_time(result, arm):
-    """Milliseconds a run, and the lowest and highest replicate's: the median over replicates, so that one in which the
-    device was slow as a whole moves it little."""
+    """Milliseconds a run, and the lowest and highest replicate's. It is the median over replicates, so that one in
+    which the device was slow as a whole moves it little."""
     if arm.get("replicate_milliseconds"):
         times = arm["replicate_milliseconds"]
         return arm["milliseconds"][arm["clock"]], min(times), max(times)
@@ -80,8 +80,8 @@ def ticks_of(low, high):
 
 
 def plot(arms, along, title):
-    """Ratio to the baseline over the size of the work, both logarithmic, with 95 % intervals; an SVG, written by hand so
-    that it is the same on every machine."""
+    """Ratio to the baseline over the size of the work, both logarithmic, with 95 % intervals. The SVG is written by
+    hand so that it is the same on every machine."""
     width, height, left, right, top, bottom = 640, 300, 60, 170, 30, 45
     shown = [arm for arm in arms if timed(arm) and along in arm["workload"]["factors"]]
     sizes = sorted({arm["workload"]["factors"][along] for arm in shown})
@@ -129,8 +129,8 @@ def plot(arms, along, title):
 
 
 def waterfall(arms, title):
-    """The time of each arm beside the first one's, with 95 % intervals, at the greatest amount of work: each arm has one
-    change more than the one above it."""
+    """The time of each arm beside the first one's, with 95 % intervals, at the greatest amount of work. Each arm has
+    one change more than the one above it."""
     last = max((arm["workload"]["factors"]["samples"] for arm in arms if timed(arm)), default=None)
     shown = [arm for arm in arms if arm["workload"]["factors"]["samples"] == last
              and (timed(arm) or arm["arm"] == arm["baseline"])]

@@ -13,8 +13,8 @@ TEXT = """# Cycles and Tandem at equal error
 
 Made by `scripts/measure/equal_error`; do not edit.
 
-- Cycles is {version}, with its best settings on each scene: adaptive sampling by a noise threshold or an even number of samples,
-  either sampling pattern, with and without roulette. They were chosen on seed 0, in favour of Cycles. No denoiser, no clamping.
+- Cycles is {version}, with its best settings on each scene. It samples adaptively by a noise threshold, or an even number of samples.
+  It has either sampling pattern, and roulette or none. The settings were chosen on seed 0, in favour of Cycles. No denoiser, no clamping.
 - A lamp that is a rectangle is an area light in Cycles. Lamps of other shapes it finds by scattering alone: its own sampling of
   meshes is not exact enough at grazing angles.
 - Tandem is `tandem render --target-error`, which chooses its settings in a trial. The trial's time is counted.

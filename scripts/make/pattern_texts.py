@@ -1,6 +1,6 @@
-"""The patterns that the families of `tandem bench` measure: to which group of the abstraction each belongs, what it is, when to
-think of it, why it may matter, and where it is in the code. Evidence is made from stored results, never written here. Imported
-by scripts/measure/guidelines."""
+"""The patterns that the families of `tandem bench` measure. Each has its group of the abstraction, what it is, when to
+think of it, why it may matter, and where its code is. Evidence is made from stored results, never written here.
+Imported by scripts/measure/guidelines."""
 
 GROUPS = ["Core", "Framework", "Resources", "Command"]
 

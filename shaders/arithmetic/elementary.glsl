@@ -57,7 +57,7 @@ float exp_minus(float x) {
 }
 vec3 exp_minus(vec3 x) { return vec3(exp_minus(x.x), exp_minus(x.y), exp_minus(x.z)); }
 
-// -ln x for x in [2^-24, 1]: x = 2^e m, m in (0.7, 1.42), ln m = 2 artanh s with s = (m - 1)/(m + 1); the series leaves
+// -ln x for x in [2^-24, 1]. x = 2^e m, m in (0.7, 1.42). ln m = 2 artanh s with s = (m - 1)/(m + 1). The series leaves
 // 2 |s|^11/11 < 7e-10.
 float minus_log(float x) {
     const uint bits = floatBitsToUint(x);

@@ -9,13 +9,13 @@ const uint most_bvh_levels = 32;  // as in vulkan/renderer/scene/bvh.h: every le
 uint bvh_stack[most_bvh_levels + 1];  // bvh_done lies at the bottom
 uint bvh_stacked;
 
-// A ray against boxes, each a centre and half an extent: along an axis the ray is between the two planes for as long before
-// the centre as after it, so that no minimum or maximum has to part entry from exit. The centre is met at
+// A ray against boxes, each a centre and half an extent. Along an axis the ray is between the two planes for as long
+// before the centre as after it. So no minimum or maximum has to part entry from exit. The centre is met at
 // fma(centre, inverse, start), half the way is fma(half, |inverse|, slack).
 //
 // Rounding displaces planes, as if the box were larger or smaller, or scales the ray's distances. Displaced:
-// - the tests of primitives see the ray sideways by at most gamma(16) times the distances of origin and primitive from 0:
-//   two points rounded and subtracted (2 roundings each), and the sums of products that follow;
+// - the tests of primitives see the ray sideways by at most gamma(16) times the distances of origin and primitive from
+//   0. Two points are rounded and subtracted (2 roundings each), and sums of products follow.
 // - the centre is off by `start` (u |o|) and the multiply-add, fused or not (u |c| and u (|c| + |o|)).
 // The host has widened the boxes by the parts of primitive and box (world_boxes.cpp, bvh.cpp), `slack` is the origin's.
 struct BoxRay {
@@ -24,8 +24,8 @@ struct BoxRay {
     vec3 slack;
 };
 const float gamma_sideways = 1.1324896e-6;  // gamma(19) = 19 u / (1 - 19 u), u = 2^-24: 16, 2, and 1 for the slack itself
-// Scaled: the inverse is off by 2.5 units in the last place, which are 5 u, half the way and the sum by 2 u and u. Twice
-// 8 u on the far side makes up for both sides [Ize 2013, Robust BVH ray traversal].
+// Scaled: the inverse is off by 2.5 units in the last place, which are 5 u. Half the way is off by 2 u, the sum by u.
+// Twice 8 u on the far side makes up for both sides [Ize 2013, Robust BVH ray traversal].
 const float far_widening = 1.00000096;
 
 BoxRay box_ray(Ray ray) {

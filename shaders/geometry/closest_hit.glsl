@@ -83,8 +83,9 @@ void try_sphere(uint i, Ray ray, uint own, bool inside, bool in_order, inout Hit
     if (is_closer(t, slot, best, in_order)) best = Hit(t, slot, enters ? 0 : 1, vec3(0.0));
 }
 
-// Where the root says that the ray enters or leaves, the point lies before or beyond the middle of the chord. For a body that
-// the map flattens, or a distant one, rounding would put it on the other side: it is then as far from the middle on this one.
+// Where the root says that the ray enters or leaves, the point lies before or beyond the middle of the chord. For a
+// body that the map flattens, or a distant one, rounding would put it on the other side. It is then as far from the
+// middle on this side.
 void locate_sphere(inout Hit hit, Ray ray) {
     const Ray unit_ray = to_unit_space(sphere_of(hit.slot - triangle_total()), at_rest(ray, hit.slot));
     const vec3 d = unit_ray.direction;
@@ -132,9 +133,9 @@ void locate_cuboid(inout Hit hit, Ray ray) {
 
 layout(constant_id = id_picks_candidates) const bool picks_candidates = false;
 
-// Whether threads pick the triangles that their rays may meet before they test any. Asked where `unrolled` alone has been:
-// Mesa 22.3 unrolls a loop before it finds a condition of several constants false, and a mesh's loop has as many turns as
-// triangles (12 GB and more for 10^5).
+// Whether threads pick the triangles that their rays may meet before they test any. It is asked where `unrolled` alone
+// has been. Mesa 22.3 unrolls a loop before it finds a condition of several constants false. A mesh's loop has as many
+// turns as triangles (12 GB and more for 10^5).
 bool picks() { return picks_candidates && triangle_kernel == kernel_watertight && !PLANTED(triangle_edge_lost); }
 
 // A bit for each triangle that the ray may meet.

@@ -1,5 +1,5 @@
-// What kernels that trace rays and kernels that shade exchange, in registers or packed into words of buffers
-// (ray_state.glsl): where a ray leaves a vertex, what it hits, a shadow ray.
+// What tracing and shading kernels exchange, in registers or packed into words of buffers (ray_state.glsl). It is where
+// a ray leaves a vertex, what it hits, and a shadow ray.
 #ifndef HIT_GLSL
 #define HIT_GLSL
 

@@ -26,9 +26,9 @@ mat3 frame_of_ray(Ray ray) {
 #endif
 }
 
-// Watertight test in the manner of [Woop 2013], with an orthonormal frame of the ray in place of the shear: the corners
-// are projected along the ray, and the three edge functions have exactly opposite signs in triangles that share an edge,
-// because a corner's projection depends on that corner and the ray alone and x y' - y x' is antisymmetric in rounding.
+// Watertight test in the manner of [Woop 2013], with an orthonormal frame of the ray in place of the shear. The corners
+// are projected along the ray. In triangles that share an edge the three edge functions have exactly opposite signs.
+// For a corner's projection depends on that corner and the ray alone, and x y' - y x' is antisymmetric in rounding.
 // weights: of corners 1 and 2, and their common divisor.
 vec2 project(vec3 corner, Ray ray, mat3 frame) {
     precise vec3 p = corner - ray.origin;
@@ -74,9 +74,9 @@ bool may_be_within(vec3 edges) {
 float sum_of_sizes(vec3 v) { return abs(v.x) + abs(v.y) + abs(v.z); }
 
 // Where a triangle is as small as the rounding of its distance from the ray, its edge functions may have any signs. A ray
-// that meets it passes corner 0 no farther off than the longer projected side there. All corners are projected by one map,
-// under which inside stays inside; subtraction and sum of products put each by less than 8 u of its distance elsewhere, which
-// counts for corner 0 itself and for both ends of the side.
+// that meets it passes corner 0 no farther off than the longer projected side there. All corners are projected by one
+// map, under which inside stays inside. Subtraction and sum of products move each by less than 8 u of its distance.
+// This counts for corner 0 itself and for both ends of the side.
 bool is_near(Triangle triangle, Ray ray, Seen seen) {
     const vec2 side1 = seen.corner1 - seen.corner0, side2 = seen.corner2 - seen.corner0;
     const float beside = dot(seen.corner0, seen.corner0), side = max(dot(side1, side1), dot(side2, side2));
@@ -182,8 +182,8 @@ Ray to_unit_space(Convex shape, Ray ray) {
     return Ray(o, d);
 }
 
-// Ray parameters at which the line enters and leaves the unit sphere. The discriminant comes from the nearest point to the
-// centre, the nearer root from the product of the roots, so that nothing cancels for small or distant spheres [Haines et
+// Ray parameters at which the line enters and leaves the unit sphere. The discriminant comes from the nearest point to
+// the centre, the nearer root from the product of the roots. So nothing cancels for small or distant spheres [Haines et
 // al. 2019, "Precision improvements for ray/sphere intersection"].
 bool sphere_span(Ray unit_ray, out float entry, out float exit) {
     entry = exit = 0.0;
@@ -214,9 +214,9 @@ bool sphere_span(Ray unit_ray, out float entry, out float exit) {
     return true;
 }
 
-// The span [entry, exit] in which a line is between the two planes of one axis of a cube, cut out of `span`. No minimum or
-// maximum meets a NaN: an axis along which the ray stands still (its component being so small that quotients would
-// overflow) only asks whether the ray lies between its two planes.
+// The span [entry, exit] in which a line is between the two planes of one axis of a cube, cut out of `span`. No minimum
+// or maximum meets a NaN. Along an axis where the ray's component is so small that quotients would overflow, the ray
+// only has to lie between the two planes.
 const float least_component = 1.0e-37;
 void clip_to_slab(float o, float d, float extent, inout vec2 span) {
     if (abs(d) < least_component) {
@@ -270,9 +270,9 @@ vec2 aligned_span(vec3 origin, SlabRay ray, vec3 centre, vec3 half_size) {
     return vec2(max(max(near.x, near.y), near.z), min(min(far.x, far.y), far.z));
 }
 
-// Where a ray that starts on the unit sphere and goes inside leaves it: the other root, the first being 0. In double the
-// origin may be a float, and so off the sphere by more than rounds here: then the root itself, or the middle of the chord
-// that a ray beside the sphere would have.
+// Where a ray that starts on the unit sphere and goes inside leaves it: the other root, the first being 0. In double
+// the origin may be a float, and so off the sphere by more than rounds here. Then the hit is the root itself, or the
+// middle of the chord for a ray that misses the sphere.
 float sphere_far_side(Ray unit_ray) {
 #ifdef DOUBLE_GEOMETRY
     float entry, exit;

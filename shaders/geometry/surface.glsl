@@ -1,5 +1,5 @@
-// The point and normal of a hit, rebuilt from the primitive and not from the ray, so that the error of the point does not
-// grow with the length of the ray; and the origin of the next ray (MODEL.md section 5, "Leaving a surface").
+// The point and normal of a hit, and the origin of the next ray (MODEL.md section 5, "Leaving a surface"). They are
+// rebuilt from the primitive, not from the ray, so that the error does not grow with the ray's length.
 #ifndef SURFACE_GLSL
 #define SURFACE_GLSL
 #include "geometry/intersection_choices.glsl"
@@ -17,9 +17,10 @@ uint kind_of(uint slot) {
     return has_spheres && slot < triangle_total() + sphere_total() ? kind_sphere : kind_cuboid;
 }
 
-// A plane is met again by its neighbours as dot(corner - origin, normal): two points subtracted (1), products (1), sums (2),
-// and both normals, of rounded edges (3 each, and 1 for the unit one): 11 roundings besides those of the point. Where all
-// terms vanish, as on planes through 0, one unit of the largest corner still keeps the origin off them.
+// A plane is met again by its neighbours as dot(corner - origin, normal). Roundings: two points subtracted (1),
+// products (1), sums (2). Both normals have rounded edges (3 each), and the unit one 1 more. In all these are 11,
+// besides those of the point. Where all terms vanish, as on planes through 0, one unit of the largest corner still
+// keeps the origin off them.
 #ifdef DEVICE_TRIANGLES
 // A device's own test is its own matter; Vulkan bounds none of its errors. Taken for granted is what watertight tests have in
 // common [Woop 2013]. Corners, rounded when they were placed (3), are moved to the origin (1) and sheared along the ray (3).
@@ -27,8 +28,8 @@ uint kind_of(uint slot) {
 // up (2): 24 roundings, besides the 12 of the point.
 // Errors of the weights move the hit within the plane, by the roundings of a corner times length over height of the triangle.
 // Along a ray that grazes the plane this is a distance from it. For slimmer triangles than 4 the offset stays below the
-// gap between bodies in contact (rule 30): a neighbour in the same plane may then be met anew. The triangle itself is not
-// (traced_rays.glsl).
+// gap between bodies in contact (rule 30). A neighbour in the same plane may then be met anew. The triangle itself is
+// not (traced_rays.glsl).
 const float gamma_plane = 36.0001 * unit_roundoff;  // gamma(36), rounded up
 const float most_slimness = 4.0;
 float slimness(Triangle triangle, TriangleFacts facts) {
@@ -41,12 +42,12 @@ const float gamma_plane = 23.0001 * unit_roundoff;  // gamma(23), rounded up
 #endif
 const float least_offset = unit_roundoff;
 
-// A hit next to an edge may lie beyond the neighbour there, by rounding, and a ray that leaves towards that neighbour would
-// miss it and get out of a closed mesh. So points within a margin of an edge move inwards by it, in the plane. The margin:
-// weights are off by 10 u, and points by gamma(11), of the largest corner; together below gamma(32) of it.
-// A neighbour may also stand over the triangle at an angle, and the ray starts up to twice the point's error above it: 8 times
-// that error are more than enough for the neighbours whose angle's tangent is above 1/4, 14 degrees. No move is more than a
-// quarter of the triangle's least height, since what moves away from one edge moves as far towards others.
+// By rounding, a hit next to an edge may lie beyond the neighbour there. A ray that leaves towards that neighbour would
+// miss it and get out of a closed mesh. So points within a margin of an edge move inwards by it, in the plane. The
+// margin: weights are off by 10 u, and points by gamma(11), of the largest corner; together below gamma(32) of it. A
+// neighbour may also stand over the triangle at an angle, and the ray starts up to twice the point's error above it.
+// Moving by 8 times that error is more than enough where the angle's tangent is above 1/4, 14 degrees. No move is more
+// than a quarter of the triangle's least height, since what moves away from one edge moves as far towards others.
 const float gamma_margin = 32.0001 * unit_roundoff;
 const float margin_of_error = 8.0;
 
@@ -75,20 +76,21 @@ vec3 drawn_in(Triangle triangle, TriangleFacts facts, vec3 weights, vec3 point, 
     return point;
 }
 
-// u = 2^-24 is the unit roundoff. A point is a sum of products in which no term passes through more than ten roundings:
-// triangle, weight 0 (2), product (1), sums (2), and the division that gave the weights (2, shared); sphere and cuboid,
-// the unit point (5, by its normalisation), product (1), sums (3). One more is due to the move itself. So each coordinate
-// is off by at most gamma(11) = 11 u / (1 - 11 u) times the sum of the absolute terms [Higham 2002, section 3.1].
+// u = 2^-24 is the unit roundoff. A point is a sum of products in which no term passes through more than ten roundings.
+// Triangle: weight 0 (2), product (1), sums (2), and the division that gave the weights (2, shared). Sphere and cuboid:
+// the unit point (5, by its normalisation), product (1), sums (3). One more is due to the move itself. So each
+// coordinate is off by at most gamma(11) = 11 u / (1 - 11 u) times the sum of the absolute terms [Higham 2002, section
+// 3.1].
 const float gamma_point = 11.0001 * unit_roundoff;
 
-// Bound on a point of a triangle, p1 and p2 being its corners 1 and 2 times their weights: weight 0 is the one with an
-// absolute error, of 2 u.
+// Bound on a point of a triangle; p1 and p2 are its corners 1 and 2 times their weights. Weight 0 alone has an absolute
+// error, of 2 u.
 vec3 plane_error(Triangle triangle, vec3 p1, vec3 p2, float reach) {
     return (gamma_plane + handed_roundoff) * (abs(triangle.corner0.xyz) + abs(p1) + abs(p2)) + least_offset * reach;
 }
 
-// What the motion of its entity adds to the error of a point. Product and sum round once each, the motion was rounded before:
-// three times u of both terms; and one more for the move of the ray's origin to the entity at rest and back.
+// What the motion of its entity adds to the error of a point. Product and sum round once each, and the motion was
+// rounded before: three times u of both terms. One more is for moving the ray's origin to the entity at rest and back.
 vec3 error_in_motion(vec3 point, vec3 motion) {
     return motion == vec3(0.0) ? vec3(0.0) : 4.0 * unit_roundoff * (abs(point) + abs(motion));
 }
@@ -96,9 +98,9 @@ vec3 error_in_motion(vec3 point, vec3 motion) {
 // Corners far beyond the view make the mean of them coarse there: each coordinate is off by the rounding of the corners.
 // The ray's own point is off by roundings of what lies near, and is projected onto the plane. Off the plane it is no worse.
 // With s the sum of the corners' absolute terms along an axis, no term of dot(point - corner, normal) is above its |n| s.
-// Each passes difference (1), product (1) and sums (2), then the product with the normal (1), whose own rounding tilts it
-// (4), and the last subtraction (1): 10, where gamma_plane has 11 for the mean. Within the plane the ray's point is off by
-// less than 8 u of its terms, which the margin of drawn_in holds while they are below the corners'.
+// Each passes difference (1), product (1) and sums (2), then the product with the normal (1), whose own rounding tilts
+// it (4). With the last subtraction (1) these are 10, where gamma_plane has 11 for the mean. Within the plane the ray's
+// point is off by less than 8 u of its terms. The margin of drawn_in holds that while they are below the corners'.
 bool knows_better(TriangleFacts facts, Ray ray, float t) {
     const vec3 origin = abs(ray.origin);
     return facts.reach > far_corner && max(origin.x, max(origin.y, origin.z)) + t < facts.reach;

@@ -1,10 +1,11 @@
-// What the stages of a ray-tracing pipeline exchange, and what ray queries share with them. The device's traversal finds boxes; what is hit in them, and which hit is
-// the closest, these stages decide by the tests and the tie rule of closest_hit.glsl, so that no bit differs.
+// What the stages of a ray-tracing pipeline exchange, and what ray queries share with them. The device's traversal
+// finds boxes. These stages decide what is hit in them and which hit is the closest. They use the tests and the tie
+// rule of closest_hit.glsl, so that no bit differs.
 //
-// Intersection shaders see no payload. So they know nothing of the primitive that the ray leaves, and of a body they offer
-// both what any ray meets and where a ray that leaves it on its inside gets out; the any-hit shader takes the one that
+// Intersection shaders see no payload. So they do not know the primitive that the ray leaves. For a body they offer
+// both what any ray meets and where a ray that leaves it on its inside gets out. The any-hit shader takes the one that
 // applies. And a pipeline may drop a hit as far away as the last that was taken. So a hit at t is reported as one just
-// beyond t, and another at t, in its turn, below: the any-hit shader sees it, and the lower primitive id wins.
+// beyond t, and a second hit at t as one below that. The any-hit shader sees both, and the lower primitive id wins.
 #ifndef TRACED_RAY_GLSL
 #define TRACED_RAY_GLSL
 #include "geometry/hit.glsl"

@@ -1,6 +1,7 @@
-// Closest hits and occlusion by the device's own traversal of an acceleration structure, in place of the loops and trees of
-// closest_hit.glsl and occlusion.glsl: by a ray-tracing pipeline, for the shader that generates rays, or by ray queries.
-// With DEVICE_TRIANGLES triangles at rest are the device's own, opaque; all else is boxes, and Tandem's tests.
+// Closest hits and occlusion by the device's own traversal of an acceleration structure, in place of the loops and
+// trees of closest_hit.glsl and occlusion.glsl. A ray-tracing pipeline does it, for the shader that generates rays, or
+// ray queries do. With DEVICE_TRIANGLES triangles at rest are the device's own, opaque; all else is boxes, and Tandem's
+// tests.
 #ifndef TRACED_RAYS_GLSL
 #define TRACED_RAYS_GLSL
 #include "geometry/traced_ray.glsl"
@@ -21,9 +22,9 @@ bool begins_beyond(Ray ray) {
 }
 
 #ifdef DEVICE_TRIANGLES
-// The device says which triangle is met; where on it, the bounds of surface.glsl are derived for Tandem's weights, and the
-// device's own are left where Tandem sees the triangle from its edge. Also, Mesa's lavapipe (seen with 25.0.7) gives the
-// closest triangle the hit attributes of boxes that were turned down.
+// The device says which triangle is met. Where on it is computed here, as the bounds of surface.glsl are derived for
+// Tandem's weights. The device's own weights are kept where Tandem sees the triangle from its edge. Also, Mesa's
+// lavapipe (seen with 25.0.7) gives the closest triangle the hit attributes of boxes that were turned down.
 void weigh_anew(inout Hit hit, Ray ray) {
     const Triangle triangle = triangle_at(hit.slot);
     const Ray resting = at_rest(ray, hit.slot);

@@ -1,5 +1,5 @@
-// Stage 4: the closest hit of every ray of the segment's queue, and whether the pending shadow
-// ray of a next event meets anything (MODEL.md sections 5 and 9.2).
+// Stage 4 (MODEL.md sections 5 and 9.2): the closest hit of every ray of the segment's queue. It also finds whether the
+// pending shadow ray of a next event meets anything.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require

@@ -1,5 +1,5 @@
-// Which pixel an invocation renders: neighbours in a subgroup are neighbours in the image, in blocks of 8 x 4 pixels, so
-// that their rays meet the same things.
+// Which pixel an invocation renders. Neighbours in a subgroup are neighbours in the image, in blocks of 8 x 4 pixels,
+// so that their rays meet the same things.
 #ifndef PIXEL_BLOCKS_GLSL
 #define PIXEL_BLOCKS_GLSL
 

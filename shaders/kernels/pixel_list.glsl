@@ -1,4 +1,4 @@
-// Which pixel is at a place of the tile: the pixels in their order, or those that a pass of adaptive sampling lists
+// Which pixel is at a place of the tile. The pixels come in their order, or as a pass of adaptive sampling lists them
 // (MODEL.md section 11.3).
 #ifndef PIXEL_LIST_GLSL
 #define PIXEL_LIST_GLSL

@@ -1,5 +1,5 @@
-// Stage 6: adds the finished sample of every pixel to the sums of its block (MODEL.md sections 10 and 11). In the thesis's
-// frame, whose paths add to the sums as they end, it runs once and writes the means to the image that is shown.
+// Stage 6: adds the finished sample of every pixel to the sums of its block (MODEL.md sections 10 and 11). In the
+// thesis's frame paths add to the sums as they end. There it runs once and writes the means to the image that is shown.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "kernels/settings.glsl"

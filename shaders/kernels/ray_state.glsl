@@ -1,5 +1,5 @@
 // Words that the stages pass in the Rays set. Ray state is split and ping-ponged: a stage reads one half and writes the
-// other, so that no block is both read and written and the synchronisation layer sees every missing barrier.
+// other. So no block is both read and written, and the synchronisation layer sees every missing barrier.
 #ifndef RAY_STATE_GLSL
 #define RAY_STATE_GLSL
 

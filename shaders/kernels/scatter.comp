@@ -1,5 +1,5 @@
-// Stage 5, colour and scatter: gathers the light of the hit, absorbs, and spawns the next ray and the shadow ray, or ends
-// the path and writes its sample (MODEL.md sections 7 to 9).
+// Stage 5, colour and scatter (MODEL.md sections 7 to 9). It gathers the light of the hit and absorbs. It then spawns
+// the next ray and the shadow ray, or ends the path and writes its sample.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "kernels/settings.glsl"

@@ -92,9 +92,9 @@ uint sphere_total() { return fixed_spheres == told ? settings.sphere_count : fix
 
 #include "kernels/planted.glsl"
 
-// Both, without a branch on `told` alone. Mesa's lavapipe makes kernels anew, in every dispatch, for the value of each
-// branch on nothing but uniforms, and keeps them: milliseconds and half a megabyte each. So where `told` is uniform,
-// `own` is what always holds of a number that the thread has.
+// Both, without a branch on `told` alone. For each branch on nothing but uniforms, Mesa's lavapipe makes kernels anew
+// for its value, in every dispatch, and keeps them. That costs milliseconds and half a megabyte each. So where `told`
+// is uniform, `own` is what always holds of a number that the thread has.
 bool both(bool told, bool own) { return bool(uint(told) & uint(own)); }
 
 #ifdef DOUBLE_SHADING

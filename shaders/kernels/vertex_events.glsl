@@ -1,6 +1,6 @@
-// What happens where a ray has arrived (MODEL.md sections 7 to 10), for every kernel that shades: the light of the hit is
-// gathered, the path absorbed, scattered or ended, a light sampled. Takes and returns plain structs; where a path is kept
-// between two vertices is the kernel's own matter.
+// What happens where a ray has arrived (MODEL.md sections 7 to 10), for every kernel that shades. The light of the hit
+// is gathered, the path absorbed, scattered or ended, a light sampled. Takes and returns plain structs; where a path is
+// kept between two vertices is the kernel's own matter.
 #ifndef VERTEX_EVENTS_GLSL
 #define VERTEX_EVENTS_GLSL
 #include "geometry/hit.glsl"
@@ -205,8 +205,8 @@ uvec4 before_crossing(Path path) {
     return bodies;
 }
 
-// How far before a surface a ray starts that goes on through it, or back through another at the same place; 0: it starts
-// beyond (5.2).
+// How far before a surface a ray starts that goes on through it, or back through another at the same place. 0: it
+// starts beyond (5.2).
 float start_before(Path path, uint slot, Surface surface, real3 direction, bool back) {
     if (guard != guard_error_bound || surface.error == vec3(0.0)) return 0.0;
     const float error = shaded(dot(abs(surface.normal), error_of_planes(slot, surface)));

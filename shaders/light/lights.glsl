@@ -3,8 +3,8 @@
 #define LIGHTS_GLSL
 #include "geometry/geometry_types.glsl"
 
-// Where a receiver stands: its own slot and whether it is inside its own convex primitive settle on which side of that
-// primitive it is, which rounding could not.
+// Where a receiver stands. Its own slot and whether it is inside its own convex primitive decide its side of that
+// primitive, which rounding could not.
 struct Receiver {
     vec3 point;    // where rays start
     vec3 surface;  // the hit point itself, from which lights without a surface and ways through media are measured
@@ -61,8 +61,8 @@ UnitReceiver unit_receiver(Convex shape, Light light, Receiver receiver) {
     return UnitReceiver(x, receiver.slot == light.slot ? receiver.inside : dot(x, x) <= 1.0);
 }
 
-// The density of unit space times |N w|^3 / |det N|, where a world length of |offset| is one of |e|; `radius` is the cube
-// root of |det N|.
+// The density of unit space times |N w|^3 / |det N|. Here a world length of |offset| is one of |e|, and `radius` is the
+// cube root of |det N|.
 float ellipsoid_density(Light light, Receiver receiver, vec3 offset) {
     const Convex shape = convex_at(light.slot);
     const UnitReceiver from = unit_receiver(shape, light, receiver);
@@ -78,7 +78,7 @@ float area_density(Light light, float distance2, float cosine) {
 }
 
 // Density over solid angle with which `light` (its choice not counted) gives the direction from the receiver to the point on
-// it at `offset`, cosine = |n_light · direction|.
+// it at `offset`. cosine = |n_light · direction|.
 float light_density(Light light, Receiver receiver, vec3 offset, float cosine) {
     if (PLANTED(jacobian_missing)) return 1.0 / light.area;
     if (has_sphere_lights && light.kind == kind_sphere && !is_inside_sphere(light, receiver))

@@ -1,5 +1,5 @@
-// The microfacet distribution of Trowbridge and Reitz, "GGX" (MODEL.md section 7.6). Directions are local,
-// z along the normal on the side of the incoming ray; i and o point away from the surface; alpha is the squared roughness.
+// The microfacet distribution of Trowbridge and Reitz, "GGX" (MODEL.md section 7.6). Directions are local, z along the
+// normal on the side of the incoming ray. i and o point away from the surface. alpha is the squared roughness.
 #ifndef MICROFACETS_GLSL
 #define MICROFACETS_GLSL
 

@@ -9,7 +9,7 @@ const uint material_rough_diffuse = 5;  // of MaterialKind in common/scene/scene
 bool is_rough_diffuse(Material material) { return has_rough_diffuse && material.kind == material_rough_diffuse; }
 
 // f of a path that comes along d and goes on along o, divided by that of a diffuse surface [Oren 1994]. The parts of -d
-// and o within the surface's plane have the product sin theta_i sin theta_o cos(phi_i - phi_o), and tan beta is the sine
+// and o within the surface's plane have the product sin theta_i sin theta_o cos(phi_i - phi_o). tan beta is the sine
 // over the greater cosine. Numbers are whole, which every precision keeps.
 float rough_diffuse_ratio(float sigma, vec3 d, vec3 n_f, vec3 o) {
     const float s2 = sigma * sigma;

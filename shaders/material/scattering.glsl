@@ -12,8 +12,8 @@ vec3 absorbed(Material material, vec3 throughput) {
     return throughput * material.colour;
 }
 
-// What an event does to a path: the next direction, unit, or zero where the path ends; the factor on its throughput
-// besides 7.1; the density of the direction, 0 where there is none.
+// What an event does to a path. The next direction is unit, or zero where the path ends. The weight is the factor on
+// its throughput besides 7.1. The density is that of the direction, 0 where there is none.
 struct Scattering {
     vec3 direction;
     vec3 weight;
@@ -21,8 +21,8 @@ struct Scattering {
 };
 const Scattering no_scattering = Scattering(vec3(0.0), vec3(1.0), 0.0);
 
-// How a vertex answers to light from a direction: colour times f_cosine is f |cos theta| (a phase function for a medium),
-// density that of scattering into the direction.
+// How a vertex answers to light from a direction. colour times f_cosine is f |cos theta| (a phase function for a
+// medium). density is that of scattering into the direction.
 struct Response {
     vec3 colour;
     float f_cosine;

@@ -1,6 +1,6 @@
 // Set 0, Scene: what changes with the scene alone. vertex.comp writes the world primitives, everyone else reads them.
-// Primitives are sorted by kind (triangles, spheres, cuboids; in id order within a kind); their position in that order is
-// the `slot` by which the stages name them, Placed gives the primitive id of MODEL.md section 5.
+// Primitives are sorted by kind (triangles, spheres, cuboids; in id order within a kind). Their position in that order
+// is the `slot` by which the stages name them. Placed gives the primitive id of MODEL.md section 5.
 #ifndef SCENE_SET_GLSL
 #define SCENE_SET_GLSL
 
@@ -40,8 +40,8 @@ layout(std430, set = 0, binding = 9) WORLD_ACCESS restrict buffer Cuboids { Conv
 #ifdef LOOPS_OVER_PRIMITIVES
 layout(std430, set = 0, binding = 13) readonly restrict buffer BvhNodes { BvhNode bvh_nodes[]; };
 
-// The same three buffers as uniform blocks, of at most the 16 KiB that every device allows: where all threads read the same
-// primitive, that is the faster way.
+// The same three buffers as uniform blocks, at most the 16 KiB that every device allows. Where all threads read the
+// same primitive, that is the faster way.
 #ifndef DOUBLE_GEOMETRY
 layout(std140, set = 0, binding = 10) uniform FewTriangles { Triangle few_triangles[16384 / 48]; };
 layout(std140, set = 0, binding = 11) uniform FewSpheres { Convex few_spheres[16384 / 96]; };
@@ -98,7 +98,7 @@ TriangleFacts facts_of(Triangle triangle) {
 }
 
 #ifdef SHARES_SCENE
-// What threads read one by one, of what each has hit: of a small scene from a copy that the workgroup shares, as drivers check
+// What threads read one by one, for what each has hit. A workgroup shares a copy of a small scene, as drivers check
 // buffers' bounds at every read.
 layout(constant_id = id_shared_materials) const uint shared_materials = 0;
 const bool shares = unrolled && shared_materials > 0;

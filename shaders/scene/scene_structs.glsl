@@ -32,8 +32,8 @@ struct PrimitiveSource {
     float radius;
 };
 
-// Rows of an entity's object_to_world, and of the inverse of its linear part; the sign of its determinant; its world
-// displacement from the shutter's opening to its closing (MODEL.md section 6).
+// Rows of an entity's object_to_world, and of the inverse of its linear part, and the sign of its determinant. Its
+// world displacement is from the shutter's opening to its closing (MODEL.md section 6).
 struct EntityTransform {
     GEOMETRY_VEC4 to_world0;
     GEOMETRY_VEC4 to_world1;
@@ -59,8 +59,8 @@ struct Triangle {
     GEOMETRY_VEC4 corner2;
 };
 
-// A sphere or cuboid as the image of the unit sphere or of the cube [-extent, extent], extent 1 on each axis or 0 where
-// the cuboid is flat: x = to_unit (p - centre), p = centre + to_world x.
+// A sphere or cuboid as the image of the unit sphere or of the cube [-extent, extent]. extent is 1 on each axis, or 0
+// where the cuboid is flat. x = to_unit (p - centre), p = centre + to_world x.
 struct Convex {
     GEOMETRY_VEC4 to_unit0;  // row, centre x
     GEOMETRY_VEC4 to_unit1;  // row, centre y

@@ -1,5 +1,5 @@
-// A frame's means as they are shown: 8 bits a channel, encoded as sRGB (IEC 61966-2-1) by a table of steps, which gives
-// every kind of shader on every device the same bits.
+// A frame's means as they are shown: 8 bits a channel, encoded as sRGB (IEC 61966-2-1). A table of steps gives every
+// kind of shader on every device the same bits.
 #ifndef SHOWN_GLSL
 #define SHOWN_GLSL
 

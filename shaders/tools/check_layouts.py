@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""Turns the block and struct layouts that `spirv-cross --reflect` reads out of SPIR-V into static_asserts on the structs of
-the same names in vulkan/renderer/scene/gpu_layout.h, so that host and device cannot drift apart unnoticed.
+"""Turns the block and struct layouts that `spirv-cross --reflect` reads out of SPIR-V into static_asserts. They are on
+the structs of the same names in vulkan/renderer/scene/gpu_layout.h. So host and device cannot drift apart unnoticed.
 
 usage: check_layouts.py OUT.h REFLECTION.json...
 """

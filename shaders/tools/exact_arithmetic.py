@@ -3,9 +3,9 @@
 
 Specialised and general kernels are to give the same bits, and a compiler decides by its surroundings how it rounds what the
 language leaves open. Two things are open. It may contract a * b + c into one rounding: forbidden
-here for every operation, as if all of the GLSL were `precise`. And it may expand a compound operation (dot, a product of
-matrices, normalize, length, cross, mix) as it likes, which that decoration does not prevent: NVIDIA's 580 on an H200
-contracts within OpDot or not from case to case, so that 12 of 23 shipped scenes had different bits. Here they are written
+here for every operation, as if all of the GLSL were `precise`. And it may expand a compound operation (dot, a product
+of matrices, normalize, length, cross, mix) as it likes, which that decoration does not prevent. NVIDIA's 580 on an H200
+contracts within OpDot or not from case to case. So 12 of 23 shipped scenes had different bits. Here they are written
 out, sums of products by fused multiply-adds; since then all scenes agree there.
 
 usage: exact_arithmetic.py MODULE.spv

@@ -1,6 +1,6 @@
-// How the cost of a ray grows with the number of triangles: rounds in random order over both backends and meshes of
-// 10^2 to 10^6 triangles, medians with intervals, and the exponent of growth. Minutes, so the test of it is a small
-// part; scripts/measure/growth stores results and writes tests/records/growth/GROWTH.md.
+// How the cost of a ray grows with the number of triangles. Rounds go in random order over both backends and meshes of
+// 10^2 to 10^6 triangles. The results are medians with intervals, and the exponent of growth. Minutes, so the test of
+// it is a small part; scripts/measure/growth stores results and writes tests/records/growth/GROWTH.md.
 //
 //     growth [--rounds N] [--most TRIANGLES] [--size PIXELS] [--json FILE] [BACKEND...]    (cpu, vulkan, loops)
 #include <fmt/format.h>

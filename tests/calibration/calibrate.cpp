@@ -5,7 +5,7 @@
 //     calibrate list
 //     calibrate run [ID...] [--runs N] [--first K] [--time SECONDS] [--threads T] [--scenes FOLDER]
 //
-// Without an ID all experiments are run, N verdicts each (1000), numbered from K (0); after `--time` seconds of one no
+// Without an ID all experiments are run, N verdicts each (1000), numbered from K (0). After `--time` seconds of one no
 // further verdict of it is begun. FOLDER is that of the shipped scenes.
 #include <fmt/format.h>
 

@@ -22,8 +22,8 @@ MakeRenderer synthetic(Sampler sampler, Strays strays = {}) {
     return [=] { return std::make_unique<SyntheticRenderer>(sampler, "synthetic", strays); };
 }
 
-// Another seed is another range of samples of the one seed 0: with a counter-based generator (MODEL.md section 3)
-// either gives other numbers, and this way the same kernels serve a thousand verdicts. One thread uses it at a time.
+// Another seed is another range of samples of the one seed 0. With a counter-based generator (MODEL.md section 3)
+// either gives other numbers. So the same kernels serve a thousand verdicts. One thread uses it at a time.
 class SeedsAsRanges : public Renderer {
 public:
     explicit SeedsAsRanges(std::unique_ptr<Renderer> renderer) : renderer_(std::move(renderer)) {}
@@ -83,7 +83,7 @@ MakeRenderer vulkan(Precision precision = Precision::single_precision) {
 std::vector<Experiment> synthetic_experiments() {
     const MakeRenderer smooth = synthetic(exponential), all_kinds = synthetic(mixed);
     // With a twentieth of the samples astray 24 % of the pixels part, just fewer than the 25 % that compare_paths
-    // tolerates: the level of short paths is tested where it is closest to an alarm.
+    // tolerates. So the level of short paths is tested where it is closest to an alarm.
     const MakeRenderer smooth_strays = synthetic(exponential, {0.05}), strays = synthetic(mixed, {0.05});
     constexpr Pair pair = Pair::synthetic;
     return {

@@ -1,5 +1,5 @@
-# What the tests of the program share: how it is run, a scene, a folder of its own for each test, and what a refusal looks
-# like. Run with TANDEM = the program, SCENES = the folder of the shipped scenes.
+# What the tests of the program share: how it is run, a scene, a folder for each test, and what a refusal looks like.
+# Run with TANDEM = the program, SCENES = the folder of the shipped scenes.
 import json
 import os
 import pathlib

@@ -1,5 +1,5 @@
-# The program as a user meets it: exit statuses, one clear line for every bad input, nothing half written, help, devices, and
-# how soon every command ends. Run by ctest with TANDEM = the program, SCENES = the folder.
+# The program as a user meets it. There are exit statuses, one clear line for every bad input, nothing half written,
+# help, devices, and how soon every command ends. Run by ctest with TANDEM = the program, SCENES = the folder.
 import json
 import os
 import re

@@ -1,5 +1,5 @@
-# Files and streams as a user meets them: nothing that was read is overwritten, what cannot be written is known before the
-# work, a reader that goes away harms no file, and names with control characters are shown escaped.
+# Files and streams as a user meets them. Nothing that was read is overwritten. What cannot be written is known before
+# the work. A reader that goes away harms no file. Names with control characters are shown escaped.
 import json
 import os
 import pathlib

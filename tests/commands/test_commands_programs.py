@@ -1,5 +1,6 @@
-# `tandem verify --candidate exec:COMMAND`: another program is judged; one that crashes, hangs or gives no image is told in one
-# line, and leaves no process behind. Run by ctest with TANDEM = the program, SCENES = the folder of the shipped scenes.
+# `tandem verify --candidate exec:COMMAND`: another program is judged. One that crashes, hangs or gives no image is told
+# in one line, and leaves no process behind. Run by ctest with TANDEM = the program, SCENES = the folder of the shipped
+# scenes.
 import json
 import os
 import pathlib

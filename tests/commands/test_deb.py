@@ -1,5 +1,5 @@
-# The Debian package of the preset `package`: what it holds and needs, that it starts the program for this processor, and that
-# the programs for all processors give the same bits. Run by ctest with BINARY = the build folder.
+# The Debian package of the preset `package`: what it holds and needs, and that it starts the program for this
+# processor. The programs for all processors give the same bits. Run by ctest with BINARY = the build folder.
 import hashlib
 import os
 import pathlib

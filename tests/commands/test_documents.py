@@ -1,5 +1,6 @@
-# What the documents say of this repository is so: links and file names lead somewhere, commands have the options that they
-# are shown with, rooms include only what ARCHITECTURE.md lets them, and README is short. Run by ctest with TANDEM = the program.
+# What the documents say of this repository is so. Links and file names lead somewhere. Commands have the options that
+# they are shown with. Rooms include only what ARCHITECTURE.md lets them. README is short. Run by ctest with TANDEM =
+# the program.
 import fnmatch
 import os
 import pathlib

@@ -1,4 +1,4 @@
-# tandem exercise: what a student types, that every exercise can be solved and names its planted bugs, and that hostile
+# tandem exercise: what a student types, and that every exercise can be solved and names its planted bugs. Hostile
 # submissions get their mark like others. Run by ctest with TANDEM = the program.
 import concurrent.futures
 import json

@@ -13,8 +13,8 @@ enum class Passage { inside, edge, vertex, outside, in_plane };
 [[nodiscard]] Passage exact_passage(
     const glm::dvec3& origin, const glm::dvec3& direction, const std::array<glm::dvec3, 3>& corners);
 
-// The sign of the parameter at which that line meets the triangle's plane: -1 behind the origin, 0 at it, 1 ahead;
-// 0 also where it never does.
+// The sign of the parameter at which that line meets the triangle's plane: -1 behind the origin, 0 at it, 1 ahead. It
+// is also 0 where it never does.
 [[nodiscard]] int exact_side(
     const glm::dvec3& origin, const glm::dvec3& direction, const std::array<glm::dvec3, 3>& corners);
 

@@ -20,8 +20,8 @@ inline double& rendered_seconds() {
     return seconds;
 }
 
-// Noise of variance 1 about `level`; the whitted integrator is off by `bias` in every other column, next-event has a
-// quarter of the variance at half the speed, and double precision takes thrice the time.
+// Noise of variance 1 about `level`. The whitted integrator is off by `bias` in every other column. next-event has a
+// quarter of the variance at half the speed. Double precision takes thrice the time.
 class KnownRenderer : public Renderer {
 public:
     KnownRenderer(BackendOptions options, double bias) : options_(std::move(options)), bias_(bias) {
@@ -60,8 +60,8 @@ private:
     double bias_;
 };
 
-// A clock that moves on by what was rendered, and a millisecond at every look, so that what is done does not depend on
-// the machine.
+// A clock that moves on by what was rendered, and a millisecond at every look. So what is done does not depend on the
+// machine.
 inline CostControl control_of(int& looks) {
     CostControl control;
     control.now = [&looks, start = rendered_seconds()] { return rendered_seconds() - start + 1e-3 * looks++; };

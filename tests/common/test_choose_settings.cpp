@@ -39,8 +39,8 @@ public:
     }
 
 private:
-    // Points in strata: the squared error of n of them falls as n^-3, of which the choice believes n^-2; or independent
-    // numbers, for which `even_` is off.
+    // Points in strata, whose n points have a squared error that falls as n^-3; the choice believes n^-2. Or
+    // independent numbers, for which `even_` is off.
     std::unique_ptr<RenderJob> sobol_job(const RenderSettings& settings) const {
         struct Job : RenderJob {
             RenderSettings settings;

@@ -25,7 +25,7 @@ struct Setup {
     RenderSettings settings;
 };
 
-// One thing that a scene may have, the effects that it calls for by itself, and what it does for others: light that can
+// One thing that a scene may have, the effects that it calls for by itself, and what it does for others. Light that can
 // be sampled calls for its kind and for light_sampling wherever something receives it.
 struct Ingredient {
     std::string name;

@@ -1,4 +1,4 @@
-// The experiment runner on synthetic clocks of known effects: intervals cover at their rate, equal arms show nothing,
+// The experiment runner on synthetic clocks of known effects. Intervals cover at their rate, equal arms show nothing,
 // warm-up is found, and claims are judged by their rules.
 #include <doctest/doctest.h>
 

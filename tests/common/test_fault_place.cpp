@@ -1,4 +1,4 @@
-// Where a fault lies that no traced path shows: which film is not the sum of its paths, which kernels have it, which
+// Where a fault lies that no traced path shows. Which film is not the sum of its paths, which kernels have it, which
 // pixels it touches.
 #include <doctest/doctest.h>
 

@@ -1,4 +1,4 @@
-// Which planted bugs a difference is like: what parts two paths, how near signatures are, and how often the naming is
+// Which planted bugs a difference is like: what parts two paths, how near signatures are. Also how often the naming is
 // right for bugs whose kind the record does not hold.
 #include <doctest/doctest.h>
 #include <fmt/format.h>

@@ -12,8 +12,8 @@ using namespace tandem::test;
 
 namespace {
 
-// A triangle (0,0,0), (1,0,0), (0,1,0) whose second corner has coordinates (1, 0.25) from the top, in a node mirrored
-// along x and moved to x = 10.
+// A triangle (0,0,0), (1,0,0), (0,1,0) in a node mirrored along x and moved to x = 10. Its second corner has
+// coordinates (1, 0.25) from the top.
 Json gltf_triangle(const std::string& buffer_uri) {
     return {{"asset", {{"version", "2.0"}}}, {"scene", 0}, {"scenes", {{{"nodes", {0}}}}},
         {"nodes", {{{"children", {1}}, {"translation", {10, 0, 0}}}, {{"mesh", 0}, {"scale", {-1, 1, 1}}}}},

@@ -201,9 +201,9 @@ TEST_CASE(
 
 namespace {
 
-// The mean of a scrambling's n points is off by a draw of its own that falls as n^-0.7, faster than that of
-// independent samples; every fourth pixel has heavier tails. Ranges that grow keep the draw: their sums are those of
-// all points so far.
+// The mean of a scrambling's n points is off by a draw of its own that falls as n^-0.7, faster than that of independent
+// samples. Every fourth pixel has heavier tails. Ranges that grow keep the draw: their sums are those of all points so
+// far.
 class ScrambledJob : public RenderJob {
 public:
     ScrambledJob(std::uint32_t side, std::uint64_t seed) : side_(side), seed_(seed) {}

@@ -1,5 +1,5 @@
-// Lights, sky, textures, conductors and rough glass of MODEL.md, rendered: closed forms, estimators against each other,
-// and the general variant of the path tracer against the lean ones.
+// Lights, sky, textures, conductors and rough glass of MODEL.md, rendered. Tests are closed forms, estimators against
+// each other, and the path tracer's general variant against the lean ones.
 #include <doctest/doctest.h>
 
 #include <filesystem>

@@ -61,8 +61,8 @@ Pooled pooled(const Estimate& estimate) {
     return result;
 }
 
-// Two independent estimates of one mean differ by less than six standard errors of their difference: a false alarm in
-// 10^9, and the seeds are fixed.
+// Two independent estimates of one mean differ by less than six standard errors of their difference. That is a false
+// alarm in 10^9, and the seeds are fixed.
 void check_same_mean(const Estimate& a, const Estimate& b) {
     const Pooled x = pooled(a), y = pooled(b);
     for (int c = 0; c < 3; ++c) {

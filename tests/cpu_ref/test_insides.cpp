@@ -128,7 +128,7 @@ TEST_CASE("a medium that only scatters keeps all light of an even sky") {
 }
 
 TEST_CASE("single scattering of a point light in fog is its integral") {
-    // Fog around everything with a black wall at distance 3, and a point light in it: the camera sees, per length,
+    // Fog around everything with a black wall at distance 3, and a point light in it. The camera sees, per length,
     // sigma_s p I/r^2 T(s + r) over the way s of sight.
     const double sigma_s = 0.3, sigma_a = 0.2, g = 0.6, sigma = sigma_s + sigma_a;
     test::SceneBuilder b;

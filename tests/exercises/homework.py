@@ -16,8 +16,8 @@ WIDTH = 120  # of the packed file's lines
 
 
 def read():
-    """{"exercises": {slug: {"prototype", "right": [body], "wrong": [[cause, body]], "held_out": [body]}}, "styles": …}: bodies
-    call N (normalise), S (root), D (dot product) and Q (quotient); a style says what each is made of."""
+    """{"exercises": {slug: {"prototype", "right": [body], "wrong": [[cause, body]], "held_out": [body]}}, "styles": …}.
+    Bodies call N (normalise), S (root), D (dot product) and Q (quotient). A style says what each is made of."""
     return json.loads(zlib.decompress(base64.b85decode("".join(PACKED.read_text().split()))))
 
 

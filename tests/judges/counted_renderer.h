@@ -14,7 +14,7 @@ struct RenderedSamples {
 };
 
 // The CPU path tracer with the bug. Bugs in code belong to the whole process, so each call sets this one's before it
-// renders: two such renderers may be asked in turn, never at once. They trace no single paths, as nobody asks why two
+// renders. Two such renderers may be asked in turn, never at once. They trace no single paths, as nobody asks why two
 // differ. `rendered` must outlive the renderer.
 [[nodiscard]] std::unique_ptr<Renderer> counted_renderer(
     const PlantedFault& fault, Precision precision, RenderedSamples& rendered);

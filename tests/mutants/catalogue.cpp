@@ -134,8 +134,8 @@ const std::vector<Entry>& entries() {
     return all;
 }
 
-// In the catalogue before it was known which are found, and no scene, look or threshold was made for one since: what
-// they show holds for bugs that nobody has thought of.
+// These bugs were in the catalogue before it was known which are found. No scene, look or threshold was made for one
+// since. So what they show holds for bugs that nobody has thought of.
 const std::vector<Entry>& untuned_entries() {
     static const std::vector<double> none{0.0};
     const Names any{"cornell-classic", "cornell-thesis"}, pictures{"textures"}, moves{"motion"};

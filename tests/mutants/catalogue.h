@@ -1,5 +1,5 @@
 // The catalogue of planted bugs (VALIDATION 6): which bug (common/render/planted_bugs.h), with which amounts, in which
-// backend, and the shipped scenes that should show it, the cheapest first.
+// backend. The shipped scenes that should show it come the cheapest first.
 #pragma once
 
 #include <string>

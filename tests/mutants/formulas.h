@@ -1,6 +1,6 @@
-// The formulas of each effect (common/render/effects.def), each as what it is when it is wrong: a planted bug, or an
-// edit of the scene or settings where no bug is planted. Measured here: how much that changes a scene's image, on the
-// CPU. scripts/measure/effects makes the table.
+// The formulas of each effect (common/render/effects.def), each as it is when wrong. That is a planted bug, or an edit
+// of the scene or settings where no bug is planted. Measured here: how much that changes a scene's image, on the CPU.
+// scripts/measure/effects makes the table.
 #pragma once
 
 #include <functional>
@@ -29,8 +29,8 @@ struct Formula {
 [[nodiscard]] std::vector<Formula> formulas();
 
 struct ImageChange {
-    Estimated relative;  // root of the sum over tiles and channels of squared differences, over that of the image;
-                         // of a black image over that of the wrong one
+    Estimated relative;  // root of the sum over tiles and channels of squared differences, over that of the image. A
+                         // black image's is over that of the wrong one
     std::uint32_t width = 0, height = 0;
     std::uint64_t samples = 0;  // a pixel and side
     double seconds = 0.0;

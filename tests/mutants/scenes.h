@@ -1,5 +1,5 @@
-// Small scenes, each made so that a family of planted bugs (common/render/planted_bugs.h) shows in it at a few hundred
-// samples a pixel of a small image.
+// Small scenes. In each a family of planted bugs (common/render/planted_bugs.h) shows at a few hundred samples a pixel
+// of a small image.
 #pragma once
 
 #include <string>

@@ -11,8 +11,8 @@ using namespace tandem::test;
 
 namespace {
 
-// By how many of its own errors (a sixth of what tests/suite allows) a backend with the bug misses the closed form, in
-// the channel where it does so most.
+// By how many of its own errors a backend with the bug misses the closed form, in the channel where it does so most. An
+// error is a sixth of what tests/suite allows.
 double miss(const Backend& backend, const PlantedFault& bug, const std::string& file, Integrator integrator,
     std::uint32_t roulette_start = no_roulette) {
     const Scene scene = load_scene(TANDEM_SOURCE_DIR "/scenes/closed-forms/" + file + ".json");

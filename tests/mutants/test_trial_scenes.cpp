@@ -1,6 +1,6 @@
-// The verifier is verified, on scenes made for it: a bug planted in one backend must bring the
-// verdict "disagree" against the sound other one, and two sound backends must never get it. The sound side is the
-// reference. The whole catalogue, on the shipped scenes, is scripts/measure/mutants' and test_mutants.cpp's.
+// The verifier is verified, on scenes made for it. A bug planted in one backend must bring the verdict "disagree"
+// against the sound other one. Two sound backends must never get it. The sound side is the reference. The whole
+// catalogue, on the shipped scenes, is scripts/measure/mutants' and test_mutants.cpp's.
 #include <doctest/doctest.h>
 
 #include "common/validation/verify/verify.h"

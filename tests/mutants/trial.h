@@ -27,7 +27,7 @@ inline constexpr Effort signature_effort{48, 128, 1, 3600.0, false};
 
 // Who told a bug: the two backends, by how they differ, or the closed form, by how it differs from a side. Backends
 // that have the same bug may still differ, where what it does is a matter of rounding (which rays meet their own
-// surface); but that they are not alike is no merit of the suite, so a bug in both counts as caught by the closed form
+// surface). But that they are not alike is no merit of the suite. So a bug in both counts as caught by the closed form
 // alone.
 struct Trial {
     std::string scene;

@@ -1,5 +1,6 @@
-# The HTML report as a browser shows it: every picture decodes, every plot is there, nothing is fetched, nothing runs over the
-# side, and hovering flips the images. Run by ctest with TANDEM = the program, SCENES = the folder, SCRIPTS = scripts/.
+# The HTML report as a browser shows it. Every picture decodes, every plot is there, nothing is fetched, nothing runs
+# over the side, and hovering flips the images. Run by ctest with TANDEM = the program, SCENES = the folder, SCRIPTS =
+# scripts/.
 import html
 import json
 import os

@@ -1,4 +1,4 @@
-// Samplers under test through the paths that they make: the vertices of `RenderJob::trace` tell direction, density and
+// Samplers under test through the paths that they make. The vertices of `RenderJob::trace` tell direction, density and
 // weight of every tracer in place, as renders use them. SAMPLERS.md is the table of what is tested how.
 #pragma once
 

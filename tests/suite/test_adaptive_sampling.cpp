@@ -1,4 +1,4 @@
-// Adaptive sampling (MODEL.md section 11.3) by real renderers: the same counts and image from both, whatever the
+// Adaptive sampling (MODEL.md section 11.3) by real renderers. Both give the same counts and image, whatever the
 // threads, and less noise than as many uniform samples leave.
 #include <numeric>
 

@@ -1,5 +1,5 @@
-// Closed forms of direct light on a Lambertian surface: polygons (Lambert's formula), spheres, boxes and a sky that is
-// linear in height, by scattering alone and by light sampling.
+// Closed forms of direct light on a Lambertian surface. Lights are polygons (Lambert's formula), spheres, boxes and a
+// sky that is linear in height, by scattering alone and by light sampling.
 #include <numbers>
 
 #include "tests/suite/tracers.h"
@@ -22,8 +22,9 @@ double polygon_irradiance(const std::vector<dvec3>& polygon, const dvec3& x, con
     return 0.5 * std::abs(sum);
 }
 
-// Irradiance per unit radiance from a sphere at a distance of 1/sine radii, at `cosine` from the normal; it may dip
-// below the horizon [Snyder 1996, as in Lagarde, de Rousiers: Moving Frostbite to physically based rendering, 2014].
+// Irradiance per unit radiance from a sphere at a distance of 1/sine radii, at `cosine` from the normal. The sphere may
+// dip below the horizon. [Snyder 1996, as in Lagarde, de Rousiers: Moving Frostbite to physically based rendering,
+// 2014]
 double sphere_irradiance(double sine, double cosine) {
     if (cosine >= sine) return pi * sine * sine * cosine;
     const double theta_sine = std::sqrt(1.0 - cosine * cosine), x = std::sqrt(1.0 / (sine * sine) - 1.0);

@@ -105,8 +105,8 @@ TEST_CASE("a moving body takes its texture with it") {
     board.frequency = dvec3(2.0, 0.0, 0.0);
     board.first = {0.9, 0.1, 0.4};
     board.second = {0.2, 0.8, 0.6};
-    // A wall that fills the view while cells of half a unit pass: x from 0.1 down to -0.8, 0.1/0.9 in the cell from 0,
-    // 0.5/0.9 in the next one, 0.3/0.9 in the one after it.
+    // A wall that fills the view while cells of half a unit pass: x from 0.1 down to -0.8. It spends 0.1/0.9 in the
+    // cell from 0, 0.5/0.9 in the next one, 0.3/0.9 in the one after it.
     Scene scene =
         moving(ahead()
                    .background(white)

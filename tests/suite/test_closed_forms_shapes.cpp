@@ -46,7 +46,7 @@ void check_spots(
             const auto [normal, direction] = look_at(builder, placed, spot);
             add_body(builder, placed);
             if (reflecting) {
-                // Noise is that of the tiny field. The hit lies some 16 roundings of coordinates up to 8 off, which
+                // Noise is that of the tiny field. The hit lies some 16 roundings of coordinates up to 8 off. That
                 // moves the normal by a relative 6 (the widest ratio of axes) times that on a unit sphere.
                 const dvec3 expected = colour * sky(glm::reflect(direction, normal));
                 check_mean(all, builder.scene(), settings_of(8, 1), 64, expected, 16.0 * 8.0 * 6.0);

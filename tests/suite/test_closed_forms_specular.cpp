@@ -67,8 +67,8 @@ TEST_CASE("a slab cut off after D events shows the partial sums of its reflectio
 }
 
 TEST_CASE("a prism turns light by total internal reflection") {
-    // Entered from above, met at 45 degrees on the slope, left through the side at right angles; what the side reflects
-    // goes back the same way. The sky to the side is half red, half green.
+    // Light enters from above, meets the slope at 45 degrees, and leaves through the side at right angles. What the
+    // side reflects goes back the same way. The sky to the side is half red, half green.
     const double r = 0.04, returned = 2.0 * r / (1.0 + r), turned = (1.0 - r) / (1.0 + r);
     const dvec3 a(0.0, 0.0, 1.0), b(1.0, 0.0, 1.0), c(1.0, -1.0, 1.0), back(0.0, 0.0, 2.0);
     const Scene scene = SceneBuilder()

@@ -1,4 +1,4 @@
-// Textures at known points and in the mean, on every kind of primitive: under an even sky a diffuse surface that
+// Textures at known points and in the mean, on every kind of primitive. Under an even sky a diffuse surface that
 // nothing shadows shows its colour.
 #include <array>
 #include <cstdint>

@@ -1,5 +1,5 @@
-// Bodies in contact (MODEL.md section 5.2) on every renderer: closed forms, whatever rounding makes of where they
-// stand, and the image of bodies a hair apart.
+// Bodies in contact (MODEL.md section 5.2) on every renderer: closed forms, wherever rounding puts the bodies, and the
+// image of bodies a hair apart.
 #include <doctest/doctest.h>
 
 #include "cpu_ref/backend.h"

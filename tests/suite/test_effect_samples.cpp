@@ -1,4 +1,4 @@
-// Every effect alone and with every other: a scene that needs it is refused without it, and its kernels give the bits
+// Every effect alone and with every other. A scene that needs it is refused without it, and its kernels give the bits
 // of the general ones.
 #include <doctest/doctest.h>
 #include <malloc.h>

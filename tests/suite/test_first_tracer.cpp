@@ -1,5 +1,5 @@
-// The path tracer to read (cpu_ref/first_tracer): held to closed forms, to the paths of the CPU path tracer, and to the
-// verdict against the CPU and Vulkan path tracers.
+// The path tracer to read (cpu_ref/first_tracer). It is held to closed forms, to the paths of the CPU path tracer, and
+// to the verdict against the CPU and Vulkan path tracers.
 #include <algorithm>
 #include <filesystem>
 

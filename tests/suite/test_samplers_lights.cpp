@@ -306,7 +306,7 @@ TEST_CASE("samplers: points, spots and suns bring what their closed forms say") 
 
 TEST_CASE("samplers: lights are chosen as their areas, intensities and distances ask") {
     SceneBuilder builder = receiver();
-    // Areas 1 and 3 (weights 3 Y each: Y is r + g + b = 6), a point of 4 Y = 24, a sun and a sky that share the rest.
+    // Areas 1 and 3 (weights 3 Y each: Y is r + g + b = 6), and a point of 4 Y = 24. A sun and a sky share the rest.
     builder.triangle(emitter(radiance), {1, 2, 0}, {3, 2, 0}, {1, 2, 1})
         .triangle(emitter(radiance), {-1, 2, 0}, {-1, 2, 1}, {-7, 2, 0});
     Scene scene = builder.background(dvec3(0.5)).scene();

@@ -1,6 +1,7 @@
 // The path tracers and the reference oracle side by side, and how their estimates are held against closed forms.
-// A mean may leave its closed form by six of its own standard errors, estimated from its samples (2e-9 false alarms a
-// channel where the sum is near normal, and every seed is fixed), and by the rounding of `roundings` operations a path.
+// A mean may leave its closed form by six of its own standard errors, and by the rounding of `roundings` operations a
+// path. The errors are estimated from its samples. That is 2e-9 false alarms a channel where the sum is near normal,
+// and every seed is fixed.
 #pragma once
 
 #include <doctest/doctest.h>
@@ -131,8 +132,8 @@ inline void check_mean(std::vector<Tracer>& all, const Scene& scene, const Rende
     }
 }
 
-// Every pixel is `expected` but for rounding: for paths that all carry the same radiance, where the mean of a pixel
-// gives away a single ray gone astray.
+// Every pixel is `expected` but for rounding. It is for paths that all carry the same radiance, where the mean of a
+// pixel gives away a single ray gone astray.
 inline void check_every_pixel(std::vector<Tracer>& all, const Scene& scene, const RenderSettings& settings,
     std::uint64_t samples, const dvec3& expected, double roundings) {
     for (Tracer& tracer : all) {

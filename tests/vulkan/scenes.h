@@ -21,8 +21,8 @@ using test::settings_of;
 // The scene with every feature: all kinds of primitives and materials, transforms, a lens and a background.
 [[nodiscard]] Scene full_scene();
 
-// Textures of all kinds, conductors, a rough diffuse ball, an image for a sky, motion of entities and camera, and
-// (unless for the path integrator, which cannot find them) lights without a surface.
+// Textures of all kinds, conductors, a rough diffuse ball, an image for a sky, motion of entities and camera. Lights
+// without a surface too, unless for the path integrator, which cannot find them.
 [[nodiscard]] Scene outdoor_scene(bool punctual);
 
 // Fog around everything, and bodies within bodies: a cloud on a grid that scatters forward, glass in coloured glass;

@@ -1,5 +1,5 @@
-// Barrier mutations: every barrier that the renderer records is taken out or weakened in turn, beneath the renderer, in
-// the table of Vulkan's functions; the validation layer or the image must notice. What the layer cannot see is listed.
+// Barrier mutations. Every barrier that the renderer records is taken out or weakened in turn, beneath the renderer, in
+// the table of Vulkan's functions. The validation layer or the image must notice. What the layer cannot see is listed.
 #include <doctest/doctest.h>
 #include <fmt/format.h>
 
@@ -162,8 +162,8 @@ private:
     vk::raii::DeviceDispatcher& table_;
 };
 
-// Everything that a path can carry from vertex to vertex; a frame and a render, each in one submission (the
-// megakernel's frame of two blocks in two dispatches), and the download of the image in another.
+// Everything that a path can carry from vertex to vertex. A frame and a render are one submission each (the
+// megakernel's frame of two blocks in two dispatches), and the download of the image another.
 Estimate image(Machine& machine, const JobPatterns& patterns) {
     interception.calls.clear();
     interception.fresh = true;

@@ -1,5 +1,5 @@
-// Every family of the pattern benchmarks: its arms compute what its baseline computes or say why they cannot run here,
-// and the claims speak of arms that there are. Nothing is timed.
+// Every family of the pattern benchmarks. Its arms compute what its baseline computes or say why they cannot run here.
+// The claims speak of arms that there are. Nothing is timed.
 #include <doctest/doctest.h>
 
 #include <algorithm>

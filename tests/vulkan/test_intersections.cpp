@@ -13,8 +13,8 @@ using namespace tandem::testing;
 
 namespace {
 
-// A camera far away at +z with a narrow field, so that its rays are parallel to within `field` and its film spans
-// [-1, 1] at z = 0.
+// A camera far away at +z with a narrow field. So its rays are parallel to within `field`, and its film spans [-1, 1]
+// at z = 0.
 constexpr double far_away = 1000.0;
 SceneBuilder frontal() {
     SceneBuilder builder;

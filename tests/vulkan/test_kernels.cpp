@@ -1,5 +1,5 @@
-// What specialisation leaves of the shaders: with an effect its code is there, without it is gone; so are its buffers
-// and its state in a path.
+// What specialisation leaves of the shaders. With an effect its code is there, without it is gone, and so are its
+// buffers and its state in a path.
 #include <doctest/doctest.h>
 #include <fmt/format.h>
 
@@ -49,9 +49,9 @@ struct Names {
     }
 };
 
-// Within functions: opcodes ("op 166"), alone and with each constant operand ("op 170 of 0x4"), functions of
-// GLSL.std.450 ("function 8"), bindings, members by which blocks are entered ("push 10", "binding 0 0 3"; * is no
-// constant); and literals ("literal 0x40000000").
+// Within functions these are opcodes ("op 166"), alone and with each constant operand ("op 170 of 0x4"), functions of
+// GLSL.std.450 ("function 8"), and bindings. Others are members by which blocks are entered ("push 10", "binding 0 0
+// 3"; * is no constant), and literals ("literal 0x40000000").
 std::set<std::string> traits_of(std::span<const std::uint32_t> code) {
     constexpr std::uint32_t ext_inst = 12, constant = 43, function = 54, variable = 59, access_chain = 65,
                             decorate = 71, binding = 33, set = 34, push_constant = 9;

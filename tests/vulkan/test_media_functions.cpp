@@ -104,8 +104,8 @@ TEST_CASE("a walk through a grid finds the optical depth, and where a given dept
     for (const float x : input) words.push_back(std::bit_cast<std::uint32_t>(x));
     const std::vector<std::uint32_t> output = run_probe(grid_probe_code, words, 4 * count, count);
     std::uint32_t reached = 0, passed = 0;
-    // Cells 0.5 wide are walked along ways of up to 5: a few tens of roundings of 6e-8 of that, and slivers of cells
-    // whose rims rounding moves, densities being at most 1.
+    // Cells 0.5 wide are walked along ways of up to 5: a few tens of roundings of 6e-8 of that. Rounding also moves the
+    // rims of slivers of cells, densities being at most 1.
     constexpr double bound = 1e-5;
     for (std::uint32_t i = 0; i < count; ++i) {
         const GridRay ray = grid_ray(i);
@@ -194,8 +194,8 @@ TEST_CASE("in double the device's own functions are as good as double") {
 }
 
 TEST_CASE("pcg3d on the device is the published hash") {
-    // Jarzynski and Olano, Hash functions for GPU rendering, JCGT 9(3), 2020: a linear congruential step a word, two
-    // rounds of multiply-adds around an xor of the upper halves.
+    // The source is Jarzynski and Olano, Hash functions for GPU rendering, JCGT 9(3), 2020. The hash is a linear
+    // congruential step a word, and two rounds of multiply-adds around an xor of the upper halves.
     const auto published = [](std::array<std::uint32_t, 3> v) {
         for (std::uint32_t& word : v) word = word * 1664525u + 1013904223u;
         const auto mix = [&] {

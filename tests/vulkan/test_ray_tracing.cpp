@@ -1,6 +1,6 @@
 // The kernel shapes whose hits the device's own traversal finds. With Tandem's tests of primitives they have the bits
-// of the six stages, with the device's test of triangles the same expectation; where the device has no such traversal,
-// or is asked for what it cannot do, there is a reason.
+// of the six stages, with the device's test of triangles the same expectation. A device that has no such traversal, or
+// cannot do what is asked, says so with a reason.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -60,8 +60,8 @@ void check_bits(Machine& machine, const Scene& scene, const RenderSettings& sett
             CHECK(same_bits(found, expected));
             continue;
         }
-        // How far it is to a sampled light is a root, which Vulkan lets a driver round as it likes, and NVIDIA's 580
-        // does so otherwise in this kind of shader. Only absorption on the way there lets it be seen: in single ulps.
+        // How far it is to a sampled light is a root, which Vulkan lets a driver round as it likes. NVIDIA's 580 does
+        // so otherwise in this kind of shader. Only absorption on the way there lets it be seen: in single ulps.
         for (int channel = 0; channel < 3; ++channel)
             CHECK(image_mean(found, channel) == doctest::Approx(image_mean(expected, channel)).epsilon(1e-5));
     }

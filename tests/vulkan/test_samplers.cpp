@@ -1,5 +1,5 @@
-// The samplers of microfacets, phase functions and backgrounds on the device: chi-square tests of what they draw
-// against the densities of MODEL.md, integrated here in double precision.
+// The samplers of microfacets, phase functions and backgrounds on the device. Chi-square tests hold what they draw to
+// the densities of MODEL.md, integrated here in double precision.
 #include <doctest/doctest.h>
 
 #include <bit>

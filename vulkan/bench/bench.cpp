@@ -23,8 +23,8 @@ public:
 
     [[nodiscard]] std::string frame_text() const override {
         const std::string text =
-            "pre-processing, a recording a sample and post-processing (n + 2), each stage over the whole image; Scene, "
-            "Camera and Settings host-visible, Rays device-local; the mean written to ";
+            "pre-processing, a recording a sample and post-processing (n + 2), each stage over the whole image. Scene, "
+            "Camera and Settings are host-visible, Rays device-local. The mean is written to ";
         return text + (presentation_ ? "the window's image (" + presentation_->text() + ")"
                                      : std::string("a storage image (R8G8B8A8) that is not shown"));
     }

@@ -70,9 +70,8 @@ struct RenderWork {
 
 // What render_arm times with the patterns' defaults: Family::base of all families whose baseline it is.
 inline constexpr const char* plain_frame =
-    "a frame of the six stages as a wavefront: recorded anew by one thread, a command buffer a sample and one for the "
-    "sums, "
-    "in one submission, with a fence; its total lasts from before recording to the end of the wait";
+    "a frame of the six stages as a wavefront, in one submission, with a fence. One thread records it anew, a command "
+    "buffer a sample and one for the sums. Its total lasts from before recording to the end of the wait";
 
 // Times frames of an unchanged scene; the gate compares whole renders.
 [[nodiscard]] Arm render_arm(const SharedDevice& device, const Workload& workload, std::string name, std::string text,
@@ -86,11 +85,11 @@ inline constexpr const char* plain_frame =
 class HostTimes {
 public:
     explicit HostTimes(const SharedDevice& device);
-    // After a run: adds "submit-to-start", from before vkQueueSubmit to the first stamp, "end-to-known", from the last
-    // stamp to when the host's wait was over, and "clock-deviation", by how much either may be wrong.
+    // After a run: adds "submit-to-start", from before vkQueueSubmit to the first stamp, and "end-to-known", from the
+    // last stamp to the end of the host's wait. Adds "clock-deviation", by how much either may be wrong.
     void add_to(ClockReadings& readings, const SubmissionTimes& times);
-    // Adds the readings of several submissions that were under way together, and "overlap", the time that they had in
-    // common: the sum of what each took less the time in which any was at work. Adds "clock-deviation" too.
+    // Adds the readings of several submissions that were under way together. "overlap" is the time that they had in
+    // common: the sum of what each took, less the time in which any was at work. Adds "clock-deviation" too.
     void add_to(ClockReadings& readings, const std::vector<SubmissionTimes>& times);
 
 private:

@@ -129,8 +129,9 @@ Family images_family(const SharedDevice& device) {
     family.source = "Ferreira 2019 (future work)";
     family.held = "the samples of a frame, their sums, the pixels of the image, one submission, one recording thread";
     family.base =
-        "a frame of the six stages as a wavefront, whose sums a kernel stores to an image, blitted to the one that is "
-        "shown; in one submission, with a fence; its total lasts from before recording to the end of the wait";
+        "a frame of the six stages as a wavefront, in one submission, with a fence. A kernel stores its sums to an "
+        "image, which is blitted to the one that is shown. Its total lasts from before recording to the end of the "
+        "wait";
     family.along = "pixels";
     for (const ImageSize& size : device->sizes()) family.workloads.push_back(workload_of({size, 1, device->bounces()}));
     family.arms = [device](const Workload& workload) {

@@ -37,9 +37,8 @@ JobPatterns with_kernel(KernelShape kernel) {
 }
 
 constexpr const char* megakernel_frame =
-    "a frame of one kernel for whole paths, an invocation a pixel: recorded anew by one thread, in one submission, "
-    "with a "
-    "fence; its total lasts from before recording to the end of the wait";
+    "a frame of one kernel for whole paths, an invocation a pixel, in one submission, with a fence. One thread records "
+    "it anew. Its total lasts from before recording to the end of the wait";
 
 }  // namespace
 

@@ -21,7 +21,7 @@ enum class Making { cold, trimmed, cache, disk, derived, threads };
 
 using Constants = std::vector<SpecialisationConstant>;
 
-// Drivers keep what they compiled, over processes too. A pipeline is new to them if no other had its constants: the
+// Drivers keep what they compiled, over processes too. A pipeline is new to them if no other had its constants. So the
 // greatest distance of rays shrinks by an ulp each time, from anywhere between all and half of it.
 class NewConstants {
 public:

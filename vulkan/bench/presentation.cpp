@@ -357,10 +357,10 @@ Family presentation_family(const SharedDevice& device, const MakeShowPlace& make
     family.hypothesis = "The mode decides; two frames in flight hide the host; images beyond three change nothing";
     family.source = "Ferreira 2019; Vulkan Tutorial; vendors' advice";
     family.held = fmt::format(
-        "{} frames of one sample in a row, in a window of the image's size; all but what the arm names is as in base",
+        "{} frames of one sample in a row, in a window of the image's size. All but what the arm names is as in base",
         frames_a_run);
     family.base = fmt::format(
-        "{} frames in a row, each blitted to the swapchain's image and presented; the total lasts from before the "
+        "{} frames in a row, each blitted to the swapchain's image and presented. The total lasts from before the "
         "first is acquired to the end of the last wait",
         frames_a_run);
     family.along = "pixels";

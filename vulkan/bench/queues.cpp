@@ -68,7 +68,7 @@ private:
     std::optional<HostTimes> host_times_;
 };
 
-// A row of frames, each by the next of so many jobs in turn: a frame begins as soon as the job that it takes is free.
+// A row of frames, each by the next of so many jobs in turn. A frame begins when the job that it takes is free.
 class FlightRun : public ArmRun {
 public:
     static constexpr std::size_t frames = 6;

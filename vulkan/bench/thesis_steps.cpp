@@ -37,8 +37,8 @@ Family thesis_steps_family(const SharedDevice& device) {
     family.source = "Ferreira 2019";
     family.held = "the paths, the scene, one submission a frame, one allocation a descriptor set, one recording thread";
     family.base =
-        "the thesis's frame: pre-processing, each stage over the whole image for each sample, post-processing into an "
-        "image, in one submission, with a fence; its total lasts from before recording to the end of the wait";
+        "the thesis's frame, in one submission, with a fence: pre-processing, each stage over the whole image for each "
+        "sample, post-processing into an image. Its total lasts from before recording to the end of the wait";
     family.along = "samples";
     for (const std::uint32_t samples : {1u, 12u})
         family.workloads.push_back(workload_of({device->sizes().back(), samples, device->bounces()}));

@@ -148,7 +148,7 @@ Family transfers_family(const SharedDevice& device) {
     family.source = "VComputeBench; denied by users of wlroots";
     family.held = "the bytes, one copy command, one wait";
     family.base =
-        "the bytes copied on the host into a buffer there, and by one command to the device's; the total lasts from "
+        "the bytes copied on the host into a buffer there, and by one command to the device's. The total lasts from "
         "before the host's copy to the end of the wait";
     family.along = "bytes";
     family.workloads = transfer_sizes(device);

@@ -22,8 +22,8 @@ struct SubmissionTimes {
     double wait = 0.0;                   // from there until the host knew that the device had finished
     std::optional<double> device = 0.0;  // between the first and the last command, by the device's clock if it has one
     std::uint64_t submissions = 0, command_buffers = 0;
-    // Moments of a single submission: when by the steady clock, in seconds, it was handed over and known to have
-    // finished, and the device's stamps at its begin and end (device_clock.h).
+    // Moments of a single submission. By the steady clock, in seconds: when it was handed over and known to have
+    // finished. The device's stamps at its begin and end (device_clock.h).
     struct Moments {
         double submitted = 0.0, known = 0.0;
         std::uint64_t first_stamp = 0, last_stamp = 0;
@@ -51,8 +51,8 @@ public:
     Submission(const Device& device, const VulkanPatterns& patterns);
 
     void add(const Key& key, Recording recording);
-    // The same for commands that go before all others of the next submission, in a command buffer of their own that is
-    // recorded once and found again by its key.
+    // The same for commands that go before all others of the next submission. Their command buffer is recorded once and
+    // found again by its key.
     void add_kept_first(const Key& key, Recording recording);
     // Binary semaphores of the next submission alone: its commands wait for the one at this stage, and signal the other
     // when they are done.

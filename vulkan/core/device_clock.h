@@ -13,9 +13,9 @@ struct ClockPair {
     double deviation = 0.0;   // seconds: neither clock was read farther from that moment, as the driver states
 };
 
-// When a stamp was written that lies between two moments, or near them: on the straight line through both, so that it
-// does not matter how the clocks drift apart. Its error is at most the greater deviation of the two. `bits` of stamps
-// are valid; counters may wrap once between any two of the three.
+// When a stamp was written that lies between two moments, or near them. It lies on the straight line through both, so
+// that it does not matter how the clocks drift apart. Its error is at most the greater deviation of the two. `bits` of
+// stamps are valid; counters may wrap once between any two of the three.
 [[nodiscard]] double host_seconds(
     const ClockPair& before, const ClockPair& after, std::uint64_t stamp, std::uint32_t bits);
 

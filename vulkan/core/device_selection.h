@@ -10,7 +10,7 @@
 
 namespace tandem {
 
-// Storage buffers that the renderer's pipeline layout holds, all visible to every stage; and how many it holds where
+// Storage buffers that the renderer's pipeline layout holds, all visible to every stage. Also how many it holds where
 // those of a set are parts of one.
 inline constexpr std::uint32_t storage_buffers_in_scene_set = 13;
 inline constexpr std::uint32_t storage_buffers_in_ray_set = 16;
@@ -55,8 +55,8 @@ static_assert(
 // Why Tandem cannot use the device, naming the feature or limit; empty if it can.
 [[nodiscard]] std::string unsuitability(const DeviceDescription& device);
 
-// The position in `devices` of the one wanted: by index, by UUID, by PCI address, by a part of its name in any case,
-// or, for an empty `wanted`, the best suitable one: discrete, integrated, virtual, CPU, other, the first of equals.
+// The position in `devices` of the one wanted: by index, by UUID, by PCI address, or by a part of its name in any case.
+// For an empty `wanted` it is the best suitable one: discrete, integrated, virtual, CPU, other, the first of equals.
 // Throws DeviceError, listing what there is, if none matches, and naming what is lacking if the match is not suitable.
 [[nodiscard]] std::size_t select_device(std::span<const DeviceDescription> devices, const std::string& wanted);
 

@@ -16,7 +16,7 @@ namespace {
 
 constexpr const char* validation_layer = "VK_LAYER_KHRONOS_validation";
 
-// The queue-submit check of synchronisation validation has no enum in VkValidationFeaturesEXT yet: this layer takes it
+// The queue-submit check of synchronisation validation has no enum in VkValidationFeaturesEXT yet. This layer takes it
 // from the environment, which it reads while the instance is made. The old value returns with the scope's end.
 class ScopedEnvironment {
 public:

@@ -7,9 +7,10 @@
 
 namespace tandem {
 
-// The thesis's stages, in the order in which a frame runs them, and the kernels of other shapes, the last of which are
-// stages of one ray-tracing pipeline; then what no frame runs by itself: single paths, written down, rays of the
-// caller, the triangle whose fragments are kernels, and what happens to rays that meet nothing or a device's triangle.
+// First come the thesis's stages, in the order in which a frame runs them. Then come the kernels of other shapes, the
+// last of which are stages of one ray-tracing pipeline. The rest no frame runs by itself: single paths, written down,
+// rays of the caller, and the triangle whose fragments are kernels. The last are for rays that meet nothing or a
+// device's triangle.
 enum class Stage : std::uint32_t {
     pre_process,
     vertex,
@@ -40,10 +41,10 @@ inline constexpr std::array<const char*, stage_count> stage_names{"pre-process",
 
 [[nodiscard]] std::span<const std::uint32_t> shader_code(Stage stage);
 
-// Stages compiled otherwise, as patterns want them (vulkan/patterns.h): parameters from elsewhere than push constants,
-// ray state in arrays of descriptors, rays that stay at their pixels' places, alone or as the thesis's frame has them.
-// With triangles that the device tests. Or for another precision (shaders/arithmetic/real.glsl), or with sums in
-// double.
+// Stages compiled otherwise, as patterns want them (vulkan/patterns.h). Parameters come from elsewhere than push
+// constants, or ray state is in arrays of descriptors. Or rays stay at their pixels' places, alone or as the thesis's
+// frame has them. With triangles that the device tests. Or for another precision (shaders/arithmetic/real.glsl), or
+// with sums in double.
 enum class ShaderVariant : std::uint32_t {
     plain,
     uniform,

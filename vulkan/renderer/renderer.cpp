@@ -29,7 +29,7 @@ GeometryPrecision geometry_of(const BackendOptions& options) {
     return options.precision == Precision::mixed ? GeometryPrecision::mixed : GeometryPrecision::single_precision;
 }
 
-// Destroys the device while the messenger still listens, then lets the log speak: called from a destructor, an error
+// Destroys the device while the messenger still listens, then lets the log speak. Called from a destructor, an error
 // thus ends the program, with its text. Only with validation on.
 void raise_leftovers(const Instance& instance) { instance.log().raise(); }
 

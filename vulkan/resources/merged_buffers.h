@@ -12,7 +12,7 @@ namespace tandem {
 // Storage buffers that a shader sees of these sets.
 [[nodiscard]] std::uint32_t storage_buffers(const std::vector<SetBindings>& sets);
 
-// Bindings of the set with its storage buffers merged: the first storage binding has them all, a uniform block after
+// Bindings of the set with its storage buffers merged. The first storage binding has them all. A uniform block after
 // the last binding says where each begins. A set with one storage buffer or none stays as it is.
 [[nodiscard]] SetBindings merged(const SetBindings& separate);
 [[nodiscard]] bool is_merged(const SetBindings& separate);

@@ -182,7 +182,7 @@ std::vector<GeometryReader::Item> GeometryReader::read_models(const Value& value
 }
 
 // Appends an entity, or those of a group, under an outer transform. A group's transform leads to the space in which its
-// displacement is meant, so displacements are turned and scaled by what is outside of their own item.
+// displacement is meant. So displacements are turned and scaled by what is outside of their own item.
 void GeometryReader::place(
     const Value& value, const Item& item, const glm::dmat4& outer, const glm::dvec3& outer_motion) {
     Entity entity = item.entity;

@@ -1,4 +1,4 @@
-// glTF 2.0 models (.gltf, .glb), by tinygltf, whose header stays in this file. It trusts much of what a file says, so
+// glTF 2.0 models (.gltf, .glb), by tinygltf, whose header stays in this file. It trusts much of what a file says. So
 // the JSON is held to our limits first, and every offset is checked before data are read.
 #include <fmt/format.h>
 

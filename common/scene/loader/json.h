@@ -1,5 +1,5 @@
 // Strict JSON for scene files: text to a document without duplicate keys, overflowing numbers or bombs of depth or
-// size, and a view of one value that knows its place, so that every refusal names file, JSON pointer, reason and mend.
+// size. A view of one value knows its place, so that every refusal names file, JSON pointer, reason and mend.
 // What the fields of a scene mean is not known here.
 #pragma once
 

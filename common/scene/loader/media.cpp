@@ -31,7 +31,7 @@ void check_box(const Value& value, const DensityGrid& grid) {
 }
 
 // Version 3 of Mitsuba's volume files: "VOL", a byte 3, then little-endian int32: encoding (1: float32), cells along x,
-// y, z, channels; float32: the box, low then high; then the values, x fastest.
+// y, z, channels. Then come float32: the box, low then high, and the values, x fastest.
 class VolumeFile {
 public:
     VolumeFile(const Value& file, const std::filesystem::path& folder)

@@ -42,9 +42,9 @@ struct TriangleModel {
     std::set<std::string> passed_over;       // features of the file that are not taken over
 };
 
-// Both throw InputError at `place`, naming `shown` and, in an OBJ model, the line, for a model that is missing, too
-// large (64 MiB, 2²⁴ triangles) or not sound: coordinates that are no finite numbers, faces that name vertices that are
-// not there. With `coordinates` the corners of a triangle to which the model gives none have those of MODEL.md
+// Both throw InputError at `place`, naming `shown` and, in an OBJ model, the line. Refused is a model that is missing,
+// too large (64 MiB, 2²⁴ triangles) or not sound. That is coordinates that are no finite numbers, or faces that name
+// missing vertices. With `coordinates` the corners of a triangle to which the model gives none have those of MODEL.md
 // section 5.1.
 [[nodiscard]] TriangleModel read_obj(
     const std::filesystem::path& path, const Place& place, const std::string& shown, ModelParts parts);

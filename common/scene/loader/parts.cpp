@@ -54,9 +54,9 @@ glm::dmat4 read_step(const Value& step) {
     return read_matrix(step.member("matrix"));
 }
 
-// The moments of [0, 1] at which a camera in motion may be at its worst: the ends, the least length of the view
-// v + τ m, and where its angle to `up` is least. That angle's squared sine is N(τ)/D(τ), N and D the squared lengths of
-// (v + τ m) × up and v + τ m; N'D − ND' = A + Bτ + Cτ².
+// The moments of [0, 1] at which a camera in motion may be at its worst. They are the ends, the least length of the
+// view v + τ m, and its least angle to `up`. That angle's squared sine is N(τ)/D(τ). N and D are the squared lengths of
+// (v + τ m) × up and v + τ m. N'D − ND' = A + Bτ + Cτ².
 std::vector<double> worst_moments(const glm::dvec3& v, const glm::dvec3& m, const glm::dvec3& up) {
     std::vector<double> moments{0.0};
     if (m == glm::dvec3(0.0)) return moments;
@@ -84,7 +84,7 @@ void check_view(const Value& value, const Camera& camera) {
         const double scale = std::max(glm::length(position), glm::length(target));
         if (!(glm::length(view) > 0x1p-40 * scale))
             value.refuse("the camera's target is its position" + when, "move one of the two");
-        // The right vector is a difference of products good to about 2^-22 in single precision; at 2^-14 radians
+        // The right vector is a difference of products good to about 2^-22 in single precision. At 2^-14 radians
         // between view and up it still holds eight bits.
         if (glm::length(glm::cross(glm::normalize(view), up)) < 0x1p-14)
             value.refuse("the up vector lies along the view" + when, "turn it away from the view");
@@ -147,9 +147,9 @@ SceneDefaults read_render(const Value& value) {
     return defaults;
 }
 
-// The determinant d of three unit columns is a sum of six products of three elements; by Hadamard's inequality in the
-// 1-norm the sum of their moduli is at most 3^(3/2) = 5.2, and each is rounded at most five times, so the computed d is
-// off by 5 · 5.2 · 2^-53 < 2^-48 at most.
+// The determinant d of three unit columns is a sum of six products of three elements. By Hadamard's inequality in the
+// 1-norm the sum of their moduli is at most 3^(3/2) = 5.2. Each is rounded at most five times, so the computed d is off
+// by 5 · 5.2 · 2^-53 < 2^-48 at most.
 void check_transform(const Value& value, const glm::dmat4& matrix) {
     std::array<glm::dvec3, 3> columns;
     for (int i = 0; i < 3; ++i) {

@@ -10,8 +10,8 @@
 
 namespace tandem::scene_json {
 
-// Magnitudes of lengths and radiances: single-precision renderers square and sum them, and 3 · (10¹⁸)² still lies
-// within a float's range as 10⁻³⁶ lies above its least normal number, 1.2 · 10⁻³⁸.
+// Magnitudes of lengths and radiances. Single-precision renderers square and sum them. 3 · (10¹⁸)² still lies within a
+// float's range, and 10⁻³⁶ above its least normal number, 1.2 · 10⁻³⁸.
 inline constexpr double greatest_length = 1e18;
 inline constexpr double least_length = 1e-18;
 

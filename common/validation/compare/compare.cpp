@@ -94,8 +94,8 @@ double variance_of_means(const SampledImage& side) {
     return sum;
 }
 
-// A side of one image does not tell how far its pixels go together; the difference of both sides does, of which the
-// other's share is known where it has several images.
+// A side of one image does not tell how far its pixels go together. The difference of both sides does. The other side's
+// share of it is known where that has several images.
 void estimate_correlation(
     SampledImage& reference, bool reference_alone, SampledImage& candidate, bool candidate_alone) {
     if (!reference_alone && !candidate_alone) return;
@@ -158,8 +158,8 @@ void check_different_files(const std::vector<std::filesystem::path>& files) {
         }
 }
 
-// What images of such files and their comparison take, as measured on images of 0.3 to 4 million pixels: the channels,
-// the statistics of both sides, and what the levels of the verdict work on.
+// What images of such files and their comparison take, as measured on images of 0.3 to 4 million pixels. It counts the
+// channels, the statistics of both sides, and what the levels of the verdict work on.
 constexpr std::uint64_t verdict_pixel_bytes = 500;
 
 std::uint64_t bytes_needed(const std::vector<Image>& headers, std::uint64_t bin) {

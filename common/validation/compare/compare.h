@@ -23,12 +23,12 @@ struct CompareOptions {
     std::uint32_t bin = 1;  // edge of the squares of pixels whose means are compared (binned_image.h)
     std::uint64_t memory = std::numeric_limits<std::uint64_t>::max();  // that compare_files may take, bytes
 
-    // Two renderers that share no text. Images of half precision are rounded by 2^-11 a side: equal pixels are equal
-    // to 2^-10, and the image's mean may differ by as much (`negligible`; options say otherwise where files hold
-    // floats). Other estimators may have other variances. Places where two programs put a film sample, or the facets of
-    // a curved surface, are taken to differ by up to 0.05 pixel, what registration calls a shift: an edge with a step C
-    // of the scale moves 0.05 C/8 of the smallest tile, so 1 % is C = 1.6. A pixel of an edge may differ by 5 % C; 2 %
-    // is what is not called a fault where a step is as large as 0.4 of the pixel.
+    // Two renderers that share no text. Images of half precision are rounded by 2^-11 a side: equal pixels are equal to
+    // 2^-10. The image's mean may differ by as much (`negligible`; options say otherwise where files hold floats).
+    // Other estimators may have other variances. Places where two programs put a film sample, or the facets of a curved
+    // surface, may differ by up to 0.05 pixel. Registration calls that a shift. An edge with a step C of the scale
+    // moves 0.05 C/8 of the smallest tile, so 1 % is C = 1.6. A pixel of an edge may differ by 5 % C. A difference of 2
+    // % is no fault where a step is as large as 0.4 of the pixel.
     [[nodiscard]] static Criteria comparison_criteria();
 };
 
@@ -40,14 +40,14 @@ struct NamedImage {
 };
 
 // README.md says which channels, metadata and colour spaces are read. A side of k >= 2 images takes its variance from
-// their scatter, and from it also how far neighbouring pixels go together (pixel filters, samplers); that of a side of
-// one image is taken from the difference of both sides (pixel_correlation.h), for images of 32x32 pixels and more.
+// their scatter. From it also comes how far neighbouring pixels go together (pixel filters, samplers). For a side of
+// one image that comes from the difference of both sides (pixel_correlation.h), for images of 32x32 pixels and more.
 // Encoded images (sRGB) are compared as linear light; their integers' steps count as noise, a twelfth of the step's
 // square.
 //
 // Throws InputError, naming what differs or is missing: sizes, windows, channels, colour spaces, a single image without
-// variance, images that are the same bits, on one side or on both (no variance, and no evidence), the same seed on both
-// sides in the metadata of Tandem's own files.
+// variance. It also refuses images that are the same bits, on one side or on both (no variance, and no evidence). So it
+// does the same seed on both sides in the metadata of Tandem's own files.
 [[nodiscard]] SceneVerdict compare_images(const std::vector<NamedImage>& reference,
     const std::vector<NamedImage>& candidate, const CompareOptions& options = {});
 

@@ -56,8 +56,8 @@ Misfit::Scale misfit_at(const ImagePair& pair, std::uint32_t edge, std::uint32_t
     return scale;
 }
 
-// What ties pixels together: filters of the mend's own, and what the sides say, but no more than this pair shows, since
-// a difference that is not explained looks like noise that goes together.
+// What ties pixels together: filters of the mend's own, and what the sides say, but no more than this pair shows. For a
+// difference that is not explained looks like noise that goes together.
 double correlation_of(const ImagePair& pair) {
     const double said = std::max(pair.reference.correlation, pair.candidate.correlation);
     if (!(said > pair.tied)) return pair.tied;

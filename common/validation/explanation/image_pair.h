@@ -1,4 +1,4 @@
-// Two images, one of them changed so that a supposed fault is undone: what is then left of their difference tells
+// Two images, one of them changed so that a supposed fault is undone. What is then left of their difference tells
 // whether it was the fault. Nothing here judges.
 #pragma once
 
@@ -42,8 +42,8 @@ struct Curve {
 // The part of both images where reference(x, y) and candidate(x + dx, y + dy) are both there, laid over each other.
 [[nodiscard]] ImagePair overlapped(const ImagePair& pair, std::int32_t dx, std::int32_t dy);
 
-// The reference moved by half of (dx, dy) and the candidate by minus half, |dx|, |dy| < 2, by linear interpolation, so
-// that both lose the same detail. A border of one pixel is cut off.
+// The reference moved by half of (dx, dy) and the candidate by minus half, |dx|, |dy| < 2. Both are interpolated
+// linearly, so that they lose the same detail. A border of one pixel is cut off.
 [[nodiscard]] ImagePair met_halfway(const ImagePair& pair, double dx, double dy);
 
 // Both sides averaged over 3x3 pixels with weights 1 2 1 each way. A border of one pixel is cut off.

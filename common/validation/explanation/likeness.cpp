@@ -19,7 +19,7 @@ constexpr std::array sureness_bands{0.8, 0.5, 0.0};  // bounds, from above
 // So many in a hundred of the record's own rows are further from all other kinds than what counts as near.
 constexpr double far_share = 0.05;
 
-// What parts the paths tells most of a fault, and where next; shapes, depths and the scene's effects are as much the
+// What parts the paths tells most of a fault, and where next. Shapes, depths and the scene's effects are as much the
 // scene's as the fault's. Chosen by that reasoning, not fitted.
 constexpr std::array<float, figure_count> weights = [] {
     std::array<float, figure_count> all{};

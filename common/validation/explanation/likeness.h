@@ -1,5 +1,5 @@
-// Which planted bugs a difference is like: the nearest of the stored signatures of planted bugs (signature.h), the
-// subsystems that these lie in, and how often such a naming is right. Where nothing is near, nothing is said.
+// Which planted bugs a difference is like: the nearest of the stored signatures of planted bugs (signature.h), and
+// their subsystems. It also tells how often such a naming is right. Where nothing is near, nothing is said.
 #pragma once
 
 #include <optional>
@@ -63,8 +63,8 @@ using Scores = std::array<double, subsystem_names.size()>;
     return subsystem_names.at(static_cast<std::size_t>(subsystem));
 }
 
-// A subsystem's score is its share of the five nearest kinds' votes, each the inverse of a squared distance, and what
-// the figures say of it by themselves.
+// A subsystem's score is its share of the five nearest kinds' votes, each the inverse of a squared distance. To it
+// comes what the figures say of the subsystem by themselves.
 //
 // The scores by the rows of bugs other than `left_out`; by the figures alone where there are none.
 [[nodiscard]] Scores scores_of(

@@ -1,5 +1,5 @@
-// What is seen in one image's values alone, without a fit: rectangles of one value, values cut at a ceiling, channels
-// that are copies of each other. They are facts; that they are all the fault is asked elsewhere.
+// What is seen in one image's values alone, without a fit. These are rectangles of one value, values cut at a ceiling,
+// channels that are copies of each other. They are facts; that they are all the fault is asked elsewhere.
 #pragma once
 
 #include <string>
@@ -13,12 +13,12 @@ struct PlainFact {
     std::vector<bool> left_out;  // [pixel * 3 + channel]: what it speaks of, where the sides cannot be compared
 };
 
-// Up to 16 rectangles in which one side has one value, bit for bit, that the other does not have there: in all channels
-// or in some. A rectangle is 4 pixels or more.
+// Up to 16 rectangles in which one side has one value, bit for bit, that the other does not have there. It may be in
+// all channels or in some. A rectangle is 4 pixels or more.
 [[nodiscard]] std::vector<PlainFact> rectangles_of_one_value(const ImagePair& pair);
 
-// The greatest value of one side is there 4 times or more, in whatever channels, and the other side exceeds it in most
-// of these places.
+// The greatest value of one side is there 4 times or more, in whatever channels. The other side exceeds it in most of
+// these places.
 [[nodiscard]] std::vector<PlainFact> ceilings(const ImagePair& pair);
 
 // One side's three channels are the same in every pixel, the other's are not.

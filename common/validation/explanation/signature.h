@@ -1,5 +1,6 @@
-// The pattern of a difference, as figures that do not depend on the size of the image or on which side errs: what parts
-// the paths, where, by how much; how the difference lies in the image; which looks at single samples see it.
+// The pattern of a difference, as figures that do not depend on the size of the image or on which side errs. They say
+// what parts the paths, where, and by how much. They say how the difference lies in the image, and which looks at
+// single samples see it.
 #pragma once
 
 #include <array>

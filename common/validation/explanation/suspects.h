@@ -33,7 +33,7 @@ struct SceneFeature {
 // The most particular first: few scenes have a lens, all have surfaces.
 [[nodiscard]] std::vector<SceneFeature> features_of(const Scene& scene, const RenderSettings& settings);
 
-// Where both sides miss a closed form: the scene's features, those first that none of `met` has, the features of
+// Where both sides miss a closed form: the scene's features. First come those that none of `met` has, the features of
 // scenes that meet their closed forms.
 [[nodiscard]] std::vector<Suspect> suspects_of_miss(
     std::span<const SceneFeature> features, std::span<const SceneFeature> met = {});

@@ -17,9 +17,9 @@ struct Factor {
 // candidate = reference + offset, likewise.
 [[nodiscard]] double fit_offset(const ImagePair& pair);
 
-// candidate = factor * reference^exponent, the power taken on one side alone, the one whose noise it fits: a side that
-// was encoded after its samples were averaged is decoded pixel by pixel. `free_factor`: else it is 1. Exponents from
-// 1/4 to 4 are looked at.
+// candidate = factor * reference^exponent, the power taken on the one side whose noise it fits. A side that was encoded
+// after its samples were averaged is decoded pixel by pixel. `free_factor`: else it is 1. Exponents from 1/4 to 4 are
+// looked at.
 struct Power {
     double exponent = 1.0, factor = 1.0;
     ImagePair mended;

@@ -14,8 +14,8 @@ using Colour = std::array<double, 3>;
 // of ColorBrewer's RdBu.
 [[nodiscard]] Colour diverging_colour(double t);
 
-// t in [0, 1], beyond it the ends: white #fcbba1 #fb6a4a #cb181d #67000d, of ColorBrewer's Reds, so that a map of
-// nothing is white and not black.
+// t in [0, 1], beyond it the ends: white #fcbba1 #fb6a4a #cb181d #67000d, of ColorBrewer's Reds. So a map of nothing is
+// white and not black.
 [[nodiscard]] Colour sequential_colour(double t);
 
 // A linear image that write_png turns into these colours: one figure a pixel, in rows from above.

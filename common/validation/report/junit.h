@@ -11,10 +11,10 @@ namespace tandem {
 // Scenes, and what Vulkan's validation layer says while they are rendered.
 using LayerMessages = std::vector<std::pair<std::string, std::string>>;
 
-// agree      a testcase that passed;
-// disagree   <failure>: the sentence as its message, the reasons as its text;
-// undecided  <error>, not <skipped>: servers count skipped tests as no harm, and what is not known is no agreement;
-// not_run    <skipped>: scenes that a stop request left out;
+// agree      a testcase that passed.
+// disagree   <failure>: the sentence as its message, the reasons as its text.
+// undecided  <error>, not <skipped>: servers count skipped tests as no harm, and what is not known is no agreement.
+// not_run    <skipped>: scenes that a stop request left out.
 // layer      a testcase of its own with <failure>, beside the scene's.
 // `report`: verdict_json.h's, with "validation_layer": [{"scene", "messages"}] where there was such a look.
 // `command` ("verify") names the suite and the class of its cases. Characters that XML 1.0 cannot hold, and bytes that

@@ -16,8 +16,8 @@ namespace tandem {
 [[nodiscard]] std::vector<std::string> report_files(const std::vector<std::string>& scenes);
 
 // Writes DIR/report.json (verdict_json.h, "device_self_tests", and for each scene "images": file names and the ranges
-// of the maps) and the PNGs it names. Makes the folder if need be. Throws InputError
-// where it cannot be written or a file of `read` is in the way, and then a folder that it made is gone again.
+// of the maps) and the PNGs it names. Makes the folder if need be. Throws InputError where it cannot be written or a
+// file of `read` is in the way. Then a folder that it made is gone again.
 void write_report(const std::filesystem::path& folder, std::span<const SceneVerdict> verdicts,
     const std::vector<DeviceSelfTest>& self_tests = {}, const std::vector<std::string>& not_run = {},
     const FilesRead& read = {});

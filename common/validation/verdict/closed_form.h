@@ -1,4 +1,4 @@
-// A scene's closed form (Scene::expect) as a reference: each side's image mean is held to it, so that a fault common to
+// A scene's closed form (Scene::expect) as a reference. Each side's image mean is held to it, so that a fault common to
 // both sides shows as well.
 #pragma once
 
@@ -20,8 +20,8 @@ struct ClosedForm {
 };
 
 // The closed form at these settings, or why there is none to hold a renderer to. It is a mean over the film at the
-// file's own bounces and interval of ray lengths; roulette, the number of pixels and an integrator that follows
-// indirect light do not change a mean (MODEL.md section 9), the shape of the film, --fresnel and --clamp do.
+// file's own bounces and interval of ray lengths. The shape of the film, --fresnel and --clamp change that mean.
+// Roulette, the number of pixels and an integrator that follows indirect light do not (MODEL.md section 9).
 struct ClosedFormUse {
     std::optional<ClosedForm> form;
     std::string skipped;  // why a scene's closed form is left out; empty where it has none
@@ -30,10 +30,11 @@ struct ClosedFormUse {
 
 // `side`'s image mean against the closed form, a channel a region; `reference` of a region is the closed form's.
 //
-// Counted is what exceeds an allowance, relative to the larger of the channel and Margins::channel_floor times the
-// three's mean: Negligible::image and the rounding; the rounding alone where no pixel of the channel has variance. The
-// p of a channel is the larger of Student's t, from the pixels' variances, and of the empirical Bernstein bound, which
-// holds for any distribution of samples below `greatest`: rare bright paths, not yet met, raise no alarm.
+// Counted is what exceeds an allowance: Negligible::image and the rounding, or the rounding alone where no pixel of the
+// channel has variance. It is relative to the larger of the channel and Margins::channel_floor times the three's mean.
+// The p of a channel is the larger of two. One is Student's t, from the pixels' variances. The other is the empirical
+// Bernstein bound, which holds for any distribution of samples below `greatest`. So rare bright paths that were not yet
+// met raise no alarm.
 [[nodiscard]] LevelResult compare_closed_form(const std::string& name, const ClosedForm& form, const SampledImage& side,
     const Criteria& criteria, double alpha_each_side);
 

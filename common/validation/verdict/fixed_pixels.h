@@ -1,5 +1,5 @@
-// Pixels whose samples are all the same on both sides (a light seen directly, a constant background, black): no test
-// applies, the values themselves must be equal to rounding.
+// Pixels whose samples are all the same on both sides (a light seen directly, a constant background, black). No test
+// applies: the values themselves must be equal to rounding.
 #pragma once
 
 #include <cstdint>
@@ -12,9 +12,9 @@ namespace tandem {
 // Relative rounding that float transport of `bounces` scattering events can pile up between two backends.
 //
 // In units of u = 2^-24 a side: each event multiplies the throughput (1), after forming 1 - alpha (1 - C) (3) from a
-// rounded colour (1), and may divide by the roulette's q (1); each of the D + 1 segments adds to the radiance (1). The
-// radiance or the background mix a, 1 - a, two products and a sum (5 with its colours), its weight (1) and the final
-// store (1) come once. So at most 7 D + 8 half-ulps a side, as many ulps (2^-23) between two sides.
+// rounded colour (1). It may divide by the roulette's q (1). Each of the D + 1 segments adds to the radiance (1).
+// The radiance comes once, or the background mix a, 1 - a, two products and a sum (5 with its colours). So do its
+// weight and the final store, 1 each. So at most 7 D + 8 half-ulps a side, as many ulps (2^-23) between two sides.
 [[nodiscard]] double float_transport_tolerance(std::uint32_t bounces);
 
 struct FixedPixels {
@@ -25,8 +25,8 @@ struct FixedPixels {
     double greatest_relative = 0.0;  // greatest relative difference among them
 };
 
-// A pixel is fixed when the relative deviation of its samples is within `tolerance` on both sides; where a side is a
-// handful of images, whose values may lie together by chance, only if the same holds of its neighbours.
+// A pixel is fixed when the relative deviation of its samples is within `tolerance` on both sides. A handful of images
+// may lie together by chance. So where a side is that, the same must hold of the pixel's neighbours.
 [[nodiscard]] FixedPixels compare_fixed_pixels(
     const SampledImage& reference, const SampledImage& candidate, double tolerance);
 

@@ -77,7 +77,7 @@ double least_distance(const Scene& scene, const Entity& entity, const Primitive&
     if (primitive.kind == PrimitiveKind::triangle) {
         distance = distance_to_triangle(p, corner(0), corner(1), corner(2));
     } else if (primitive.kind == PrimitiveKind::sphere) {
-        // With x the light in the unit sphere's space, |p - y| = |N (x - u)| >= s ||x| - 1|, and the least of three
+        // Let x be the light in the unit sphere's space: |p - y| = |N (x - u)| >= s ||x| - 1|. The least of three
         // singular values is s = |det| / (s_1 s_2) >= 2 |det| / (s_1^2 + s_2^2) >= 2 |det| / |N|^2.
         const dmat3 map = dmat3(entity.object_to_world) * primitive.radius;
         double squares = 0.0;
@@ -193,8 +193,8 @@ bool gains(const Material& material) {
     return row_of(material.kind).greatest_weight != nullptr && material.roughness > 0.0;
 }
 
-// The greatest tangent of the angle between a ray of the camera and the normal of a primitive that may gain; infinite
-// where that is not known: of curved primitives, of what moves, behind lenses.
+// The greatest tangent of the angle between a ray of the camera and the normal of a primitive that may gain. Where that
+// is not known it is infinite: of curved primitives, of what moves, behind lenses.
 double greatest_tangent(const Scene& scene) {
     const Camera& camera = scene.camera;
     if (camera.lens_radius > 0.0 || camera.position_motion != dvec3(0.0) || camera.target_motion != dvec3(0.0))

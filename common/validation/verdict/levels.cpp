@@ -17,7 +17,7 @@ struct PixelDifference {
     double null_variance = 0.0;
 };
 
-// With d_i = b_i - a_i over any pairing, (sum d)^2 / sum d^2 is what symmetric_sum_tail speaks of; averaged over
+// With d_i = b_i - a_i over any pairing, (sum d)^2 / sum d^2 is what symmetric_sum_tail speaks of. Averaged over
 // pairings, sum d^2 = SS_a + SS_b + n (mean difference)^2. For unequal counts the same with the harmonic mean of the
 // counts, and the pooled variance of one sample.
 PixelDifference pixel_difference(const PixelStatistics& a, const PixelStatistics& b) {
@@ -164,7 +164,7 @@ LevelResult compare_regions(const std::string& name, const SampledImage& referen
 namespace {
 
 // The pixels with no variance below the mean of the 5x5 around them. A pixel whose rare bright samples have not been
-// drawn yet shows too small a variance, or none; some of 25 like it will have drawn theirs.
+// drawn yet shows too small a variance, or none. Some of 25 like it will have drawn theirs.
 std::vector<PixelStatistics> with_neighbours_variance(const SampledImage& image) {
     constexpr std::int64_t reach = 2;
     const std::int64_t width = image.width, height = image.height;

@@ -56,10 +56,9 @@ struct Scales {
 [[nodiscard]] Scales scales_of(const SampledImage& reference, const SampledImage& candidate, const Margins& margins);
 
 // Tests on every tile of edge `edge` (0: the image) and channel. The p of a region is the larger of two:
-// - Welch's t of the means, dof after Satterthwaite from the pixels' variances;
-// - a bound that needs no normality (symmetric_sum_tail): if both sides are distributed alike, then so is the
-// difference
-//   of sample i of one and of the other with either sign. It costs a factor of about three in p and makes fireflies
+// - Welch's t of the means, dof after Satterthwaite from the pixels' variances.
+// - a bound that needs no normality (symmetric_sum_tail). If both sides are distributed alike, the difference of sample
+//   i of one and of the other is as likely with either sign. It costs a factor of about three in p and makes fireflies
 //   harmless. Exact for equal counts a side, up to averaging over the pairing; for unequal counts the pooled variance
 //   takes its place.
 // And where `greatest` is given, the empirical Bernstein bound on both means.
@@ -67,7 +66,7 @@ struct Scales {
     const SampledImage& candidate, std::uint32_t edge, const Scales& scales, double negligible, double tile_floor,
     double alpha_each_side, const std::optional<GreatestSamples>& greatest = {});
 
-// The same tests on every pixel that is not fixed; level p after Simes, so that the level is significant just where
+// The same tests on every pixel that is not fixed. The level's p is after Simes, so that it is significant just where
 // Benjamini-Hochberg makes a discovery.
 struct PixelLevel {
     LevelResult level;

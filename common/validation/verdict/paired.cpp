@@ -167,9 +167,9 @@ PairedResult PairedDifferences::result(const Criteria& criteria, double alpha_ea
 
 LevelResult compare_paths(const Estimate& reference, const Estimate& candidate, double rounding_tolerance) {
     // Independent pixels differ by more than a quarter of their deviation with P(|N| > 1/4) = 80 %. Where a share q of
-    // the samples has parted the deviation is sqrt(q) of that, so a quarter of the pixels parts at q = 4.7 %: a hundred
-    // times the few in ten thousand that rounding parts, and yet 205 of a tile's 256 pixels are as many as 64 expected
-    // ones become once in 10^75.
+    // the samples has parted the deviation is sqrt(q) of that, so a quarter of the pixels parts at q = 4.7 %. That is a
+    // hundred times the few in ten thousand that rounding parts. Yet 205 of a tile's 256 pixels are as many as 64
+    // expected ones become once in 10^75.
     constexpr double tolerated_share = 0.25, parted_deviations = 0.25;
     const TileGrid grid(reference.width(), reference.height(), standard_tile_edge);
     const Estimate::Plane a = reference.totals(), b = candidate.totals();

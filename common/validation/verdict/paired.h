@@ -1,6 +1,6 @@
-// Paired seeds: both sides drew the same random numbers, so paths coincide until rounding parts them and the difference
-// is known far better than either mean. Two renderers that round differently are never exactly alike, so only a
-// difference larger than a declared negligible one counts. It cannot see what is wrong on both sides.
+// Paired seeds: both sides drew the same random numbers. So paths coincide until rounding parts them, and the
+// difference is known far better than either mean. Two renderers that round differently are never exactly alike, so
+// only a difference larger than a declared negligible one counts. It cannot see what is wrong on both sides.
 #pragma once
 
 #include <optional>
@@ -33,12 +33,11 @@ struct PairedResult {
     double diverged_fraction = 0.0;   // of pixel blocks that differ by more than rounding: some path parted
 };
 
-// Whether the samples themselves are the same, not only their mean: two sides that follow MODEL.md section 3 agree
-// about short paths but for a few in ten thousand that rounding parts. Other numbers, or the same ones for another
+// Whether the samples themselves are the same, not only their mean. Two sides that follow MODEL.md section 3 agree
+// about short paths, but for a few in ten thousand that rounding parts. Other numbers, or the same ones for another
 // purpose, leave every mean right and part all of them. A pixel whose noise is above rounding has parted if its means
-// over `samples` differ by more than a quarter of the deviation that independent sides would show (which 80 % of
-// independent pixels do). p: a binomial tail, of at most a quarter of a tile's pixels having parted by chance,
-// Bonferroni over tiles;
+// over `samples` differ by more than a quarter of independent sides' deviation. 80 % of independent pixels do. p: a
+// binomial tail, of at most a quarter of a tile's pixels having parted by chance, Bonferroni over tiles.
 // `worst.relative` is the share of parted pixels.
 [[nodiscard]] LevelResult compare_paths(
     const Estimate& reference, const Estimate& candidate, double rounding_tolerance);
@@ -63,8 +62,8 @@ private:
     [[nodiscard]] LevelResult level(const std::string& name, std::uint32_t edge, const Scales& scales,
         double negligible, double tile_floor, double alpha_each_side) const;
 
-    // A pixel's differences over two disjoint halves of the blocks have a product of mean 0 and either sign as likely,
-    // unless the pixel differs; then its mean is the square of that. So the sum of the products over a tile sees
+    // A pixel's differences over two disjoint halves of the blocks have a product of mean 0, with either sign as
+    // likely. If the pixel differs, its mean is the square of that. So the sum of the products over a tile sees
     // differences that cancel in its mean: shifted shadows, another falloff, another filter. symmetric_sum_tail bounds
     // p; a root mean square up to `negligible` counts as none. `relative` is that root.
     [[nodiscard]] LevelResult pixel_level(const Scales& scales, double negligible, double tile_floor) const;

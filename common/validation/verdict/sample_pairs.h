@@ -33,11 +33,11 @@ struct SampleCount {
 };
 [[nodiscard]] SampleCount count(const std::vector<SampleState>& states);
 
-// How much coarser than single precision an operation of the candidate may be, so that what single precision parts
-// by itself says what the candidate may. Single precision errs by half an ulp. Vulkan allows 2.5 ulp to a division,
-// 4.5 to a root (2.5 of the division by 2 of an inverse root), 3 + 2 |x| to exp(x), and to log 2^-21, which is 8 ulp of
-// a number below 1. So errors grow 16 times at most, and the difference of both sides 17 times. It also allows 2^-11
-// to sine and cosine, which no device known needs (an H100 errs by 2^-21): one that does is meant to be called coarse.
+// How much coarser than single precision an operation of the candidate may be. So what single precision parts by itself
+// says what the candidate may. Single precision errs by half an ulp. Vulkan allows 2.5 ulp to a division and 4.5 to a
+// root (2.5 of the division by 2 of an inverse root). It allows 3 + 2 |x| to exp(x), and 2^-21 to log, which is 8 ulp
+// of a number below 1. So errors grow 16 times at most, and the difference of both sides 17 times. It also allows 2^-11
+// to sine and cosine, which no device known needs (an H100 errs by 2^-21). One that does is meant to be called coarse.
 inline constexpr double coarsest_operation = 17.0;
 // What 12 bounces in single precision differ by at most (float_transport_tolerance). Most samples of longer paths do,
 // too: errors seldom add up.

@@ -34,8 +34,8 @@ struct SampledImage {
     std::uint64_t samples = 0;                  // a pixel (the most, where pixels differ)
     std::uint64_t invalid = 0;                  // samples that were not finite or were negative
     std::vector<std::uint32_t> invalid_pixels;  // of an image: the pixels of such values, rising
-    // The variance of a region's mean over the sum of its pixels' variances: 1 for independent pixels, more where a
-    // pixel filter or a sampler ties neighbours together.
+    // The variance of a region's mean over the sum of its pixels' variances. It is 1 for independent pixels, more where
+    // a pixel filter or a sampler ties neighbours together.
     double correlation = 1.0;
 };
 

@@ -1,10 +1,10 @@
 // The three-way verdict on two images at one look: agree, disagree or undecided, and on what grounds.
 //
 // agree      every channel of the image and of every 16x16 tile is shown to lie within its margin (equivalent(), of
-//            statistics/mean_tests.h), and nothing is significant;
+//            statistics/mean_tests.h), and nothing is significant.
 // disagree   invalid samples, fixed pixels that differ, or a level that is significant: Holm over the levels, each
 //            corrected for its own tests (levels.h). Where the scene has a closed form, each side against it is a level
-//            too, and agreement also needs both sides shown to lie within the image's margin of it;
+//            too. Agreement then also needs both sides shown to lie within the image's margin of it.
 // undecided  neither. "No significant difference" alone is never called agreement. Nor are two black images, unless
 //            black is the scene's closed form: what no light reached has compared nothing.
 #pragma once
@@ -58,7 +58,7 @@ inline constexpr const char* closed_form_candidate_level = "closed form, candida
 // Whether the paired samples that were judged resolve what Criteria declares.
 [[nodiscard]] bool pairs_resolve(const Judgement& judgement, const Criteria& criteria);
 
-// How the candidate differs from the reference, in short: "+1.2 % (image, red)", by the most significant level of
+// How the candidate differs from the reference, in short: "+1.2 % (image, red)". It is by the most significant level of
 // means, else by pixels without variance, invalid samples or the variance. For a judgement of disagreement.
 [[nodiscard]] std::string off_by(const Judgement& judgement);
 

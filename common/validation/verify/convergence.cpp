@@ -24,10 +24,10 @@ struct Stopped {};
 using Figures = std::vector<double>;  // of one group: squared errors by level, then the variance of one sample
 using Statistic = std::function<double(const Figures& mean_of_groups)>;
 
-// A statistic of the groups' mean figures, its bias taken out and its interval found by the jackknife [Efron,
-// Tibshirani, An introduction to the bootstrap, 1993, chapter 11]: ratios and logarithms of noisy means are neither
-// unbiased nor is their noise that of their parts. `common`: the standard error of what is added to the squared errors
-// of all groups alike, known by nine degrees of freedom.
+// A statistic of the groups' mean figures. The jackknife takes its bias out and gives its interval [Efron, Tibshirani,
+// An introduction to the bootstrap, 1993, chapter 11]. Ratios and logarithms of noisy means are not unbiased, and their
+// noise is not that of their parts. `common`: the standard error of what is added to the squared errors of all groups
+// alike, known by nine degrees of freedom.
 Estimated jackknifed(const std::vector<Figures>& groups, const Statistic& statistic, double common = 0.0) {
     const auto count = static_cast<double>(groups.size());
     Figures sum(groups.front().size(), 0.0);
@@ -106,8 +106,8 @@ std::array<Pixels, 3> contrasts(const Parts& parts) {
         combined(parts, std::array{c, c, c, -3.0 * c})};
 }
 
-// The mean of (m - r1)(m - r2) is that of sixteen uncorrelated products of the noise of two parts, each of them like a
-// product of contrasts.
+// The mean of (m - r1)(m - r2) is that of sixteen uncorrelated products of the noise of two parts. Each of them is like
+// a product of contrasts.
 double product_error(const std::array<Pixels, 3>& first, const std::array<Pixels, 3>& second) {
     double squares = 0.0;
     for (const Pixels& a : first)

@@ -1,5 +1,5 @@
-// How the error of two renderers falls with the number of samples: MSE = b^2 + s^2/n against a long reference, its two
-// halves r1 and r2 giving (x - r1)(x - r2), which is free of the reference's own noise.
+// How the error of two renderers falls with the number of samples: MSE = b^2 + s^2/n against a long reference. Its two
+// halves r1 and r2 give (x - r1)(x - r2), which is free of the reference's own noise.
 #pragma once
 
 #include <array>

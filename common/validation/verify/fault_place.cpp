@@ -18,8 +18,8 @@ namespace {
 constexpr SampleRange block{0, samples_per_block};
 constexpr std::size_t most_pixels = 3;  // traced before it is said that no path parts
 
-// Sums of 64 samples in single precision are off by at most 64 ulp, 2^-18; a path that rounding sends elsewhere
-// changes its pixel's by some part of a sample.
+// Sums of 64 samples in single precision are off by at most 64 ulp, 2^-18. A path that rounding sends elsewhere changes
+// its pixel's by some part of a sample.
 constexpr double same_sum = 0x1p-12;
 
 struct Sums {

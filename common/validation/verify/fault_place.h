@@ -1,5 +1,5 @@
-// Where a fault lies, looked for on the same random numbers: the pixel and sample to trace, whether paths part there,
-// and if none does, which stage beyond shading has it and which pixels are touched.
+// Where a fault lies, looked for on the same random numbers: the pixel and sample to trace, and whether paths part
+// there. If none does, it tells which stage beyond shading has the fault and which pixels are touched.
 #pragma once
 
 #include <functional>
@@ -14,7 +14,7 @@
 
 namespace tandem {
 
-// The part of the image where the most significant level of parts of it differs, a paired one before any other; nothing
+// The part of the image where the most significant level of parts of it differs, a paired one before any other. Nothing
 // where the image as a whole, or a closed form, is all that differs.
 [[nodiscard]] std::optional<Rectangle> fired_region(const Judgement& judgement);
 

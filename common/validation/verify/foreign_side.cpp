@@ -10,7 +10,7 @@ namespace tandem {
 
 namespace {
 
-// How much more the means of tiles scatter over batches than independent pixels would let them; 1 unless surely more
+// How much more the means of tiles scatter over batches than independent pixels would let them. 1 unless surely more
 // (as compare does with images, compare/image_side.cpp).
 double batch_correlation(const SampledImage& image) {
     const double batches = static_cast<double>(image.batches.size());

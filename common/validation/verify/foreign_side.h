@@ -1,5 +1,5 @@
-// One side of a verdict as a job has sampled it. About another program's job less is known: whether its pixels go
-// together (a pixel filter), and perhaps not even the variance of a sample, but that of whole images
+// One side of a verdict as a job has sampled it. About another program's job less is known. Whether its pixels go
+// together (a pixel filter) is not, and perhaps not even the variance of a sample, but that of whole images
 // (common/render/foreign_job.h).
 #pragma once
 

@@ -51,16 +51,16 @@ struct OracleQuestion {
     std::function<void(const std::string& text)> progress;
 };
 
-// First the tile alone, where there is one and the oracle renders pixels alone: with a seed of its own, as the tile was
-// chosen by the noise of the others. It may take half of the budget and half of the declared false alarms, spread over
-// looks that double. Then the film.
+// First the tile alone, where there is one and the oracle renders pixels alone. It has a seed of its own, as the tile
+// was chosen by the noise of the others. It may take half of the budget and half of the declared false alarms, spread
+// over looks that double. Then the film.
 //
-// All three render the same seed, so that paired differences (paired.h) see far more than the noise would let through,
-// and each side is judged against the oracle. The size is the verdict's, halved until 512 samples fit the budget, as
-// the oracle's speed on a tiny film foretells; looks double up to what fits, and the first that contradicts a side
-// ends it. The sides share the declared false alarms, spread over the looks. An oracle that lacks next-event
-// estimation takes the integrator `path`, whose mean is the same; variances are then not compared, and a side is
-// contradicted only beyond what rare samples may bring (Criteria::greatest).
+// All three render the same seed, and each side is judged against the oracle. So paired differences (paired.h) see far
+// more than the noise would let through. The size is the verdict's, halved until 512 samples fit the budget, as the
+// oracle's speed on a tiny film foretells. Looks double up to what fits, and the first that contradicts a side ends it.
+// The sides share the declared false alarms, spread over the looks. An oracle that lacks next-event estimation takes
+// the integrator `path`, whose mean is the same. Variances are then not compared. A side is contradicted only beyond
+// what rare samples may bring (Criteria::greatest).
 [[nodiscard]] OracleOpinion ask_oracle(const OracleQuestion& request);
 
 }  // namespace tandem

@@ -1,4 +1,4 @@
-// What differs first where two renderers' paths for the same random numbers part, counted over many paths: one path
+// What differs first where two renderers' paths for the same random numbers part, counted over many paths. One path
 // tells where it parts, many tell what kind of fault parts them (explanation/signature.h).
 #pragma once
 
@@ -74,8 +74,8 @@ struct PathPartings {
     double touched = 0.0;     // share of all pixels whose block sums differ
     double film_apart = 0.0;  // share of the traced pixels whose film is not the sum of the traced paths, on a side
     bool pattern = false;     // the touched pixels lie in a pattern (pixel_pattern.h)
-    // How far apart the two sides' draws are where they differ, of how far apart one side's draws for different samples
-    // are: 1 for other random numbers, near 0 for the same ones turned into something else. 0: too few draws differ.
+    // How far apart the two sides' draws are where they differ, relative to one side's draws for different samples. 1
+    // for other random numbers, near 0 for the same ones turned into something else. 0: too few draws differ.
     double independence = 0.0;
 };
 

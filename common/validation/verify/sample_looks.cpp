@@ -19,8 +19,8 @@ using Plane = Estimate::Plane;
 
 // Two, as a range's first number alone may be right where the next is not.
 constexpr std::uint64_t samples_at_once = 2;
-// Every power of two at which a narrower number of samples would end or lose its lowest bit: 8, 16, 24 (singles), 31,
-// 32 bits, and the last block before 2^32.
+// Every power of two at which a narrower number of samples would end or lose its lowest bit. These are 8, 16, 24
+// (singles), 31, 32 bits, and the last block before 2^32.
 constexpr std::array<std::uint64_t, 9> counters{0, 1u << 8, 1u << 16, 1u << 24, (1u << 24) + 64, 1u << 31,
     (std::uint64_t{1} << 32) - 64, std::uint64_t{1} << 32, (std::uint64_t{1} << 40) + 64};
 constexpr std::array<std::uint64_t, 4> arithmetic_counters{64, 1u << 10, 1u << 20, std::uint64_t{3} << 32};
@@ -206,7 +206,7 @@ private:
     std::vector<bool> parted_;
 };
 
-// What a candidate of the coarsest operations may part of a bounce, where single precision by itself parts this many: a
+// What a candidate of the coarsest operations may part of a bounce, where single precision by itself parts this many. A
 // path that holds against 17 errors, one after the other, holds against each. Below 1, so that a bounce that parts
 // wholly is noticed where rounding parts some.
 double tolerated_share(const SampleCount& expected) {

@@ -1,7 +1,7 @@
 // Looks at single samples under conditions that the looks at means never meet. Both sides draw the same random numbers:
-// - counters: seeds and sample numbers with high words, on both sides of powers of two;
-// - other sizes: odd ones, more than 65,536 pixels, and small tiles where the candidate has tiles;
-// - bounce by bounce: paths as long as the scene allows;
+// - counters: seeds and sample numbers with high words, on both sides of powers of two.
+// - other sizes: odd ones, more than 65,536 pixels, and small tiles where the candidate has tiles.
+// - bounce by bounce: paths as long as the scene allows.
 // - arithmetic: the share of samples that rounding parts, against that of single precision itself.
 #pragma once
 
@@ -21,7 +21,7 @@ struct SampleLooksRequest {
     RenderSettings settings;
     Renderer& reference;
     Renderer& candidate;
-    // The reference's code in double precision where that is in single, or else in single; nullptr: it is not known how
+    // The reference's code in double precision where that is in single, or else in single. nullptr: it is not known how
     // single precision parts long paths, and only short ones are looked at.
     Renderer* other_precision = nullptr;
     double budget_seconds = 12.0;  // a look that would end later leaves out some of its conditions

@@ -12,8 +12,8 @@ namespace {
 constexpr std::uint64_t least_batches = 2;  // to have a variance between batches
 constexpr std::uint64_t most_batches = 64;  // at the last look; more would only cost calls
 constexpr std::uint64_t most_paired_batches = 4;
-// Where calls cost time of their own, batches grow until that is less than so much of the samples' time, as long as
-// there are so many batches.
+// Where calls cost time of their own, batches grow until that is less than so much of the samples' time. At least so
+// many batches remain.
 constexpr double most_of_calls = 0.25;
 constexpr std::uint64_t few_batches = 16;
 constexpr std::size_t most_spare_looks = 2;

@@ -1,4 +1,4 @@
-// When to look: sample counts fixed in advance from speed alone, never from what was seen, so that the shares of the
+// When to look. Sample counts are fixed in advance from speed alone, never from what was seen. So the shares of the
 // error rates add up as declared.
 #pragma once
 
@@ -11,7 +11,8 @@ struct Schedule {
     std::uint64_t batch_samples = 0;   // a batch is one call of each renderer; a multiple of samples_per_block
     std::vector<std::uint64_t> looks;  // samples a pixel and side at each look, ascending, multiples of batch_samples
     // Further doublings, taken only where the renderers turn out so much faster than measured that the budget allows
-    // them (another load on the machine that has passed). Up to two, and they have their shares of the error rates.
+    // them. That happens when another load on the machine has passed. Up to two, and they have their shares of the
+    // error rates.
     std::vector<std::uint64_t> spare_looks;
     std::uint64_t paired_batches = 0;  // compared with paired seeds before the first look
     // Paired batches in all at each further look, taken before an agreement while pairs resolve less than declared and
@@ -36,8 +37,8 @@ struct ScheduleRequest {
 };
 
 // Looks double up to what the budget or max_samples allow; the least one has two batches. Both sides get equally many
-// samples: the differences are then symmetric under the null, whatever the tails, which is what the tests rest on; the
-// best unequal split would save less than a quarter of the time up to a ratio of speeds of ten.
+// samples. The differences are then symmetric under the null, whatever the tails, and the tests rest on that. The best
+// unequal split would save less than a quarter of the time up to a ratio of speeds of ten.
 [[nodiscard]] Schedule make_schedule(const ScheduleRequest& request);
 
 }  // namespace tandem

@@ -99,8 +99,8 @@ struct Contenders {
         });
     }
 
-    // Samples a round, which is long enough for a device to be as busy as it is in a render, and short enough for many
-    // rounds: general kernels may be a hundred times as slow.
+    // Samples a round. It is long enough for a device to be as busy as in a render. It is short enough for many rounds:
+    // general kernels may be a hundred times as slow.
     [[nodiscard]] SampleRange round(const SpecialisationOptions& options, double seconds_left) {
         constexpr double most_general_seconds = 1.0;
         const double least = std::min(0.1, 0.1 * seconds_left / static_cast<double>(options.least_rounds));

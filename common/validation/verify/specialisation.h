@@ -1,5 +1,5 @@
-// What leaving out the absent effects is worth on one renderer: the same samples by kernels made for the scene and by
-// the general ones, held against each other bit by bit and timed in turn.
+// What leaving out the absent effects is worth on one renderer. The same samples by kernels made for the scene and by
+// the general ones are compared bit by bit and timed in turn.
 #pragma once
 
 #include <functional>
@@ -31,10 +31,11 @@ inline constexpr std::size_t fewest_timed_rounds = 2;
 
 struct SpecialisationSide {
     JobFacts facts;
-    // Wall clock of making the kernels: what the renderer says, and what a first sample takes longer than a second, as
-    // drivers may put compiling off until then. 0 where they were compiled with the program (JobFacts::variant). The
-    // longest of the replicates: drivers that remember kernels make them faster the next time. Those that keep them
-    // from one run to the next may do so at the first, which nothing tells: the time is then too short.
+    // Wall clock of making the kernels. It is what the renderer says, and what a first sample takes longer than a
+    // second one, as drivers may put compiling off until then. 0 where they were compiled with the program
+    // (JobFacts::variant). The longest of the replicates: drivers that remember kernels make them faster the next time.
+    // Those that keep them from one run to the next may do so at the first, which nothing tells: the time is then too
+    // short.
     double kernel_seconds = 0.0;
     std::vector<double> kernel_replicates;
     double make_seconds = 0.0;  // wall clock of all preparation and a first sample, mean of the replicates
@@ -50,8 +51,9 @@ struct SpecialisationReport {
     bool device_clock = false;  // times are the device's own
     double speedup = 1.0;       // general over specialised time, geometric mean of the rounds
     Interval interval;          // of the speed-up, 95 %
-    // Samples after which the time saved has paid for making the specialised kernels (kernel_seconds, so perhaps too
-    // few), the general ones being at hand; 0 where none are made. Empty: the time saved cannot be told from none.
+    // Samples after which the time saved has paid for making the specialised kernels, the general ones being at hand.
+    // It is from kernel_seconds, so perhaps too few. 0 where none are made. Empty: the time saved cannot be told from
+    // none.
     std::optional<double> samples_to_pay;
 };
 

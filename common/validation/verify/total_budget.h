@@ -1,4 +1,4 @@
-// Many scenes within one budget of seconds: a first round surveys all, later ones give what is left to those that are
+// Many scenes within one budget of seconds. A first round surveys all. Later ones give what is left to those that are
 // undecided, by what each is foretold to need. Knows verdicts only; who renders is the caller's affair.
 #pragma once
 

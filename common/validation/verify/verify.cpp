@@ -309,8 +309,8 @@ void Verification::run_looks() {
     }
 }
 
-// Seconds a sample of every pixel: of one block, which is used again where batches are single blocks, and of eight
-// times as many as before while that ended too soon to be timed, as calls cost time of their own.
+// Seconds a sample of every pixel, first of one block, which is used again where batches are single blocks. Calls cost
+// time of their own. So eight times as many follow while that ended too soon to be timed.
 std::optional<double> Verification::measure_speed_of(Side& side) {
     constexpr double least_seconds = 0.02;
     for (std::uint64_t samples = samples_per_block;; samples *= 8) {

@@ -26,8 +26,8 @@ struct VerifyOptions {
     // The reference's code in double precision where that is in single, or else in single: what rounding alone parts.
     // nullptr: long paths and the candidate's arithmetic are not held to it.
     Renderer* other_precision = nullptr;
-    // Asked which side is outvoted where the two disagree, in what is left of the budget, or a twentieth of it where
-    // less is left; nullptr: nobody is asked.
+    // Asked which side is outvoted where the two disagree. It has what is left of the budget, or a twentieth of it
+    // where less is left. nullptr: nobody is asked.
     Renderer* oracle = nullptr;
     // The candidate with other kernels, by their names: which of them have a fault that no traced path shows.
     std::vector<std::string> kernels;

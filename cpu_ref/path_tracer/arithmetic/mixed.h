@@ -1,6 +1,6 @@
 // Between the lanes of geometry and those of shading, where their precisions differ (MODEL.md section 5.3, `mixed`).
-// Packets are as wide as geometry's lanes; lanes of floats beyond those of doubles repeat them, so that nothing is
-// computed there that was not meant.
+// Packets are as wide as geometry's lanes. Where there are more lanes of floats than of doubles, they repeat the
+// doubles, so that every lane computes something meant.
 #pragma once
 
 #include "cpu_ref/path_tracer/arithmetic/vec3.h"

@@ -94,9 +94,9 @@ struct CosineSine {
     V cosine, sine;
 };
 
-// (cos 2 pi u, sin 2 pi u), u in [0, 1): quadrant q = floor(4u + 1/2), |r| = |u - q/4| <= 1/8, then the Taylor series
-// of x = 2 pi r, |x| <= pi/4. The first neglected terms are below 3e-9 (float) and 4e-18 (double), so rounding of x and
-// of the last steps rules: below 2 ulp of 1.
+// (cos 2 pi u, sin 2 pi u), u in [0, 1). With the quadrant q = floor(4u + 1/2), |r| = |u - q/4| <= 1/8. Then follows
+// the Taylor series of x = 2 pi r, |x| <= pi/4. The first neglected terms are below 3e-9 (float) and 4e-18 (double). So
+// rounding of x and of the last steps rules: below 2 ulp of 1.
 template <class Real>
 TANDEM_INLINE CosineSine<Lanes<Real>> cosine_sine_turns(Lanes<Real> u) {
     using V = Lanes<Real>;

@@ -1,8 +1,8 @@
-// Closest hits and occlusion through Embree (MODEL.md section 5). Embree finds the primitives that a ray may meet;
-// whether and where it meets them is decided by the kernels of kernels.h, so that the hit is the same however it was
-// found. A scene of few primitives is one leaf, tested by a whole packet of rays at once. Otherwise rays go one by one
-// through Embree's hierarchy (hierarchies.h). A ray meets primitives in motion as the ray shifted back by their
-// displacement (section 6).
+// Closest hits and occlusion through Embree (MODEL.md section 5). Embree finds the primitives that a ray may meet. The
+// kernels of kernels.h decide whether and where it meets them, so that the hit is the same however it was found. A
+// scene of few primitives is one leaf, tested by a whole packet of rays at once. Otherwise rays go one by one through
+// Embree's hierarchy (hierarchies.h). A ray meets primitives in motion as the ray shifted back by their displacement
+// (section 6).
 #pragma once
 
 #include "cpu_ref/path_tracer/geometry/hierarchies.h"

@@ -1,5 +1,5 @@
-// The kernels that settings may choose in place of the defaults (MODEL.md section 5.3), one ray at a time: for seeing
-// what the textbooks' tests cost and lose, not for speed.
+// The kernels that settings may choose in place of the defaults (MODEL.md section 5.3), one ray at a time. They are for
+// seeing what the textbooks' tests cost and lose, not for speed.
 #pragma once
 
 #include "cpu_ref/path_tracer/tables.h"

@@ -63,11 +63,10 @@ Hierarchies<Real>::Hierarchies(
     own_test = kernel == TriangleKernel::watertight;
     if (kernel != TriangleKernel::embree) rtcSetSceneFlags(scene.get(), RTC_SCENE_FLAG_ROBUST);
     rtcSetSceneBuildQuality(scene.get(), RTC_BUILD_QUALITY_HIGH);
-    // Embree sees rays rounded to float, and the kernels of single precision round too. With u = 2^-24 and M the
-    // largest coordinate of scene and camera, a ray's origin moves by at most sqrt(3) u M, its direction turns by
-    // sqrt(3) u over a path of at most 2 sqrt(3) M, and a kernel places a hit within 20 u M (surface.h): below 32 u M
-    // together.
-    // (With motion, shifting a ray rounds once more at each end, and M counts the displacements too.)
+    // Embree sees rays rounded to float, and the kernels of single precision round too. Let u = 2^-24 and M the largest
+    // coordinate of scene and camera. A ray's origin moves by at most sqrt(3) u M. Its direction turns by sqrt(3) u
+    // over a path of at most 2 sqrt(3) M. A kernel places a hit within 20 u M (surface.h). Together they are below 32 u
+    // M. (With motion, shifting a ray rounds once more at each end, and M counts the displacements too.)
     const auto& camera = tables.camera;
     double reach = 0.0;
     for (const auto& [place, motion] : {std::array{camera.position.x, camera.position_motion.x},
@@ -156,9 +155,9 @@ std::array<glm::dvec3, 3> Hierarchies<Real>::corners_of(std::uint32_t id) const 
     return result;
 }
 
-// Embree's robust test loses rays at vertices (2 % of those aimed there from 100 times as far as the triangles are
-// large; case 2 of scenes/hard). So it gets triangles whose edges are moved out by twice the bound that boxes are
-// widened by, and our own test decides in its filter.
+// Embree's robust test loses rays at vertices (case 2 of scenes/hard). These are 2 % of those aimed there from 100
+// times as far as the triangles are large. So it gets triangles whose edges are moved out by twice the bound that
+// widens boxes. Our own test decides in its filter.
 template <class Real>
 std::array<glm::dvec3, 3> Hierarchies<Real>::native_corners(std::uint32_t id) const {
     std::array<glm::dvec3, 3> corners = corners_of(id);

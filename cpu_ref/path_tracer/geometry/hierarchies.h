@@ -22,8 +22,8 @@ inline constexpr std::uint32_t native_geometry = 0, user_geometry = 1;  // Embre
 }
 [[nodiscard]] inline float round_down(double a) { return -round_up(-a); }
 
-// What Embree calls for a ray at the leaf, at other user geometry, and at Fine's triangles; and at native triangles
-// that would become the closest hit, or occlude.
+// What Embree calls for a ray at the leaf, at other user geometry, and at Fine's triangles. Filters are called at
+// native triangles that would become the closest hit, or occlude.
 struct RayCallbacks {
     struct Pair {
         RTCIntersectFunctionN closest;
@@ -36,8 +36,8 @@ struct RayCallbacks {
 template <class Real>
 class Hierarchies {
 public:
-    // At most so many primitives are tested as one leaf. Measured with 16 float lanes on mixed primitives, paths a
-    // second against the hierarchy: 2.6 times as many at 16 primitives, 1.8 at 32, 1.3 at 64.
+    // At most so many primitives are tested as one leaf. Measured: paths a second against the hierarchy, with 16 float
+    // lanes on mixed primitives. There are 2.6 times as many at 16 primitives, 1.8 at 32, 1.3 at 64.
     static constexpr std::size_t leaf_limit = 64;
 
     // `tables` must outlive this. Throws Error if Embree fails.
@@ -46,9 +46,10 @@ public:
     Hierarchies(const Hierarchies&) = delete;  // Embree knows its address
     Hierarchies& operator=(const Hierarchies&) = delete;
 
-    // Triangles that are small beside `inflation` and lie together, small themselves beside the scene, as of a fine
-    // mesh far from all else: rays would meet the bounds of all. They have a hierarchy of their own, about their
-    // middle, and rays start there where they come near. What rounds is then as small as they.
+    // Triangles that are small beside `inflation` and lie together in a part that is small beside the scene. A fine
+    // mesh far from all else is such a part. In the scene's hierarchy rays would meet the bounds of all of them. They
+    // have a hierarchy of their own, about their middle, and rays start there where they come near. What rounds is then
+    // as small as they.
     struct Fine {
         embree::Scene scene;
         std::vector<std::uint32_t> ids;  // of primitives, by Embree's primID

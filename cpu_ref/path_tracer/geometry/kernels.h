@@ -39,14 +39,13 @@ struct Candidate {
     IndexOf<V> face;  // relative to the primitive's first face
 };
 
-// Edges as Pluecker lines: the side of the ray on which edge a -> b passes is the sign of (b - a).(o x d) + (a x b).d.
+// Edges as Pluecker lines: edge a -> b passes the ray on the side of the sign of (b - a).(o x d) + (a x b).d.
 // Where rounding leaves that sign in doubt, settle.h decides by the sign of the exact value for corners projected along
-// the ray [Woop 2013]: neighbours then agree on their shared edge and all of a fan on its vertex, so no ray slips
-// through.
-// Doubt: u is the unit roundoff; E, A and O are the largest components of edges, corners and origin. e.(o x d) sums
-// terms of at most 2 sqrt(3) E O in all, each off by 9u (edge 1, moment 2, sum 6); (a x b).d terms of 2 sqrt(3) A E,
-// off by 6u, and moments by 4 sqrt(3) u A^2: below u (32 E O + 21 A E + 7 A^2). Projecting rounds by 24 u E (O + A) in
-// the same measure.
+// the ray [Woop 2013]. Neighbours then agree on their shared edge, and all of a fan on its vertex. So no ray slips
+// through. Doubt: u is the unit roundoff; E, A and O are the largest components of edges, corners and origin. e.(o x d)
+// sums terms of at most 2 sqrt(3) E O in all, each off by 9u (edge 1, moment 2, sum 6). (a x b).d sums terms of 2
+// sqrt(3) A E, off by 6u, and moments are off by 4 sqrt(3) u A^2. In all that is below u (32 E O + 21 A E + 7 A^2).
+// Projecting rounds by 24 u E (O + A) in the same measure.
 template <class Real>
 struct TriangleForm {
     std::array<Vec3<Real>, 3> edge{}, edge_moment{}, corner{};
@@ -120,8 +119,8 @@ TANDEM_INLINE BoolOf<V> blocks(
         passing.surely & (ahead >= ray.t_min * steepness) & (ahead < ray.limit * steepness) & !departing);
 }
 
-// The faces of a sphere, by the root that was taken. Its normal there would not always tell: of a body that the map
-// flattens or of a distant one, rounding moves the point to the other side.
+// The faces of a sphere, by the root that was taken. The sphere's normal there would not always tell. For a body that
+// the map flattens, or a distant one, rounding moves the point to the other side.
 namespace sphere_face {
 inline constexpr std::uint32_t entered = 0, left = 1;
 }
@@ -139,7 +138,7 @@ TANDEM_INLINE Candidate<V> intersect(
     const BoolOf<V> exits = departing & inside;
     const V half_chord = sqrt(V(greatest(discriminant, zero) * scale));
     // The root beyond the middle comes from the sum, the other from the product of both, |o|^2 - 1: so the side of the
-    // surface on which the ray starts decides the sign of that root, where middle - half_chord would be rounding alone.
+    // start counts. Inside or outside decides the sign of that root, where middle - half_chord would be rounding alone.
     // It lies within half a chord of the start where rounding leaves little of either.
     const BoolOf<V> ahead = middle >= zero;
     const V far_root = select(ahead, middle + half_chord, middle - half_chord);

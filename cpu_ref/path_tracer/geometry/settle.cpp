@@ -4,8 +4,8 @@ namespace tandem::cpu {
 
 namespace {
 
-// The sign of a b - c d, exactly, but for underflow: rounding is monotone, so that unequal rounded products tell, and
-// the rests of equal ones are exact.
+// The sign of a b - c d, exactly, but for underflow. Rounding is monotone, so that unequal rounded products tell. The
+// rests of equal ones are exact.
 double sign_of_difference(double a, double b, double c, double d) {
     const double p = a * b, q = c * d;
     if (p != q) return p - q;

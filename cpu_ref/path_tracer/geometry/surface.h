@@ -22,21 +22,21 @@ struct Surface {
 
 // Bound on the distance, along the normal, between a computed hit point p and what later rays take for its surface.
 // Unit roundoff u = 2^-24 (2^-53). Sphere, s = |p|_max + extent: p = L q + c errs by at most 3u (|L||q| + |c|) + u |p|
-// <= 4 sqrt(3) u s; the next ray evaluates a plane through p (a neighbour's, say): again 4 sqrt(3) u s, and that
-// plane's rounded unit normal tilts it by sqrt(3) u over its extent; so does the own one. Together below 11 sqrt(3) u s
-// < 20 u s, and adding the offset rounds once more by u s.
+// <= 4 sqrt(3) u s. The next ray evaluates a plane through p (a neighbour's, say): again 4 sqrt(3) u s. That plane's
+// rounded unit normal tilts it by sqrt(3) u over its extent, and so does the own one. Together below 11 sqrt(3) u s <
+// 20 u s, and adding the offset rounds once more by u s.
 template <class Real>
 inline constexpr Real unit_roundoff = sizeof(Real) == 4 ? Real(0x1p-24) : Real(0x1p-53);
 template <class Real>
 inline constexpr Real error_factor = Real(21) * unit_roundoff<Real>;
 
-// Plane: rounding is relative to each term of n.p, so that a floor of any size at y = 0 is known exactly. With
-// a = sum over axes i of m_i (|p_i| + extent along i), m_i = (|e_j f_k| + |e_k f_j|)/|e x f| >= |n_i| for edges e, f:
-// p is projected by p - (n.p - w) n, n.p - w erring by at most 4u a, the subtraction by u a; a coplanar neighbour's
-// plane is evaluated with 4u a again; its normal and the own one tilt by u a each, products of rounded edges by 2u a
-// more: 13u a. Normals are made in double, where the products round by 2^-53: in single precision the other terms have
-// |n_i| <= 1 alone, and a needle no more than m_i = 4 + 2^-29 m_i. One u (|p|_max + 2^-10 extent) keeps rays off
-// coplanar neighbours where all terms vanish, at 0 too.
+// Plane: rounding is relative to each term of n.p, so that a floor of any size at y = 0 is known exactly. Let m_i =
+// (|e_j f_k| + |e_k f_j|)/|e x f| >= |n_i| for edges e, f, and a = sum over axes i of m_i (|p_i| + extent along i). p
+// is projected by p - (n.p - w) n, n.p - w erring by at most 4u a, the subtraction by u a. A coplanar neighbour's plane
+// is evaluated with 4u a again. Its normal and the own one tilt by u a each, products of rounded edges by 2u a more:
+// 13u a. Normals are made in double, where the products round by 2^-53. In single precision the other terms have |n_i|
+// <= 1 alone, and a needle no more than m_i = 4 + 2^-29 m_i. One u (|p|_max + 2^-10 extent) keeps rays off coplanar
+// neighbours where all terms vanish, at 0 too.
 template <class Real>
 TANDEM_INLINE Lanes<Real> plane_error(const FaceTable<Real>& faces, Ints<Real> face, const Vec3<Lanes<Real>>& p) {
     using V = Lanes<Real>;
@@ -46,24 +46,24 @@ TANDEM_INLINE Lanes<Real> plane_error(const FaceTable<Real>& faces, Ints<Real> f
            V(unit_roundoff<Real>) * greatest(largest_magnitude(p), V(Real(0x1p-10)) * faces.extent[face]);
 }
 
-// Bound on the error of points of entities displaced by `size`, from that at rest. The shift of the ray back and of the
-// point there round by sqrt(3) u s each, s now with the shift's own size, and a later ray that is shifted in its turn
-// by as much: below the bound at rest once more.
+// Bound on the error of points of entities displaced by `size`, from that at rest. Shifting the ray back, and the point
+// there, rounds by sqrt(3) u s each, where s has the shift's own size too. A later ray may be shifted in its turn by as
+// much. That is below the bound at rest once more.
 template <class V>
 TANDEM_INLINE V error_in_motion(V at_rest, std::type_identity_t<V> size) {
     return select(size > V(RealOf<V>(0)), V(RealOf<V>(2)) * (at_rest + V(error_factor<RealOf<V>>) * size), at_rest);
 }
 
-// A hit next to an edge may lie beyond the neighbour there, by rounding: a ray that leaves towards that neighbour would
+// By rounding, a hit next to an edge may lie beyond the neighbour there. A ray that leaves towards that neighbour would
 // miss it, and get out of a closed mesh. So hits beyond an edge, or within a margin of it, are moved in the plane to
-// that margin inside. It holds what the distance from an edge, or from the neighbour's plane, is off by near it: with P
-// = |p|_max, 4u of terms of at most 2 sqrt(3) P, the rounded normal and offset 2 sqrt(3) u P, the moved point 2 sqrt(3)
-// u P: below 21u P; of which, where two edges of 45 degrees meet, a move from one takes all but 0.29 of the other's:
-// 72u P.
-// And a neighbour that stands over the face at an angle: the ray starts up to twice the point's error e above the
-// plane, and is on this side of the neighbour where the margin's sine of the angle exceeds 2 e times its cosine. 8 e do
-// for angles whose tangent is above 1/4, 14 degrees. A triangle smaller than the margin is not moved out of: no move is
-// more than a quarter of its least height, since what moves away from one edge moves as far towards others.
+// that margin inside. It holds what the distance from an edge, or from the neighbour's plane, is off by near it. Let P
+// = |p|_max. There are 4u of terms of at most 2 sqrt(3) P. The rounded normal and offset add 2 sqrt(3) u P, and so does
+// the moved point. In all that is below 21u P. Where two edges of 45 degrees meet, a move from one takes all but 0.29
+// of the other's: 72u P. A neighbour may also stand over the face at an angle. The ray starts up to twice the point's
+// error e above the plane. It is on this side of the neighbour where the margin's sine of the angle exceeds 2 e times
+// its cosine. 8 e do for angles whose tangent is above 1/4, 14 degrees. A triangle smaller than the margin is not moved
+// out of. No move is more than a quarter of its least height, since what moves away from one edge moves as far towards
+// others.
 template <class Real>
 TANDEM_INLINE void draw_in(const FaceTable<Real>& faces, Ints<Real> face, Mask<Real> planar, const Lanes<Real>& error,
     Surface<Real>& surface) {

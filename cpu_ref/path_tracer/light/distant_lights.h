@@ -1,5 +1,5 @@
-// Sampling all lights of MODEL.md section 9.2: those of light_sampling.h, ellipsoids, lights that move, and those
-// without a surface (sections 8.2 and 8.3), a lane a path.
+// Sampling all lights of MODEL.md section 9.2, a lane a path. They are those of light_sampling.h, ellipsoids, lights
+// that move, and those without a surface (sections 8.2 and 8.3).
 #pragma once
 
 #include "cpu_ref/path_tracer/light/ellipsoid_lights.h"

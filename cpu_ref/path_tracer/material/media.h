@@ -1,5 +1,5 @@
-// Participating media (MODEL.md section 10): optical depth along a ray and its inverse, exact in homogeneous media and
-// cell by cell in grids; one ray at a time, in double.
+// Participating media (MODEL.md section 10): optical depth along a ray and its inverse. They are exact in homogeneous
+// media and cell by cell in grids; one ray at a time, in double.
 #pragma once
 
 #include <cstdint>

@@ -24,8 +24,8 @@ class NoDevice(RuntimeError):
 class Result:
     """What the program decided.
 
-    verdict: "agree" (shown to be equal within the margins), "disagree" (a difference is sure), "undecided" (neither was
-        shown), or "failed" (the candidate gave no images, or Vulkan's validation layer reports messages).
+    verdict: "agree" (shown to be equal within the margins), "disagree" (a difference is sure) or "undecided" (neither was
+        shown). "failed": the candidate gave no images, or Vulkan's validation layer reports messages.
     sentence: one line that says where and how much.
     report: the folder of report.json and the pictures, or None; `tandem-report FOLDER` makes a page of it.
     numbers: the scene's entry of `tandem --json`. Its keys carry their units: "relative_difference" is (candidate -
@@ -58,7 +58,7 @@ def compare(a, b, *, variance_of_a="sample", variance_of_b="sample", report=None
 
     a, b: one image, or a list of images of independent seeds. An image is a file (EXR, HDR, TIFF, PFM, PNG, NPY) or an
         array of floats of shape (height, width, 3). An array of shape (n, height, width, 3) is n images.
-        One image alone must tell its noise: a file by variance channels, an array by the shape (height, width, 6), whose
+        One image alone must tell its noise: a file by variance channels, an array by the shape (height, width, 6). Its
         last three are the variances of the pixels' means.
     variance_of_a, variance_of_b: whether the variance channels of files hold that of one "sample" or of the pixel's "mean".
     report: a folder to write pictures and report.json into.

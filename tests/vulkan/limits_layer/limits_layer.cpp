@@ -1,7 +1,7 @@
 // A Vulkan layer for tests alone: each device seems to have the least limits that Vulkan 1.2 guarantees, of those that
 // Tandem depends on. TANDEM_STORAGE_BUFFERS is how many storage buffers a stage may see, TANDEM_STORAGE_BYTES what it
-// may see of one, TANDEM_BOUND_SETS how many descriptor sets are bound; without them, Vulkan's 4, 2^27 and 4. Below the
-// validation layer it makes that hold Tandem to them.
+// may see of one. TANDEM_BOUND_SETS is how many descriptor sets are bound. Without them, Vulkan's 4, 2^27 and 4 hold.
+// Below the validation layer it makes that hold Tandem to them.
 #include <vulkan/vk_layer.h>
 #include <vulkan/vulkan.h>
 

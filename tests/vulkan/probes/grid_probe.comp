@@ -1,5 +1,5 @@
-// Walks of rays through a grid of densities. Words 0 … 9 of the input: low and high corner, cells on each axis; then
-// 64 densities at most; from word 80 on, eight a ray: origin, direction, end, wanted. Four words out.
+// Walks of rays through a grid of densities. Words 0 … 9 of the input: low and high corner, cells on each axis. Then 64
+// densities at most. From word 80 on, eight a ray: origin, direction, end, wanted. Four words out.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 layout(local_size_x = 64) in;

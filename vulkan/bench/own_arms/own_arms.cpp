@@ -192,7 +192,7 @@ Family family_of(const SharedOwnDevice& device) {
     family.source = std::filesystem::path(device->library().file()).filename().string();
     family.held = text_of(told.held, "not said");
     family.base =
-        "the library's first arm: what record() records, in one submission, with a fence, or what run() does; its "
+        "the library's first arm: what record() records, in one submission, with a fence, or what run() does. Its "
         "total lasts from before the call to the end of the wait";
     family.along = told.unit;
     for (const double work : std::span(told.work, told.work_count))

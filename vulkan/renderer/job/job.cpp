@@ -78,7 +78,7 @@ VulkanJob::VulkanJob(const Instance& instance, const Device& device, Stages& sta
             most_whole_path_segments - 1));
     if (accumulation_ == Accumulation::plain && tile_pixels_ < part().pixel_count)
         throw UnsupportedError(
-            "plain sums go on from block to block on the device, where this image does not fit at once; choose a "
+            "plain sums go on from block to block on the device, where this image does not fit at once. Choose a "
             "smaller --size or --accumulation compensated");
     if (specialisation_.lists_pixels && patterns_.vulkan.recording == RecordingPattern::pre_recorded)
         throw UnsupportedError("passes of adaptive sampling differ, so that their commands cannot be pre-recorded");
@@ -224,7 +224,7 @@ RenderResult VulkanJob::render_pixels(
     return render_film(range, {{0, count}, count, 1, pixels}, control);
 }
 
-// Whole blocks that one tile holds side by side, so that a short list of pixels fills the device: as many as a
+// Whole blocks that one tile holds side by side, so that a short list of pixels fills the device. They are as many as a
 // submission may have samples of. Sample numbers differ in their low word alone.
 std::uint64_t VulkanJob::blocks_at_once(SampleRange left, const Film& film) const {
     if (film.listed.empty() || accumulation_ == Accumulation::plain) return 1;

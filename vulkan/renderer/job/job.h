@@ -1,5 +1,5 @@
-// One scene on one device: cuts a render into blocks of samples and tiles of pixels, submits what the recorder of its
-// kernel shape adds (recorders/), decides when to stop, and collects the sums.
+// One scene on one device. Cuts a render into blocks of samples and tiles of pixels, and submits what the recorder of
+// its kernel shape adds (recorders/). Decides when to stop, and collects the sums.
 #pragma once
 
 #include "common/render/renderer.h"
@@ -20,9 +20,9 @@ public:
     [[nodiscard]] RenderResult render_pixels(
         SampleRange range, std::span<const std::uint32_t> pixels, const RenderControl& control) override;
     [[nodiscard]] std::vector<PathTrace> trace(std::uint32_t x, std::uint32_t y, SampleRange samples) override;
-    // What a window would show next: `samples` samples of every pixel from sample 0 on, left on the device, where
-    // render() would fetch sums block by block. `fresh`: scene and camera are sent anew. Throws UnsupportedError where
-    // the image does not fit on the device at once. The thesis's frame goes on with later samples (thesis_recorder.h).
+    // What a window would show next: `samples` samples of every pixel from sample 0 on, left on the device. render()
+    // would fetch sums block by block. `fresh`: scene and camera are sent anew. Throws UnsupportedError where the image
+    // does not fit on the device at once. The thesis's frame goes on with later samples (thesis_recorder.h).
     [[nodiscard]] SubmissionTimes frame(std::uint64_t samples, bool fresh = false);
     // Later frames end in this image (FrameRecorder::set_target).
     void show_in(const FrameTarget& target) { recorder_->set_target(target); }
@@ -34,7 +34,7 @@ public:
     void submit_frame();
     [[nodiscard]] Submission& submission() { return submission_; }
     // Where the sums of the frame that was added last will lie once it ran, [channel * pixels + pixel]
-    // (shaders/kernels/moments.glsl): one of two places, which take turns.
+    // (shaders/kernels/moments.glsl). Two places take turns.
     [[nodiscard]] std::uint32_t sums_place() const { return kernels_.sum_parity(); }
     [[nodiscard]] vk::DescriptorBufferInfo sums(std::uint32_t place) const;
     [[nodiscard]] SubmissionTimes finish_frame();

@@ -25,8 +25,8 @@ namespace {
 // In place of a count, for kernels that serve any scene (shaders/kernels/settings.glsl).
 constexpr std::uint32_t told_at_run_time = 0xffffffffu;
 
-// That workgroups keep: with as many primitives as loops are unrolled for, less than half of the 16 KiB of shared
-// memory that every device has.
+// That workgroups keep. With as many primitives as loops are unrolled for, they take less than half of the 16 KiB of
+// shared memory that every device has.
 constexpr std::size_t most_shared_materials = 32;
 
 // The effects that the shaders can simulate.
@@ -117,8 +117,8 @@ std::uint32_t most_segments(EffectSet effects, const RenderSettings& settings) {
     return receives && effects.has(Effect::light_sampling) ? std::min(2u, settings.bounces + 1) : 1;
 }
 
-// Sixteen times as far as the camera, where a triangle has a corner beyond: of points made from such corners four bits
-// or more of what is seen are lost.
+// Sixteen times as far as the camera, where a triangle has a corner beyond. Points made from such corners lose four
+// bits or more of what is seen.
 std::optional<float> far_corner(const Scene& described, const SceneData& scene) {
     constexpr double many_times = 16.0;
     const auto size = [](const glm::dvec3& p) { return std::max({std::abs(p.x), std::abs(p.y), std::abs(p.z)}); };
@@ -150,9 +150,8 @@ Specialisation specialise(const Device& device, const Scene& described, const Sc
                           scene.triangle_count + scene.sphere_count + scene.cuboid_count <= most_unrolled;
     const bool fit = scene.triangle_count <= uniform_block_bytes / sizeof(gpu::Triangle) &&
                      std::max(scene.sphere_count, scene.cuboid_count) <= uniform_block_bytes / sizeof(gpu::Convex);
-    // Not on a CPU: it gathers lane by lane from uniform blocks, unrolled loops have their primitives in registers, and
-    // Mesa 22.3's lavapipe crashes on loops over several of the blocks.
-    // In double there are no such blocks.
+    // Not on a CPU. It gathers lane by lane from uniform blocks, and unrolled loops have their primitives in registers.
+    // Mesa 22.3's lavapipe crashes on loops over several of the blocks. In double there are no such blocks.
     const bool from_blocks = device.description().type != DeviceType::cpu && !scene.in_double;
     const auto count = [&](std::uint32_t primitives) { return general ? told_at_run_time : primitives; };
     const bool shares_materials = unrolled && scene.materials.size() <= most_shared_materials;

@@ -122,8 +122,8 @@ std::array<RayBuffer, ray_buffer_count> ray_list(const std::optional<PathState>&
 
 constexpr bool is_ping_ponged(std::size_t i) { return i < ping_ponged || i + 1 == ray_buffer_count; }
 
-// Buffers 0 … 4 and 5 … 9 are the two halves, 10 … 12 hits, shadow rays and samples, 13 the queues, one a segment and
-// an empty one after the last, 14 and 15 the halves of the interiors.
+// Buffers 0 … 4 and 5 … 9 are the two halves, 10 … 12 hits, shadow rays and samples. 13 has the queues, one a segment
+// and an empty one after the last. 14 and 15 are the halves of the interiors.
 std::vector<BufferSpec> ray_specs(const std::optional<PathState>& path, std::uint64_t pixels, std::uint32_t bounces) {
     const auto list = ray_list(path);
     std::vector<BufferSpec> specs;
@@ -221,8 +221,8 @@ std::vector<vk::DescriptorBufferInfo> all_of(const BufferGroup& group) {
     return buffers;
 }
 
-// The header and the tables of the scene, the world primitives (as storage buffers and once more as uniform blocks),
-// the nodes of trees and what only some effects use.
+// The header and the tables of the scene, and the world primitives (as storage buffers and once more as uniform
+// blocks). Then the nodes of trees and what only some effects use.
 std::vector<vk::DescriptorBufferInfo> scene_buffers(const BufferGroup& scene) {
     std::vector<vk::DescriptorBufferInfo> buffers = all_of(scene);
     std::vector<vk::DescriptorBufferInfo> views;
@@ -232,7 +232,7 @@ std::vector<vk::DescriptorBufferInfo> scene_buffers(const BufferGroup& scene) {
     return buffers;
 }
 
-// The Rays set of one parity: bindings 0 … 4 and 14 are the half that is read, 5 … 9 and 15 the one that is written.
+// The Rays set of one parity. Bindings 0 … 4 and 14 are the half that is read, 5 … 9 and 15 the one that is written.
 std::vector<vk::DescriptorBufferInfo> ray_buffers(const BufferGroup& rays, bool odd) {
     std::vector<vk::DescriptorBufferInfo> buffers = all_of(rays);
     if (odd) {
@@ -300,10 +300,10 @@ void FrameResources::write_places(const Device& device) {
         const auto set = static_cast<SetIndex>(i / 2);
         if (!is_merged(sets[i / 2])) continue;
         if (const vk::DeviceSize all = group_of(set).whole().range; all > device.limits().maxStorageBufferRange)
-            throw UnsupportedError(
-                fmt::format("{} lets shaders see {} MiB of a buffer, and lets them see so few that {} MiB of the scene "
-                            "or of the image are in one; use a smaller scene or image",
-                    device.description().name, device.limits().maxStorageBufferRange >> 20, (all >> 20) + 1));
+            throw UnsupportedError(fmt::format(
+                "{} lets shaders see {} MiB of a buffer. It lets them see so few buffers that {} MiB of the "
+                "scene or image are in one; use a smaller scene or image",
+                device.description().name, device.limits().maxStorageBufferRange >> 20, (all >> 20) + 1));
         const std::vector<std::uint32_t> places = places_of(sets[i / 2], separate_buffers(set, i % 2));
         std::memcpy(places_->mapped(i), places.data(), places.size() * sizeof places[0]);
     }

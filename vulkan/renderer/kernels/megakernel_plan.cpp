@@ -12,13 +12,13 @@ namespace {
 // Lavapipe bounds the turns of all loops of an invocation (shaders/kernels/pixel_samples.glsl): this leaves 16 thousand
 // a path.
 constexpr std::uint64_t most_samples_on_cpu = 4;
-// Samples of single pixels in the first dispatch of a GPU that does not tell its size: tenths of a second on a slow
-// one, enough to fill a fast one.
+// Samples of single pixels in the first dispatch of a GPU that does not tell its size. They are tenths of a second on a
+// slow GPU and enough to fill a fast one.
 constexpr std::uint64_t first_batch_on_cpu = std::uint64_t{1} << 12, first_batch = std::uint64_t{1} << 22;
 constexpr std::uint64_t most_batch = std::uint64_t{1} << 40;
 // For so long, in seconds, a sample occupies one of the invocations that a GPU holds at once, where that was measured
-// to be longest: the classic box in double precision on an H200, 1.41 ms for 360,000 pixels and 270,336 invocations.
-// Smaller GPUs of a kind hold fewer at once, not each for longer.
+// to be longest. It was the classic box in double precision on an H200: 1.41 ms for 360,000 pixels and 270,336
+// invocations. Smaller GPUs of a kind hold fewer at once, not each for longer.
 constexpr double longest_residence = 1.1e-3;
 
 std::uint64_t usual_first_batch(const DeviceDescription& device) {

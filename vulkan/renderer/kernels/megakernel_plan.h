@@ -1,5 +1,5 @@
-// How the samples of a run of pixels are shared out over submissions of the megakernel: each holds one dispatch, of
-// several samples of every pixel, or, on a slow device, of one sample of some of them.
+// How the samples of a run of pixels are shared out over submissions of the megakernel. Each holds one dispatch, of
+// several samples of every pixel. On a slow device it is one sample of some of them.
 #pragma once
 
 #include <cstdint>

@@ -11,8 +11,8 @@ namespace tandem {
 
 namespace {
 
-// Places of the first run, with one segment: less than half a second where a ray takes lavapipe 100 us, ten times as
-// long as any that was measured.
+// Places of the first run, with one segment. It takes less than half a second where a ray takes lavapipe 100 us, ten
+// times as long as any measured.
 constexpr std::uint64_t first_places_on_cpu = std::uint64_t{1} << 12, first_places = std::uint64_t{1} << 20;
 constexpr double wanted_seconds = 0.5 * (shortest_submission + longest_submission);
 constexpr std::uint64_t most_growth = 4;        // from a submission to the next
@@ -68,8 +68,8 @@ std::vector<StageShare> StagePlan::whole_segments(std::uint64_t count) {
 
 std::vector<StageShare> StagePlan::rest() { return whole_segments(std::numeric_limits<std::uint64_t>::max()); }
 
-// Seconds of a sample of all places, if it is known; never fewer than it took with more places, as dispatches take some
-// however few they have.
+// Seconds of a sample of all places, if it is known. It is never fewer than it took with more places, as dispatches
+// take some however few they have.
 std::optional<double> StagePlan::foretold_sample() const {
     if (!last_sample_) return std::nullopt;
     return *last_sample_ * std::max(1.0, static_cast<double>(places_) / last_sample_places_);

@@ -1,6 +1,6 @@
-// How the samples of a tile are shared out over submissions of the six stages: each holds whole samples, or segments of
-// the paths of one sample, of all places of the tile or of a run of them. So a submission is short however long paths
-// are, however large the image is and whatever a ray costs.
+// How the samples of a tile are shared out over submissions of the six stages. Each holds whole samples, or segments of
+// the paths of one sample. They are of all places of the tile or of a run of them. So a submission is short however
+// long paths are, however large the image is and whatever a ray costs.
 #pragma once
 
 #include <cstdint>

@@ -97,7 +97,7 @@ struct KernelForm {
     // Variant of a stage that adds samples up in double.
     [[nodiscard]] ShaderVariant summing_variant() const;
 };
-// The kernels that a shape dispatches for these effects, in the order in which a frame runs them: without a primitive
+// The kernels that a shape dispatches for these effects, in the order in which a frame runs them. Without a primitive
 // there is none to place, and nothing to meet.
 [[nodiscard]] std::vector<Stage> kernels_of(KernelShape shape, EffectSet effects);
 // Whether the kernel has no dispatch of its own: the ray-tracing pipeline calls it.

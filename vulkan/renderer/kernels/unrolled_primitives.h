@@ -16,8 +16,8 @@ struct UnrolledPrimitives {
     std::array<std::uint32_t, most_unrolled> corners = {};  // three bytes a triangle: the first corner of that place
 };
 
-// Whether the maps between the world and the unit shape of every sphere and cuboid are diagonal: kernels made for the
-// scene leave out what is zero then.
+// Whether the maps between the world and the unit shape of every sphere and cuboid are diagonal. Kernels made for the
+// scene then leave out what is zero.
 [[nodiscard]] bool is_unturned(const SceneData& scene);
 
 // At most most_unrolled primitives. Corners are the same that one entity places from equal vertices.

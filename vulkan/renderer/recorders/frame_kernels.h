@@ -1,5 +1,5 @@
-// The kernels of a job as recorders dispatch them: pipelines with descriptors and settings, the barriers between them,
-// and the scene and the sums that they share.
+// The kernels of a job as recorders dispatch them: pipelines with descriptors and settings, and the barriers between
+// them. They share the scene and the sums.
 #pragma once
 
 #include <utility>

@@ -1,4 +1,4 @@
-// Kernels that follow paths to their end: a portion is one dispatch, of several samples of every pixel, or of one
+// Kernels that follow paths to their end. A portion is one dispatch, of several samples of every pixel, or of one
 // sample of some of them.
 #pragma once
 

@@ -28,8 +28,8 @@ struct Bounds : Box {
     }
 };
 
-// What the shader's arithmetic displaces a box's planes by, of the box's distance from 0 (shaders/geometry/bvh.glsl): 2
-// u, with a third for what half the extent is off by itself.
+// What the shader's arithmetic displaces a box's planes by, relative to the box's distance from 0
+// (shaders/geometry/bvh.glsl). It is 2 u, and a third u for what half the extent is off by itself.
 constexpr double displaced = 3.0 * 0x1p-24;
 
 gpu::Vec3 centre_of(const Bounds& box) {
@@ -115,7 +115,7 @@ private:
         }
     }
 
-    // Where to part `range`, both parts being non-empty and small enough for the levels that are left to them: in the
+    // Where to part `range`, both parts being non-empty and small enough for the levels that are left to them. In the
     // middle, a half of n needs one level less than n.
     std::size_t partition(Range range, std::uint32_t level) {
         const Bounds centroids = centroid_bounds(range);

@@ -92,7 +92,7 @@ void place_primitives(const Scene& scene, SceneData& data) {
 }
 
 // From so many primitives of a kind on, a tree is used. Lavapipe renders a mesh of 98 triangles in 22 ms a sample by
-// the tree, in 37 ms by the loop; the crossover below that has not been measured.
+// the tree, in 37 ms by the loop. The crossover below that has not been measured.
 constexpr std::uint32_t fewest_in_tree = 64;
 
 SceneTrees grow_trees(const Scene& scene, const SceneData& data, Acceleration acceleration) {

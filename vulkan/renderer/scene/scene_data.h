@@ -17,7 +17,7 @@ struct SceneTrees {
     std::optional<std::uint32_t> triangles, spheres, cuboids;
 };
 
-// What kernels with geometry in double read in place of its like in float; the host has placed the world primitives,
+// What kernels with geometry in double read in place of its like in float. The host has placed the world primitives,
 // where the vertex stage places those in float.
 struct DoubleGeometry {
     std::vector<gpu::DoubleTriangle> triangles;

@@ -25,8 +25,8 @@ struct TracedGeometry {
 [[nodiscard]] TracedGeometry traced_geometry(
     const Scene& scene, const SceneData& data, EffectSet effects, bool device_triangles);
 
-// Two acceleration structures, over boxes, a geometry a kind, and over triangles, which the device builds, the one over
-// both, and the descriptor set that names it.
+// Two acceleration structures, over boxes, a geometry a kind, and over triangles, which the device builds. Then the one
+// over both, and the descriptor set that names it.
 class TracedWorld {
 public:
     // Builds, and waits for it. `set`: the layout of the set, whose only binding is the structure. The device must have

@@ -9,9 +9,10 @@ namespace tandem {
 
 namespace {
 
-// gamma(16) = 16 u / (1 - 16 u), u = 2^-24 [Higham 2002, section 3.1]. A world point is a sum of products each of which
-// passes at most nine roundings: matrix and vertex (2), a cuboid's centre (3), product (1), sums (3). The rest is for
-// the intersection tests, which subtract the origin and sum products of three (shaders/geometry/bvh.glsl).
+// gamma(16) = 16 u / (1 - 16 u), u = 2^-24 [Higham 2002, section 3.1]. A world point is a sum of products, each of
+// which passes at most nine roundings. These are matrix and vertex (2), a cuboid's centre (3), product (1), sums (3).
+// The rest is for the intersection tests, which subtract the origin and sum products of three
+// (shaders/geometry/bvh.glsl).
 constexpr double gamma16 = 9.5367523e-7;
 
 glm::dmat3 absolute(const glm::dmat3& m) { return {glm::abs(m[0]), glm::abs(m[1]), glm::abs(m[2])}; }

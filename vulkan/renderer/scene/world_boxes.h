@@ -6,7 +6,7 @@
 
 namespace tandem {
 
-// Holds every point at which the device's arithmetic can find the primitive from an origin at 0; the shader adds what
+// Holds every point at which the device's arithmetic can find the primitive from an origin at 0. The shader adds what
 // is due to the origin (shaders/geometry/bvh.glsl).
 [[nodiscard]] Box world_box(const Scene& scene, const PlacedPrimitive& placed);
 

@@ -1,5 +1,5 @@
-/* What a shared library tells `tandem bench --arm-library` of its arms: ways to do the same work with Vulkan, which
-   Tandem runs in turn and times. Plain C; template.c is a whole library. */
+/* What a shared library tells `tandem bench --arm-library` of its arms. They are ways to do the same work with Vulkan,
+   which Tandem runs in turn and times. Plain C; template.c is a whole library. */
 #ifndef TANDEM_ARM_H
 #define TANDEM_ARM_H
 
@@ -13,9 +13,9 @@ extern "C" {
 
 #define TANDEM_ARM_VERSION 1
 
-/* What arms work on, Tandem's own: the instance is of Vulkan 1.2, and the device has the features that Tandem itself
-   uses where there are any (DeviceFeatures in vulkan/core/device.h). Arms that need others make a device of their own
-   from the physical one, and have run(). */
+/* What arms work on, Tandem's own. The instance is of Vulkan 1.2. The device has the features that Tandem itself uses
+   where there are any (DeviceFeatures in vulkan/core/device.h). Arms that need others make a device of their own from
+   the physical one, and have run(). */
 typedef struct TandemDevice {
     VkInstance instance;
     VkPhysicalDevice physical_device;
