@@ -149,14 +149,8 @@ void add_intersection_options(CLI::App& command, RenderOptions& options);
 
 Scene scene_from(const std::string& file, std::vector<std::string>& inputs) {
     Scene scene = load_scene(file, &inputs);
-    // The tables and trees of a primitive, where the leanest tracer places it; render forecasts its own to the end.
-    constexpr std::uint64_t least_bytes = 256;
-    const std::uint64_t primitives = placed_counts(scene).all(), needed = primitives * least_bytes;
-    if (const std::uint64_t free = free_bytes(); needed > free)
-        throw input_error(file, "",
-            fmt::format("{} primitives, as placed, take more than {} of memory, and {} are free", primitives,
-                shown_bytes(needed), shown_bytes(free)),
-            "simplify the models, or repeat fewer groups");
+    if (const std::string reason = beyond_memory(scene, default_settings(scene)); !reason.empty())
+        throw input_error(file, "", reason, "simplify the models, or repeat fewer groups");
     for (const std::string& remark : scene.remarks) fmt::print(stderr, "tandem: {}\n", escaped(remark));
     return scene;
 }
@@ -295,6 +289,8 @@ RenderSettings settings_from(const RenderOptions& options, const Scene& scene) {
             static_cast<Sampling>(std::ranges::find(sampling_names, options.sampling) - sampling_names.begin());
     settings.seed = options.seed;
     settings.intersection = intersection_from(options);
+    if (const std::string reason = beyond_memory(scene, settings); !reason.empty())
+        throw InputError(reason + " with these options; meshes are kept once without them (scenes/format/FORMAT.md)");
     return settings;
 }
 

@@ -90,6 +90,16 @@ std::uint64_t peak_resident_bytes() {
     return static_cast<std::uint64_t>(usage.ru_maxrss) << 10;
 }
 
+std::string beyond_memory(const Scene& scene, const RenderSettings& settings) {
+    // The tables and trees of a primitive, where the leanest tracer places it; render forecasts its own to the end.
+    constexpr std::uint64_t least_bytes = 256;
+    const std::uint64_t needed = placed_counts(scene, placed_meshes(scene, settings)).all() * least_bytes;
+    const std::uint64_t free = free_bytes();
+    if (needed <= free) return {};
+    return fmt::format("{} primitives, as placed, take more than {} of memory, and {} are free",
+        placed_primitives(scene).size(), shown_bytes(needed), shown_bytes(free));
+}
+
 std::string shown_bytes(std::uint64_t bytes) {
     const double mebibytes = static_cast<double>(bytes) / mebibyte;
     if (mebibytes >= 10240.0) return fmt::format("{:.1f} GiB", mebibytes / 1024.0);

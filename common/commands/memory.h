@@ -23,6 +23,10 @@ void add_memory_option(CLI::App& command, std::string& memory, const std::string
 
 // What this machine has free, or the container where that has less.
 [[nodiscard]] std::uint64_t free_bytes();
+
+// Why a scene does not fit into memory, whatever renders it; empty: it may.
+[[nodiscard]] std::string beyond_memory(const Scene& scene, const RenderSettings& settings);
+
 // check_memory (command.h) for work that takes so many bytes a pixel. `mend`: what to do in its place. Throws
 // InputError.
 void check_memory(const RenderSettings& settings, std::uint64_t bytes_per_pixel, const std::string& mend);

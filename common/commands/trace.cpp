@@ -35,7 +35,7 @@ struct Traced {
 struct Result {
     const Scene& scene;
     RenderSettings settings;
-    std::vector<PlacedPrimitive> placed;
+    PlacedPrimitives placed;
     std::vector<Traced> traces;
     std::vector<std::string> left_out;  // "oracle: reason"
 };

@@ -89,7 +89,7 @@ constexpr std::uint32_t most_primitives = 200;
 // So many lines make a great circle. Among many spheres each is small.
 int steps_of_circles(const Scene& scene) {
     std::size_t spheres = 1;
-    for (const PlacedPrimitive& placed : placed_primitives(scene))
+    for (const PlacedPrimitive placed : placed_primitives(scene))
         spheres += scene.primitives[placed.primitive].kind == PrimitiveKind::sphere;
     return static_cast<int>(std::clamp<std::size_t>(6000 / spheres, 12, 48));
 }

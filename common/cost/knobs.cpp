@@ -12,9 +12,9 @@ namespace {
 constexpr std::uint32_t reference_roulette = 4;  // scattering events before it may end a path
 
 bool has_kind(const Scene& scene, bool triangles) {
-    return std::ranges::any_of(placed_primitives(scene), [&](const PlacedPrimitive& placed) {
-        return (scene.primitives[placed.primitive].kind == PrimitiveKind::triangle) == triangles;
-    });
+    for (const PlacedPrimitive placed : placed_primitives(scene))
+        if ((scene.primitives[placed.primitive].kind == PrimitiveKind::triangle) == triangles) return true;
+    return false;
 }
 
 void add_integrators(std::vector<KnobSetting>& all, const Scene& scene, const ArmSettings& baseline) {

@@ -350,8 +350,8 @@ private:
 }  // namespace
 
 std::optional<Scene> with_contacts_apart(const Scene& scene) {
-    const auto passes = [](const Material& material) { return material.translucent; };
-    if (std::ranges::none_of(scene.materials, passes)) return std::nullopt;
+    const auto passes = [&](const Entity& entity) { return scene.materials[entity.material].translucent; };
+    if (std::ranges::none_of(scene.entities, passes)) return std::nullopt;
     return Contacts(scene, floating_origin(scene).value_or(dvec3(0.0))).apart();
 }
 

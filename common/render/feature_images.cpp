@@ -77,7 +77,7 @@ private:
     // Section 5.4: n_s on the side that the ray comes from, by the weights of the point that the backend found.
     [[nodiscard]] glm::dvec3 shading_normal(const TracedVertex& hit, double time) const {
         const glm::dvec3 flat = glm::dot(hit.direction, hit.normal) < 0.0 ? hit.normal : -hit.normal;
-        const PlacedPrimitive& placed = placed_.at(hit.primitive);
+        const PlacedPrimitive placed = placed_[hit.primitive];
         const Primitive& primitive = scene_.primitives[placed.primitive];
         if (scene_.normals.empty() || primitive.kind != PrimitiveKind::triangle) return flat;
         const Entity& entity = scene_.entities[placed.entity];
@@ -100,7 +100,7 @@ private:
 
     const Scene& scene_;
     const RenderSettings& settings_;
-    std::vector<PlacedPrimitive> placed_;
+    PlacedPrimitives placed_;
 };
 
 }  // namespace

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <glm/common.hpp>
 #include <limits>
+#include <map>
 #include <utility>
 
 #include "common/render/contacts.h"
@@ -41,18 +42,27 @@ Box box_of(const Scene& scene, const Primitive& primitive) {
     return box;
 }
 
+// The same around those of an entity.
+Box box_of(const Scene& scene, const Entity& entity) {
+    Box box;
+    for (std::uint32_t i = 0; i < entity.primitive_count; ++i) {
+        const Box own = box_of(scene, scene.primitives[entity.first_primitive + i]);
+        box.add(own.low);
+        box.add(own.high);
+    }
+    return box;
+}
+
 // Around all surfaces and the camera, wherever they are until `time`.
 Box box_of(const Scene& scene, double time = 1.0) {
     Box all;
     all.add(scene.camera.position);
     all.add(scene.camera.position + time * scene.camera.position_motion);
+    std::map<std::pair<std::uint32_t, std::uint32_t>, Box> known;  // by the primitives, which entities may share
     for (const Entity& entity : scene.entities) {
-        Box box;
-        for (std::uint32_t i = 0; i < entity.primitive_count; ++i) {
-            const Box own = box_of(scene, scene.primitives[entity.first_primitive + i]);
-            box.add(own.low);
-            box.add(own.high);
-        }
+        const auto [found, is_new] = known.try_emplace({entity.first_primitive, entity.primitive_count});
+        if (is_new) found->second = box_of(scene, entity);
+        const Box& box = found->second;
         for (unsigned corner = 0; entity.primitive_count > 0 && corner < 8; ++corner) {
             const dvec3 point((corner & 1u) != 0 ? box.high.x : box.low.x, (corner & 2u) != 0 ? box.high.y : box.low.y,
                 (corner & 4u) != 0 ? box.high.z : box.low.z);

@@ -3,7 +3,7 @@
 
 #include <cstdint>
 
-#include "common/render/renderer.h"
+#include "common/render/instancing.h"
 
 namespace tandem {
 
@@ -25,11 +25,12 @@ public:
         const Scene& scene, const RenderSettings& settings, std::uint64_t pixels) const = 0;
 };
 
-// Primitives as placed, kind by kind.
+// Primitives as placed, kind by kind, without those of entities that place meshes; and those meshes (instancing.h).
 struct PlacedCounts {
     std::uint64_t triangles = 0, spheres = 0, cuboids = 0;
+    std::uint64_t mesh_triangles = 0, mesh_vertices = 0, places = 0;
     [[nodiscard]] std::uint64_t all() const { return triangles + spheres + cuboids; }
 };
-[[nodiscard]] PlacedCounts placed_counts(const Scene& scene);
+[[nodiscard]] PlacedCounts placed_counts(const Scene& scene, const PlacedMeshes& meshes = {});
 
 }  // namespace tandem

@@ -42,6 +42,9 @@ inline constexpr std::array<std::string_view, 3> accumulation_names{"plain", "co
 enum class Sampling : std::uint32_t { uniform = 0, adaptive = 1 };
 inline constexpr std::array<std::string_view, 2> sampling_names{"uniform", "adaptive"};
 
+// Whether triangles that several entities place are kept once (instancing.h). automatic: where that saves much.
+enum class Instancing : std::uint32_t { automatic = 0, never = 1, always = 2 };
+
 // What the estimator is to do (MODEL.md sections 9 and 11).
 struct RenderSettings {
     std::uint32_t width = 512, height = 512;  // pixels, each in [1, 65536], their product below 2^32
@@ -59,6 +62,7 @@ struct RenderSettings {
     std::optional<Fresnel> fresnel;                          // in place of every material's own
     std::optional<Accumulation> accumulation;                // empty: the backend's own (RendererInfo)
     Sampling sampling = Sampling::uniform;                   // adaptive: jobs also render lists of pixels
+    Instancing instancing = Instancing::automatic;
 };
 
 // The scene with what the settings say of its materials; nothing if it stays as it is.

@@ -46,7 +46,7 @@ double largest(const dvec3& p) { return std::max({std::abs(p.x), std::abs(p.y), 
 std::vector<Face> faces_of(const Scene& scene) {
     std::vector<Face> faces;
     std::uint64_t body = scene.entities.size();
-    for (const PlacedPrimitive& place : placed_primitives(scene)) {
+    for (const PlacedPrimitive place : placed_primitives(scene)) {
         const Entity& entity = scene.entities[place.entity];
         const Primitive& primitive = scene.primitives[place.primitive];
         const bool passes = lets_rays_through(scene.materials[entity.material]);
@@ -96,6 +96,8 @@ bool has_meeting(const std::vector<Face>& faces, const std::vector<Cell>& cells)
 }  // namespace
 
 bool passed_faces_coincide(const Scene& scene) {
+    const auto is_passed = [&](const Entity& entity) { return lets_rays_through(scene.materials[entity.material]); };
+    if (std::none_of(scene.entities.begin(), scene.entities.end(), is_passed)) return false;
     const std::vector<Face> faces = faces_of(scene);
     const auto passes = [](const Face& face) { return face.passes; };
     if (std::none_of(faces.begin(), faces.end(), passes)) return false;

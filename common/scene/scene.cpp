@@ -1,18 +1,23 @@
 #include "common/scene/scene.h"
 
+#include <algorithm>
 #include <cmath>
 #include <glm/mat3x3.hpp>
 #include <glm/matrix.hpp>
+#include <stdexcept>
 
 namespace tandem {
 
-std::vector<PlacedPrimitive> placed_primitives(const Scene& scene) {
-    std::vector<PlacedPrimitive> placed;
-    for (std::uint32_t e = 0; e < scene.entities.size(); ++e) {
-        const Entity& entity = scene.entities[e];
-        for (std::uint32_t p = 0; p < entity.primitive_count; ++p) placed.push_back({e, entity.first_primitive + p});
-    }
-    return placed;
+PlacedPrimitives::PlacedPrimitives(const Scene& scene) : entities_(&scene.entities), firsts_(1, 0) {
+    firsts_.reserve(scene.entities.size() + 1);
+    for (const Entity& entity : scene.entities) firsts_.push_back(firsts_.back() + entity.primitive_count);
+}
+
+PlacedPrimitive PlacedPrimitives::operator[](std::uint32_t id) const {
+    if (id >= size()) throw std::out_of_range("no primitive has this id");
+    const auto after = std::upper_bound(firsts_.begin(), firsts_.end(), id);
+    const auto entity = static_cast<std::uint32_t>(after - firsts_.begin()) - 1;
+    return {entity, (*entities_)[entity].first_primitive + id - firsts_[entity]};
 }
 
 bool is_similarity(const glm::dmat4& map) {

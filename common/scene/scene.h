@@ -199,7 +199,51 @@ struct PlacedPrimitive {
     std::uint32_t entity;
     std::uint32_t primitive;  // index into Scene::primitives
 };
-[[nodiscard]] std::vector<PlacedPrimitive> placed_primitives(const Scene& scene);
+
+// All of a scene by primitive id, without a list of them. The scene must outlive it, and stay as it is.
+class PlacedPrimitives {
+public:
+    class Iterator {
+    public:
+        Iterator(const std::vector<Entity>& entities, std::uint32_t entity) : entities_(&entities), entity_(entity) {
+            skip_empty();
+        }
+        [[nodiscard]] PlacedPrimitive operator*() const {
+            return {entity_, (*entities_)[entity_].first_primitive + index_};
+        }
+        Iterator& operator++() {
+            ++index_;
+            skip_empty();
+            return *this;
+        }
+        [[nodiscard]] bool operator==(const Iterator& other) const {
+            return entity_ == other.entity_ && index_ == other.index_;
+        }
+
+    private:
+        void skip_empty() {
+            for (; entity_ < entities_->size() && index_ == (*entities_)[entity_].primitive_count; ++entity_)
+                index_ = 0;
+        }
+        const std::vector<Entity>* entities_;
+        std::uint32_t entity_, index_ = 0;
+    };
+
+    explicit PlacedPrimitives(const Scene& scene);
+
+    [[nodiscard]] Iterator begin() const { return {*entities_, 0}; }
+    [[nodiscard]] Iterator end() const { return {*entities_, static_cast<std::uint32_t>(entities_->size())}; }
+    [[nodiscard]] std::uint32_t size() const { return firsts_.back(); }
+    // Throws std::out_of_range from size() on. In time of the logarithm of the number of entities.
+    [[nodiscard]] PlacedPrimitive operator[](std::uint32_t id) const;
+    // The id of an entity's first primitive.
+    [[nodiscard]] std::uint32_t first_of(std::uint32_t entity) const { return firsts_[entity]; }
+
+private:
+    const std::vector<Entity>* entities_;
+    std::vector<std::uint32_t> firsts_;  // by entity; and the number of all
+};
+[[nodiscard]] inline PlacedPrimitives placed_primitives(const Scene& scene) { return PlacedPrimitives(scene); }
 
 // Whether an affine map leaves spheres spheres, to a relative 10^-5 (MODEL.md section 9.2).
 [[nodiscard]] bool is_similarity(const glm::dmat4& map);

@@ -43,7 +43,7 @@ SurfaceOffset split(const dvec3& from, const dvec3& to, const dvec3& normal) {
 }  // namespace
 
 Surfaces::Surfaces(const Scene& scene) {
-    for (const PlacedPrimitive& where : placed_primitives(scene)) {
+    for (const PlacedPrimitive where : placed_primitives(scene)) {
         const Entity& entity = scene.entities[where.entity];
         const Primitive& primitive = scene.primitives[where.primitive];
         const dmat4& m = entity.object_to_world;

@@ -124,7 +124,7 @@ Emitters::Emitters(const Scene& scene, const RayCaster& caster, const Sky& sky, 
 }
 
 void Emitters::add_surfaces(const Scene& scene, const dvec3& eye) {
-    const std::vector<PlacedPrimitive> places = placed_primitives(scene);
+    const PlacedPrimitives places = placed_primitives(scene);
     by_primitive_.assign(places.size(), no_index);
     for (std::uint32_t id = 0; id < places.size(); ++id) {
         const Entity& entity = scene.entities[places[id].entity];

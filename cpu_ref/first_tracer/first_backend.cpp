@@ -132,6 +132,10 @@ public:
                 "the first backend does not simulate {}, which this scene calls for; the backends cpu, vulkan and "
                 "oracle do",
                 effect_names(lacking)));
+        constexpr std::uint32_t most = 1u << 21;  // it tries every primitive for every ray
+        if (const std::uint32_t count = placed_primitives(given).size(); count > most)
+            refuse(fmt::format("tree, and {} primitives are more than {}", count, most),
+                "the backends cpu and vulkan have");
         static_cast<void>(effects_to_simulate(given, settings, supported, "first"));
         const std::optional<Scene> changed = changed_by(settings, given);
         return prepare_near_origin(changed ? *changed : given, settings, [&](const Scene& scene) {

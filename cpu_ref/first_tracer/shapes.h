@@ -124,7 +124,7 @@ inline double error_of(const Shape& s) {
 class World {
 public:
     World(const Scene& scene, const RenderSettings& settings) : least_(settings.ray_min), most_(settings.ray_max) {
-        for (const PlacedPrimitive& place : placed_primitives(scene)) {
+        for (const PlacedPrimitive place : placed_primitives(scene)) {
             const Entity& entity = scene.entities[place.entity];
             const Primitive& primitive = scene.primitives[place.primitive];
             const dmat4& m = entity.object_to_world;

@@ -43,7 +43,7 @@ glm::dvec2 face_coordinates(const glm::dvec3& point, const glm::dvec3& least, co
 }  // namespace
 
 World::World(const Scene& scene) {
-    for (const PlacedPrimitive& place : placed_primitives(scene)) {
+    for (const PlacedPrimitive place : placed_primitives(scene)) {
         const Entity& entity = scene.entities[place.entity];
         const Primitive& primitive = scene.primitives[place.primitive];
         const glm::dmat4& m = entity.object_to_world;

@@ -86,7 +86,7 @@ SampledLights::SampledLights(const Scene& scene) : scene_(scene) {
 
 void SampledLights::add_surfaces() {
     std::uint32_t id = 0;
-    for (const PlacedPrimitive& place : placed_primitives(scene_)) {
+    for (const PlacedPrimitive place : placed_primitives(scene_)) {
         const Entity& entity = scene_.entities[place.entity];
         const Material& material = scene_.materials[entity.material];
         const Primitive& primitive = scene_.primitives[place.primitive];

@@ -1,5 +1,7 @@
 // The reference oracle as a backend. It says which of two disagreeing tracers is wrong. Double precision, brute force
 // over all primitives, no acceleration structure, no light sampling but for `whitted`. Slow by intention.
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <atomic>
 #include <cmath>
@@ -161,6 +163,16 @@ void refuse_choices(const RenderSettings& settings) {
         throw UnsupportedError("the oracle adds its samples in double alone; leave --accumulation out");
 }
 
+// The oracle keeps close to a kilobyte a primitive, and asks each for every ray.
+void refuse_many_primitives(const Scene& scene) {
+    constexpr std::uint32_t most = 1u << 21;
+    if (const std::uint32_t count = placed_primitives(scene).size(); count > most)
+        throw UnsupportedError(
+            fmt::format("the oracle tries every primitive for every ray, and {} are too many: at most {}; use "
+                        "--backend cpu or vulkan",
+                count, most));
+}
+
 // Rays of the caller, one after another.
 class OracleIntersector final : public RayIntersector {
 public:
@@ -212,6 +224,7 @@ public:
                 "the oracle has the integrators path, next_event and whitted alone; bidirectional has the mean of "
                 "path");
         refuse_choices(settings);
+        refuse_many_primitives(scene);
         if (settings.sampling == Sampling::adaptive)
             throw UnsupportedError("the oracle gives every pixel as many samples; leave out --sampling");
         static_cast<void>(effects_to_simulate(scene, settings, EffectSet::all(), "oracle"));  // it has no variants

@@ -35,7 +35,7 @@ void add_tables(MemoryForecast& forecast, const PlacedCounts& placed, bool moves
 
 MemoryForecast memory_forecast(
     const Scene& scene, const RenderSettings& settings, Precision precision, unsigned threads) {
-    const PlacedCounts placed = placed_counts(scene);
+    const PlacedCounts placed = placed_counts(scene, placed_meshes(scene, settings));
     const bool moves =
         std::ranges::any_of(scene.entities, [](const Entity& entity) { return entity.motion != glm::dvec3(0.0); });
     const bool in_double = precision != Precision::single_precision;
@@ -45,8 +45,14 @@ MemoryForecast memory_forecast(
     else
         add_tables<float>(forecast, placed, moves);
     if (precision == Precision::mixed) add_tables<float>(forecast, placed, moves);  // shading's own
-    forecast.trees = placed.all() * tree_bytes;
-    forecast.building = std::max(forecast.building, placed.all() * builder_bytes);
+    const std::uint64_t copies = precision == Precision::mixed ? 2 : 1;
+    const std::uint64_t vertex = sizeof(glm::dvec3) * (scene.normals.empty() ? 1 : 2) +
+                                 (scene.texture_coordinates.empty() ? 0 : sizeof(glm::dvec2));
+    forecast.tables += copies * (placed.mesh_triangles * sizeof(std::array<std::uint32_t, 3>) +
+                                    placed.mesh_vertices * vertex + placed.places * sizeof(MeshTable::Place));
+    const std::uint64_t in_trees = placed.all() + placed.mesh_triangles + placed.places;
+    forecast.trees = in_trees * tree_bytes;
+    forecast.building = std::max(forecast.building, in_trees * builder_bytes + placed.mesh_triangles * sizeof(Corners));
     // A thread has its paths, its part of a batch, and Embree's.
     constexpr std::uint64_t thread_bytes = std::uint64_t{3} << 20;
     constexpr std::uint64_t pools = std::uint64_t{12} << 20;  // of TBB, Embree, and what allocators keep

@@ -99,7 +99,9 @@ void PathTracer<Real, effects, Recorder, Shade>::find_surface(
     at.more.shift = Vec3<V>{V(Real(0)), V(Real(0)), V(Real(0))};
     if constexpr (moving) {
         if (tables_.moves) {
-            at.more.shift = tables_.motion[tables_.faces.entity[hit.face]] * load<Real>(&paths_.motion.time[first]);
+            at.more.shift = tables_.motion[tables_.faces.entity[row_of(tables_, hit.face)]] *
+                            load<Real>(&paths_.motion.time[first]);
+            if (tables_.meshes) at.more.shift = select(is_placed(tables_, hit.face), Vec3<V>{}, at.more.shift);
             at.surface = surface_in_motion(tables_, ray, hit, at.more.shift);
             return;
         }
@@ -141,7 +143,7 @@ void PathTracer<Real, effects, Recorder, Shade>::apply_textures(Vertex& at, cons
     const Vec3<V> at_rest = at.surface.point - at.more.shift;
     for_each_lane(lanes, [&](int lane) {
         const auto primitive = static_cast<std::uint32_t>(at.surface.primitive[lane]);
-        const auto face = static_cast<std::uint32_t>(hit.face[lane]) - tables_.primitives[primitive].first_face;
+        const std::uint32_t face = face_within(tables_, primitive, static_cast<std::uint32_t>(hit.face[lane]));
         set_lane(at.colour, lane, tables_.textures.colour(primitive, face, vector_of_lane(at_rest, lane)));
     });
 }

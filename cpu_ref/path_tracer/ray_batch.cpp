@@ -83,7 +83,8 @@ private:
             const int lane = static_cast<int>(i);
             t_min.v[lane] = static_cast<Real>(ray.t_min);
             limit.v[lane] = std::nextafter(static_cast<Real>(ray.t_max), infinity);
-            departure.primitive.v[lane] = ray.left_primitive;
+            departure.primitive.v[lane] =
+                tables_.meshes ? tables_.meshes->slot_of(ray.left_primitive) : ray.left_primitive;
             active |= 1u << i;
             if (ray.inside) inside |= 1u << i;
         }
@@ -97,7 +98,7 @@ private:
         for (unsigned left = hit.found.to_bits(); left != 0; left &= left - 1) {
             const int i = std::countr_zero(left);
             hits[static_cast<std::size_t>(i)] = {static_cast<double>(hit.t[i]),
-                static_cast<std::uint32_t>(surface.primitive[i]), lane_of<Real>(surface.point, i),
+                id_of(tables_, static_cast<std::uint32_t>(surface.primitive[i])), lane_of<Real>(surface.point, i),
                 lane_of<Real>(surface.normal, i), lane_of<Real>(front, i), lane_of<Real>(back, i)};
         }
     }

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <glm/glm.hpp>
 #include <limits>
+#include <utility>
 
 #include "common/error.h"
 #include "common/scene/materials.h"
@@ -41,8 +42,10 @@ bool is_tracked(const Material& material) {
 template <class Real>
 class TableBuilder {
 public:
-    TableBuilder(const Scene& scene, const RenderSettings& settings) : scene_(scene) {
+    TableBuilder(const Scene& scene, const RenderSettings& settings)
+        : scene_(scene), placed_(placed_meshes(scene, settings)) {
         tables_.settings = settings;
+        if (placed_.any()) tables_.meshes = std::make_shared<MeshTable>(scene, placed_);
         const IntersectionSettings& chosen = settings.intersection;
         tables_.default_kernels =
             chosen.triangles == TriangleKernel::watertight && chosen.convex == ConvexKernel::stable;
@@ -53,7 +56,12 @@ public:
     Tables<Real> build() {
         add_surroundings();
         add_motion();
-        for (const PlacedPrimitive& placed : placed_primitives(scene_)) add(placed);
+        for (std::uint32_t e = 0; e < scene_.entities.size(); ++e) {
+            const Entity& entity = scene_.entities[e];
+            if (!tables_.meshes || !placed_.places(e))
+                for (std::uint32_t i = 0; i < entity.primitive_count; ++i) add({e, entity.first_primitive + i});
+        }
+        add_places();
         add_materials();
         finish_lights();
         finish_faces();
@@ -72,9 +80,7 @@ private:
             placed.entity};
         material_ = entity.material;
         entity_ = placed.entity;
-        linear_ = dmat3(entity.object_to_world);
-        shift_ = dvec3(entity.object_to_world[3]);
-        inverse_ = glm::inverse(linear_);
+        map_ = entity_map(entity.object_to_world);
         id_ = static_cast<std::uint32_t>(tables_.primitives.size());
         switch (primitive.kind) {
             case PrimitiveKind::triangle:
@@ -88,32 +94,42 @@ private:
                 break;
         }
         tables_.primitives.push_back(ref);
-        BoundingBox& all = whole_;
         BoundingBox& box = tables_.bounds.back();
         box = {glm::min(box.low, box.low + entity.motion), glm::max(box.high, box.high + entity.motion)};
-        all = id_ == 0 ? box : BoundingBox{glm::min(all.low, box.low), glm::max(all.high, box.high)};
+        widen_whole(box.low, box.high, id_ == 0);
     }
 
-    [[nodiscard]] dvec3 to_world(const dvec3& p) const { return linear_ * p + shift_; }
-    [[nodiscard]] dvec3 normal_to_world(const dvec3& n) const { return glm::normalize(glm::transpose(inverse_) * n); }
-
-    // e and f: two edges of the face in the world; 0 for spheres, which have no plane. surface.h says why needles have
-    // no more.
-    static constexpr double terms_in_double = sizeof(Real) == 4 ? 0x1p-29 : 1.0;
-    void add_terms(const dvec3& e, const dvec3& f, const dvec3& extent) {
-        const double size = glm::length(glm::cross(e, f));
-        const dvec3 a = glm::abs(e), b = glm::abs(f);
-        const dvec3 terms = dvec3(a.y * b.z + a.z * b.y, a.z * b.x + a.x * b.z, a.x * b.y + a.y * b.x);
-        const dvec3 bounded = size > 0.0 ? glm::min(terms / size, 4.0 + terms_in_double * (terms / size)) : dvec3(0.0);
-        face_terms_.push_back(bounded);
-        face_terms_of_extent_.push_back(static_cast<Real>(glm::dot(bounded, extent)));
+    void widen_whole(const dvec3& low, const dvec3& high, bool first) {
+        BoundingBox& all = whole_;
+        all = first ? BoundingBox{low, high} : BoundingBox{glm::min(all.low, low), glm::max(all.high, high)};
     }
 
-    void add_face(const dvec3& object_normal, const dvec3& point, double extent, std::uint32_t sphere, bool curved) {
-        const dvec3 n = normal_to_world(object_normal);
-        face_normal_.push_back(n);
-        face_offset_.push_back(static_cast<Real>(glm::dot(n, point)));
-        face_extent_.push_back(static_cast<Real>(extent));
+    void add_places() {
+        tables_.first_placed_face = face_count();
+        if (!tables_.meshes) return;
+        bool first = tables_.primitives.empty();
+        for (const MeshTable::Place& place : tables_.meshes->places)
+            widen_whole(place.low, place.high, std::exchange(first, false));
+    }
+
+    [[nodiscard]] dvec3 to_world(const dvec3& p) const { return map_.to_world(p); }
+
+    // A face of a sphere or cuboid, which has no edges.
+    TriangleFace<Real> face_on(const dvec3& object_normal, const dvec3& point, double extent) {
+        const dvec3 n = map_.normal_to_world(object_normal);
+        TriangleFace<Real> face;
+        face.normal = to_vec3<Real>(n);
+        face.offset = static_cast<Real>(glm::dot(n, point));
+        face.extent = static_cast<Real>(extent);
+        return face;
+    }
+
+    void add_face(const TriangleFace<Real>& face, std::uint32_t sphere, bool curved) {
+        face_normal_.push_back(face.normal);
+        face_offset_.push_back(face.offset);
+        face_extent_.push_back(face.extent);
+        face_terms_.push_back(face.terms);
+        face_terms_of_extent_.push_back(face.terms_of_extent);
         face_primitive_.push_back(id_);
         face_entity_.push_back(entity_);
         face_material_.push_back(material_);
@@ -121,84 +137,30 @@ private:
         face_curved_.push_back(curved ? curved_bits::curved : 0u);
         face_density_.push_back(Real(0));
         for (std::size_t i = 0; i < 3; ++i) {
-            edge_normal_[i].push_back(dvec3(0.0));
-            edge_offset_[i].push_back(Real(1e30));
+            edge_normal_[i].push_back(face.edge_normal[i]);
+            edge_offset_[i].push_back(face.edge_offset[i]);
         }
-        least_height_.push_back(Real(1e30));
-    }
-
-    // Sets the edges of the last face, a triangle.
-    void set_edges(const std::array<dvec3, 3>& corners, const dvec3& normal) {
-        for (std::size_t i = 0; i < 3; ++i) {
-            const dvec3 inwards = glm::normalize(glm::cross(normal, corners[(i + 1) % 3] - corners[i]));
-            // The front of a mirrored triangle sees its corners clockwise.
-            const double height = glm::dot(inwards, corners[(i + 2) % 3] - corners[i]);
-            const dvec3 n = height < 0.0 ? -inwards : inwards;
-            edge_normal_[i].x.back() = static_cast<Real>(n.x);
-            edge_normal_[i].y.back() = static_cast<Real>(n.y);
-            edge_normal_[i].z.back() = static_cast<Real>(n.z);
-            edge_offset_[i].back() = static_cast<Real>(-glm::dot(n, corners[i]));
-            least_height_.back() = std::min(least_height_.back(), static_cast<Real>(std::abs(height)));
-        }
+        least_height_.push_back(face.least_height);
     }
 
     std::uint32_t add_triangle(const Primitive& primitive) {
-        std::array<dvec3, 3> object, world;
-        for (std::size_t i = 0; i < 3; ++i) {
-            object[i] = scene_.vertices[primitive.index[i]];
-            world[i] = to_world(object[i]);
-        }
+        Corners object;
+        for (std::size_t i = 0; i < 3; ++i) object[i] = scene_.vertices[primitive.index[i]];
+        const PlacedTriangle triangle = placed_triangle(map_, object);
+        const Corners& world = triangle.corner;
         tables_.bounds.push_back(
             {glm::min(glm::min(world[0], world[1]), world[2]), glm::max(glm::max(world[0], world[1]), world[2])});
-        const dvec3 object_normal = glm::cross(object[1] - object[0], object[2] - object[0]);
-        const double area = 0.5 * glm::length(glm::cross(world[1] - world[0], world[2] - world[0]));
-        const bool degenerate = !(area > 0.0) || object_normal == dvec3(0.0);
-        double extent = 0.0;
-        TriangleForm<Real> form;
-        std::array<Vec3<Real>, 3> corners;
-        for (std::size_t i = 0; i < 3; ++i) corners[i] = to_vec3<Real>(world[i]);
-        const dvec3 n = degenerate ? dvec3(0.0, 0.0, 1.0) : object_normal;
-        add_face(n, (world[0] + world[1] + world[2]) / 3.0, 0.0, 0, false);
-        for (std::size_t i = 0; i < 3; ++i) {
-            const std::size_t j = (i + 1) % 3;
-            extent = std::max(extent, glm::length(world[j] - world[i]));
-            if (degenerate) continue;
-            form.edge[i] = corners[j] - corners[i];
-            form.edge_moment[i] = cross(corners[i], corners[j]);
-        }
-        form.corner = corners;
-        add_doubt(form);
-        face_extent_.back() = static_cast<Real>(extent);
-        const BoundingBox& box = tables_.bounds.back();
-        add_terms(world[1] - world[0], world[2] - world[0], box.high - box.low);
-        // A degenerate triangle keeps a zero plane, which gives t = NaN and so no hit.
-        if (!degenerate) {
-            set_edges(world, normal_to_world(n));
-            form.normal = {face_normal_.x.back(), face_normal_.y.back(), face_normal_.z.back()};
-            form.offset = face_offset_.back();
-        }
-        tables_.triangles.push_back(form);
-        if (!degenerate && add_light(LightKind::triangle, area, 0))
+        add_face(face_of<Real>(triangle), 0, false);
+        tables_.triangles.push_back(form_of<Real>(triangle));
+        if (!triangle.degenerate && add_light(LightKind::triangle, triangle.area, 0))
             add_patch(world[0], world[1] - world[0], world[2] - world[0], 1.0, face_count() - 1);
         return static_cast<std::uint32_t>(tables_.triangles.size() - 1);
-    }
-
-    // kernels.h says why.
-    static void add_doubt(TriangleForm<Real>& form) {
-        double edge = 0.0, corner = 0.0;
-        for (std::size_t i = 0; i < 3; ++i) {
-            edge = std::max(edge, static_cast<double>(largest_magnitude(form.edge[i])));
-            corner = std::max(corner, static_cast<double>(largest_magnitude(form.corner[i])));
-        }
-        constexpr double u = sizeof(Real) == 4 ? 0x1p-24 : 0x1p-53;
-        form.doubt_of_origin = static_cast<Real>(64.0 * u * edge);
-        form.doubt_at_rest = static_cast<Real>(u * corner * (48.0 * edge + 8.0 * corner));
     }
 
     std::uint32_t add_sphere(const Primitive& primitive) {
         const dvec3 centre = to_world(scene_.vertices[primitive.index[0]]);
         const double r = primitive.radius;
-        const dmat3 linear = linear_ * r, to_local = inverse_ / r;
+        const dmat3 linear = map_.linear * r, to_local = map_.inverse / r;
         const dvec3 half(
             std::sqrt(linear[0][0] * linear[0][0] + linear[1][0] * linear[1][0] + linear[2][0] * linear[2][0]),
             std::sqrt(linear[0][1] * linear[0][1] + linear[1][1] * linear[1][1] + linear[2][1] * linear[2][1]),
@@ -214,21 +176,20 @@ private:
             sphere_to_local_[i].push_back(rows[row]);
             sphere_to_world_[i].push_back(world_rows[row]);
             // Rows of M^-T are the columns of M^-1.
-            sphere_normal_[i].push_back(inverse_[row]);
+            sphere_normal_[i].push_back(map_.inverse[row]);
         }
         form.to_local.shift = to_vec3<Real>(local_shift);
         tables_.spheres.push_back(form);
         sphere_shift_.push_back(local_shift);
         sphere_centre_.push_back(centre);
-        const double extent = r * greatest_scale_of(linear_);
-        const double radius = r * std::cbrt(std::abs(glm::determinant(linear_)));
+        const double extent = r * greatest_scale_of(map_.linear);
+        const double radius = r * std::cbrt(std::abs(glm::determinant(map_.linear)));
         sphere_radius_.push_back(static_cast<Real>(radius));
         sphere_extent_.push_back(static_cast<Real>(extent));
         sphere_chance_.push_back(Real(0));
         for (const unsigned side : {0u, curved_bits::left}) {
-            add_face({0.0, 0.0, 1.0}, centre, extent, index, true);
+            add_face(face_on({0.0, 0.0, 1.0}, centre, extent), index, true);
             face_curved_.back() |= side;
-            add_terms(dvec3(0.0), dvec3(0.0), dvec3(0.0));
         }
         const bool similar = is_similarity(scene_.entities[entity_].object_to_world);
         const double area = 4.0 * 3.14159265358979323846 * radius * radius;
@@ -242,8 +203,8 @@ private:
         const dvec3 low = scene_.vertices[primitive.index[0]], high = scene_.vertices[primitive.index[1]];
         const dvec3 size = high - low, middle = 0.5 * (low + high);
         CuboidForm<Real> form;
-        const dmat3 rows = glm::transpose(inverse_);
-        const dvec3 shift = -(inverse_ * (shift_ + linear_ * middle));
+        const dmat3 rows = glm::transpose(map_.inverse);
+        const dvec3 shift = -(map_.inverse * (map_.shift + map_.linear * middle));
         std::array<Real, 3> half{}, local_shift{};
         dvec3 reach(0.0);
         for (int i = 0; i < 3; ++i) {
@@ -251,7 +212,7 @@ private:
             half[static_cast<std::size_t>(i)] = size[i] > 0.0 ? Real(1) : Real(0);
             form.to_local.rows[static_cast<std::size_t>(i)] = to_vec3<Real>(rows[i] * scale);
             local_shift[static_cast<std::size_t>(i)] = static_cast<Real>(shift[i] * scale);
-            reach += glm::abs(linear_[i]) * (0.5 * size[i]);
+            reach += glm::abs(map_.linear[i]) * (0.5 * size[i]);
         }
         form.to_local.shift = {local_shift[0], local_shift[1], local_shift[2]};
         form.half = {half[0], half[1], half[2]};
@@ -263,13 +224,16 @@ private:
         double total = 0.0;
         for (int axis = 0; axis < 3; ++axis) {
             const int j = axis == 0 ? 1 : 0, k = axis == 2 ? 1 : 2;
-            const double area = glm::length(glm::cross(linear_[j], linear_[k])) * size[j] * size[k];
+            const double area = glm::length(glm::cross(map_.linear[j], map_.linear[k])) * size[j] * size[k];
             for (int side = 0; side < 2; ++side) {
                 dvec3 n(0.0), corner = low;
                 n[axis] = side == 0 || (axis == 2 && planted(PlantedBug::face_normal_flipped)) ? -1.0 : 1.0;
                 corner[axis] = side == 0 ? low[axis] : high[axis];
-                add_face(n, to_world(corner), glm::length(reach), 0, false);
-                add_terms(linear_[j] * size[j], linear_[k] * size[k], 2.0 * reach);
+                TriangleFace<Real> face = face_on(n, to_world(corner), glm::length(reach));
+                const dvec3 terms = terms_of<Real>(map_.linear[j] * size[j], map_.linear[k] * size[k]);
+                face.terms = to_vec3<Real>(terms);
+                face.terms_of_extent = static_cast<Real>(glm::dot(terms, 2.0 * reach));
+                add_face(face, 0, false);
                 areas[static_cast<std::size_t>(2 * axis + side)] = area;
                 total += area;
             }
@@ -286,7 +250,7 @@ private:
             corner[axis] = face % 2 == 0 ? low[axis] : high[axis];
             cumulative += areas[static_cast<std::size_t>(face)];
             if (planted(PlantedBug::cuboid_light_faces_even)) cumulative = total * (face + 1) / 6.0;
-            add_patch(to_world(corner), linear_[j] * (high[j] - low[j]), linear_[k] * (high[k] - low[k]),
+            add_patch(to_world(corner), map_.linear[j] * (high[j] - low[j]), map_.linear[k] * (high[k] - low[k]),
                 cumulative / total, face_count() - 6 + static_cast<std::uint32_t>(face));
         }
     }
@@ -323,9 +287,9 @@ private:
     void add_interval();
 
     const Scene& scene_;
+    PlacedMeshes placed_;
     Tables<Real> tables_;
-    dmat3 linear_{1.0}, inverse_{1.0};
-    dvec3 shift_{0.0};
+    EntityMap map_;
     std::uint32_t id_ = 0, material_ = 0, entity_ = 0;
     BoundingBox whole_;
 
@@ -348,8 +312,8 @@ private:
 // Textures, media and the background's image.
 template <class Real>
 void TableBuilder<Real>::add_surroundings() {
-    tables_.textures = TextureTable(scene_);
-    tables_.shading_normals = ShadingNormalTable(scene_);
+    tables_.textures = TextureTable(scene_, tables_.meshes);
+    tables_.shading_normals = ShadingNormalTable(scene_, tables_.meshes);
     for (const Medium& medium : scene_.media) tables_.media.emplace_back(medium);
     tables_.medium = scene_.medium;
     if (scene_.background.image) tables_.environment = std::make_shared<ImageEnvironment>(scene_.background);
@@ -395,11 +359,13 @@ unsigned bits_of(const Material& material) {
 
 template <class Real>
 void TableBuilder<Real>::count_bodies() {
-    for (const PlacedPrimitive& placed : placed_primitives(scene_)) {
-        std::uint32_t& count = tables_.bodies[scene_.entities[placed.entity].material].count;
-        if (scene_.primitives[placed.primitive].kind == PrimitiveKind::triangle) count = no_index;
+    for (const PrimitiveRef& ref : tables_.primitives) {
+        std::uint32_t& count = tables_.bodies[scene_.entities[ref.entity].material].count;
+        if (ref.kind == PrimitiveKind::triangle) count = no_index;
         if (count != no_index) ++count;
     }
+    if (tables_.meshes)
+        for (const MeshTable::Place& place : tables_.meshes->places) tables_.bodies[place.material].count = no_index;
 }
 
 template <class Real>

@@ -11,6 +11,7 @@
 #include "common/scene/scene.h"
 #include "cpu_ref/path_tracer/geometry/interiors.h"
 #include "cpu_ref/path_tracer/geometry/kernels.h"
+#include "cpu_ref/path_tracer/geometry/mesh_table.h"
 #include "cpu_ref/path_tracer/geometry/shading_normals.h"
 #include "cpu_ref/path_tracer/light/environment.h"
 #include "cpu_ref/path_tracer/material/media.h"
@@ -198,12 +199,14 @@ struct CameraForm {
 
 template <class Real>
 struct Tables {
-    std::vector<PrimitiveRef> primitives;  // by id
+    std::vector<PrimitiveRef> primitives;  // by slot; by id, where there are no meshes (mesh_table.h)
     std::vector<TriangleForm<Real>> triangles;
     std::vector<SphereForm<Real>> spheres;
     std::vector<CuboidForm<Real>> cuboids;
-    std::vector<BoundingBox> bounds;  // by id, world
+    std::vector<BoundingBox> bounds;  // by slot, world
     FaceTable<Real> faces;
+    std::shared_ptr<const MeshTable> meshes;  // or null
+    UnsignedOf<Real> first_placed_face = 0;   // from here on faces have no rows: those of the meshes' triangles
     SphereTable<Real> sphere_table;
     MaterialTable<Real> materials;
     LightTable<Real> lights;
@@ -225,6 +228,37 @@ struct Tables {
     double size = 0.0;            // of the scene, world units
     RenderSettings settings;
 };
+
+template <class Real>
+struct Hit {
+    Mask<Real> found;
+    Lanes<Real> t;
+    Ints<Real> face;  // 0 where nothing was found
+};
+
+template <class Real>
+TANDEM_INLINE Mask<Real> is_placed(const Tables<Real>& tables, Ints<Real> face) {
+    return !(face < Ints<Real>(tables.first_placed_face));
+}
+// For what other faces alone can be, such as lights: faces of meshes read row 0.
+template <class Real>
+TANDEM_INLINE Ints<Real> row_of(const Tables<Real>& tables, Ints<Real> face) {
+    if (!tables.meshes) [[likely]]
+        return face;
+    return select(is_placed(tables, face), Ints<Real>(UnsignedOf<Real>{0}), face);
+}
+// The face of its primitive, which is in that slot.
+template <class Real>
+[[nodiscard]] std::uint32_t face_within(const Tables<Real>& tables, std::uint32_t slot, std::uint32_t face) {
+    return tables.meshes && tables.meshes->holds(slot) ? 0 : face - tables.primitives[slot].first_face;
+}
+// The primitive's id (MODEL.md section 5); no_primitive stays what it is.
+template <class Real>
+[[nodiscard]] std::uint32_t id_of(const Tables<Real>& tables, std::uint32_t slot) {
+    if (!tables.meshes || slot == no_primitive) return slot;
+    const MeshTable& meshes = *tables.meshes;
+    return meshes.id_of(slot, meshes.holds(slot) ? meshes.place_of(slot).entity : tables.primitives[slot].entity);
+}
 
 template <class Real>
 [[nodiscard]] Tables<Real> make_tables(const Scene& scene, const RenderSettings& settings);

@@ -21,6 +21,11 @@ struct VectorRows {
         y.push_back(static_cast<Real>(a.y) * scale);
         z.push_back(static_cast<Real>(a.z) * scale);
     }
+    void push_back(const Vec3<Real>& a) {
+        x.push_back(a.x);
+        y.push_back(a.y);
+        z.push_back(a.z);
+    }
     void assign_to(VectorColumn<Real>& column) const {
         column.x.assign(x);
         column.y.assign(y);

@@ -6,7 +6,8 @@ const uint bvh_leaf = 0x80000000u;  // a slot of its kind, in place of a node
 const uint bvh_done = 0xffffffffu;
 const uint most_bvh_levels = 32;  // as in vulkan/renderer/scene/bvh.h: every level leaves at most one child behind
 
-uint bvh_stack[most_bvh_levels + 1];  // bvh_done lies at the bottom
+// bvh_done lies at the bottom; of a mesh's tree within that of places, too.
+uint bvh_stack[mesh_tree ? 2 * most_bvh_levels + 2 : most_bvh_levels + 1];
 uint bvh_stacked;
 
 // A ray against boxes, each a centre and half an extent. Along an axis the ray is between the two planes for as long
@@ -54,6 +55,12 @@ bool meets_box(BoxRay ray, vec3 centre, vec3 half_extent, float limit, out float
 uint bvh_start(uint root) {
     bvh_stack[0] = bvh_done;
     bvh_stacked = 1;
+    return root;
+}
+
+// Into a tree within the leaf of another: its end is met as bvh_done, and bvh_pop() then goes on outside.
+uint bvh_enter(uint root) {
+    bvh_stack[bvh_stacked++] = bvh_done;
     return root;
 }
 

@@ -253,10 +253,12 @@ void keep_closer(inout Hit best, Hit other) {
     best.face = other.face;
 }
 
+#include "geometry/mesh_hits.glsl"
+
 // Where on its primitive a hit is.
 void locate(inout Hit hit, Ray ray) {
     if (hit.slot == hit_none) return;
-    if (has_triangles && hit.slot < triangle_total())
+    if (has_triangles && (in_mesh(hit.slot) || hit.slot < triangle_total()))
         hit.local = vec3(hit.local.xy / hit.local.z, hit.t);
     else if (has_spheres && hit.slot < triangle_total() + sphere_total())
         locate_sphere(hit, ray);
@@ -275,6 +277,13 @@ Hit closest_hit(Ray ray, uint own, bool inside) {
         best = closest_triangle(ray, own, best.t);
         if (best.slot == hit_none) best.t = ray_max;
     }
+#ifndef DOUBLE_GEOMETRY
+    if (has_triangles && mesh_tree) {
+        const Hit in_meshes = closest_in_meshes(ray, own, best.t);
+        keep_closer(best, in_meshes);
+        if (in_meshes.slot != hit_none && best.slot == in_meshes.slot) best.local = in_meshes.local;
+    }
+#endif
     if (has_spheres) keep_closer(best, closest_sphere(ray, own, inside, best.t));
     if (has_cuboids) keep_closer(best, closest_cuboid(ray, own, inside, best.t));
     locate(best, ray);

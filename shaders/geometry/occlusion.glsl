@@ -99,6 +99,9 @@ bool is_occluded(Ray ray, float t_max, uint own, bool inside, uint light);  // t
 bool is_occluded(Ray ray, float t_max, uint own, bool inside, uint light) {
     if (!excludes_left) own = no_slot;
     if (has_triangles && any_triangle_blocks(ray, t_max, own, light)) return true;
+#ifndef DOUBLE_GEOMETRY
+    if (has_triangles && mesh_tree && any_in_meshes_blocks(ray, t_max, own)) return true;
+#endif
     if (has_spheres && any_sphere_blocks(ray, t_max, own, inside, light)) return true;
     return has_cuboids && any_cuboid_blocks(ray, t_max, own, inside, light);
 }

@@ -13,7 +13,7 @@ struct Surface {
 };
 
 uint kind_of(uint slot) {
-    if (has_triangles && slot < triangle_total()) return kind_triangle;
+    if (has_triangles && (in_mesh(slot) || slot < triangle_total())) return kind_triangle;
     return has_spheres && slot < triangle_total() + sphere_total() ? kind_sphere : kind_cuboid;
 }
 

@@ -28,7 +28,7 @@ vec3 noise_colour(Texture pattern, vec3 q) {
 vec2 texture_coordinates(uint slot, uint face, vec3 local) {
     const uint kind = kind_of(slot);
     if (has_triangles && kind == kind_triangle) {
-        const uint at = scene.texture_coordinates + 6 * slot;
+        const uint at = scene.texture_coordinates + 6 * table_row(slot);
         const vec2 a = vec2(tables[at], tables[at + 1]), b = vec2(tables[at + 2], tables[at + 3]);
         const vec2 c = vec2(tables[at + 4], tables[at + 5]);
         return (1.0 - local.x - local.y) * a + local.x * b + local.y * c;

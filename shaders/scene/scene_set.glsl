@@ -15,13 +15,13 @@ layout(std140, set = 0, binding = 0) uniform SceneHeader {
     shading_real background_probability;  // with which light sampling chooses the background; 0: it is not sampled
     Environment environment;
     uint medium;               // around everything, or no_index
-    uint texture_coordinates;  // in tables: three pairs a triangle
+    uint texture_coordinates;  // in tables: three pairs a triangle (meshes.glsl)
     uint shading_normals;      // in tables: three vectors a triangle, of any length; or no_index
 } scene;
 
-#ifdef WRITES_SCENE
 layout(std430, set = 0, binding = 1) readonly restrict buffer Vertices { vec4 vertices[]; };
 layout(std430, set = 0, binding = 2) readonly restrict buffer Sources { PrimitiveSource sources[]; };
+#ifdef WRITES_SCENE
 #define WORLD_ACCESS writeonly
 #else
 layout(std430, set = 0, binding = 4) readonly restrict buffer PlacedPrimitives { Placed placed[]; };
@@ -83,6 +83,8 @@ Convex cuboid_at(uint i) { return cuboids[i]; }
 #endif
 
 #ifndef WRITES_SCENE
+#include "scene/meshes.glsl"
+
 // What follows from a triangle's corners.
 struct TriangleFacts {
     real3 normal;  // unit
@@ -95,6 +97,19 @@ TriangleFacts facts_of(Triangle triangle) {
     const real3 largest = max(abs(a), max(abs(b), abs(c)));
     return TriangleFacts(normalize(real3(triangle.corner0.w, triangle.corner1.w, triangle.corner2.w)),
         max(largest.x, max(largest.y, largest.z)), length(cross(b - a, c - a)));
+}
+
+Placed any_placed(uint slot) {
+#ifndef DOUBLE_GEOMETRY
+    if (in_mesh(slot)) return placed_in_mesh(slot);
+#endif
+    return placed[slot];
+}
+Triangle any_triangle(uint slot) {
+#ifndef DOUBLE_GEOMETRY
+    if (in_mesh(slot)) return mesh_triangle(slot);
+#endif
+    return triangles[slot];
 }
 
 #ifdef SHARES_SCENE
@@ -123,7 +138,7 @@ void copy_scene() {
 }
 Placed placed_at(uint slot) {
     if (shares) return copied_placed[slot];
-    return placed[slot];
+    return any_placed(slot);
 }
 Material material_at(uint i) {
     if (shares) return copied_materials[i];
@@ -131,11 +146,11 @@ Material material_at(uint i) {
 }
 Triangle triangle_of(uint slot) {
     if (shares) return copied_triangles[slot];
-    return triangles[slot];
+    return any_triangle(slot);
 }
 TriangleFacts triangle_facts(uint slot) {
     if (shares) return copied_facts[slot];
-    return facts_of(triangles[slot]);
+    return facts_of(any_triangle(slot));
 }
 Convex sphere_of(uint i) {
     if (shares) return copied_convexes[i];
@@ -153,10 +168,10 @@ Convex convex_at(uint slot) {
 }
 #else
 void copy_scene() {}
-Placed placed_at(uint slot) { return placed[slot]; }
+Placed placed_at(uint slot) { return any_placed(slot); }
 Material material_at(uint i) { return materials[i]; }
-Triangle triangle_of(uint slot) { return triangles[slot]; }
-TriangleFacts triangle_facts(uint slot) { return facts_of(triangles[slot]); }
+Triangle triangle_of(uint slot) { return any_triangle(slot); }
+TriangleFacts triangle_facts(uint slot) { return facts_of(any_triangle(slot)); }
 Convex sphere_of(uint i) { return spheres[i]; }
 Convex cuboid_of(uint i) { return cuboids[i]; }
 Convex convex_at(uint slot) {

@@ -1,6 +1,7 @@
 # What scenes and films take of memory: forecast, films in tiles, and refusals before anything is allocated.
 # Run by ctest with TANDEM = the program, SCENES = the folder.
 import json
+import math
 import unittest
 
 from program import ProgramTest, tandem
@@ -94,6 +95,46 @@ class Memory(ProgramTest):
         result = tandem("compare", *images, "--memory", "100MiB", "--bin", 2)
         self.assertIn(result.returncode, [0, 3], result.stderr)
         self.assertIn("means of 2x2 pixels", result.stdout + result.stderr)
+
+
+class SharedMeshes(ProgramTest):
+    def scene_of_copies(self, cells, copies):
+        """A wavy sheet of 2 cells² triangles, and a scene of copies of it, turned and scaled, under an even sky."""
+        points = [f"v {x / cells - 0.5:.6f} {0.1 * math.sin(0.7 * x) * math.sin(0.5 * z):.6f} {z / cells - 0.5:.6f}"
+                  for z in range(cells + 1) for x in range(cells + 1)]
+        row = cells + 1
+        faces = [f"f {a} {b} {a + 1}\nf {a + 1} {b} {b + 1}" for z in range(cells) for x in range(cells)
+                 for a in [z * row + x + 1] for b in [a + row]]
+        (self.folder / "sheet.obj").write_text("\n".join(points + faces) + "\n")
+        side = math.ceil(copies ** 0.5)
+        turns = [{"rotate": {"axis": [1, 2, 3], "degrees": 37 * i}} for i in range(copies)]
+        places = [{"translate": [i % side - side / 2, 0.1 * (i % 5), i // side - side / 2]} for i in range(copies)]
+        return self.write({
+            "film": {"width": 24, "height": 16},
+            "camera": {"position": [0, side / 2, side], "target": [0, 0, 0], "vertical_field_degrees": 40},
+            "background": [0.6, 0.7, 0.9],
+            "materials": {"grey": {"kind": "diffuse", "colour": [0.5, 0.5, 0.5]}},
+            "groups": {"sheet": [{"material": "grey", "primitives": [{"obj": {"file": "sheet.obj"}}]}]},
+            "entities": [{"group": "sheet", "transform": [turn, {"scale": [0.9, -0.7, 0.8]}, place]}
+                         for turn, place in zip(turns, places)]}, "copies.json")
+
+    def test_a_hundred_million_triangles_are_rendered_within_a_gibibyte_as_forecast(self):
+        scene = self.scene_of_copies(225, 1000)
+        told = self.folder / "told.json"
+        result = tandem("render", scene, "-o", self.folder / "out.pfm", "--samples", 1, "--memory", "1GiB", "--json", told)
+        self.assertEqual(result.returncode, 0, result.stderr)
+        memory = json.loads(told.read_text())["memory"]
+        self.assertLess(memory["peak"], 1024)
+        self.assertLess(memory["peak"], 1.2 * memory["forecast"])
+        result = tandem("render", scene, "-o", self.folder / "no.pfm", "--integrator", "bidirectional", "--memory", "1GiB")
+        self.refused(result, "101250000 primitives, as placed, take")
+        result = tandem("render", scene, "-o", self.folder / "no.pfm", "--backend", "oracle")
+        self.refused(result, "tries every primitive", "101250000")
+
+    def test_both_tracers_agree_on_copies_that_they_keep_once(self):
+        scene = self.scene_of_copies(100, 64)
+        result = tandem("verify", scene, "--time", 30)
+        self.assertEqual(result.returncode, 0, result.stdout + result.stderr)
 
 
 if __name__ == "__main__":

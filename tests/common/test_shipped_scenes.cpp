@@ -23,7 +23,7 @@ Scene shipped(const std::string& name) { return load_scene(scenes_folder / (name
 
 std::size_t count(const Scene& scene, PrimitiveKind kind) {
     std::size_t found = 0;
-    for (const PlacedPrimitive& placed : placed_primitives(scene))
+    for (const PlacedPrimitive placed : placed_primitives(scene))
         found += scene.primitives[placed.primitive].kind == kind ? 1 : 0;
     return found;
 }
@@ -87,7 +87,7 @@ TEST_CASE("the thesis's Cornell box has 7 cuboids, 1 sphere and 12 triangles") {
 TEST_CASE("the thesis's materials are five diffuse walls, a clear cover, a lamp, fuzzy metal and blue glass") {
     const Scene scene = shipped("cornell-thesis");
     std::size_t walls = 0;
-    for (const PlacedPrimitive& placed : placed_primitives(scene)) {
+    for (const PlacedPrimitive placed : placed_primitives(scene)) {
         const Material& material = scene.materials[scene.entities[placed.entity].material];
         if (material.kind == MaterialKind::diffuse) ++walls;
     }
@@ -106,7 +106,7 @@ TEST_CASE("the thesis's materials are five diffuse walls, a clear cover, a lamp,
 TEST_CASE("no two cuboids of the thesis's box have faces in one plane") {
     const Scene scene = shipped("cornell-thesis");
     std::vector<std::array<glm::dvec3, 2>> cuboids;
-    for (const PlacedPrimitive& placed : placed_primitives(scene)) {
+    for (const PlacedPrimitive placed : placed_primitives(scene)) {
         const Primitive& primitive = scene.primitives[placed.primitive];
         if (primitive.kind == PrimitiveKind::cuboid)
             cuboids.push_back({scene.vertices[primitive.index[0]], scene.vertices[primitive.index[1]]});
@@ -199,7 +199,7 @@ TEST_CASE("the One Weekend scene has at most 22 x 22 small spheres, clear of the
     const Scene scene = shipped("one-weekend");
     CHECK(count(scene, PrimitiveKind::sphere) == scene.primitives.size());
     std::size_t small = 0, diffuse = 0;
-    for (const PlacedPrimitive& placed : placed_primitives(scene)) {
+    for (const PlacedPrimitive placed : placed_primitives(scene)) {
         const Primitive& sphere = scene.primitives[placed.primitive];
         if (sphere.radius != 0.2) continue;
         const glm::dvec3 centre = scene.vertices[sphere.index[0]];

@@ -32,7 +32,7 @@ TextureTable table_of(const Texture& texture, Add add) {
     Scene scene = builder.scene();
     scene.textures.push_back(texture);
     for (Material& material : scene.materials) material.colour_texture = 0;
-    return TextureTable(scene);
+    return {scene, nullptr};
 }
 
 }  // namespace

@@ -211,7 +211,7 @@ TEST_CASE("the device's own test of triangles is no choice beside Tandem's other
 TEST_CASE("triangles at rest are the device's, those that move are boxes, and each slot is one of both") {
     const Scene scene = moving_in_fog(1.0);
     const SceneData data = flatten(scene, settings_of(4, 1), Acceleration::loops);
-    const std::vector<PlacedPrimitive> all = placed_primitives(scene);
+    const PlacedPrimitives all = placed_primitives(scene);
     const TracedGeometry both = traced_geometry(scene, data, {}, true), boxes = traced_geometry(scene, data, {}, false);
     CHECK(boxes.corners.empty());
     REQUIRE(both.corners.size() == 3 * std::size_t{data.triangle_count});
@@ -258,7 +258,7 @@ TEST_CASE("the pipeline's boxes hold those of the trees, and more the farther ra
         CHECK(boxes[0].size() == data.triangle_count);
         CHECK(boxes[1].size() == data.sphere_count);
         CHECK(boxes[2].size() == data.cuboid_count);
-        const std::vector<PlacedPrimitive> all = placed_primitives(scene);
+        const PlacedPrimitives all = placed_primitives(scene);
         std::size_t slot = 0;
         for (const std::vector<vk::AabbPositionsKHR>& kind : boxes)
             for (const vk::AabbPositionsKHR& box : kind) {

@@ -142,7 +142,7 @@ void GeometryReader::read_entity(const Value& value, bool grouped, Entity& entit
     entity.primitive_count = static_cast<std::uint32_t>(scene_.primitives.size()) - entity.first_primitive;
 }
 
-void GeometryReader::check_primitives(const Value& value, bool grouped, const Entity& entity, std::size_t first) const {
+void GeometryReader::check_primitives(const Value& value, bool grouped, const Entity& entity, std::size_t first) {
     const std::size_t end = scene_.primitives.size();
     if (end > greatest_primitive_count)
         value.refuse(
@@ -219,9 +219,35 @@ void GeometryReader::check_motion(const Value& value, const glm::dvec3& motion) 
         value.refuse("moves too far", fmt::format("keep lengths below {}", shown(greatest_length)));
 }
 
+// The box of a range of primitives, which entities may share.
+const GeometryReader::RangeBox& GeometryReader::box_of(std::size_t first, std::size_t end) {
+    const auto [found, is_new] = boxes_.try_emplace({first, end});
+    RangeBox& box = found->second;
+    for (std::size_t p = first; is_new && p < end; ++p) {
+        const Primitive& primitive = scene_.primitives[p];
+        for (std::size_t i = 0; i < point_count(primitive.kind); ++i) {
+            box.low = glm::min(box.low, scene_.vertices[primitive.index[i]]);
+            box.high = glm::max(box.high, scene_.vertices[primitive.index[i]]);
+        }
+        box.radius = std::max(box.radius, primitive.radius);
+    }
+    return box;
+}
+
 // Refuses primitives that the entity's transform carries out of the renderers' range.
-void GeometryReader::check_reach(const Value& value, const Entity& entity, std::size_t first, std::size_t end) const {
+void GeometryReader::check_reach(const Value& value, const Entity& entity, std::size_t first, std::size_t end) {
     const glm::dmat4& object_to_world = entity.object_to_world;
+    // No point of the box around all is farther out than its corners.
+    const RangeBox& box = box_of(first, end);
+    double farthest = 0.0;
+    for (unsigned corner = 0; corner < 8; ++corner) {
+        const glm::dvec3 point((corner & 1u) != 0 ? box.high.x : box.low.x, (corner & 2u) != 0 ? box.high.y : box.low.y,
+            (corner & 4u) != 0 ? box.high.z : box.low.z);
+        farthest = std::max(farthest, glm::length(glm::dvec3(object_to_world * glm::dvec4(point, 1.0))));
+    }
+    for (int axis = 0; axis < 3; ++axis)
+        farthest = std::max(farthest, box.radius * glm::length(glm::dvec3(object_to_world[axis])));
+    if (farthest <= 2.0 * greatest_length) return;
     for (std::size_t p = first; p < end; ++p) {
         const Primitive& primitive = scene_.primitives[p];
         double reach = 0.0;

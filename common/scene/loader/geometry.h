@@ -5,8 +5,10 @@
 #include <array>
 #include <cstdint>
 #include <filesystem>
+#include <limits>
 #include <map>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "common/scene/loader/json.h"
@@ -36,6 +38,10 @@ private:
         std::uint64_t primitives = 0, entities = 0;  // when placed
         bool entered = false, complete = false;
     };
+    struct RangeBox {
+        glm::dvec3 low{std::numeric_limits<double>::infinity()}, high{-std::numeric_limits<double>::infinity()};
+        double radius = 0.0;  // the largest of a sphere
+    };
     struct ModelTriangles {
         std::vector<std::array<std::uint32_t, 3>> triangles;  // by index into Scene::vertices
         std::vector<std::uint32_t> materials;                 // of the triangles, where the model's own are taken
@@ -46,10 +52,11 @@ private:
     [[nodiscard]] std::vector<Item> read_item(const Value& value, bool grouped);
     void read_entity(const Value& value, bool grouped, Entity& entity);
     [[nodiscard]] std::vector<Item> read_models(const Value& value, bool grouped, const Item& item);
-    void check_primitives(const Value& value, bool grouped, const Entity& entity, std::size_t first) const;
+    void check_primitives(const Value& value, bool grouped, const Entity& entity, std::size_t first);
+    [[nodiscard]] const RangeBox& box_of(std::size_t first, std::size_t end);
     void place(const Value& value, const Item& item, const glm::dmat4& outer, const glm::dvec3& outer_motion);
     void check_room(const Value& value, std::uint64_t primitives, std::uint64_t entities) const;
-    void check_reach(const Value& value, const Entity& entity, std::size_t first, std::size_t end) const;
+    void check_reach(const Value& value, const Entity& entity, std::size_t first, std::size_t end);
     void check_motion(const Value& value, const glm::dvec3& motion) const;
     void check_texture(const Value& value, const Entity& entity, std::size_t first, std::size_t end) const;
 
@@ -72,6 +79,7 @@ private:
     std::uint32_t depth_ = 0;  // of the groups that are being read
     std::uint64_t placed_primitives_ = 0;
     std::map<std::string, ModelTriangles> models_;
+    std::map<std::pair<std::size_t, std::size_t>, RangeBox> boxes_;
     std::map<const Pixels*, std::uint32_t> model_textures_;  // by the image
 };
 

@@ -99,7 +99,7 @@ bool scatters(const Medium& medium) { return brightness(medium.scattering) > 0.0
 double distance_to_scattering(const Scene& scene, const dvec3& position) {
     if (std::ranges::any_of(scene.media, scatters)) return 0.0;
     double distance = infinite;
-    for (const PlacedPrimitive& placed : placed_primitives(scene)) {
+    for (const PlacedPrimitive placed : placed_primitives(scene)) {
         const Entity& entity = scene.entities[placed.entity];
         if (receives_light(scene.materials[entity.material]))
             distance = std::min(distance, least_distance(scene, entity, scene.primitives[placed.primitive], position));
@@ -146,7 +146,7 @@ LightShares light_shares(const Scene& scene, bool sky_is_black) {
         else
             shares.near += near_weight(light);
     }
-    for (const PlacedPrimitive& placed : placed_primitives(scene)) {
+    for (const PlacedPrimitive placed : placed_primitives(scene)) {
         const Entity& entity = scene.entities[placed.entity];
         const Material& material = scene.materials[entity.material];
         if (!is_sampled_light(material)) continue;
@@ -203,7 +203,7 @@ double greatest_tangent(const Scene& scene) {
     const double height = std::tan(0.5 * glm::radians(camera.vertical_field_degrees));
     const double half_diagonal = std::atan(height * std::hypot(1.0, double(scene.film.width) / scene.film.height));
     double greatest = 0.0;
-    for (const PlacedPrimitive& placed : placed_primitives(scene)) {
+    for (const PlacedPrimitive placed : placed_primitives(scene)) {
         const Entity& entity = scene.entities[placed.entity];
         const Primitive& primitive = scene.primitives[placed.primitive];
         if (!gains(scene.materials[entity.material])) continue;

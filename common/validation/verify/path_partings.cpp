@@ -295,7 +295,7 @@ double Draws::independence() const {
 PathPartings counted(const Scene& scene, const std::vector<std::optional<Parting>>& paths) {
     PathPartings counts;
     counts.paths = paths.size();
-    const std::vector<PlacedPrimitive> placed = placed_primitives(scene);
+    const PlacedPrimitives placed = placed_primitives(scene);
     for (const std::optional<Parting>& parting : paths) {
         if (!parting) continue;
         ++counts.parted;

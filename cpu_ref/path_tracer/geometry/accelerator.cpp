@@ -5,6 +5,8 @@
 #include <limits>
 
 #include "cpu_ref/path_tracer/geometry/chosen_kernels.h"
+#include "cpu_ref/path_tracer/geometry/mesh_traversal.h"
+#include "cpu_ref/path_tracer/geometry/single_query.h"
 
 namespace tandem::cpu {
 
@@ -34,25 +36,6 @@ struct PacketQuery {
     Mask<Real> active;
     Lanes<Real> time;
     Hit<Real> hit;  // also `found` for occlusion
-};
-
-template <class Real>
-struct SingleQuery {
-    embree::Context context;
-    const Tables<Real>* tables;
-    const std::vector<std::uint32_t>* native;
-    const std::vector<std::uint32_t>* user;
-    Ray<Real> ray;
-    std::uint32_t departed;
-    bool inside;
-    std::uint32_t light;
-    Real time;
-    bool own_test;  // of native triangles, in place of Embree's
-    double lead;    // by which Embree's ray starts earlier; negative: later
-    double slack;   // by which it goes on behind a hit, whose t is rounded
-    Real t;
-    std::uint32_t face, primitive;
-    bool found;
 };
 
 // The ray that meets a primitive at rest as `ray` meets it in motion.
@@ -210,23 +193,13 @@ struct Accelerator<Real>::Callbacks {
                 return intersect(form, query.ray, id == query.departed, query.inside);
         });
     }
-    // Takes a hit in if it is nearer, or as near with a lower id.
-    static bool accept(SingleQuery<Real>& query, std::uint32_t id, Real t, std::uint32_t face) {
-        if (query.found && (t > query.t || (t == query.t && id > query.primitive))) return false;
-        query.found = true;
-        query.t = t;
-        query.primitive = id;
-        query.face = query.tables->primitives[id].first_face + face;
-        return true;
-    }
-
     template <bool moving>
     static void single_closest(const RTCIntersectFunctionNArguments* arguments) {
         if (arguments->valid[0] == 0) return;
         auto& query = *reinterpret_cast<SingleQuery<Real>*>(arguments->context);
         const std::uint32_t id = (*query.user)[arguments->primID];
         const Candidate<Real> candidate = single<moving>(query, id);
-        if (!candidate.hit || !accept(query, id, candidate.t, static_cast<std::uint32_t>(candidate.face))) return;
+        if (!candidate.hit || !query.accept(id, candidate.t, static_cast<std::uint32_t>(candidate.face))) return;
         auto& ray = *reinterpret_cast<RTCRayHit*>(arguments->rayhit);
         ray.ray.tfar = std::min(ray.ray.tfar, round_up(static_cast<double>(candidate.t) + query.lead + query.slack));
         ray.hit.geomID = arguments->geomID;
@@ -247,11 +220,11 @@ struct Accelerator<Real>::Callbacks {
         const std::uint32_t id = (*query.native)[reinterpret_cast<RTCHit*>(arguments->hit)->primID];
         if (query.own_test) {
             const Candidate<Real> candidate = single<false>(query, id);
-            if (!candidate.hit || !accept(query, id, candidate.t, 0)) arguments->valid[0] = 0;
+            if (!candidate.hit || !query.accept(id, candidate.t, 0)) arguments->valid[0] = 0;
             return;
         }
         const Real t = static_cast<Real>(reinterpret_cast<RTCRay*>(arguments->ray)->tfar);
-        if (id == query.departed || !accept(query, id, t, 0)) arguments->valid[0] = 0;
+        if (id == query.departed || !query.accept(id, t, 0)) arguments->valid[0] = 0;
     }
     static void filter_occluded(const RTCFilterFunctionNArguments* arguments) {
         auto& query = *reinterpret_cast<SingleQuery<Real>*>(arguments->context);
@@ -268,7 +241,8 @@ struct Accelerator<Real>::Callbacks {
             .user = {single_closest<moving>, single_occluded<moving>},
             .fine = {single_closest<false>, single_occluded<false>},
             .filter_closest = filter_closest,
-            .filter_occluded = filter_occluded};
+            .filter_occluded = filter_occluded,
+            .meshes = mesh_callbacks<Real>()};
     }
 };
 
@@ -384,6 +358,7 @@ Hit<Real> Accelerator<Real>::closest_one_by_one(
         RTCRayHit one;
         query.time = time[lane];
         query.user = &hierarchies_.user;
+        query.meshes = hierarchies_.meshes.get();
         query.lead = query.slack;
         start_single(query, one.ray, ray, departure, lane);
         one.hit.geomID = RTC_INVALID_GEOMETRY_ID;
@@ -420,6 +395,7 @@ Mask<Real> Accelerator<Real>::occluded_one_by_one(const Ray<Lanes<Real>>& ray, c
         RTCRay one;
         query.time = time[lane];
         query.user = &hierarchies_.user;
+        query.meshes = hierarchies_.meshes.get();
         query.lead = query.slack;
         start_single(query, one, ray, departure, lane);
         query.light = static_cast<std::uint32_t>(light[lane]);

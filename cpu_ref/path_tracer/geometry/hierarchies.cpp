@@ -9,22 +9,6 @@
 
 namespace tandem::cpu {
 
-namespace {
-
-struct Incircle {
-    glm::dvec3 centre;
-    double radius;
-};
-Incircle incircle_of(const std::array<glm::dvec3, 3>& c) {
-    const double a = glm::distance(c[1], c[2]), b = glm::distance(c[2], c[0]), e = glm::distance(c[0], c[1]);
-    const double perimeter = a + b + e;
-    if (!(perimeter > 0.0)) return {c[0], 0.0};
-    return {
-        (a * c[0] + b * c[1] + e * c[2]) / perimeter, glm::length(glm::cross(c[1] - c[0], c[2] - c[0])) / perimeter};
-}
-
-}  // namespace
-
 template <class Real>
 struct Hierarchies<Real>::Bounds {
     static void all(const RTCBoundsFunctionArguments* arguments) {
@@ -55,7 +39,7 @@ struct Hierarchies<Real>::Bounds {
 template <class Real>
 Hierarchies<Real>::Hierarchies(
     RTCDevice device, const Tables<Real>& tables, std::size_t most_in_leaf, const RayCallbacks& callbacks)
-    : leaf(tables.default_kernels && tables.primitives.size() <= most_in_leaf),
+    : leaf(tables.default_kernels && tables.primitives.size() <= most_in_leaf && !tables.meshes),
       scene(rtcNewScene(device)),
       tables_(tables) {
     const TriangleKernel kernel = tables.settings.intersection.triangles;
@@ -76,6 +60,9 @@ Hierarchies<Real>::Hierarchies(
     reach += static_cast<double>(tables.camera.lens_radius);
     for (const BoundingBox& box : tables.bounds)
         for (int i = 0; i < 3; ++i) reach = std::max({reach, std::abs(box.low[i]), std::abs(box.high[i])});
+    if (tables.meshes)
+        for (const MeshTable::Place& place : tables.meshes->places)
+            for (int i = 0; i < 3; ++i) reach = std::max({reach, std::abs(place.low[i]), std::abs(place.high[i])});
     inflation = 32.0 * 0x1p-24 * reach;
     if (leaf) {
         if (!tables.primitives.empty()) add_user_geometry(device, callbacks, 1);
@@ -94,6 +81,11 @@ Hierarchies<Real>::Hierarchies(
         }
         if (!native.empty()) add_native_triangles(device, callbacks);
         if (!user.empty()) add_user_geometry(device, callbacks, static_cast<unsigned>(user.size()));
+        if (tables.meshes) {
+            meshes =
+                std::make_unique<MeshHierarchies<Real>>(device, *tables.meshes, reach, inflation, callbacks.meshes);
+            meshes->attach_places(device, scene.get());
+        }
     }
     rtcCommitScene(scene.get());
     if (const RTCError error = rtcGetDeviceError(device); error != RTC_ERROR_NONE)

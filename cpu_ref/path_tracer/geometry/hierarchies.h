@@ -1,6 +1,7 @@
 // What Embree holds of a scene (MODEL.md section 5). A scene of few primitives is one leaf of user geometry. Otherwise
 // plain triangles are native, in single precision and slightly widened, so that Embree's own test loses none. All else
-// is user geometry. Primitives in motion have bounds over the whole shutter. What becomes of rays is accelerator.h's.
+// is user geometry, and a box for each place of a mesh (mesh_hierarchies.h). Primitives in motion have bounds over the
+// whole shutter. What becomes of rays is accelerator.h's.
 #pragma once
 
 #include <cmath>
@@ -9,18 +10,10 @@
 #include <vector>
 
 #include "cpu_ref/path_tracer/geometry/embree.h"
+#include "cpu_ref/path_tracer/geometry/mesh_hierarchies.h"
 #include "cpu_ref/path_tracer/tables.h"
 
 namespace tandem::cpu {
-
-inline constexpr std::uint32_t native_geometry = 0, user_geometry = 1;  // Embree's geomID
-
-// A float no less than `a`, so that Embree culls nothing at `a`.
-[[nodiscard]] inline float round_up(double a) {
-    const float rounded = static_cast<float>(a);
-    return static_cast<double>(rounded) < a ? std::nextafter(rounded, std::numeric_limits<float>::infinity()) : rounded;
-}
-[[nodiscard]] inline float round_down(double a) { return -round_up(-a); }
 
 // What Embree calls for a ray at the leaf, at other user geometry, and at Fine's triangles. Filters are called at
 // native triangles that would become the closest hit, or occlude.
@@ -31,6 +24,7 @@ struct RayCallbacks {
     };
     Pair leaf, user, fine;
     RTCFilterFunctionN filter_closest, filter_occluded;
+    MeshCallbacks meshes;
 };
 
 template <class Real>
@@ -63,6 +57,7 @@ public:
     double inflation = 0.0;                   // of bounds, world units
     embree::Scene scene;
     std::unique_ptr<Fine> fine;
+    std::unique_ptr<MeshHierarchies<Real>> meshes;  // where there are any: their places are the scene's third geometry
 
 private:
     void add_native_triangles(RTCDevice device, const RayCallbacks& callbacks);

@@ -1,16 +1,10 @@
 // The surface at a hit: point, normal, and how far rounding may have moved the point off it (MODEL.md section 5).
 #pragma once
 
+#include "cpu_ref/path_tracer/geometry/face_lanes.h"
 #include "cpu_ref/path_tracer/tables.h"
 
 namespace tandem::cpu {
-
-template <class Real>
-struct Hit {
-    Mask<Real> found;
-    Lanes<Real> t;
-    Ints<Real> face;  // 0 where nothing was found
-};
 
 template <class Real>
 struct Surface {
@@ -37,8 +31,8 @@ inline constexpr Real error_factor = Real(21) * unit_roundoff<Real>;
 // 13u a. Normals are made in double, where the products round by 2^-53. In single precision the other terms have |n_i|
 // <= 1 alone, and a needle no more than m_i = 4 + 2^-29 m_i. One u (|p|_max + 2^-10 extent) keeps rays off coplanar
 // neighbours where all terms vanish, at 0 too.
-template <class Real>
-TANDEM_INLINE Lanes<Real> plane_error(const FaceTable<Real>& faces, Ints<Real> face, const Vec3<Lanes<Real>>& p) {
+template <class Faces, class Real>
+TANDEM_INLINE Lanes<Real> plane_error(const Faces& faces, Ints<Real> face, const Vec3<Lanes<Real>>& p) {
     using V = Lanes<Real>;
     const Vec3<V> size{absolute(p.x), absolute(p.y), absolute(p.z)};
     const V a = dot(faces.terms[face], size) + faces.terms_of_extent[face];
@@ -64,9 +58,9 @@ TANDEM_INLINE V error_in_motion(V at_rest, std::type_identity_t<V> size) {
 // its cosine. 8 e do for angles whose tangent is above 1/4, 14 degrees. A triangle smaller than the margin is not moved
 // out of. No move is more than a quarter of its least height, since what moves away from one edge moves as far towards
 // others.
-template <class Real>
-TANDEM_INLINE void draw_in(const FaceTable<Real>& faces, Ints<Real> face, Mask<Real> planar, const Lanes<Real>& error,
-    Surface<Real>& surface) {
+template <class Faces, class Real>
+TANDEM_INLINE void draw_in(
+    const Faces& faces, Ints<Real> face, Mask<Real> planar, const Lanes<Real>& error, Surface<Real>& surface) {
     using V = Lanes<Real>;
     const V margin =
         greatest(V(Real(72) * unit_roundoff<Real>) * largest_magnitude(surface.point), V(V(Real(8)) * error));
@@ -109,12 +103,11 @@ TANDEM_INLINE void bend_to_sphere(
     surface.normal = select(surface.curved, unit(apply_rows(spheres.normal_map, sphere, q)), surface.normal);
 }
 
-// moved: by how much at most the entity stands elsewhere than where it is met.
-template <class Real>
-TANDEM_INLINE Surface<Real> surface_at(const Tables<Real>& tables, const Ray<Lanes<Real>>& ray, const Hit<Real>& hit,
-    const Lanes<Real>& moved = Lanes<Real>(Real(0))) {
+// moved: by how much at most the entity stands elsewhere than where it is met. faces: FaceTable or FaceLanes.
+template <class Faces, class Real>
+TANDEM_INLINE Surface<Real> surface_on(const Faces& faces, const Tables<Real>& tables, const Ray<Lanes<Real>>& ray,
+    const Hit<Real>& hit, const Lanes<Real>& moved) {
     using V = Lanes<Real>;
-    const FaceTable<Real>& faces = tables.faces;
     Surface<Real> surface;
     const Vec3<V> p = along(ray.origin, hit.t, ray.direction), n = faces.normal[hit.face];
     const V excess = dot(n, p) - faces.offset[hit.face];
@@ -143,6 +136,14 @@ TANDEM_INLINE Surface<Real> surface_at(const Tables<Real>& tables, const Ray<Lan
     if (planted(PlantedBug::epsilon_too_large))
         surface.error_bound = V(static_cast<Real>(tables.size * planted_amount()));
     return surface;
+}
+
+template <class Real>
+TANDEM_INLINE Surface<Real> surface_at(const Tables<Real>& tables, const Ray<Lanes<Real>>& ray, const Hit<Real>& hit,
+    const Lanes<Real>& moved = Lanes<Real>(Real(0))) {
+    if (tables.meshes) [[unlikely]]
+        return surface_on(lanes_of_faces(tables, hit), tables, ray, hit, moved);
+    return surface_on(tables.faces, tables, ray, hit, moved);
 }
 
 // The same where entities move: found on the entity at rest by the ray moved back by `shift`, then moved there.

@@ -174,11 +174,12 @@ TANDEM_INLINE Lanes<Real> any_light_density(const Tables<Real>& tables, const Re
     const Hit<Real>& hit, const Surface<Real>& surface, const Vec3<Lanes<Real>>& direction) {
     const Lanes<Real> density = light_density(tables, from.point, from.primitive, from.inside, hit, surface, direction);
     if (!tables.lights.any_ellipsoid) return density;
+    const Ints<Real> row = row_of(tables, hit.face);
     const Mask<Real> stretched =
-        surface.curved & has_bit(tables.faces.curved[hit.face], UnsignedOf<Real>{curved_bits::ellipsoid_light});
+        surface.curved & has_bit(tables.faces.curved[row], UnsignedOf<Real>{curved_bits::ellipsoid_light});
     if (none(stretched)) return density;
-    return select(stretched,
-        ellipsoid_density(tables, from, tables.faces.sphere[hit.face], surface.primitive, direction), density);
+    return select(
+        stretched, ellipsoid_density(tables, from, tables.faces.sphere[row], surface.primitive, direction), density);
 }
 
 }  // namespace tandem::cpu

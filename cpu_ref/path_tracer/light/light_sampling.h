@@ -211,11 +211,12 @@ TANDEM_INLINE Lanes<Real> light_density(const Tables<Real>& tables, const Vec3<L
     Ints<Real> from_primitive, Mask<Real> from_inside, const Hit<Real>& hit, const Surface<Real>& surface,
     const Vec3<Lanes<Real>>& direction) {
     using V = Lanes<Real>;
-    const V area_density = tables.faces.light_density[hit.face];
+    const Ints<Real> row = row_of(tables, hit.face);
+    const V area_density = tables.faces.light_density[row];
     V density = area_density * hit.t * hit.t / absolute(dot(surface.normal, direction));
     if (planted(PlantedBug::jacobian_missing)) density = area_density;
     if (tables.lights.any_sphere && any(surface.curved)) {
-        const Ints<Real> sphere = tables.faces.sphere[hit.face];
+        const Ints<Real> sphere = tables.faces.sphere[row];
         const V radius = tables.sphere_table.radius[sphere], chance = tables.sphere_table.chance[sphere];
         const Vec3<V> offset = tables.sphere_table.centre[sphere] - from;
         const V square = dot(offset, offset);

@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <numbers>
+#include <utility>
 
 #include "cpu_ref/path_tracer/arithmetic/sampling.h"
 #include "cpu_ref/planted.h"
@@ -141,12 +142,17 @@ dvec3 texture_colour(const Texture& texture, const dvec3& object_point, const dv
     return texture.first * (1.0 - s) + texture.second * s;
 }
 
-TextureTable::TextureTable(const Scene& scene) : textures_(scene.textures) {
+namespace {
+constexpr std::array<dvec2, 3> default_coordinates{dvec2(0.0, 0.0), dvec2(1.0, 0.0), dvec2(0.0, 1.0)};
+}  // namespace
+
+TextureTable::TextureTable(const Scene& scene, std::shared_ptr<const MeshTable> meshes)
+    : textures_(scene.textures), meshes_(std::move(meshes)) {
     if (textures_.empty()) return;
     for (const Entity& entity : scene.entities)
         entities_.push_back({scene.materials[entity.material].colour_texture, glm::inverse(entity.object_to_world)});
-    constexpr std::array<dvec2, 3> default_coordinates{dvec2(0.0, 0.0), dvec2(1.0, 0.0), dvec2(0.0, 1.0)};
-    for (const PlacedPrimitive& placed : placed_primitives(scene)) {
+    for (const PlacedPrimitive placed : placed_primitives(scene)) {
+        if (meshes_ && meshes_->is_place(placed.entity)) continue;
         Shape shape;
         shape.entity = placed.entity;
         if (entities_[placed.entity].texture != no_index) {
@@ -166,8 +172,18 @@ TextureTable::TextureTable(const Scene& scene) : textures_(scene.textures) {
     }
 }
 
+TextureTable::Shape TextureTable::shape_of_mesh(std::uint32_t slot) const {
+    const MeshTable::Place& place = meshes_->place_of(slot);
+    const std::array<std::uint32_t, 3>& indices = meshes_->indices_of(place, slot);
+    Shape shape{PrimitiveKind::triangle, place.entity, meshes_->corners_of(indices), default_coordinates};
+    for (std::size_t i = 0; i < 3 && !meshes_->coordinates.empty(); ++i)
+        shape.coordinates[i] = meshes_->coordinates[indices[i]];
+    return shape;
+}
+
 dvec3 TextureTable::colour(std::uint32_t primitive, unsigned face, const dvec3& point) const {
-    const Placement& placement = entities_[shapes_[primitive].entity];
+    const std::uint32_t entity = in_mesh(primitive) ? meshes_->place_of(primitive).entity : shapes_[primitive].entity;
+    const Placement& placement = entities_[entity];
     const Texture& texture = textures_[placement.texture];
     const dvec3 object_point(placement.world_to_object * glm::dvec4(point, 1.0));
     const bool by_coordinates = texture.kind == TextureKind::image || texture.space == TextureSpace::coordinates;
@@ -176,7 +192,11 @@ dvec3 TextureTable::colour(std::uint32_t primitive, unsigned face, const dvec3& 
 }
 
 dvec2 TextureTable::coordinates(std::uint32_t primitive, unsigned face, const dvec3& object_point) const {
-    const Shape& shape = shapes_[primitive];
+    return in_mesh(primitive) ? coordinates(shape_of_mesh(primitive), face, object_point)
+                              : coordinates(shapes_[primitive], face, object_point);
+}
+
+dvec2 TextureTable::coordinates(const Shape& shape, unsigned face, const dvec3& object_point) {
     const dvec3& origin = shape.points[0];
     if (shape.kind == PrimitiveKind::sphere) {
         const dvec3 n = glm::normalize(object_point - origin);

@@ -5,9 +5,11 @@
 #include <array>
 #include <cstdint>
 #include <glm/glm.hpp>
+#include <memory>
 #include <vector>
 
 #include "common/scene/scene.h"
+#include "cpu_ref/path_tracer/geometry/mesh_table.h"
 
 namespace tandem::cpu {
 
@@ -29,9 +31,9 @@ enum class Rows { repeated, held };
 class TextureTable {
 public:
     TextureTable() = default;
-    explicit TextureTable(const Scene& scene);
+    TextureTable(const Scene& scene, std::shared_ptr<const MeshTable> meshes);
 
-    // At a point in world space (the motion of its entity taken out) of the primitive with that id. `face` counts
+    // At a point in world space (the motion of its entity taken out) of the primitive in that slot. `face` counts
     // within the primitive: cuboids have six, -x +x -y +y -z +z.
     [[nodiscard]] glm::dvec3 colour(std::uint32_t primitive, unsigned face, const glm::dvec3& point) const;
     // Section 5.1.
@@ -49,9 +51,14 @@ private:
         std::uint32_t texture = no_index;
         glm::dmat4 world_to_object{1.0};
     };
+    [[nodiscard]] bool in_mesh(std::uint32_t slot) const { return meshes_ && meshes_->holds(slot); }
+    [[nodiscard]] Shape shape_of_mesh(std::uint32_t slot) const;
+    [[nodiscard]] static glm::dvec2 coordinates(const Shape& shape, unsigned face, const glm::dvec3& object_point);
+
     std::vector<Texture> textures_;
-    std::vector<Shape> shapes_;        // by primitive id; those without a texture keep their defaults
+    std::vector<Shape> shapes_;        // by slot; those without a texture keep their defaults
     std::vector<Placement> entities_;  // by entity
+    std::shared_ptr<const MeshTable> meshes_;
 };
 
 }  // namespace tandem::cpu

@@ -48,7 +48,7 @@ VulkanJob::VulkanJob(const Instance& instance, const Device& device, Stages& sta
       device_(device),
       patterns_(patterns),
       precision_(precision),
-      settings_(checked_settings(device, scene, settings, precision)),
+      settings_(checked_settings(device, scene, settings, precision, patterns.tracer.kernel)),
       scene_(flatten_for(scene, settings_,
           walks_itself(patterns.tracer.kernel, scene, settings_) ? acceleration : Acceleration::loops, precision)),
       specialisation_(with_patterns(specialise(device, scene, scene_, settings_, planted_bug), device, patterns,

@@ -12,6 +12,7 @@
 #include "common/render/memory_forecast.h"
 #include "common/scene/coincident_faces.h"
 #include "vulkan/framework/shader_library.h"
+#include "vulkan/renderer/job/memory.h"
 #include "vulkan/renderer/job/ray_batch.h"
 #include "vulkan/renderer/kernels/bindings.h"
 #include "vulkan/renderer/kernels/kernel_shape.h"
@@ -90,8 +91,9 @@ void check_workgroup(const Device& device, std::uint32_t workgroup) {
 }
 
 // The largest buffer of a large scene is that of its trees' nodes, one a primitive.
-void check_buffers(const Device& device, const Scene& scene) {
-    const std::uint64_t primitives = placed_counts(scene).all(), nodes = primitives * sizeof(gpu::BvhNode);
+void check_buffers(const Device& device, const Scene& scene, const RenderSettings& settings) {
+    const std::uint64_t primitives = nodes_of(placed_counts(scene, placed_meshes(scene, settings))),
+                        nodes = primitives * sizeof(gpu::BvhNode);
     if (const std::uint64_t range = device.limits().maxStorageBufferRange; nodes > range)
         throw UnsupportedError(fmt::format(
             "{} lets shaders see {} KiB of a buffer, and the tree of {} primitives takes {}; use a smaller scene, "
@@ -136,7 +138,7 @@ std::optional<float> far_corner(const Scene& described, const SceneData& scene) 
             };
             return beyond(source.index0) || beyond(source.index1) || beyond(source.index2);
         });
-    return any && !scene.in_double ? std::optional(limit) : std::nullopt;
+    return (any || scene.meshes.reach > double{limit}) && !scene.in_double ? std::optional(limit) : std::nullopt;
 }
 
 Specialisation specialise(const Device& device, const Scene& described, const SceneData& scene,
@@ -144,7 +146,7 @@ Specialisation specialise(const Device& device, const Scene& described, const Sc
     const EffectSet effects = effects_of(described, settings);
     const bool general = effects != needed_effects(described, settings);
     const SceneTrees& trees = scene.trees;
-    const bool has_trees = trees.triangles || trees.spheres || trees.cuboids;
+    const bool has_trees = trees.triangles || trees.spheres || trees.cuboids || trees.meshes;
     // Corners that are the same in float may not be in double.
     const bool unrolled = !general && !has_trees && !scene.in_double &&
                           scene.triangle_count + scene.sphere_count + scene.cuboid_count <= most_unrolled;
@@ -165,6 +167,9 @@ Specialisation specialise(const Device& device, const Scene& described, const Sc
         .triangle_root = trees.triangles,
         .sphere_root = trees.spheres,
         .cuboid_root = trees.cuboids,
+        .mesh_root = trees.meshes,
+        .first_mesh_slot = scene.meshes.first_slot,
+        .place_count = scene.meshes.places,
         .ray_min = to_distance(settings.ray_min),
         .ray_max = to_distance(settings.ray_max),
         .planted_bug = fault,
@@ -227,11 +232,13 @@ SceneData flatten_for(
 }
 
 RenderSettings checked_settings(
-    const Device& device, const Scene& scene, RenderSettings settings, GeometryPrecision precision) {
+    const Device& device, const Scene& scene, RenderSettings settings, GeometryPrecision precision, KernelShape shape) {
     settings.accumulation = chosen_accumulation(device, settings, precision);
     check_settings(scene, settings);
     check_kernels(settings.intersection);
-    check_buffers(device, scene);
+    if (precision != GeometryPrecision::single_precision || brings_trees(shape))
+        settings.instancing = Instancing::never;
+    check_buffers(device, scene, settings);
     return settings;
 }
 

@@ -9,10 +9,10 @@
 
 namespace tandem {
 
-// The same with the accumulation that is left open (own_accumulation). Throws UnsupportedError where no job has such
-// settings.
+// The same with the accumulation that is left open (own_accumulation), and without instancing where kernels have none.
+// Throws UnsupportedError where no job has such settings.
 [[nodiscard]] RenderSettings checked_settings(
-    const Device& device, const Scene& scene, RenderSettings settings, GeometryPrecision precision);
+    const Device& device, const Scene& scene, RenderSettings settings, GeometryPrecision precision, KernelShape shape);
 
 // What a device does where settings leave it open: in double where it and this build can.
 [[nodiscard]] Accumulation own_accumulation(const Device& device);

@@ -27,10 +27,15 @@ std::optional<PathState> most_kept(KernelShape shape) {
 
 }  // namespace
 
-MemoryForecast memory_forecast(
-    const Device& device, const Scene& scene, KernelShape shape, bool in_double, std::uint64_t pixels) {
-    const PlacedCounts placed = placed_counts(scene);
-    const std::uint64_t n = placed.all(), sent = sent_bytes(scene, n), nodes = n * sizeof(gpu::BvhNode);
+std::uint64_t nodes_of(const PlacedCounts& counts) { return counts.all() + counts.mesh_triangles + counts.places; }
+
+MemoryForecast memory_forecast(const Device& device, const Scene& scene, const RenderSettings& settings,
+    KernelShape shape, bool in_double, std::uint64_t pixels) {
+    RenderSettings possible = settings;
+    if (in_double || brings_trees(shape)) possible.instancing = Instancing::never;
+    const PlacedCounts placed = placed_counts(scene, placed_meshes(scene, possible));
+    const std::uint64_t n = nodes_of(placed), nodes = n * sizeof(gpu::BvhNode);
+    const std::uint64_t sent = sent_bytes(scene, n) + scene.entities.size() * sizeof(gpu::EntityTransform);
     const std::uint64_t world =
         in_double ? placed.triangles * sizeof(gpu::DoubleTriangle) +
                         (placed.spheres + placed.cuboids) * sizeof(gpu::DoubleConvex)
@@ -41,8 +46,8 @@ MemoryForecast memory_forecast(
     MemoryForecast forecast;
     forecast.tables = copies * sent + (in_double ? copies : shares_memory ? 1 : 0) * world;
     forecast.trees = copies * nodes;
-    // The list of what is placed; boxes, and their order, while the tree grows.
-    forecast.building = n * (sizeof(PlacedPrimitive) + sizeof(Box) + sizeof(std::uint32_t));
+    // Boxes, and their order, while the tree grows.
+    forecast.building = n * (sizeof(Box) + sizeof(std::uint32_t));
     const std::optional<PathState> kept = most_kept(shape);
     constexpr std::uint64_t sums = channel_count * sizeof(gpu::Vec4);
     forecast.job_pixel = sums + sizeof(std::uint32_t);  // downloaded ones, and the list of pixels

@@ -8,7 +8,10 @@
 namespace tandem {
 
 // With `pixels` in flight. A device that is the processor has its buffers in the machine's memory.
-[[nodiscard]] MemoryForecast memory_forecast(
-    const Device& device, const Scene& scene, KernelShape shape, bool in_double, std::uint64_t pixels);
+[[nodiscard]] MemoryForecast memory_forecast(const Device& device, const Scene& scene, const RenderSettings& settings,
+    KernelShape shape, bool in_double, std::uint64_t pixels);
+
+// The most that all trees have.
+[[nodiscard]] std::uint64_t nodes_of(const PlacedCounts& counts);
 
 }  // namespace tandem

@@ -29,7 +29,9 @@ std::vector<BufferSpec> host_specs(std::size_t count, std::size_t element, vk::B
 
 SceneData flatten_for(
     const Scene& scene, const RenderSettings& settings, Acceleration acceleration, GeometryPrecision precision) {
-    SceneData result = flatten(scene, settings, acceleration);
+    RenderSettings possible = settings;
+    if (precision != GeometryPrecision::single_precision) possible.instancing = Instancing::never;
+    SceneData result = flatten(scene, possible, acceleration);
     if (precision != GeometryPrecision::single_precision)
         result.in_double = place_in_double(scene, settings, result, precision == GeometryPrecision::mixed);
     return result;
@@ -39,13 +41,16 @@ Specialisation specialise(const SceneData& scene, const IntersectionSettings& ch
     Specialisation result;
     result.hands_on_floats = precision == GeometryPrecision::mixed;
     result.path = all_buffers;
-    if (scene.triangle_count > 0) result.effects = result.effects.with(Effect::triangles);
+    if (scene.triangle_count > 0 || scene.has_meshes()) result.effects = result.effects.with(Effect::triangles);
     if (scene.sphere_count > 0) result.effects = result.effects.with(Effect::spheres);
     if (scene.cuboid_count > 0) result.effects = result.effects.with(Effect::cuboids);
     result.triangles = result.spheres = result.cuboids = told_at_run_time;
     result.triangle_root = scene.trees.triangles;
     result.sphere_root = scene.trees.spheres;
     result.cuboid_root = scene.trees.cuboids;
+    result.mesh_root = scene.trees.meshes;
+    result.first_mesh_slot = scene.meshes.first_slot;
+    result.place_count = scene.meshes.places;
     result.intersection = chosen;
     return result;
 }
@@ -129,8 +134,15 @@ VulkanIntersector::VulkanIntersector(const Instance& instance, const Device& dev
       readback_(device, MemoryDomain::readback,
           host_specs(ray_outputs.size(), element_, vk::BufferUsageFlagBits::eTransferDst)),
       submission_(device, VulkanPatterns{}),
-      slots_(scene_.placed.size()) {
-    for (std::uint32_t slot = 0; slot < scene_.placed.size(); ++slot) slots_[scene_.placed[slot].id] = slot;
+      slots_(scene_.primitives() + scene_.meshes.placed_triangles, no_slot) {
+    for (std::uint32_t slot = 0; slot < scene_.primitives(); ++slot) slots_[scene_.placed[slot].id] = slot;
+    for (std::uint32_t place = 0; place < scene_.meshes.places; ++place) {
+        const std::size_t at = scene_.meshes.first_slot + place;
+        const std::uint32_t first = scene_.sources[at].index1, end = place + 1 < scene_.meshes.places
+                                                                         ? scene_.sources[at + 1].index1
+                                                                         : static_cast<std::uint32_t>(slots_.size());
+        for (std::uint32_t slot = first; slot < end; ++slot) slots_[scene_.placed[at].id + (slot - first)] = slot;
+    }
     place_scene();
 }
 

@@ -38,6 +38,8 @@ struct Specialisation {
     std::optional<UnrolledPrimitives> unrolled;  // the loops over primitives
     std::uint32_t triangles = 0, spheres = 0, cuboids = 0;
     std::optional<std::uint32_t> triangle_root, sphere_root, cuboid_root;  // of trees in place of loops
+    std::optional<std::uint32_t> mesh_root;                                // of the tree over places of meshes
+    std::uint32_t first_mesh_slot = 0, place_count = 0;                    // SceneMeshes
     float ray_min = 0, ray_max = 0;
     PlantedFault planted_bug;
     IntersectionSettings intersection;

@@ -30,8 +30,8 @@ Corner corner_of(const SceneData& scene, std::size_t corner) {
 }  // namespace
 
 bool is_unturned(const SceneData& scene) {
-    return std::all_of(
-        scene.sources.begin() + scene.triangle_count, scene.sources.end(), [&](const gpu::PrimitiveSource& source) {
+    return std::all_of(scene.sources.begin() + scene.triangle_count, scene.sources.begin() + scene.primitives(),
+        [&](const gpu::PrimitiveSource& source) {
             const gpu::EntityTransform& m = scene.transforms[source.entity];
             return is_aligned(m) && is_diagonal(m.to_world0, m.to_world1, m.to_world2);
         });

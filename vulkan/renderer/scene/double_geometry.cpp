@@ -97,7 +97,7 @@ gpu::DoubleTexture texture(const Texture& described, const gpu::Texture& flatten
 
 DoubleGeometry place_in_double(
     const Scene& scene, const RenderSettings& settings, const SceneData& flattened, bool from_floats) {
-    const std::vector<PlacedPrimitive> all = placed_primitives(scene);
+    const PlacedPrimitives all = placed_primitives(scene);
     DoubleGeometry result;
     result.camera = flatten_camera<double>(scene.camera, settings);
     for (const Entity& entity : scene.entities) result.transforms.push_back(flatten_transform<double>(entity));
@@ -107,7 +107,7 @@ DoubleGeometry place_in_double(
     for (std::size_t i = 0; i < flattened.tables.media.size(); ++i)
         result.media.push_back(medium(scene.media[i], flattened.tables.media[i]));
     for (const gpu::Placed& placed : flattened.placed) {
-        const PlacedPrimitive& place = all[placed.id];
+        const PlacedPrimitive place = all[placed.id];
         const Primitive& primitive = scene.primitives[place.primitive];
         dmat4 m = scene.entities[place.entity].object_to_world;
         std::array<dvec3, 3> p;

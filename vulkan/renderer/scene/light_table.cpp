@@ -1,5 +1,6 @@
 #include "vulkan/renderer/scene/light_table.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <glm/geometric.hpp>
@@ -115,14 +116,17 @@ Candidate<Real> candidate(const PunctualLight& punctual) {
 template <class Real>
 std::vector<Candidate<Real>> candidates_of(
     const Scene& scene, const std::vector<gpu::Placed>& placed, bool background) {
-    const std::vector<PlacedPrimitive> all = placed_primitives(scene);
-    std::vector<std::uint32_t> slot_of(all.size());
-    for (std::uint32_t slot = 0; slot < placed.size(); ++slot) slot_of[placed[slot].id] = slot;
+    std::vector<std::pair<std::uint32_t, std::uint32_t>> emitting;  // ids and slots
+    for (std::uint32_t slot = 0; slot < placed.size(); ++slot)
+        if (scene.materials[placed[slot].material].radiance != glm::dvec3(0.0))
+            emitting.emplace_back(placed[slot].id, slot);
+    std::ranges::sort(emitting);
+    const PlacedPrimitives all = placed_primitives(scene);
     std::vector<Candidate<Real>> candidates;
     const auto add = [&](const Candidate<Real>& found) {
         if (found.power > 0.0) candidates.push_back(found);
     };
-    for (std::size_t id = 0; id < all.size(); ++id) add(candidate<Real>(scene, slot_of[id], all[id]));
+    for (const auto& [id, slot] : emitting) add(candidate<Real>(scene, slot, all[id]));
     for (const bool suns : {false, true})
         for (const PunctualLight& light : scene.lights)
             if ((light.kind == PunctualKind::sun) == suns) add(candidate<Real>(light));

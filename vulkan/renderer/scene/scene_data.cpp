@@ -9,6 +9,7 @@
 
 #include "common/error.h"
 #include "vulkan/renderer/scene/light_table.h"
+#include "vulkan/renderer/scene/mesh_places.h"
 #include "vulkan/renderer/scene/world_boxes.h"
 
 namespace tandem {
@@ -58,37 +59,96 @@ bool has_passing_emission(const Scene& scene) {
 }
 
 // The diagonal of the box around everything.
-double extent_of(const Scene& scene) {
+double extent_of(const Scene& scene, const PlacedMeshes& placed, const std::vector<MeshPlace>& places) {
     Box all{glm::dvec3(INFINITY), glm::dvec3(-INFINITY)};
-    for (const PlacedPrimitive& placed : placed_primitives(scene)) {
-        const Box box = world_box(scene, placed);
-        all = {glm::min(all.low, box.low), glm::max(all.high, box.high)};
+    for (std::uint32_t e = 0; e < scene.entities.size(); ++e) {
+        const Entity& entity = scene.entities[e];
+        for (std::uint32_t i = 0; i < (placed.places(e) ? 0 : entity.primitive_count); ++i) {
+            const Box box = world_box(scene, {e, entity.first_primitive + i});
+            all = {glm::min(all.low, box.low), glm::max(all.high, box.high)};
+        }
     }
+    for (const MeshPlace& place : places) all = {glm::min(all.low, place.box.low), glm::max(all.high, place.box.high)};
     return all.low.x <= all.high.x ? glm::length(all.high - all.low) : 0.0;
 }
 
+void add_body(SceneData& data, std::uint32_t material, bool triangles) {
+    std::uint32_t& bodies = data.materials[material].bodies;
+    if (triangles) bodies = gpu::no_index;
+    if (bodies != gpu::no_index) ++bodies;
+}
+
 // Slots: triangles, spheres, cuboids, in id order within a kind.
-void place_primitives(const Scene& scene, SceneData& data) {
-    const std::vector<PlacedPrimitive> all = placed_primitives(scene);
+void place_primitives(const Scene& scene, const PlacedMeshes& placed, SceneData& data) {
+    const PlacedPrimitives all = placed_primitives(scene);
     if (all.size() >= (1u << 27) - 8)
         throw UnsupportedError("the Vulkan renderer numbers primitives with 27 bits; use fewer than 134 million");
     for (const PrimitiveKind kind : {PrimitiveKind::triangle, PrimitiveKind::sphere, PrimitiveKind::cuboid}) {
         const std::size_t before = data.sources.size();
-        for (std::uint32_t id = 0; id < all.size(); ++id) {
-            const Primitive& primitive = scene.primitives[all[id].primitive];
-            if (primitive.kind != kind) continue;
-            data.sources.push_back({static_cast<std::uint32_t>(kind), primitive.index[0], primitive.index[1],
-                primitive.index[2], all[id].entity, static_cast<float>(primitive.radius)});
-            std::uint32_t& bodies = data.materials[scene.entities[all[id].entity].material].bodies;
-            if (kind == PrimitiveKind::triangle) bodies = gpu::no_index;
-            if (bodies != gpu::no_index) ++bodies;
-            data.placed.push_back({id, scene.entities[all[id].entity].material, all[id].entity, gpu::no_light});
+        for (std::uint32_t e = 0; e < scene.entities.size(); ++e) {
+            const Entity& entity = scene.entities[e];
+            for (std::uint32_t i = 0; i < (placed.places(e) ? 0 : entity.primitive_count); ++i) {
+                const Primitive& primitive = scene.primitives[entity.first_primitive + i];
+                if (primitive.kind != kind) continue;
+                data.sources.push_back({static_cast<std::uint32_t>(kind), primitive.index[0], primitive.index[1],
+                    primitive.index[2], e, static_cast<float>(primitive.radius)});
+                add_body(data, entity.material, kind == PrimitiveKind::triangle);
+                data.placed.push_back({all.first_of(e) + i, entity.material, e, gpu::no_light});
+            }
         }
         const auto count = static_cast<std::uint32_t>(data.sources.size() - before);
         (kind == PrimitiveKind::triangle    ? data.triangle_count
             : kind == PrimitiveKind::sphere ? data.sphere_count
                                             : data.cuboid_count) = count;
     }
+}
+
+// Sources and Placed of places, then the sources of the meshes' triangles; roots are set when trees have grown.
+void place_meshes(
+    const Scene& scene, const PlacedMeshes& placed, const std::vector<MeshPlace>& places, SceneData& data) {
+    const PlacedPrimitives all = placed_primitives(scene);
+    SceneMeshes& meshes = data.meshes;
+    meshes.first_slot = data.primitives();
+    meshes.places = static_cast<std::uint32_t>(places.size());
+    std::vector<std::uint32_t> first_sources;
+    std::uint32_t next = meshes.first_slot + meshes.places, slot = meshes.first_slot;
+    for (const PlacedMeshes::Mesh& mesh : placed.meshes)
+        first_sources.push_back(std::exchange(next, next + mesh.count));
+    meshes.triangles = next - meshes.first_slot - meshes.places;
+    for (const MeshPlace& place : places) {
+        const Entity& entity = scene.entities[place.entity];
+        data.sources.push_back({0, first_sources[place.mesh], slot, 0, place.entity, place.reach});
+        data.placed.push_back({all.first_of(place.entity), entity.material, place.entity, gpu::no_light});
+        add_body(data, entity.material, true);
+        slot += entity.primitive_count;
+        for (const glm::dvec3& corner : {place.box.low, place.box.high})
+            meshes.reach = std::max({meshes.reach, std::abs(corner.x), std::abs(corner.y), std::abs(corner.z)});
+    }
+    meshes.placed_triangles = slot - meshes.first_slot;
+    for (const PlacedMeshes::Mesh& mesh : placed.meshes)
+        for (std::uint32_t i = 0; i < mesh.count; ++i) {
+            const auto& index = scene.primitives[mesh.first + i].index;
+            data.sources.push_back({0, index[0], index[1], index[2], 0, 0.0F});
+        }
+}
+
+// A tree for each mesh, in object space, then one over their places.
+void grow_mesh_trees(
+    const Scene& scene, const PlacedMeshes& placed, const std::vector<MeshPlace>& places, SceneData& data) {
+    std::vector<std::uint32_t> roots;
+    std::vector<Box> boxes;
+    for (const PlacedMeshes::Mesh& mesh : placed.meshes) {
+        boxes.clear();
+        for (std::uint32_t i = 0; i < mesh.count; ++i)
+            boxes.push_back(object_box(scene, scene.primitives[mesh.first + i]));
+        roots.push_back(build_bvh(boxes, data.trees.nodes));
+    }
+    boxes.clear();
+    for (std::size_t i = 0; i < places.size(); ++i) {
+        boxes.push_back(places[i].box);
+        data.sources[data.meshes.first_slot + i].kind = roots[places[i].mesh];
+    }
+    data.trees.meshes = build_bvh(boxes, data.trees.nodes);
 }
 
 // From so many primitives of a kind on, a tree is used. Lavapipe renders a mesh of 98 triangles in 22 ms a sample by
@@ -99,7 +159,7 @@ SceneTrees grow_trees(const Scene& scene, const SceneData& data, Acceleration ac
     SceneTrees trees;
     if (acceleration == Acceleration::loops) return trees;
     const std::uint32_t fewest = acceleration == Acceleration::trees ? 1 : fewest_in_tree;
-    const std::vector<PlacedPrimitive> all = placed_primitives(scene);
+    const PlacedPrimitives all = placed_primitives(scene);
     std::uint32_t first = 0;
     const auto grow = [&](std::uint32_t count) -> std::optional<std::uint32_t> {
         const std::uint32_t begin = std::exchange(first, first + count);
@@ -173,26 +233,32 @@ SceneData flatten(const Scene& scene, const RenderSettings& settings, Accelerati
         throw UnsupportedError(
             "the Vulkan renderer tells bodies with an interior apart by 16 bits; use fewer materials");
     SceneData data;
+    const PlacedMeshes placed = acceleration == Acceleration::loops ? PlacedMeshes{} : placed_meshes(scene, settings);
+    const std::vector<MeshPlace> places = mesh_places(scene, placed);
     data.header.background_down = to_float(scene.background.down);
     data.header.background_up = to_float(scene.background.up);
-    data.header.extent = static_cast<float>(extent_of(scene));
+    data.header.extent = static_cast<float>(extent_of(scene, placed, places));
     if (needed.has(Effect::medium_absorption)) data.header.medium = scene.medium;
     data.camera = flatten_camera<float>(scene.camera, settings);
     for (const glm::dvec3& vertex : scene.vertices) data.vertices.push_back(rounded<float>(vertex, 1.0));
     for (const Entity& entity : scene.entities) data.transforms.push_back(flatten_transform<float>(entity));
     for (const Material& material : scene.materials) data.materials.push_back(flatten(material, needed));
-    place_primitives(scene, data);
+    place_primitives(scene, placed, data);
     const bool samples_background = needed.has(Effect::sampled_background);
     if (needed.has(Effect::light_sampling))
         data.lights = make_light_table<float>(scene, data.placed, samples_background);
     for (std::uint32_t i = 0; i < data.lights.size(); ++i)
         if (data.lights[i].slot != gpu::no_index) data.placed[data.lights[i].slot].light = i;
     if (samples_background) data.header.background_probability = data.lights.back().probability;
-    data.tables = make_scene_tables(scene, needed, data.sources);
+    if (placed.any()) place_meshes(scene, placed, places, data);
+    const std::span<const gpu::PrimitiveSource> sources(data.sources);
+    data.tables =
+        make_scene_tables(scene, needed, {sources.first(data.triangle_count), sources.last(data.meshes.triangles)});
     data.header.environment = data.tables.environment;
     data.header.texture_coordinates = data.tables.texture_coordinates;
     data.header.shading_normals = data.tables.shading_normals;
     data.trees = grow_trees(scene, data, acceleration);
+    if (placed.any()) grow_mesh_trees(scene, placed, places, data);
     data.passing_emission = has_passing_emission(scene);
     return data;
 }

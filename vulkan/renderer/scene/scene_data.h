@@ -11,10 +11,18 @@
 
 namespace tandem {
 
-// The roots of the trees over the primitives of one kind each; none where a loop serves.
+// The roots of the trees over the primitives of one kind each; none where a loop serves. meshes: over their places.
 struct SceneTrees {
     std::vector<gpu::BvhNode> nodes;
-    std::optional<std::uint32_t> triangles, spheres, cuboids;
+    std::optional<std::uint32_t> triangles, spheres, cuboids, meshes;
+};
+
+// Meshes that several entities place (shaders/scene/meshes.glsl): their places have sources and Placed of their own
+// after those of primitives, their triangles sources after those of places, and slots from `first_slot` on.
+struct SceneMeshes {
+    std::uint32_t first_slot = 0, places = 0, triangles = 0;  // triangles: of meshes, each once
+    std::uint32_t placed_triangles = 0;
+    double reach = 0.0;  // the largest coordinate of them in the world
 };
 
 // What kernels with geometry in double read in place of its like in float. The host has placed the world primitives,
@@ -39,16 +47,21 @@ struct SceneData {
     gpu::SceneHeader header;
     gpu::Camera camera;
     std::vector<gpu::Vec4> vertices;
-    std::vector<gpu::PrimitiveSource> sources;  // by slot
+    std::vector<gpu::PrimitiveSource> sources;  // by slot, and of meshes
     std::vector<gpu::EntityTransform> transforms;
-    std::vector<gpu::Placed> placed;  // by slot
+    std::vector<gpu::Placed> placed;  // by slot, and of places
     std::vector<gpu::Material> materials;
     std::vector<gpu::Light> lights;
     SceneTables tables;
     std::uint32_t triangle_count = 0, sphere_count = 0, cuboid_count = 0;
+    SceneMeshes meshes;
     SceneTrees trees;
     std::optional<DoubleGeometry> in_double;
     bool passing_emission = false;  // some surface emits and lets the path go on
+
+    [[nodiscard]] std::uint32_t primitives() const { return triangle_count + sphere_count + cuboid_count; }
+    // Whose world triangles stages do not fill.
+    [[nodiscard]] bool has_meshes() const { return meshes.places > 0; }
 };
 
 // Throws UnsupportedError for what float cannot hold.

@@ -89,30 +89,28 @@ void add_media(const Scene& scene, EffectSet needed, Builder& builder) {
 }
 
 // Three pairs a triangle; without a model's own, those of MODEL.md section 5.1.
-void add_texture_coordinates(const Scene& scene, const std::vector<gpu::PrimitiveSource>& sources, Builder& builder) {
+void add_texture_coordinates(const Scene& scene, const TabledTriangles& triangles, Builder& builder) {
     std::vector<float> pairs;
     const auto add = [&](const glm::dvec2& uv) {
         pairs.insert(pairs.end(), {static_cast<float>(uv.x), static_cast<float>(uv.y)});
     };
-    for (const gpu::PrimitiveSource& source : sources) {
-        if (source.kind != static_cast<std::uint32_t>(PrimitiveKind::triangle)) break;  // they come first
-        if (scene.texture_coordinates.empty()) {
-            for (const glm::dvec2& uv : {glm::dvec2(0, 0), glm::dvec2(1, 0), glm::dvec2(0, 1)}) add(uv);
-            continue;
+    for (const std::span<const gpu::PrimitiveSource> sources : {triangles.placed, triangles.of_meshes})
+        for (const gpu::PrimitiveSource& source : sources) {
+            if (scene.texture_coordinates.empty()) {
+                for (const glm::dvec2& uv : {glm::dvec2(0, 0), glm::dvec2(1, 0), glm::dvec2(0, 1)}) add(uv);
+                continue;
+            }
+            for (const std::uint32_t index : {source.index0, source.index1, source.index2})
+                add(scene.texture_coordinates[index]);
         }
-        for (const std::uint32_t index : {source.index0, source.index1, source.index2})
-            add(scene.texture_coordinates[index]);
-    }
     builder.tables.texture_coordinates = builder.append("texture-coordinates", pairs);
 }
 
-// Three vectors a triangle, in the world; those of a triangle times one factor, which keeps them within singles.
-void add_shading_normals(const Scene& scene, const std::vector<gpu::PrimitiveSource>& sources, Builder& builder) {
+// Three vectors a triangle, in the world, but of meshes in object space; those of a triangle times one factor, which
+// keeps them within singles.
+void add_shading_normals(const Scene& scene, const TabledTriangles& triangles, Builder& builder) {
     std::vector<float> vectors;
-    for (const gpu::PrimitiveSource& source : sources) {
-        if (source.kind != static_cast<std::uint32_t>(PrimitiveKind::triangle)) break;  // they come first
-        const glm::dmat3 to_world(scene.entities[source.entity].object_to_world);
-        const glm::dmat3 normal_to_world = glm::transpose(glm::inverse(to_world));
+    const auto add = [&](const gpu::PrimitiveSource& source, const glm::dmat3& normal_to_world) {
         std::array<glm::dvec3, 3> normals;
         double longest = 0.0;
         for (std::size_t i = 0; i < 3; ++i) {
@@ -124,7 +122,12 @@ void add_shading_normals(const Scene& scene, const std::vector<gpu::PrimitiveSou
             const gpu::Vec3 scaled = to_float(longest > 0.0 ? normal / longest : normal);
             vectors.insert(vectors.end(), {scaled.x, scaled.y, scaled.z});
         }
+    };
+    for (const gpu::PrimitiveSource& source : triangles.placed) {
+        const glm::dmat3 to_world(scene.entities[source.entity].object_to_world);
+        add(source, glm::transpose(glm::inverse(to_world)));
     }
+    for (const gpu::PrimitiveSource& source : triangles.of_meshes) add(source, glm::dmat3(1.0));
     builder.tables.shading_normals = builder.append("shading-normals", vectors);
 }
 
@@ -195,13 +198,13 @@ void add_environment(const Background& background, EffectSet needed, Builder& bu
 
 }  // namespace
 
-SceneTables make_scene_tables(const Scene& scene, EffectSet needed, const std::vector<gpu::PrimitiveSource>& sources) {
+SceneTables make_scene_tables(const Scene& scene, EffectSet needed, const TabledTriangles& triangles) {
     Builder builder;
     if (needed.has(Effect::checker) || needed.has(Effect::noise) || needed.has(Effect::image_texture))
         add_textures(scene, needed, builder);
     if (needed.has(Effect::medium_absorption)) add_media(scene, needed, builder);
-    if (needed.has(Effect::texture_coordinates)) add_texture_coordinates(scene, sources, builder);
-    if (needed.has(Effect::shading_normals)) add_shading_normals(scene, sources, builder);
+    if (needed.has(Effect::texture_coordinates)) add_texture_coordinates(scene, triangles, builder);
+    if (needed.has(Effect::shading_normals)) add_shading_normals(scene, triangles, builder);
     if (needed.has(Effect::background_image)) add_environment(scene.background, needed, builder);
     return builder.tables;
 }

@@ -2,6 +2,7 @@
 // array of floats on the device (shaders/material/tables.glsl); textures and media say where theirs begin.
 #pragma once
 
+#include <span>
 #include <string>
 #include <vector>
 
@@ -24,8 +25,10 @@ struct SceneTables {
     std::uint32_t shading_normals = gpu::no_index;  // where they begin; or none
 };
 
-// Those that the `needed` effects use. `sources` are the primitives by slot.
-[[nodiscard]] SceneTables make_scene_tables(
-    const Scene& scene, EffectSet needed, const std::vector<gpu::PrimitiveSource>& sources);
+// Those that the `needed` effects use. triangles: those of entities by slot, and those of meshes, in object space.
+struct TabledTriangles {
+    std::span<const gpu::PrimitiveSource> placed, of_meshes;
+};
+[[nodiscard]] SceneTables make_scene_tables(const Scene& scene, EffectSet needed, const TabledTriangles& triangles);
 
 }  // namespace tandem

@@ -93,11 +93,10 @@ DescriptorSets make_descriptors(
 }
 
 // The corners of triangles at rest, rounded as little as may be.
-std::vector<gpu::Vec3> corners_at_rest(
-    const Scene& scene, const SceneData& data, const std::vector<PlacedPrimitive>& all) {
+std::vector<gpu::Vec3> corners_at_rest(const Scene& scene, const SceneData& data, const PlacedPrimitives& all) {
     std::vector<gpu::Vec3> corners;
     for (std::size_t slot = 0; slot < data.triangle_count; ++slot) {
-        const PlacedPrimitive& placed = all[data.placed[slot].id];
+        const PlacedPrimitive placed = all[data.placed[slot].id];
         const Entity& entity = scene.entities[placed.entity];
         for (std::size_t i = 0; i < 3; ++i) {
             const glm::dvec3& vertex = scene.vertices[scene.primitives[placed.primitive].index[i]];
@@ -120,7 +119,7 @@ std::string untraceable(KernelShape shape, const RenderSettings& settings) {
 }
 
 TracedGeometry traced_geometry(const Scene& scene, const SceneData& data, EffectSet effects, bool device_triangles) {
-    const std::vector<PlacedPrimitive> all = placed_primitives(scene);
+    const PlacedPrimitives all = placed_primitives(scene);
     std::vector<Box> boxes;
     for (const gpu::Placed& placed : data.placed) boxes.push_back(world_box(scene, all[placed.id]));
     const double in_media = effects.has(Effect::medium_scattering) ? most_diagonals * double{data.header.extent} : 0.0;

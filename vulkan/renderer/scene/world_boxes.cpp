@@ -1,5 +1,6 @@
 #include "vulkan/renderer/scene/world_boxes.h"
 
+#include <algorithm>
 #include <cmath>
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
@@ -20,19 +21,6 @@ glm::dmat3 absolute(const glm::dmat3& m) { return {glm::abs(m[0]), glm::abs(m[1]
 // The sum of the absolute terms of each coordinate of the point.
 glm::dvec3 magnitude(const glm::dmat4& m, const glm::dvec3& p) {
     return absolute(glm::dmat3(m)) * glm::abs(p) + glm::abs(glm::dvec3(m[3]));
-}
-
-Box triangle_box(const Scene& scene, const Primitive& primitive, const glm::dmat4& m) {
-    Box box{glm::dvec3(INFINITY), glm::dvec3(-INFINITY)};
-    double greatest = 0.0;
-    for (const std::uint32_t index : primitive.index) {
-        const glm::dvec3 p = scene.vertices[index], world(m * glm::dvec4(p, 1.0)), terms = magnitude(m, p);
-        box.low = glm::min(box.low, world);
-        box.high = glm::max(box.high, world);
-        greatest = std::max({greatest, terms.x, terms.y, terms.z});
-    }
-    const glm::dvec3 pad(2.0 * gamma16 * greatest);  // of the corners, and of the test
-    return {box.low - pad, box.high + pad};
 }
 
 // `size`: half the extents of a cuboid, or the radius thrice.
@@ -56,7 +44,7 @@ Box box_at_rest(const Scene& scene, const PlacedPrimitive& placed) {
     const Primitive& primitive = scene.primitives[placed.primitive];
     const glm::dmat4& m = scene.entities[placed.entity].object_to_world;
     const glm::dvec3 a = scene.vertices[primitive.index[0]];
-    if (primitive.kind == PrimitiveKind::triangle) return triangle_box(scene, primitive, m);
+    if (primitive.kind == PrimitiveKind::triangle) return box_of_points(scene, primitive.index, m).box;
     if (primitive.kind == PrimitiveKind::sphere) {
         const glm::dvec3 size(primitive.radius);
         return convex_box(m, primitive.kind, a, size, magnitude(m, glm::abs(a) + size));
@@ -67,6 +55,20 @@ Box box_at_rest(const Scene& scene, const PlacedPrimitive& placed) {
 }
 
 }  // namespace
+
+PointsBox box_of_points(const Scene& scene, std::span<const std::uint32_t> indices, const glm::dmat4& object_to_world) {
+    PointsBox result{{glm::dvec3(INFINITY), glm::dvec3(-INFINITY)}, 0.0};
+    for (const std::uint32_t index : indices) {
+        const glm::dvec3 p = scene.vertices[index], world(object_to_world * glm::dvec4(p, 1.0)),
+                         terms = magnitude(object_to_world, p);
+        result.box.low = glm::min(result.box.low, world);
+        result.box.high = glm::max(result.box.high, world);
+        result.greatest = std::max({result.greatest, terms.x, terms.y, terms.z});
+    }
+    const glm::dvec3 pad(2.0 * gamma16 * result.greatest);  // of the corners, and of the test
+    result.box = {result.box.low - pad, result.box.high + pad};
+    return result;
+}
 
 Box world_box(const Scene& scene, const PlacedPrimitive& placed) {
     Box box = box_at_rest(scene, placed);
