@@ -73,6 +73,7 @@ void print_verdict(const SceneVerdict& verdict, bool verbose) {
         if (!worst.command.empty()) fmt::print("        {}\n", escaped(worst.command));
     }
     if (!verdict.suspects.empty()) fmt::print("    {}\n", told(verdict.suspects));
+    if (verdict.elimination) fmt::print("    {}\n", told(*verdict.elimination));
     if (verdict.likeness) fmt::print("    {}\n", told(*verdict.likeness));
     if (!verdict.closed_form.skipped.empty())
         fmt::print("    the scene's closed form is left out: {}\n", verdict.closed_form.skipped);

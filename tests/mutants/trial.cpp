@@ -83,7 +83,9 @@ Trial trial_of(const SceneVerdict& verdict, Planting planting, const std::string
         planted_signatures(), std::back_inserter(rows), [&](const PlantedSignature& row) { return row.bug != bug; });
     std::vector<Suspect> blamed = verdict.suspects;
     if (verdict.signature && verdict.partings)
-        blamed = suspects_of_difference({judgement, *verdict.signature, *verdict.partings, verdict.fault_place}, rows);
+        blamed = suspects_of_difference({judgement, *verdict.signature, *verdict.partings, verdict.fault_place,
+                                            verdict.elimination ? &*verdict.elimination : nullptr},
+            rows);
     for (const Suspect& suspect : blamed) trial.blamed.emplace_back(name_of(suspect.part));
     trial.coarse_arithmetic = judgement.coarse_arithmetic;
     trial.samples = std::min(verdict.reference.samples, verdict.candidate.samples);

@@ -4,10 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <glm/geometric.hpp>
-#include <glm/mat3x3.hpp>
 
-#include "common/render/effects.h"
 #include "common/text.h"
 #include "common/validation/explanation/pixel_pattern.h"
 
@@ -16,47 +13,6 @@ namespace tandem {
 namespace {
 
 using S = Subsystem;
-
-// What the scene's effects say of it, the most particular first. An effect that every second scene has is near the end.
-struct EffectFeature {
-    Effect effect;
-    SceneFeature feature;
-};
-constexpr EffectFeature effect_features[] = {
-    {Effect::lens, {S::camera, "a lens", "4"}},
-    {Effect::camera_motion, {S::camera, "a camera that moves", "4"}},
-    {Effect::entity_motion, {S::camera, "an entity that moves", "6"}},
-    {Effect::spot_lights, {S::light_sampling, "a spot", "8.3"}},
-    {Effect::point_lights, {S::light_sampling, "a point light", "8.3"}},
-    {Effect::suns, {S::light_sampling, "a sun", "8.3"}},
-    {Effect::density_grid, {S::volumes, "a density grid", "10"}},
-    {Effect::image_texture, {S::textures, "an image for a colour", "7.0"}},
-    {Effect::noise, {S::textures, "a noise texture", "7.0"}},
-    {Effect::checker, {S::textures, "a checker", "7.0"}},
-    {Effect::medium_absorption, {S::volumes, "a medium", "10"}},
-    {Effect::nested_dielectrics, {S::dielectric, "bodies of glass with priorities", "9.4"}},
-    {Effect::rough_translucent, {S::dielectric, "frosted glass", "7.7"}},
-    {Effect::schlick, {S::dielectric, "Schlick's reflectance", "7.4"}},
-    {Effect::translucent, {S::dielectric, "glass", "7.4"}},
-    {Effect::interiors, {S::volumes, "bodies with interiors", "9.4"}},
-    {Effect::rough_conductor, {S::bsdf, "a rough conductor", "7.6"}},
-    {Effect::smooth_conductor, {S::bsdf, "a conductor", "7.6"}},
-    {Effect::rough_diffuse, {S::bsdf, "a rough diffuse surface", "7.9"}},
-    {Effect::fuzz, {S::bsdf, "a fuzzy mirror", "7.3"}},
-    {Effect::background_image, {S::emission, "an image as background", "8.1"}},
-    {Effect::shading_normals, {S::geometry, "normals of a model", "5.4"}},
-};
-constexpr EffectFeature plain_features[] = {
-    {Effect::background_gradient, {S::emission, "a background that varies with height", "8.1"}},
-    {Effect::light_sampling, {S::light_sampling, "lights that are sampled", "9.2"}},
-    {Effect::specular, {S::bsdf, "a mirror", "7.3"}},
-    {Effect::emission, {S::emission, "a surface that emits", "7.5"}},
-    {Effect::diffuse, {S::bsdf, "a diffuse surface", "7.2"}},
-    {Effect::background, {S::emission, "a background", "8.1"}},
-    {Effect::roulette, {S::roulette, "Russian roulette", "9.3"}},
-};
-
-bool turns_or_scales(const Entity& entity) { return glm::dmat3(entity.object_to_world) != glm::dmat3(1.0); }
 
 // For a part's figures, what a reader of the traced paths would say.
 struct FigureClause {
@@ -117,6 +73,8 @@ public:
         : evidence_(evidence), scores_(scores_of(evidence.signature, rows)) {}
 
     std::vector<Suspect> ranked() {
+        look_at_needs();
+        look_at_levels();
         look_outside_paths();
         look_at_numbers();
         std::vector<S> order;
@@ -133,13 +91,43 @@ public:
     }
 
 private:
-    // More than all else can add up to: two for what the figures say, one for the planted bugs.
-    static constexpr double certain = 4.0, likely = 2.0;
+    // Each is more than all below it add up to: two for what the figures say, one for the planted bugs.
+    static constexpr double certain = 32.0, needed = 8.0, likely = 2.0, next_one = 0.5;
 
     static std::size_t index(S part) { return static_cast<std::size_t>(part); }
     void add(S part, double score, std::string because) {
         scores_.at(index(part)) += score;
         because_.at(index(part)) = std::move(because);
+    }
+
+    // The difference needs a feature, or does without all of a part.
+    void look_at_needs() {
+        if (evidence_.elimination == nullptr) return;
+        double score = needed;
+        for (const FeatureTrial& trial : evidence_.elimination->trials) {
+            const S part = trial.feature.part;
+            if (!trial.feature.names || trial.need != Need::needed || scores_.at(index(part)) >= needed) continue;
+            score *= next_one;
+            suspect(part, needed + score, told(*evidence_.elimination, trial));
+        }
+        for (const S part : cleared_parts(*evidence_.elimination)) scores_.at(index(part)) = 0.0;
+    }
+
+    void suspect(S part, double score, std::string because) {
+        scores_.at(index(part)) = score;
+        because_.at(index(part)) = std::move(because);
+    }
+
+    // Nothing differs but under one condition, which is the work of one part.
+    void look_at_levels() {
+        std::string_view only;
+        for (const LevelResult& level : evidence_.judgement.levels) {
+            if (!level.significant) continue;
+            if (!only.empty()) return;
+            only = level.name;
+        }
+        if (only == size_level) suspect(S::indexing, needed, "films of other sizes alone differ");
+        if (only == counter_level) suspect(S::random_numbers, needed, "great sample numbers and seeds alone differ");
     }
 
     void look_outside_paths() {
@@ -158,15 +146,17 @@ private:
 
     void look_at_numbers() {
         constexpr double independent = 0.4, most_paths = 0.5;
+        // A feature that the difference needs may be where the numbers are wrong.
+        const double score = std::ranges::max(scores_) > needed ? needed : likely;
         const PathPartings& partings = evidence_.partings;
         const bool parted = static_cast<double>(partings.parted) > most_paths * static_cast<double>(partings.paths);
         if (partings.independence > independent && parted)
-            return add(S::random_numbers, likely,
+            return add(S::random_numbers, score,
                 "most paths part, and their draws are as far apart as those of different samples");
         const bool means_agree = std::ranges::none_of(evidence_.judgement.levels,
             [](const LevelResult& level) { return level.significant && compares_means(level); });
         if (means_agree && partings.parted > 0 && !evidence_.place.outside_paths)
-            add(S::random_numbers, likely, "paths part, and all means agree nevertheless");
+            add(S::random_numbers, score, "paths part, and all means agree nevertheless");
     }
 
     const DifferenceEvidence& evidence_;
@@ -175,25 +165,6 @@ private:
 };
 
 }  // namespace
-
-std::vector<SceneFeature> features_of(const Scene& scene, const RenderSettings& settings) {
-    const EffectSet effects = needed_effects(scene, settings);
-    std::vector<SceneFeature> features;
-    const auto take = [&](std::span<const EffectFeature> some) {
-        for (const EffectFeature& one : some)
-            if (effects.has(one.effect)) features.push_back(one.feature);
-    };
-    take(effect_features);
-    const bool reads_image = effects.has(Effect::background_image) || effects.has(Effect::image_texture);
-    if (reads_image) features.push_back({S::scene_data, "an image file", "7.0"});
-    if (std::ranges::any_of(scene.entities, turns_or_scales))
-        features.push_back({S::scene_data, "an entity that is turned or scaled", "6"});
-    if (effects.has(Effect::triangles)) features.push_back({S::geometry, "quads or triangles", "5"});
-    if (effects.has(Effect::ellipsoid_lights)) features.push_back({S::geometry, "an ellipsoid", "5"});
-    take(plain_features);
-    features.push_back({S::scene_data, "anything else that the loader reads", ""});
-    return features;
-}
 
 std::vector<Suspect> suspects_of_miss(std::span<const SceneFeature> features, std::span<const SceneFeature> met) {
     std::vector<Suspect> suspects;

@@ -1,6 +1,6 @@
-// Which parts of a path tracer are suspected, likeliest first, each with the observation that speaks against it. What
-// paths and kernels show outranks what planted bugs look like (likeness.h). Where both sides miss a closed form alike,
-// the scene's own features are the suspects.
+// Which parts of a path tracer are suspected, likeliest first, each with the observation that speaks against it. A
+// feature that the difference needs outranks what paths show, and that what planted bugs look like (likeness.h). Where
+// both sides miss a closed form alike, the scene's own features are the suspects.
 #pragma once
 
 #include <optional>
@@ -9,9 +9,10 @@
 #include <string_view>
 #include <vector>
 
-#include "common/scene/scene.h"
 #include "common/validation/explanation/likeness.h"
+#include "common/validation/explanation/scene_features.h"
 #include "common/validation/verdict/closed_form.h"
+#include "common/validation/verify/elimination.h"
 #include "common/validation/verify/fault_place.h"
 
 namespace tandem {
@@ -21,17 +22,6 @@ struct Suspect {
     std::string because;  // a clause that can follow a colon
 };
 inline constexpr std::size_t most_suspects = 3;
-
-// What a scene has beyond the plainest one, and where MODEL.md defines it.
-struct SceneFeature {
-    Subsystem part = Subsystem::count;
-    std::string_view words;    // "a lens"
-    std::string_view section;  // empty: the words are the whole clause
-    bool operator==(const SceneFeature&) const = default;
-};
-
-// The most particular first: few scenes have a lens, all have surfaces.
-[[nodiscard]] std::vector<SceneFeature> features_of(const Scene& scene, const RenderSettings& settings);
 
 // Where both sides miss a closed form: the scene's features. First come those that none of `met` has, the features of
 // scenes that meet their closed forms.
@@ -48,6 +38,7 @@ struct DifferenceEvidence {
     const Signature& signature;
     const PathPartings& partings;
     const FaultPlace& place;
+    const Elimination* elimination = nullptr;  // where features were taken out
 };
 [[nodiscard]] std::vector<Suspect> suspects_of_difference(
     const DifferenceEvidence& evidence, std::span<const PlantedSignature> rows = planted_signatures());

@@ -117,6 +117,22 @@ json likeness_json(const std::optional<Likeness>& likeness) {
         {"score_fraction", likeness->sureness}, {"right", likeness->right}, {"of", likeness->of}};
 }
 
+json paired_look_json(const PairedLook& look) {
+    return {{"pairs", look.pairs}, {"invalid_samples", look.invalid}, {"parted_fraction", look.sums.share()},
+        {"relative_difference", number(look.relative)}, {"relative_error", number(look.error)}, {"p", number(look.p)}};
+}
+
+json elimination_json(const std::optional<Elimination>& elimination) {
+    if (!elimination) return nullptr;
+    json trials = json::array();
+    for (const FeatureTrial& trial : elimination->trials)
+        trials.push_back({{"feature", trial.feature.words}, {"subsystem", name_of(trial.feature.part)},
+            {"need", need_names.at(static_cast<std::size_t>(trial.need))},
+            {"without", trial.without ? paired_look_json(*trial.without) : json(nullptr)}});
+    return {{"text", told(*elimination)}, {"scenes", elimination->scenes}, {"seconds", elimination->seconds},
+        {"whole", paired_look_json(elimination->whole)}, {"features", trials}, {"left_out", elimination->left_out}};
+}
+
 // Figures that are not 0: with them a naming can be tried anew without rendering.
 json signature_json(const std::optional<Signature>& signature) {
     if (!signature) return nullptr;
@@ -246,6 +262,7 @@ json to_json(const SceneVerdict& v) {
     result["suspects"] = json::array();
     for (const Suspect& suspect : v.suspects)
         result["suspects"].push_back({{"subsystem", name_of(suspect.part)}, {"because", suspect.because}});
+    result["elimination"] = elimination_json(v.elimination);
     result["signature"] = signature_json(v.signature);
     result["outvoted"] = outvoted_json(v.outvoted);
     result["closed_form"] = closed_form_json(v);

@@ -6,14 +6,13 @@
 #include <utility>
 
 #include "common/error.h"
-#include "common/render/effects.h"
 #include "common/render/foreign_job.h"
 #include "common/scene/coincident_faces.h"
 #include "common/statistics/multiple_tests.h"
 #include "common/stopwatch.h"
+#include "common/validation/verify/explain_fault.h"
 #include "common/validation/verify/fault_place.h"
 #include "common/validation/verify/foreign_side.h"
-#include "common/validation/verify/path_partings.h"
 #include "common/validation/verify/sample_looks.h"
 #include "common/validation/verify/schedule.h"
 
@@ -77,8 +76,7 @@ private:
     void judge_look(const LookShare& share);
     [[nodiscard]] std::optional<Rectangle> tile_to_ask_about() const;
     void ask_the_oracle();
-    void find_worst_pixel();
-    void compare_with_planted_bugs(const RenderSettings& settings);
+    void look_for_the_fault();
     [[nodiscard]] std::uint64_t max_samples() const {
         return options_.max_samples > 0 ? options_.max_samples : default_max_samples(verdict_.settings);
     }
@@ -95,6 +93,7 @@ private:
     std::optional<PairedDifferences> differences_;
     std::vector<double> paired_alarms_;  // shares of the paired looks
     double seconds_of_pair_ = 0.0;       // a batch of both sides
+    double prepare_seconds_ = 0.0;       // of both sides
     double paired_reference_seconds_ = 0.0, paired_candidate_seconds_ = 0.0;
 };
 
@@ -403,55 +402,24 @@ void Verification::ask_the_oracle() {
         .progress = [&](const std::string& text) { report(watch_.seconds() / options_.budget_seconds, text); }});
 }
 
-// The sample to trace is looked for where the sides differ: elsewhere any will do.
-void Verification::find_worst_pixel() {
+void Verification::look_for_the_fault() {
     if (verdict_.looks.empty()) return;
     verdict_.worst = worst_pixel_of(verdict_.reference, verdict_.candidate, verdict_.judgement.pixel_p);
     verdict_.worst->seed = verdict_.reference_seed;
     const bool disagree = verdict_.judgement.verdict == Verdict::disagree;
     if (!disagree || !options_.explain || options_.stop.stop_requested()) return;
-    RenderSettings settings = verdict_.settings;
-    settings.seed = verdict_.reference_seed;
-    const bool in_time = watch_.seconds() < options_.budget_seconds;  // each kernel is built anew
-    try {
-        verdict_.fault_place =
-            find_fault(*verdict_.worst, {.scene = scene_,
-                                            .settings = settings,
-                                            .reference = reference_renderer_,
-                                            .candidate = candidate_renderer_,
-                                            .reference_name = verdict_.reference_name,
-                                            .candidate_name = verdict_.candidate_name,
-                                            .region = fired_region(verdict_.judgement),
-                                            .differ = sides_differ(verdict_),
-                                            .kernels = in_time ? options_.kernels : std::vector<std::string>(),
-                                            .with_kernel = options_.with_kernel,
-                                            .stop = options_.stop});
-        compare_with_planted_bugs(settings);
-    } catch (const Error&) {
-        // A device that is lost now takes no verdict back; any sample will do.
-    }
-}
-
-void Verification::compare_with_planted_bugs(const RenderSettings& settings) {
-    if (!sides_differ(verdict_)) return;
-    const std::optional<PathPartings> partings = partings_of_paths({.scene = scene_,
-        .settings = settings,
-        .reference = reference_renderer_,
-        .candidate = candidate_renderer_,
-        .region = fired_region(verdict_.judgement),
-        .stop = options_.stop});
-    if (!partings) {  // no path can be traced, or no time was left for many
-        verdict_.suspects = suspects_of_difference(
-            {.judgement = verdict_.judgement, .signature = {}, .partings = {}, .place = verdict_.fault_place}, {});
-        return;
-    }
-    verdict_.signature = signature_of(verdict_.judgement, verdict_.paired, *partings, needed_effects(scene_, settings));
-    verdict_.likeness = likeness_of(*verdict_.signature);
-    verdict_.suspects = suspects_of_difference({.judgement = verdict_.judgement,
-        .signature = *verdict_.signature,
-        .partings = *partings,
-        .place = verdict_.fault_place});
-    verdict_.partings = partings;
+    const double samples = static_cast<double>(std::max<std::uint64_t>(reference_.estimate.count(), 1));
+    explain_fault(verdict_,
+        {.scene = scene_,
+            .reference = reference_renderer_,
+            .candidate = candidate_renderer_,
+            .options = options_,
+            .follow_numbers = follow_numbers(),
+            .same_samples = same_paths(),
+            .prepare_seconds = prepare_seconds_,
+            .seconds_per_sample = (reference_.seconds + candidate_.seconds) / samples,
+            .watch = watch_,
+            .report = [&](const std::string& text) { report(watch_.seconds() / options_.budget_seconds, text); }});
 }
 
 double Verification::seconds_to(const Side& side, std::uint64_t samples) {
@@ -463,11 +431,12 @@ SceneVerdict Verification::run() {
     report(0.0, "preparing");
     reference_ = side(reference_renderer_, verdict_.reference_seed);
     candidate_ = side(candidate_renderer_, verdict_.candidate_seed);
+    prepare_seconds_ = watch_.seconds();
     measure_speed();
     if (!verdict_.stopped) run_paired();
     if (!verdict_.stopped) run_looks();
     if (!verdict_.stopped) resolve_pairs();
-    find_worst_pixel();
+    look_for_the_fault();
     if (!verdict_.stopped) ask_the_oracle();
     verdict_.reference_seconds = reference_.seconds + paired_reference_seconds_;
     verdict_.candidate_seconds = candidate_.seconds + paired_candidate_seconds_;

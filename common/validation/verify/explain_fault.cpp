@@ -1,0 +1,121 @@
+#include "common/validation/verify/explain_fault.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "common/error.h"
+#include "common/render/effects.h"
+#include "common/validation/verify/elimination.h"
+#include "common/validation/verify/fault_place.h"
+#include "common/validation/verify/path_partings.h"
+
+namespace tandem {
+
+namespace {
+
+constexpr double part_beside_oracle = 0.5;  // of the time that is left; the oracle has the rest
+
+class Fault {
+public:
+    Fault(SceneVerdict& verdict, const FaultRequest& request)
+        : verdict_(verdict), request_(request), settings_(verdict.settings) {
+        settings_.seed = verdict.reference_seed;
+    }
+
+    void explain() {
+        find_place();
+        if (!sides_differ(verdict_)) return;
+        compare_with_planted_bugs();
+        suspect();
+        take_features_out();
+        suspect();
+    }
+
+private:
+    void find_place() {
+        const VerifyOptions& options = request_.options;
+        const bool in_time = request_.watch.seconds() < options.budget_seconds;  // each kernel is built anew
+        verdict_.fault_place =
+            find_fault(*verdict_.worst, {.scene = request_.scene,
+                                            .settings = settings_,
+                                            .reference = request_.reference,
+                                            .candidate = request_.candidate,
+                                            .reference_name = verdict_.reference_name,
+                                            .candidate_name = verdict_.candidate_name,
+                                            .region = fired_region(verdict_.judgement),
+                                            .differ = sides_differ(verdict_),
+                                            .kernels = in_time ? options.kernels : std::vector<std::string>(),
+                                            .with_kernel = options.with_kernel,
+                                            .stop = options.stop});
+    }
+
+    void compare_with_planted_bugs() {
+        verdict_.partings = partings_of_paths({.scene = request_.scene,
+            .settings = settings_,
+            .reference = request_.reference,
+            .candidate = request_.candidate,
+            .region = fired_region(verdict_.judgement),
+            .stop = request_.options.stop});
+        if (!verdict_.partings) return;  // no path can be traced, or no time was left for many
+        const EffectSet effects = needed_effects(request_.scene, settings_);
+        verdict_.signature = signature_of(verdict_.judgement, verdict_.paired, *verdict_.partings, effects);
+        verdict_.likeness = likeness_of(*verdict_.signature);
+    }
+
+    [[nodiscard]] DifferenceEvidence evidence() const {
+        static const Signature no_signature{};
+        static const PathPartings no_partings{};
+        return {.judgement = verdict_.judgement,
+            .signature = verdict_.signature ? *verdict_.signature : no_signature,
+            .partings = verdict_.partings ? *verdict_.partings : no_partings,
+            .place = verdict_.fault_place,
+            .elimination = verdict_.elimination ? &*verdict_.elimination : nullptr};
+    }
+    void suspect() {
+        verdict_.suspects =
+            verdict_.signature ? suspects_of_difference(evidence()) : suspects_of_difference(evidence(), {});
+    }
+
+    void take_features_out() {
+        if (!request_.follow_numbers) {
+            verdict_.elimination.emplace().left_out = "the sides do not draw the same random numbers";
+            return;
+        }
+        const VerifyOptions& options = request_.options;
+        const double left = options.budget_seconds - request_.watch.seconds();
+        constexpr double samples = 16.0;  // of the first scene
+        std::vector<double> suspicion;
+        if (verdict_.signature) {
+            const Scores scores = scores_of(*verdict_.signature, planted_signatures());
+            suspicion.assign(scores.begin(), scores.end());
+        }
+        verdict_.elimination = eliminate({.scene = request_.scene,
+            .settings = settings_,
+            .reference = request_.reference,
+            .candidate = request_.candidate,
+            .other_precision = options.other_precision,
+            .criteria = verdict_.criteria,
+            .same_samples = request_.same_samples,
+            .suspicion = std::move(suspicion),
+            .budget_seconds = (options.oracle != nullptr ? part_beside_oracle : 1.0) * left,
+            .expected_seconds = request_.prepare_seconds + samples * request_.seconds_per_sample,
+            .stop = options.stop,
+            .progress = request_.report});
+    }
+
+    SceneVerdict& verdict_;
+    const FaultRequest& request_;
+    RenderSettings settings_;
+};
+
+}  // namespace
+
+void explain_fault(SceneVerdict& verdict, const FaultRequest& request) {
+    try {
+        Fault(verdict, request).explain();
+    } catch (const Error&) {  // a device was lost; any sample will do
+    }
+}
+
+}  // namespace tandem
