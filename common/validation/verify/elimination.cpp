@@ -332,10 +332,12 @@ private:
             return question_.suspicion.empty() ? 0.0
                                                : question_.suspicion.at(static_cast<std::size_t>(features_[i].part));
         };
-        const auto others = std::ranges::stable_partition(order, [&](std::size_t i) { return !features_[i].names; });
-        std::ranges::stable_sort(others, std::less{}, suspicion);
+        const auto others =
+            std::stable_partition(order.begin(), order.end(), [&](std::size_t i) { return !features_[i].names; });
+        std::stable_sort(
+            others, order.end(), [&](std::size_t a, std::size_t b) { return suspicion(a) < suspicion(b); });
         const Some all(order);
-        const std::size_t short_paths = order.size() - others.size();
+        const auto short_paths = static_cast<std::size_t>(others - order.begin());
         reduce(all.first(short_paths));
         reduce(all.subspan(short_paths));
     }
@@ -358,6 +360,8 @@ std::string figures(const Elimination& elimination, const PairedLook& look, bool
         return fmt::format("{} of the sums of {} samples part", percent(look.sums.share()), samples_at_once);
     if (elimination.whole.p >= false_difference) return fmt::format("{} are invalid", look.invalid);
     if (!all) return percent(std::abs(look.relative));
+    if (constexpr double shown = 1e-6; std::abs(look.relative) + 2.0 * look.error < shown)
+        return fmt::format("difference below {}", percent(shown));
     return fmt::format("difference {} ± {}", percent(std::abs(look.relative)), percent(2.0 * look.error));
 }
 
