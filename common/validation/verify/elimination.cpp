@@ -127,6 +127,7 @@ public:
         if (look_at_whole()) {
             out_.assign(features_.size(), false);
             reduce_all();
+            look_longer();
             if (late_) result_.left_out = "no time was left for the rest";
         }
         result_.seconds = watch_.seconds();
@@ -285,8 +286,8 @@ private:
         const EditedScene edited = without(out);
         if (!scatters(edited.scene)) return Stays::unknown;
         try {
-            const std::uint64_t most =
-                std::min(most_batches, std::max(4 * fewest_batches, 4 * result_.whole.pairs / samples_at_once));
+            const std::uint64_t usual = std::max(4 * fewest_batches, 4 * result_.whole.pairs / samples_at_once);
+            const std::uint64_t most = longer_ ? most_batches : std::min(most_batches, usual);
             constexpr double part_of_rest = 0.25;  // others are to be tried, too
             const double now = watch_.seconds(), until = now + part_of_rest * (question_.budget_seconds - now);
             look = look_at(edited, until, most, [&](const PairedLook& one) { return judge(one) != Stays::unknown; });
@@ -342,6 +343,13 @@ private:
         reduce(all.subspan(short_paths));
     }
 
+    // At what is not known by then.
+    void look_longer() {
+        longer_ = true;
+        for (std::size_t i = 0; i < features_.size(); ++i)
+            if (result_.trials[i].need == Need::unknown) reduce(Some(&i, 1));
+    }
+
     const EliminationQuestion& question_;
     Stopwatch watch_;
     std::vector<SceneFeature> features_;
@@ -349,7 +357,7 @@ private:
     std::optional<std::size_t> region_;
     double rounding_ = 0.0;
     double last_seconds_ = 0.0;  // of the last scene, to its first look
-    bool by_means_ = false, late_ = false;
+    bool by_means_ = false, late_ = false, longer_ = false;
     std::vector<bool> out_;
     PairedLook with_;  // the plainest scene yet that differs
     Elimination result_;
