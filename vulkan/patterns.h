@@ -17,11 +17,11 @@ enum class MemoryLayout : std::uint32_t {
     others_per_set,  // the reverse
 };
 
-// Where Scene and Camera live, which the host writes.
-enum class ScenePlacement : std::uint32_t {
-    device_local,  // for the device alone: copied there from memory of the host
-    host_visible,  // in memory of the host, which the device reads each time: the thesis's
-    mapped,        // in the device's own memory, written by the host if it can reach that
+// Whose memory buffers are in.
+enum class BufferPlacement : std::uint32_t {
+    device_local,  // for the device alone: what the host writes is copied there
+    host_visible,  // in memory of the host, which the device reaches each time: the thesis's for Scene and Camera
+    mapped,        // in the device's own memory, of a type that the host reaches too, if there is one
 };
 
 enum class RecordingPattern : std::uint32_t {
@@ -96,7 +96,8 @@ struct QueueSlot {
 
 struct VulkanPatterns {
     MemoryLayout memory = MemoryLayout::per_set;
-    ScenePlacement scene = ScenePlacement::device_local;
+    BufferPlacement scene = BufferPlacement::device_local;  // and the camera
+    BufferPlacement rays = BufferPlacement::device_local;   // and the sums
     RecordingPattern recording = RecordingPattern::on_the_fly;
     ResetPattern reset = ResetPattern::pool;
     bool one_time_submit = true;  // the flag on command buffers recorded on the fly

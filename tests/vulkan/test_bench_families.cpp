@@ -75,7 +75,7 @@ TEST_CASE("every arm of every family computes what its baseline computes") {
 TEST_CASE("the layer has nothing to say about several queues, frames in flight, transfers and pipelines") {
     const SharedDevice device = device_of(true);
     for (const Family& family : {queues_family(device), frames_family(device), transfers_family(device),
-             transfers_beside_family(device), pipelines_family(device), images_family(device)})
+             transfers_beside_family(device), readback_family(device), pipelines_family(device), images_family(device)})
         (void)check_arms(family);
     const std::vector<std::string> messages = device->log().take();
     CHECK(messages.empty());

@@ -53,8 +53,12 @@ std::vector<JobPatterns> variants() {
         with([](JobPatterns& p) { p.vulkan.memory = MemoryLayout::one_buffer; }),
         with([](JobPatterns& p) { p.vulkan.memory = MemoryLayout::rays_per_set; }),
         with([](JobPatterns& p) { p.vulkan.memory = MemoryLayout::others_per_set; }),
-        with([](JobPatterns& p) { p.vulkan.scene = ScenePlacement::mapped; }), with([](JobPatterns& p) {
-            p.vulkan.scene = ScenePlacement::host_visible;
+        with([](JobPatterns& p) { p.vulkan.scene = BufferPlacement::mapped; }), with([](JobPatterns& p) {
+            p.vulkan.scene = BufferPlacement::host_visible;
+            p.vulkan.memory = MemoryLayout::one_block;
+        }),
+        with([](JobPatterns& p) { p.vulkan.rays = BufferPlacement::mapped; }), with([](JobPatterns& p) {
+            p.vulkan.rays = BufferPlacement::host_visible;
             p.vulkan.memory = MemoryLayout::one_block;
         }),
         with([](JobPatterns& p) { p.tracer.workgroup = 32; }), with([](JobPatterns& p) { p.tracer.tile_pixels = 100; }),

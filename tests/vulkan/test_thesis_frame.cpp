@@ -15,7 +15,7 @@ using namespace tandem::testing;
 namespace {
 
 JobPatterns thesis_patterns(
-    ScenePlacement scene = ScenePlacement::host_visible, ParameterPattern parameters = ParameterPattern::uniform) {
+    BufferPlacement scene = BufferPlacement::host_visible, ParameterPattern parameters = ParameterPattern::uniform) {
     JobPatterns patterns;
     patterns.tracer.kernel = KernelShape::thesis;
     patterns.vulkan.scene = scene;
@@ -82,7 +82,7 @@ TEST_CASE("the thesis's frame has a recording a sample and two more, and shows t
     };
     for (const ParameterPattern parameters : {ParameterPattern::push_constants, ParameterPattern::uniform})
         for (const unsigned threads : {1u, 8u}) {
-            JobPatterns patterns = thesis_patterns(ScenePlacement::host_visible, parameters);
+            JobPatterns patterns = thesis_patterns(BufferPlacement::host_visible, parameters);
             patterns.vulkan.recording_threads = threads;
             VulkanJob job = machine.job(patterns, foggy_scene(), settings);
             const Screen screen(machine.device, settings);
@@ -103,7 +103,7 @@ TEST_CASE("the thesis's frame has a recording a sample and two more, and shows t
 TEST_CASE("pre-recorded, the thesis's frame shows the same samples each time, in any image") {
     Machine machine(true);
     const RenderSettings settings = settings_of(13, 4);
-    JobPatterns patterns = thesis_patterns(ScenePlacement::host_visible, ParameterPattern::push_constants);
+    JobPatterns patterns = thesis_patterns(BufferPlacement::host_visible, ParameterPattern::push_constants);
     patterns.vulkan.recording = RecordingPattern::pre_recorded;
     VulkanJob job = machine.job(patterns, full_scene(), settings);
     const Estimate expected = machine.job({}, full_scene(), settings).render({0, 3}, {}).estimate;
@@ -123,7 +123,7 @@ TEST_CASE("wherever scene and settings lie, the thesis's frame has the bits of t
         settings.roulette_start = 2;
         const Estimate expected = machine.job({}, foggy_scene(), settings).render({0, 70}, {}).estimate;
         constexpr std::array placements{
-            ScenePlacement::host_visible, ScenePlacement::mapped, ScenePlacement::device_local};
+            BufferPlacement::host_visible, BufferPlacement::mapped, BufferPlacement::device_local};
         constexpr std::array ways{
             ParameterPattern::push_constants, ParameterPattern::uniform, ParameterPattern::dynamic_uniform};
         for (std::size_t i = 0; i < placements.size(); ++i)

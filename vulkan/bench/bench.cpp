@@ -94,9 +94,9 @@ std::vector<Family> all_families(const SharedDevice& device, const MakeShowPlace
     return {memory_family(device), fresh_memory_family(device), submission_family(device), waiting_family(device),
         recording_family(device), threads_family(device), barriers_family(device), parameters_family(device),
         descriptors_family(device), queues_family(device), frames_family(device), transfers_family(device),
-        transfers_beside_family(device), pipelines_family(device), kernels_family(device), thesis_steps_family(device),
-        workgroups_family(device), megakernel_family(device), candidates_family(device), images_family(device),
-        presentation_family(device, make_window)};
+        transfers_beside_family(device), readback_family(device), pipelines_family(device), kernels_family(device),
+        thesis_steps_family(device), workgroups_family(device), megakernel_family(device), candidates_family(device),
+        images_family(device), presentation_family(device, make_window)};
 }
 
 BenchTarget vulkan_bench(const BenchRequest& request, const MakeShowPlace& make_window) {

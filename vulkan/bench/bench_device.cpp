@@ -97,7 +97,7 @@ const Specialisation& BenchDevice::specialisation() {
 JobPatterns thesis_frame_patterns() {
     JobPatterns patterns;
     patterns.tracer.kernel = KernelShape::thesis;
-    patterns.vulkan.scene = ScenePlacement::host_visible;
+    patterns.vulkan.scene = BufferPlacement::host_visible;
     patterns.vulkan.parameters = ParameterPattern::uniform;
     return patterns;
 }

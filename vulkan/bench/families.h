@@ -20,6 +20,7 @@ namespace tandem {
 [[nodiscard]] Family frames_family(const SharedDevice& device);        // in flight
 [[nodiscard]] Family transfers_family(const SharedDevice& device);     // from the host to the device
 [[nodiscard]] Family transfers_beside_family(const SharedDevice& device);  // the same, while a frame runs
+[[nodiscard]] Family readback_family(const SharedDevice& device);          // from the device to the host
 [[nodiscard]] Family pipelines_family(const SharedDevice& device);         // caches, derivatives, threads
 [[nodiscard]] Family kernels_family(const SharedDevice& device);           // shapes of the kernels
 [[nodiscard]] Family thesis_steps_family(const SharedDevice& device);      // from the thesis's frame to ours

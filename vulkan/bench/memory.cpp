@@ -30,17 +30,23 @@ JobPatterns patterns_of(const Layout& layout) {
 
 struct Placement {
     const char *name, *text;
-    ScenePlacement scene;
+    BufferPlacement VulkanPatterns::*buffers;
+    BufferPlacement place;
 };
 
-constexpr std::array<Placement, 2> placements{{
+constexpr std::array<Placement, 4> placements{{
     {"host-visible", "Scene and Camera in the host's memory, which the device reads each time: the thesis's placement",
-        ScenePlacement::host_visible},
-    {"mapped", "Scene and Camera in the device's own memory, written there by the host", ScenePlacement::mapped},
+        &VulkanPatterns::scene, BufferPlacement::host_visible},
+    {"mapped", "Scene and Camera in the device's own memory, written there by the host", &VulkanPatterns::scene,
+        BufferPlacement::mapped},
+    {"rays-host-visible", "ray state and sums in the host's memory, which kernels read and write",
+        &VulkanPatterns::rays, BufferPlacement::host_visible},
+    {"rays-mapped", "ray state and sums in the device's own memory, of a type that the host reaches",
+        &VulkanPatterns::rays, BufferPlacement::mapped},
 }};
 
 // Throws UnsupportedError where the placement's memory is that of another one.
-void check_placement(const Device& device, ScenePlacement placement) {
+void check_placement(const Device& device, BufferPlacement placement) {
     using Flag = vk::MemoryPropertyFlagBits;
     constexpr vk::MemoryPropertyFlags reached = Flag::eHostVisible | Flag::eHostCoherent;
     const std::string& name = device.description().name;
@@ -48,16 +54,16 @@ void check_placement(const Device& device, ScenePlacement placement) {
                         hosts = device.memory_type(~0u, reached, {});
     if (own == hosts) throw UnsupportedError(name + " has its own memory and the host's in one type");
     const std::uint32_t mapped = device.memory_type(~0u, reached, Flag::eDeviceLocal);
-    if (placement == ScenePlacement::mapped && mapped == hosts)
+    if (placement == BufferPlacement::mapped && mapped == hosts)
         throw UnsupportedError("the host reaches nothing of the memory of " + name);
 }
 
 Arm placement_arm(const SharedDevice& device, const Workload& workload, const Placement& placement) {
     JobPatterns patterns;
-    patterns.vulkan.scene = placement.scene;
+    patterns.vulkan.*placement.buffers = placement.place;
     Arm arm = render_arm(device, workload, placement.name, placement.text, patterns);
     arm.make = [=, make = arm.make] {
-        check_placement(device->device(), placement.scene);
+        check_placement(device->device(), placement.place);
         return make();
     };
     return arm;

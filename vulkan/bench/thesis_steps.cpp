@@ -13,7 +13,7 @@ struct Step {
 constexpr std::array<Step, 7> steps{{
     {"thesis", "the thesis's frame, its image not shown: a recording a sample and two more", [](JobPatterns&) {}},
     {"device-local", "Scene and Camera copied to the device's own memory, Settings in it if the host can reach it",
-        [](JobPatterns& p) { p.vulkan.scene = ScenePlacement::device_local; }},
+        [](JobPatterns& p) { p.vulkan.scene = BufferPlacement::device_local; }},
     {"push-constants", "Settings pushed with the commands in place of a uniform buffer",
         [](JobPatterns& p) { p.vulkan.parameters = ParameterPattern::push_constants; }},
     {"sums-apart", "samples kept and added to the sums by a stage of its own, and no image",

@@ -12,7 +12,7 @@ namespace tandem {
 
 enum class MemoryDomain : std::uint32_t {
     device,    // for the device alone
-    upload,    // written by the host, read by the device once
+    upload,    // the host's: written by it, read by the device
     mapped,    // written by the host, read by the device often: in its own memory if the host can reach that
     readback,  // written by the device, read by the host: cached where there is such a memory
 };

@@ -61,7 +61,7 @@ VulkanJob::VulkanJob(const Instance& instance, const Device& device, Stages& sta
       tile_pixels_(std::min(tile_size(device, part().pixel_count, kept_),
           patterns.tracer.tile_pixels > 0 ? patterns.tracer.tile_pixels : std::numeric_limits<std::uint32_t>::max())),
       resources_(device, scene_, kept_, settings_.bounces, tile_pixels_, patterns.vulkan.memory,
-          specialisation_.lists_pixels, patterns.vulkan.scene),
+          specialisation_.lists_pixels, {patterns.vulkan.scene, patterns.vulkan.rays}),
       kernels_(device, stages.layout(form()), *pipelines_, resources_, scene_, told_settings(settings_, scene_),
           specialisation_.workgroup, patterns.vulkan),
       submission_(device, patterns.vulkan),

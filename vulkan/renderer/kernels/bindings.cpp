@@ -109,7 +109,7 @@ void Bindings::make_parameters() {
     if (address) usage = vk::BufferUsageFlagBits::eShaderDeviceAddress | vk::BufferUsageFlagBits::eStorageBuffer;
     // Mapped ones are in the device's memory where the host can reach that; the thesis's are in the host's.
     const MemoryDomain domain =
-        patterns_.scene == ScenePlacement::host_visible ? MemoryDomain::upload : MemoryDomain::mapped;
+        patterns_.scene == BufferPlacement::host_visible ? MemoryDomain::upload : MemoryDomain::mapped;
     parameters_.emplace(device_, domain, std::array{BufferSpec{slot_count * stride_, usage}});
     if (address) {
         address_ = device_.handle().getBufferAddress(vk::BufferDeviceAddressInfo((*parameters_)[0]));

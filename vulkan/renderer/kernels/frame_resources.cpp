@@ -149,22 +149,22 @@ std::vector<BufferSpec> image_specs(std::uint64_t pixels, std::uint64_t listed) 
         sums, sums, {element + listed * list_bytes, Usage::eStorageBuffer | Usage::eTransferSrc | Usage::eTransferDst}};
 }
 
-MemoryDomain domain_of(ScenePlacement placement) {
+MemoryDomain domain_of(BufferPlacement placement) {
     switch (placement) {
-        case ScenePlacement::host_visible:
+        case BufferPlacement::host_visible:
             return MemoryDomain::upload;
-        case ScenePlacement::mapped:
+        case BufferPlacement::mapped:
             return MemoryDomain::mapped;
-        case ScenePlacement::device_local:
+        case BufferPlacement::device_local:
             break;
     }
     return MemoryDomain::device;
 }
 
 // The list of pixels is the last.
-std::vector<BufferSpec> upload_specs(const SceneData& scene, std::uint64_t listed, ScenePlacement placement) {
+std::vector<BufferSpec> upload_specs(const SceneData& scene, std::uint64_t listed, BufferPlacement placement) {
     std::vector<BufferSpec> specs;
-    if (placement == ScenePlacement::device_local) {
+    if (placement == BufferPlacement::device_local) {
         for (const SceneBuffer& buffer : scene_list(scene))
             if (buffer.data != nullptr && buffer.bytes > 0) specs.push_back({buffer.bytes, Usage::eTransferSrc});
         specs.push_back({camera_of(scene).bytes, Usage::eTransferSrc});
@@ -183,14 +183,14 @@ std::array<BufferSpec, 1> camera_specs(const SceneData& scene) {
 }
 
 SharedMemory shared_memory(const SceneData& scene, const std::optional<PathState>& path, std::uint32_t bounces,
-    std::uint32_t pixels, MemoryLayout memory, std::uint32_t listed, ScenePlacement placement) {
+    std::uint32_t pixels, MemoryLayout memory, std::uint32_t listed, BufferPlacements places) {
     SharedMemory shared;
     if (memory != MemoryLayout::one_block) return shared;
-    shared.reserve(domain_of(placement), scene_specs(scene));
-    shared.reserve(domain_of(placement), camera_specs(scene));
-    shared.reserve(MemoryDomain::device, ray_specs(path, pixels, bounces));
-    shared.reserve(MemoryDomain::device, image_specs(pixels, listed));
-    shared.reserve(MemoryDomain::upload, upload_specs(scene, listed, placement));
+    shared.reserve(domain_of(places.scene), scene_specs(scene));
+    shared.reserve(domain_of(places.scene), camera_specs(scene));
+    shared.reserve(domain_of(places.rays), ray_specs(path, pixels, bounces));
+    shared.reserve(domain_of(places.rays), image_specs(pixels, listed));
+    shared.reserve(MemoryDomain::upload, upload_specs(scene, listed, places.scene));
     shared.reserve(MemoryDomain::readback, readback_specs(pixels));
     return shared;
 }
@@ -265,16 +265,16 @@ std::vector<vk::DescriptorBufferInfo> ray_arrays(const BufferGroup& rays) {
 }  // namespace
 
 FrameResources::FrameResources(const Device& device, const SceneData& scene, const std::optional<PathState>& path,
-    std::uint32_t bounces, std::uint32_t tile_pixels, MemoryLayout memory, bool lists_pixels, ScenePlacement placement)
+    std::uint32_t bounces, std::uint32_t tile_pixels, MemoryLayout memory, bool lists_pixels, BufferPlacements places)
     : memory_(possible(device, memory)),
-      staged_(placement == ScenePlacement::device_local),
-      shared_(shared_memory(scene, path, bounces, tile_pixels, memory_, lists_pixels ? tile_pixels : 0, placement)),
-      scene_(device, domain_of(placement), scene_specs(scene), layout_of(memory_, false), &shared_),
-      camera_(device, domain_of(placement), camera_specs(scene), layout_of(memory_, false), &shared_),
-      rays_(device, MemoryDomain::device, ray_specs(path, tile_pixels, bounces), layout_of(memory_, true), &shared_),
-      image_(device, MemoryDomain::device, image_specs(tile_pixels, lists_pixels ? tile_pixels : 0),
+      staged_(places.scene == BufferPlacement::device_local),
+      shared_(shared_memory(scene, path, bounces, tile_pixels, memory_, lists_pixels ? tile_pixels : 0, places)),
+      scene_(device, domain_of(places.scene), scene_specs(scene), layout_of(memory_, false), &shared_),
+      camera_(device, domain_of(places.scene), camera_specs(scene), layout_of(memory_, false), &shared_),
+      rays_(device, domain_of(places.rays), ray_specs(path, tile_pixels, bounces), layout_of(memory_, true), &shared_),
+      image_(device, domain_of(places.rays), image_specs(tile_pixels, lists_pixels ? tile_pixels : 0),
           layout_of(memory_, true), &shared_),
-      upload_(device, MemoryDomain::upload, upload_specs(scene, lists_pixels ? tile_pixels : 0, placement),
+      upload_(device, MemoryDomain::upload, upload_specs(scene, lists_pixels ? tile_pixels : 0, places.scene),
           layout_of(memory_, false), &shared_),
       readback_(device, MemoryDomain::readback, readback_specs(tile_pixels), layout_of(memory_, false), &shared_) {
     if (merges_storage_buffers(device.description().abilities)) write_places(device);

@@ -16,6 +16,11 @@ namespace tandem {
 inline constexpr vk::DeviceSize ray_queue_bytes = 16;
 inline constexpr std::size_t sums_per_pixel = 3;  // one for each channel
 
+struct BufferPlacements {
+    BufferPlacement scene = BufferPlacement::device_local;  // and the camera
+    BufferPlacement rays = BufferPlacement::device_local;   // and the sums
+};
+
 // Ray state and sums are ping-ponged. Rays: parity p reads half p and writes half 1 - p. Image: likewise for sums.
 class FrameResources {
 public:
@@ -23,7 +28,7 @@ public:
     // `lists_pixels`: there is room for a list of them. `scene` must outlive it.
     FrameResources(const Device& device, const SceneData& scene, const std::optional<PathState>& path,
         std::uint32_t bounces, std::uint32_t tile_pixels, MemoryLayout memory, bool lists_pixels = false,
-        ScenePlacement placement = ScenePlacement::device_local);
+        BufferPlacements places = {});
 
     // What the bindings of a set point to; the halves of Rays and Image by their parity, or, of Rays, both as arrays.
     static constexpr std::uint32_t both_parities = 2;
