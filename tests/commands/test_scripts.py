@@ -217,6 +217,73 @@ elif sys.argv[1] == "run":
             program("c", 'echo "no device; take --backend cpu" >&2\nexit 2\n')).stdout)
         self.refused(bits(self.folder / "missing"), "there is no program")
 
+    def scaling(self, *arguments):
+        return subprocess.run([sys.executable, SCRIPTS / "measure/scaling", *map(str, arguments), "-o", self.folder], capture_output=True,
+                              text=True, timeout=120)
+
+    def program_of_three_devices(self, version="c0ffee", bits="b'the image'", left_out=""):
+        """A stand-in for the program: n devices render in 1/n of the time that the samples take, and start in a second more."""
+        program = self.folder / "program"
+        program.write_text(f"""#!{sys.executable}
+import json, sys
+words = sys.argv[1:]
+value = lambda option: words[words.index(option) + 1]
+if words[0] == "devices":
+    gpu = {{"name": "A GPU", "type": "discrete GPU", "suitable": True, "driver": "d 1"}}
+    all = [gpu, gpu | {{"name": "lavapipe", "type": "CPU"}}, gpu, gpu | {{"suitable": False}}, gpu]
+    json.dump({{"devices": [one | {{"index": n}} for n, one in enumerate(all)]}}, open(value("--json"), "w"))
+elif words[0] == "plan":
+    print(json.dumps({{"version": "{version}"}}))
+else:
+    devices = value("--device").split(",")
+    open(value("-o"), "wb").write({bits})
+    print("{left_out}", file=sys.stderr)
+    json.dump({{"seconds": int(value("--samples")) / 100 / len(devices)}}, open(value("--json"), "w"))
+""")
+        program.chmod(0o755)
+        return program
+
+    def test_the_gain_of_several_devices_is_measured_elsewhere_and_taken(self):
+        told, record = self.folder / "told", self.folder / "scaling.json"
+        shutil.copy(SCRIPTS.parent / "tests/records/scaling/scaling.json", record)
+        elsewhere = ("--devices-only", "--json", told, "--rounds", "2")
+        result = self.scaling(*elsewhere, "--program", self.program_of_three_devices())
+        self.assertEqual(result.returncode, 0, result.stderr)
+        measured = json.loads(told.read_text())
+        self.assertEqual((measured["name"], measured["git"]), ("3 × A GPU", "c0ffee"))
+        for scene in measured["scenes"]:
+            one = scene["samples"] / 100
+            self.assertTrue(5 < one <= 20, one)  # about ten seconds for one device
+            self.assertEqual([scene["runs"][n]["render_seconds"] for n in "123"], [[round(one / n, 4)] * 2 for n in (1, 2, 3)])
+            self.assertTrue(all(len(scene["runs"][n]["seconds"]) == 2 for n in "123"))
+        for _ in range(2):  # the second takes the place of the first
+            self.assertEqual(self.scaling("--take", told).returncode, 0)
+        self.assertEqual(len(json.loads(record.read_text())["devices"]), 1)
+        page = (self.folder / "SCALING.md").read_text()
+        self.assertIn("3 × A GPU: 3 devices render `one-weekend` 3.00 and `cornell-thesis` 3.00 times as fast as one.", page)
+        self.assertNotIn("not measured.", page)
+        self.assertIn("| 2.00 (2.00–2.00) |", page)
+        self.assertIn("2 ranks make `render`", page)  # what was there is kept
+        self.assertEqual(self.scaling("--check").returncode, 0)
+
+    def test_what_is_no_gain_of_devices_is_refused(self):
+        told = self.folder / "told"
+        elsewhere = ("--devices-only", "--json", told, "--rounds", "1")
+        self.refused(self.scaling("--devices-only"), "go together")
+        self.refused(self.scaling(*elsewhere, "--program", self.program_of_three_devices("c0ffee-dirty")), "c0ffee-dirty")
+        self.refused(self.scaling(*elsewhere, "--program", self.program_of_three_devices(), "--devices", "0,1"), "are not equal")
+        self.refused(self.scaling(*elsewhere, "--program", self.program_of_three_devices(), "--devices", "0,9"), "--devices 0,9")
+        self.refused(self.scaling(*elsewhere, "--program", self.program_of_three_devices(), "--devices", "0"), "no two equal GPUs")
+        self.refused(self.scaling(*elsewhere, "--program", self.program_of_three_devices(left_out="device 2 is left out: it hangs")), "it hangs")
+        differs = self.scaling(*elsewhere, "--program", self.program_of_three_devices(bits="value('--device').encode()"))
+        self.assertEqual(differs.returncode, 1)
+        self.assertIn("the bits of", differs.stderr)
+        self.assertFalse(told.exists())
+        told.write_text("{}")
+        self.refused(self.scaling("--take", told), "scaling.json")
+        shutil.copy(SCRIPTS.parent / "tests/records/scaling/scaling.json", self.folder)
+        self.refused(self.scaling("--take", told), "is no record of scaling")
+
     def test_intervals_alone_say_where_a_pattern_stands(self):
         loader = importlib.machinery.SourceFileLoader("guidelines", str(SCRIPTS / "measure/guidelines"))
         guidelines = importlib.util.module_from_spec(importlib.util.spec_from_loader("guidelines", loader))

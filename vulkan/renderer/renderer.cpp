@@ -82,7 +82,7 @@ public:
 
     [[nodiscard]] MemoryForecast forecast(
         const Scene& scene, const RenderSettings& settings, std::uint64_t pixels) const override {
-        return memory_forecast(*device_, scene, settings, shape_for(settings), in_double(), pixels);
+        return memory_forecast(*device_, scene, settings, shape_for(settings), geometry_, pixels);
     }
 
     [[nodiscard]] std::unique_ptr<ArithmeticProbe> arithmetic() override {

@@ -231,13 +231,19 @@ SceneData flatten_for(
     return result;
 }
 
+RenderSettings with_possible_instancing(
+    RenderSettings settings, GeometryPrecision precision, std::optional<KernelShape> shape) {
+    if (precision != GeometryPrecision::single_precision || (shape && brings_trees(*shape)))
+        settings.instancing = Instancing::never;
+    return settings;
+}
+
 RenderSettings checked_settings(
     const Device& device, const Scene& scene, RenderSettings settings, GeometryPrecision precision, KernelShape shape) {
     settings.accumulation = chosen_accumulation(device, settings, precision);
     check_settings(scene, settings);
     check_kernels(settings.intersection);
-    if (precision != GeometryPrecision::single_precision || brings_trees(shape))
-        settings.instancing = Instancing::never;
+    settings = with_possible_instancing(settings, precision, shape);
     check_buffers(device, scene, settings);
     return settings;
 }

@@ -2,6 +2,8 @@
 // of the scene, and the constants of its kernels.
 #pragma once
 
+#include <optional>
+
 #include "common/render/renderer.h"
 #include "vulkan/core/device.h"
 #include "vulkan/renderer/kernels/stages.h"
@@ -9,7 +11,12 @@
 
 namespace tandem {
 
-// The same with the accumulation that is left open (own_accumulation), and without instancing where kernels have none.
+// The same, never keeping meshes once where kernels cannot: in more than single precision, and where `shape` brings
+// trees of its own. nullopt: kernels for rays that are given.
+[[nodiscard]] RenderSettings with_possible_instancing(
+    RenderSettings settings, GeometryPrecision precision, std::optional<KernelShape> shape);
+
+// The same with the accumulation that is left open (own_accumulation), and with_possible_instancing.
 // Throws UnsupportedError where no job has such settings.
 [[nodiscard]] RenderSettings checked_settings(
     const Device& device, const Scene& scene, RenderSettings settings, GeometryPrecision precision, KernelShape shape);

@@ -1,7 +1,9 @@
 #include "vulkan/renderer/job/memory.h"
 
 #include "vulkan/core/device_selection.h"
+#include "vulkan/renderer/job/job_settings.h"
 #include "vulkan/renderer/kernels/frame_resources.h"
+#include "vulkan/renderer/kernels/kernel_shape.h"
 #include "vulkan/renderer/scene/gpu_layout.h"
 #include "vulkan/renderer/scene/world_boxes.h"
 
@@ -30,10 +32,10 @@ std::optional<PathState> most_kept(KernelShape shape) {
 std::uint64_t nodes_of(const PlacedCounts& counts) { return counts.all() + counts.mesh_triangles + counts.places; }
 
 MemoryForecast memory_forecast(const Device& device, const Scene& scene, const RenderSettings& settings,
-    KernelShape shape, bool in_double, std::uint64_t pixels) {
-    RenderSettings possible = settings;
-    if (in_double || brings_trees(shape)) possible.instancing = Instancing::never;
-    const PlacedCounts placed = placed_counts(scene, placed_meshes(scene, possible));
+    KernelShape shape, GeometryPrecision precision, std::uint64_t pixels) {
+    const bool in_double = precision != GeometryPrecision::single_precision;
+    const PlacedCounts placed =
+        placed_counts(scene, placed_meshes(scene, with_possible_instancing(settings, precision, shape)));
     const std::uint64_t n = nodes_of(placed), nodes = n * sizeof(gpu::BvhNode);
     const std::uint64_t sent = sent_bytes(scene, n) + scene.entities.size() * sizeof(gpu::EntityTransform);
     const std::uint64_t world =

@@ -11,6 +11,7 @@
 #include "common/stopwatch.h"
 #include "vulkan/command/barrier.h"
 #include "vulkan/core/device_selection.h"
+#include "vulkan/renderer/job/job_settings.h"
 #include "vulkan/renderer/scene/double_geometry.h"
 
 namespace tandem {
@@ -27,11 +28,9 @@ std::vector<BufferSpec> host_specs(std::size_t count, std::size_t element, vk::B
     return std::vector<BufferSpec>(count, BufferSpec{most_rays * element, usage});
 }
 
-SceneData flatten_for(
+SceneData flatten_for_rays(
     const Scene& scene, const RenderSettings& settings, Acceleration acceleration, GeometryPrecision precision) {
-    RenderSettings possible = settings;
-    if (precision != GeometryPrecision::single_precision) possible.instancing = Instancing::never;
-    SceneData result = flatten(scene, possible, acceleration);
+    SceneData result = flatten(scene, with_possible_instancing(settings, precision, std::nullopt), acceleration);
     if (precision != GeometryPrecision::single_precision)
         result.in_double = place_in_double(scene, settings, result, precision == GeometryPrecision::mixed);
     return result;
@@ -123,7 +122,7 @@ VulkanIntersector::VulkanIntersector(const Instance& instance, const Device& dev
     : instance_(instance),
       precision_(precision),
       element_(precision == GeometryPrecision::single_precision ? sizeof(gpu::Vec4) : sizeof(gpu::DoubleVec4)),
-      scene_((check_kernels(settings.intersection), flatten_for(scene, settings, acceleration, precision))),
+      scene_((check_kernels(settings.intersection), flatten_for_rays(scene, settings, acceleration, precision))),
       pipelines_(scene_.in_double ? stages.double_ray_pipelines(specialise(scene_, settings.intersection, precision))
                                   : stages.ray_pipelines(specialise(scene_, settings.intersection, precision))),
       resources_(device, scene_, all_buffers, 0, static_cast<std::uint32_t>(most_rays * element_ / sizeof(gpu::Vec4)),
