@@ -95,6 +95,28 @@ class Items(FarmTest):
         a, b = (json.loads((self.folder / which / "report.json").read_text()) for which in ("merged", "whole"))
         self.assertEqual([scene["images"] for scene in a["scenes"]], [scene["images"] for scene in b["scenes"]])
 
+    def test_an_image_is_merged_in_stages(self):
+        plan = self.plan_image(samples=640, size=16, pieces=5)
+        results = plan.with_suffix(".results")
+        for item in (1, 2, 3, 5):
+            self.assertEqual(tandem("work", plan, item).returncode, 0)
+        self.refused(tandem("merge-results", plan, "--stage", "2/2"), "1 of 5 items have no result", ": 4;")
+        self.assertEqual(tandem("merge-results", plan, "--stage", "1/2").returncode, 0)
+        for item in (1, 2, 3):  # the stage holds them
+            (results / f"{item:04}.exr").unlink()
+        self.refused(tandem("merge-results", plan, "-o", self.folder / "no.exr"), "1 of 5 items have no result", ": 4;")
+        self.assertEqual(tandem("work", plan, 4).returncode, 0)
+        self.assert_image(plan)  # of a stage and two items
+        self.assertEqual(tandem("merge-results", plan, "--stage", "2/2").returncode, 0)
+        for item in (4, 5):
+            (results / f"{item:04}.exr").unlink()
+        self.assert_image(plan)  # of stages alone
+        self.refused(tandem("merge-results", plan, "--stage", "3/2"), "'3/2'")
+        self.refused(tandem("merge-results", plan, "--stage", "1/6"), "'1/6'")
+        self.refused(tandem("merge-results", plan, "--stage", "1/2", "-o", "x.exr"), "leave -o")
+        verdicts = self.plan("verify", SCENES / "furnace.json", "--samples", "64", name="verdicts.jsonl")
+        self.refused(tandem("merge-results", verdicts, "--stage", "1/1"), "--stage: is for the parts of an image")
+
     def test_costs_of_items_are_those_of_each_scene(self):
         plan = self.plan("cost", SCENES / "furnace.json", SCENES / "lamps.json", "--knob", "integrator", "--size", "8", "--time", "2", "--no-cache")
         self.assertEqual(len(plan.read_text().splitlines()), 2)
