@@ -82,8 +82,8 @@ private:
 }  // namespace
 
 double keep_interval(double rendered, double cost, double most) {
-    constexpr double least = 0.5;  // seconds: a start takes about as long
-    constexpr double at_stake = 0.04, keeping = 0.02;
+    constexpr double least = 0.25;  // seconds: a start takes about as long
+    constexpr double at_stake = 0.04, keeping = 0.1;
     return std::min(most, std::max({least, at_stake * rendered, cost / keeping}));
 }
 

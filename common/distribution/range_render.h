@@ -21,7 +21,7 @@ struct RangeWork {
 
 // Seconds of rendering until sums are kept again, by a process that has rendered for `rendered` seconds, and of which
 // keeping them took `cost` seconds last. A kill loses at most this interval, a twenty-fifth of the process's work once
-// that is longer than 12.5 s. Keeping takes at most a fiftieth of the time, unless `most` wants it more often.
+// that is longer than 6.25 s. Keeping takes at most a tenth of the time, unless `most` wants it more often.
 [[nodiscard]] double keep_interval(double rendered, double cost, double most);
 
 struct RangeResult {

@@ -59,12 +59,13 @@ Kept render(double seconds, double most, std::chrono::milliseconds cost = {}) {
 }  // namespace
 
 TEST_CASE(
-    "sums are kept after half a second, later after a twenty-fifth of the work, and at most so seldom as is asked") {
-    CHECK(keep_interval(0.0, 0.0, 20.0) == 0.5);
+    "sums are kept after a quarter of a second, later after a twenty-fifth of the work, and at most so seldom as is "
+    "asked") {
+    CHECK(keep_interval(0.0, 0.0, 20.0) == 0.25);
     CHECK(keep_interval(100.0, 0.0, 20.0) == doctest::Approx(4.0));
     CHECK(keep_interval(10'000.0, 0.0, 20.0) == 20.0);
     CHECK(keep_interval(0.0, 0.0, 0.1) == 0.1);
-    CHECK(keep_interval(0.0, 0.1, 20.0) == doctest::Approx(5.0));  // a fiftieth of the time
+    CHECK(keep_interval(0.0, 0.1, 20.0) == doctest::Approx(1.0));  // a tenth of the time
 }
 
 TEST_CASE("a kill at any moment loses an interval and a step, a twentieth of the work") {
@@ -76,7 +77,7 @@ TEST_CASE("a kill at any moment loses an interval and a step, a twentieth of the
 }
 
 TEST_CASE("sums that take long to keep are kept more seldom") {
-    // 20 ms: once a second at most. Without that cost there would be one every half second.
-    CHECK(render(12.0, 20.0, std::chrono::milliseconds(20)).times <= 14);
-    CHECK(render(12.0, 20.0).times >= 20);
+    // 100 ms: once a second at most. Without that cost there would be one every quarter of a second, later every half.
+    CHECK(render(12.0, 20.0, std::chrono::milliseconds(100)).times <= 14);
+    CHECK(render(12.0, 20.0).times >= 24);
 }
