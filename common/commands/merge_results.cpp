@@ -2,7 +2,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cstdio>
+#include <map>
 
+#include "common/commands/help.h"
 #include "common/commands/merge.h"
 #include "common/commands/plan_items.h"
 #include "common/distribution/plan.h"
@@ -20,7 +23,7 @@ namespace {
 using nlohmann::json;
 
 struct ResultsArguments {
-    std::string plan, results, output, junit, report;
+    std::string plan, results, output, junit, report, stage;
     bool allow_gaps = false;
     double exposure = 1.0;
 };
@@ -39,6 +42,63 @@ Found found_in(const std::vector<PlanItem>& items, const std::filesystem::path& 
         else
             found.lacking.push_back(item.number);
     return found;
+}
+
+// A share of an image's items, merged into a part of its own by one of many workers.
+struct Stage {
+    std::uint64_t number = 0, count = 0;  // number of 1 to count
+    std::filesystem::path file;
+
+    // Whether it holds item `number` of `items`.
+    [[nodiscard]] bool holds(std::uint64_t item, std::uint64_t items) const {
+        return (item - 1) * count / items == number - 1;
+    }
+};
+
+Stage stage_from(const std::string& text, std::uint64_t items, const std::filesystem::path& folder) {
+    Stage stage;
+    int end = 0;
+    if (std::sscanf(text.c_str(), "%9lu/%9lu%n", &stage.number, &stage.count, &end) != 2 ||
+        static_cast<std::size_t>(end) != text.size() || stage.number < 1 || stage.number > stage.count ||
+        stage.count > items)
+        throw InputError(fmt::format(
+            "--stage: '{}' is no stage of {} items; write 3/32 for the third of 32, at most one an item", text, items));
+    stage.file = folder / fmt::format("stage-{}-of-{}.exr", stage.number, stage.count);
+    return stage;
+}
+
+// Those that are there. Of several ways to split the items, the one with most files.
+std::vector<Stage> stages_in(const std::filesystem::path& folder, std::uint64_t items) {
+    std::map<std::uint64_t, std::vector<Stage>> by_count;
+    std::error_code none;
+    for (const std::filesystem::directory_entry& entry : std::filesystem::directory_iterator(folder, none)) {
+        Stage stage;
+        int end = 0;
+        const std::string name = entry.path().filename().string();
+        if (std::sscanf(name.c_str(), "stage-%9lu-of-%9lu.exr%n", &stage.number, &stage.count, &end) != 2 ||
+            static_cast<std::size_t>(end) != name.size() || stage.count > items)
+            continue;
+        stage.file = entry.path();
+        by_count[stage.count].push_back(stage);
+    }
+    std::vector<Stage> most;
+    for (auto& [count, stages] : by_count)
+        if (stages.size() > most.size()) most = std::move(stages);
+    return most;
+}
+
+// The parts of an image: its stages, and the items that no stage holds. Takes off `found.lacking` what stages hold.
+std::vector<std::string> parts_of(
+    Found& found, std::uint64_t items, const std::filesystem::path& folder, const std::vector<Stage>& stages) {
+    const auto is_held = [&](std::uint64_t item) {
+        return std::ranges::any_of(stages, [&](const Stage& stage) { return stage.holds(item, items); });
+    };
+    std::vector<std::string> parts;
+    for (const Stage& stage : stages) parts.push_back(stage.file.string());
+    for (const PlanItem& item : found.items)
+        if (!is_held(item.number)) parts.push_back(result_file(folder, item).string());
+    std::erase_if(found.lacking, is_held);
+    return parts;
 }
 
 // The scene, case or family that an item is of.
@@ -181,6 +241,12 @@ Told tell(const std::string& command, const Results& results, const CommandConte
 }
 
 void check_options(const ResultsArguments& arguments, const std::string& command, bool is_part) {
+    if (!arguments.stage.empty()) {
+        if (!is_part) throw InputError("--stage: is for the parts of an image; leave it out");
+        if (arguments.allow_gaps || !arguments.output.empty())
+            throw InputError("--stage: has a file of its own and no gaps; leave -o and --allow-gaps out");
+        return;
+    }
     if (is_part == arguments.output.empty())
         throw InputError(arguments.output.empty() ? "merge-results: this plan makes an image; name it with -o"
                                                   : "-o: this plan makes no image; --json takes its result");
@@ -203,21 +269,28 @@ ExitStatus merge_results(const ResultsArguments& arguments, const CommandContext
     for (const PlanItem& item : items)
         if (item.words.front() != command)
             throw input_error(arguments.plan, "", "has items of several commands", "merge those of one");
-    const Found found = found_in(items, folder);
-    if (found.items.empty() || (!found.lacking.empty() && !arguments.allow_gaps))
+    Found found = found_in(items, folder);
+    check_options(arguments, command, items.front().is_part());
+    MergeArguments merge{
+        .parts = {}, .output = arguments.output, .allow_gaps = arguments.allow_gaps, .exposure = arguments.exposure};
+    if (!arguments.stage.empty()) {
+        const Stage stage = stage_from(arguments.stage, items.size(), folder);
+        const auto is_other = [&](std::uint64_t item) { return !stage.holds(item, items.size()); };
+        std::erase_if(found.items, [&](const PlanItem& item) { return is_other(item.number); });
+        std::erase_if(found.lacking, is_other);
+        merge.output = stage.file.string();
+        merge.sums = merge.allow_gaps = true;
+    }
+    if (items.front().is_part())
+        merge.parts = parts_of(found, items.size(), folder,
+            arguments.stage.empty() ? stages_in(folder, items.size()) : std::vector<Stage>{});
+    const bool nothing = items.front().is_part() ? merge.parts.empty() : found.items.empty();
+    if (nothing || (!found.lacking.empty() && !arguments.allow_gaps))
         throw input_error(arguments.plan, "",
             fmt::format("{} of {} items have no result in {}: {}", found.lacking.size(), items.size(), folder.string(),
                 fmt::join(found.lacking, ", ")),
             "do them with tandem work, or --allow-gaps for what there is");
-    check_options(arguments, command, items.front().is_part());
-    if (items.front().is_part()) {
-        MergeArguments merge{.parts = {},
-            .output = arguments.output,
-            .allow_gaps = arguments.allow_gaps,
-            .exposure = arguments.exposure};
-        for (const PlanItem& item : found.items) merge.parts.push_back(result_file(folder, item).string());
-        return merge_parts(merge, context);
-    }
+    if (items.front().is_part()) return merge_parts(merge, context);
     context.read.add(arguments.plan);
     return merge_reports_of(items, folder, {arguments.junit, arguments.report}, context);
 }
@@ -258,6 +331,13 @@ void add_merge_results_command(CLI::App& app, CommandContext& context) {
     command->add_option("-o,--output", arguments->output, "Image to write, where the plan is of render")
         ->type_name("FILE");
     command->add_flag("--allow-gaps", arguments->allow_gaps, "Take what there is, where items have no result");
+    command
+        ->add_option("--stage", arguments->stage,
+            "Merge only the K-th of N shares of an image's parts, beside them. Without it, shares that are there are "
+            "taken "
+            "in place of their parts")
+        ->type_name("K/N")
+        ->group(rare_options);
     command->add_option("--exposure", arguments->exposure, "Factor of a PNG's radiance")
         ->check(above_zero(1e9))
         ->capture_default_str();
@@ -268,6 +348,7 @@ void add_merge_results_command(CLI::App& app, CommandContext& context) {
     add_common_options(*command, context,
         "  tandem merge-results plan.jsonl --json verdict.json --report report\n"
         "  tandem merge-results plan.jsonl -o glass.exr\n"
+        "  seq 32 | parallel tandem merge-results plan.jsonl --stage {}/32\n"
         "Exit status: that of the command that was planned.");
     command->callback([&context, arguments] {
         context.action = [&context, arguments] { return merge_results(*arguments, context); };

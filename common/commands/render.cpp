@@ -148,7 +148,7 @@ std::optional<Part> begun_part(
 
 // Renders what the part lacks of the range, and keeps it in --resume's file.
 StoppedRender render_part(RenderJob& job, Part& part, SampleRange range, const RenderArguments& arguments,
-    const RendererInfo& info, const CommandContext& context) {
+    const RendererInfo& info, const Stopwatch& since_start, const CommandContext& context) {
     RangeWork work;
     work.ranges = missing(part.estimate, range, arguments.resume);
     work.stop = context.stop;
@@ -161,6 +161,10 @@ StoppedRender render_part(RenderJob& job, Part& part, SampleRange range, const R
         work.keep = [&](double seconds) {
             part.seconds += seconds;
             if (part.estimate.count() > 0) write_part(arguments.resume, part, context.read);
+        };
+    if (context.verbose)  // so that what a kill loses can be counted
+        work.begun = [&](SampleRange step) {
+            fmt::print(stderr, "samples {} begun, {:.3f} s after the start\n", to_string(step), since_start.seconds());
         };
     ProgressLine line;
     work.progress = [&](double samples) {
@@ -312,7 +316,7 @@ ExitStatus render(const RenderArguments& arguments, const CommandContext& contex
         write_output(name_in_film(arguments.output, samples), arguments,
             describe(arguments, settings, renderer->info(), scene, state), film, independent(settings), context.read);
     };
-    StoppedRender result = part ? render_part(*job, *part, range, arguments, renderer->info(), context)
+    StoppedRender result = part ? render_part(*job, *part, range, arguments, renderer->info(), watch, context)
                                 : render_whole(*job, rule, settings, arguments, keep, context);
     if (result.film.count() == 0.0) throw without_sample(result, arguments, context);
 

@@ -154,7 +154,8 @@ void add_how_long(CLI::App& command, RenderArguments& arguments) {
             "Keep the sums in FILE, now and then and at the end. If FILE exists, go on from there")
         ->type_name("FILE");
     command
-        .add_option("--keep-every", arguments.keep_seconds, "Seconds between two times that --resume keeps the sums")
+        .add_option("--keep-every", arguments.keep_seconds,
+            "Seconds of rendering between two times that --resume keeps the sums, at most; the first come sooner")
         ->check(above_zero(most_seconds))
         ->type_name("SECONDS")
         ->capture_default_str()

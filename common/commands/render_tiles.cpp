@@ -10,7 +10,6 @@
 #include "common/distribution/ranks.h"
 #include "common/error.h"
 #include "common/render/film_regions.h"
-#include "common/render/tiled_renderer.h"
 #include "common/text.h"
 
 namespace tandem {
@@ -27,13 +26,7 @@ std::string no_tiles(const RenderArguments& arguments, const RenderSettings& set
     if (has_ranks()) return "ranks of mpirun hold the whole film; render it by one process";
     if (rule.relative_error) return "--target-error is of the whole film; give --samples";
     if (!rule.samples) return "--time alone leaves open how many samples a tile gets; give --samples";
-    if (settings.sampling == Sampling::adaptive) return "adaptive sampling looks at the whole film; leave it out";
-    if (settings.generator == Generator::sobol)
-        return "tiles are rendered as lists of pixels, which Sobol points are not made for; use --generator philox";
-    if (settings.integrator == Integrator::bidirectional)
-        return "a bidirectional sample lights pixels of other tiles; use --integrator next-event";
-    if (settings.accumulation == Accumulation::plain)
-        return "plain sums run over all samples of every pixel alike; leave --accumulation out";
+    if (std::string reason = why_no_pixel_lists(settings); !reason.empty()) return reason;
     if (arguments.kernel == "fragment") return "fragments cover no lists of pixels; use another --kernel";
     if (dynamic_cast<const ForecastingRenderer*>(&renderer) == nullptr)
         return "this choice of --backend and --device renders whole films alone; use one cpu or vulkan device";
@@ -99,14 +92,6 @@ std::string stopped_text(const RegionsRender& result, const RenderArguments& arg
     return text + fmt::format("pixels without samples are black in {}", escaped(arguments.output));
 }
 
-std::unique_ptr<RenderJob> prepare(
-    Renderer& renderer, const Scene& scene, RenderSettings settings, std::uint64_t region_pixels) {
-    settings.sampling = Sampling::adaptive;  // jobs that also render lists of pixels
-    if (auto* tiled = dynamic_cast<TiledRenderer*>(&renderer))
-        return tiled->prepare_tiled(scene, settings, static_cast<std::uint32_t>(region_pixels));
-    return renderer.prepare(scene, settings);
-}
-
 }  // namespace
 
 std::string MemoryPlan::text() const {
@@ -153,7 +138,8 @@ MemoryPlan plan_memory(const RenderArguments& arguments, const RenderSettings& s
 ExitStatus render_tiles(const RenderArguments& arguments, const RenderSettings& settings, const StoppingRule& rule,
     const Scene& scene, Renderer& renderer, const MemoryPlan& memory, const Stopwatch& watch, NothingToKeep& starting,
     const CommandContext& context) {
-    const std::unique_ptr<RenderJob> job = prepare(renderer, scene, settings, memory.region_pixels());
+    const std::unique_ptr<RenderJob> job =
+        prepare_pixel_lists(renderer, scene, settings, static_cast<std::uint32_t>(memory.region_pixels()));
     starting.end();
     const RendererInfo info = renderer.info();
     StoppedRender told;

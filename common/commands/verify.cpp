@@ -14,6 +14,7 @@
 #include "common/commands/memory.h"
 #include "common/commands/shipped_files.h"
 #include "common/commands/verdict_options.h"
+#include "common/commands/verify_films.h"
 #include "common/commands/verify_presets.h"
 #include "common/commands/verify_sides.h"
 #include "common/deadline.h"
@@ -21,6 +22,7 @@
 #include "common/stopwatch.h"
 #include "common/text.h"
 #include "common/validation/verify/total_budget.h"
+#include "common/validation/verify/verify_in_bins.h"
 
 namespace tandem {
 
@@ -34,11 +36,6 @@ RenderSettings verification_settings_from(const RenderOptions& options, const Sc
         settings.width = small.width;
         settings.height = small.height;
     }
-    // As measured: both sides' sums and batches, and what the verdict works on.
-    constexpr std::uint64_t pixel_bytes = 600;
-    check_memory(settings, pixel_bytes,
-        "choose a smaller --size, or render both sides and use tandem compare --bin, which reads large images in "
-        "bands");
     return settings;
 }
 
@@ -89,11 +86,11 @@ void add_convergence(const Scene& scene, Renderer& reference, Renderer& candidat
 }
 
 // The command that follows a sample of the worst pixel on both backends, and on the oracle.
-std::string trace_command(const VerifyArguments& arguments, const std::string& scene, const RenderSettings& settings,
-    const WorstPixel& worst) {
+std::string trace_command(
+    const VerifyArguments& arguments, const std::string& scene, FilmSize film, const WorstPixel& worst) {
     const std::string file = scene.find(' ') == std::string::npos ? scene : "'" + scene + "'";
     std::string command = fmt::format("tandem trace {} --pixel {},{} --sample {} --seed {} --size {}x{}", file, worst.x,
-        worst.y, worst.sample, worst.seed, settings.width, settings.height);
+        worst.y, worst.sample, worst.seed, film.width, film.height);
     const auto add = [&](const std::string& option, const std::string& value, bool given) {
         if (given) command += fmt::format(" {} {}", option, value);
     };
@@ -170,7 +167,7 @@ struct Work {
     const VerifyArguments& arguments;
     const CommandContext& context;
     const std::vector<Scene>& scenes;
-    const std::vector<RenderSettings>& settings;
+    const std::vector<VerifiedFilm>& films;
     Renderer &reference, &candidate;
     const Programs& programs;
     VerifyOptions options;
@@ -194,7 +191,7 @@ struct Work {
     [[nodiscard]] SceneVerdict verdict_on(std::size_t i, double seconds, const std::string& text) {
         const Deadline deadline(context.stop, with_overrun(seconds));
         options.stop = deadline.token();
-        options.settings = settings[i];
+        options.settings = films[i].settings;
         options.budget_seconds = seconds;
         ProgressLine line;
         options.progress = [&](double fraction, const std::string& what) {
@@ -203,13 +200,15 @@ struct Work {
         for (ProgramRenderer* const program : programs) program->set_scene_file(arguments.scenes[i]);
         SceneVerdict verdict;
         try {
-            verdict = verify_scene(scenes[i], reference, candidate, options);
+            verdict = films[i].film ? verify_in_bins(scenes[i], reference, candidate, options, *films[i].film)
+                                    : verify_scene(scenes[i], reference, candidate, options);
         } catch (const ProgramFailure& error) {
             return failed_verdict(scenes[i], options, reference.info(), candidate.info(), error);
         }
         verdict.forecast_seconds = forecast_seconds(verdict);
         if (verdict.worst && programs.empty())
-            verdict.worst->command = trace_command(arguments, arguments.scenes[i], settings[i], *verdict.worst);
+            verdict.worst->command = trace_command(
+                arguments, arguments.scenes[i], films[i].film.value_or(size_of(films[i].settings)), *verdict.worst);
         return verdict;
     }
 };
@@ -318,8 +317,11 @@ ExitStatus verify(const VerifyArguments& given, const CommandContext& context) {
         scenes.push_back(scene_from(file, inputs));
         names.push_back(scenes.back().name);
     }
-    std::vector<RenderSettings> settings;
-    for (const Scene& scene : scenes) settings.push_back(verification_settings_from(arguments.render, scene));
+    const std::uint64_t limit = memory_limit(arguments.memory);
+    std::vector<VerifiedFilm> films;
+    for (const Scene& scene : scenes)
+        films.push_back(
+            film_within(limit, verification_settings_from(arguments.render, scene), arguments, !devices.empty()));
     static_cast<void>(criteria_from(arguments.criteria, {}));  // bad margins are told before a program starts
     check_outputs(arguments.criteria, context, names, inputs);
     const BackendList& backends = context.program.backends;
@@ -328,6 +330,10 @@ ExitStatus verify(const VerifyArguments& given, const CommandContext& context) {
     const auto oracle =
         arguments.oracle == "none" ? nullptr : find_backend(backends, arguments.oracle).create(BackendOptions{});
     const auto other_precision = in_other_precision(arguments, backends);
+    std::vector<const Renderer*> renderers{reference.get(), candidate.get()};
+    if (other_precision) renderers.push_back(other_precision.get());
+    for (std::size_t i = 0; i < scenes.size(); ++i)
+        check_bins(films[i], scenes[i], arguments.scenes[i], renderers, limit, context.verbose);
     fmt::print("Reference: {}, {}\nCandidate: {}, {}\n", reference->info().backend, reference->info().device,
         candidate->info().backend, candidate->info().device);
     const std::vector<DeviceSelfTest> self_tests = self_tests_of(tested);
@@ -351,7 +357,7 @@ ExitStatus verify(const VerifyArguments& given, const CommandContext& context) {
                     {.device = arguments.device, .precision = precision_from(arguments.precision), .kernel = kernel});
         };
     }
-    Work work{arguments, context, scenes, settings, *reference, *candidate, programs, options, {}};
+    Work work{arguments, context, scenes, films, *reference, *candidate, programs, options, {}};
     work.layer.wanted = arguments.candidate == "vulkan" && !arguments.validation && !arguments.no_layer;
     const Stopwatch watch;
     Outcome outcome = total_seconds ? verify_within(work, *total_seconds) : verify_each(work);
@@ -400,6 +406,10 @@ void add_rare_options(CLI::App& command, VerifyArguments& arguments) {
         .add_flag("--no-layer", arguments.no_layer,
             "Leave out the look at each scene under Vulkan's validation layer, where that is installed")
         ->group(rare_options);
+    add_memory_option(command, arguments.memory,
+        "Memory that the command may take, 2GiB for example (default: three quarters of what is free). Of a film "
+        "beyond "
+        "that, bins are judged, whose samples are of pixels chosen at random");
     command.add_flag("--validation", arguments.validation, "Use Vulkan's validation layers; any message is an error")
         ->group(rare_options);
 }

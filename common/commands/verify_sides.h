@@ -19,7 +19,7 @@ inline constexpr double default_seconds = 120.0;  // of a scene
 struct VerifyArguments {
     std::vector<std::string> scenes;
     std::string reference = "cpu", candidate = "vulkan", device, reference_device, kernel, reference_kernel, precision,
-                reference_precision;
+                reference_precision, memory;
     RenderOptions render;
     CriteriaArguments criteria;
     std::string preset, total_time;

@@ -35,6 +35,7 @@ public:
 
     // False: it was stopped within.
     bool render(SampleRange range) {
+        if (work_.begun) work_.begun(range);
         RenderControl control{.stop = work_.stop, .progress = {}};
         if (work_.progress) control.progress = [&](double samples) { work_.progress(done_ + samples); };
         RenderResult part = job_.render(range, control);
@@ -48,16 +49,18 @@ public:
         else if (count > 0)
             sums_.merge(std::move(part.estimate));
         done_ += static_cast<double>(count);
+        const double interval = keep_interval(result_.seconds, keep_cost_, work_.keep_seconds);
         constexpr double share = 0.1;  // of the time between two keeps: what a kill may cost on top of it
-        if (part.seconds < 0.5 * share * work_.keep_seconds) step_ *= 2;
-        if (part.seconds > share * work_.keep_seconds) step_ = std::max(samples_per_block, step_ / 2);
-        if (work_.keep && since_kept_.seconds() >= work_.keep_seconds) keep();
+        if (part.seconds < 0.5 * share * interval) step_ *= 2;
+        if (part.seconds > share * interval) step_ = std::max(samples_per_block, step_ / 2);
+        if (result_.seconds - seconds_kept_ >= interval) keep();
         return complete;
     }
     void keep() {
+        const Stopwatch watch;
         if (work_.keep) work_.keep(result_.seconds - seconds_kept_);
+        keep_cost_ = watch.seconds();
         seconds_kept_ = result_.seconds;
-        since_kept_ = Stopwatch();
     }
     // How long a step takes is not known before the first, which is therefore short.
     [[nodiscard]] std::uint64_t step() const { return work_.keep ? step_ : std::uint64_t{1} << 62u; }
@@ -72,12 +75,17 @@ private:
     Estimate& sums_;
     const RangeWork& work_;
     RangeResult result_;
-    Stopwatch since_kept_;
-    double done_ = 0.0, seconds_kept_ = 0.0;
+    double done_ = 0.0, seconds_kept_ = 0.0, keep_cost_ = 0.0;
     std::uint64_t step_ = samples_per_block;
 };
 
 }  // namespace
+
+double keep_interval(double rendered, double cost, double most) {
+    constexpr double least = 0.25;  // seconds: a start takes about as long
+    constexpr double at_stake = 0.04, keeping = 0.1;
+    return std::min(most, std::max({least, at_stake * rendered, cost / keeping}));
+}
 
 RangeResult render_ranges(RenderJob& job, Estimate& sums, const RangeWork& work) {
     Steps steps(job, sums, work);

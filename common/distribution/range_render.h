@@ -11,10 +11,18 @@ struct RangeWork {
     std::vector<SampleRange> ranges;  // to render, ascending, each beginning at a multiple of samples_per_block
     std::stop_token stop;
     std::function<void(double samples)> progress;  // a pixel, of these ranges
-    // Called every keep_seconds and at the end, with the seconds of rendering since the call before; may be empty.
+    // Called before each step: samples that a kill on the way loses; may be empty.
+    std::function<void(SampleRange step)> begun;
+    // Called at the end and whenever keep_interval() of rendering has passed, with the seconds since the call before;
+    // may be empty.
     std::function<void(double seconds)> keep;
-    double keep_seconds = 20.0;
+    double keep_seconds = 20.0;  // between two calls, at most
 };
+
+// Seconds of rendering until sums are kept again, by a process that has rendered for `rendered` seconds, and of which
+// keeping them took `cost` seconds last. A kill loses at most this interval, a twenty-fifth of the process's work once
+// that is longer than 6.25 s. Keeping takes at most a tenth of the time, unless `most` wants it more often.
+[[nodiscard]] double keep_interval(double rendered, double cost, double most);
 
 struct RangeResult {
     double seconds = 0.0;  // of rendering

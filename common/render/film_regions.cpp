@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/render/tiled_renderer.h"
+
 namespace tandem {
 
 namespace {
@@ -57,6 +59,24 @@ std::vector<PixelRectangle> film_regions(
             regions.push_back({column * edge, row * edge, std::min(width, (column + across) * edge),
                 std::min(height, (row + high) * edge)});
     return regions;
+}
+
+std::string why_no_pixel_lists(const RenderSettings& settings) {
+    if (settings.sampling == Sampling::adaptive) return "adaptive sampling looks at the whole film; leave it out";
+    if (settings.generator == Generator::sobol)
+        return "tiles are rendered as lists of pixels, which Sobol points are not made for; use --generator philox";
+    if (settings.integrator == Integrator::bidirectional)
+        return "a bidirectional sample lights pixels of other tiles; use --integrator next-event";
+    if (settings.accumulation == Accumulation::plain)
+        return "plain sums run over all samples of every pixel alike; leave --accumulation out";
+    return {};
+}
+
+std::unique_ptr<RenderJob> prepare_pixel_lists(
+    Renderer& renderer, const Scene& scene, RenderSettings settings, std::uint32_t most) {
+    settings.sampling = Sampling::adaptive;  // jobs that also render lists of pixels
+    if (auto* tiled = dynamic_cast<TiledRenderer*>(&renderer)) return tiled->prepare_tiled(scene, settings, most);
+    return renderer.prepare(scene, settings);
 }
 
 RegionsRender render_regions(RenderJob& job, std::uint32_t width, const std::vector<PixelRectangle>& regions,

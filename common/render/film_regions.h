@@ -3,7 +3,9 @@
 #pragma once
 
 #include <functional>
+#include <memory>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "common/image/tiled_image.h"
@@ -15,6 +17,13 @@ namespace tandem {
 // come in the order of the tiles in the file.
 [[nodiscard]] std::vector<PixelRectangle> film_regions(
     std::uint32_t width, std::uint32_t height, std::uint32_t edge, std::uint64_t tiles);
+
+// Why such settings cannot be rendered as lists of pixels, and the mend; empty: they can.
+[[nodiscard]] std::string why_no_pixel_lists(const RenderSettings& settings);
+
+// A job for lists of at most `most` pixels at a time. It takes no memory for the film.
+[[nodiscard]] std::unique_ptr<RenderJob> prepare_pixel_lists(
+    Renderer& renderer, const Scene& scene, RenderSettings settings, std::uint32_t most);
 
 struct RegionsRender {
     double seconds = 0.0;  // of rendering

@@ -2,9 +2,11 @@
 # Run by ctest with TANDEM = the program, SCENES = the folder.
 import json
 import math
+import resource
+import subprocess
 import unittest
 
-from program import ProgramTest, tandem
+from program import TANDEM, ProgramTest, tandem
 
 
 class Memory(ProgramTest):
@@ -95,6 +97,34 @@ class Memory(ProgramTest):
         result = tandem("compare", *images, "--memory", "100MiB", "--bin", 2)
         self.assertIn(result.returncode, [0, 3], result.stderr)
         self.assertIn("means of 2x2 pixels", result.stdout + result.stderr)
+
+    def test_a_film_beyond_memory_is_verified_in_bins_within_the_memory_that_is_stated(self):
+        """Whole, its sums would take 150 GiB."""
+        out, limit = self.folder / "out.json", 700
+        how = ("--size", 16384, "--candidate", "cpu", "--precision", "double", "--oracle", "none", "--samples", 256)
+        command = [TANDEM, "verify", self.scene, *map(str, how), "--memory", f"{limit}MiB", "--json", out]
+        process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        told, errors = process.communicate(timeout=120)
+        peak = resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss / 1024  # of all that this test started
+        self.assertIn(process.returncode, (0, 3), errors)
+        self.assertIn("128x128 bins of the film of 16384x16384 pixels", told)
+        self.assertLess(peak, limit)
+        report = json.loads(out.read_text())["scenes"][0]
+        self.assertEqual(report["film"], {"width": 16384, "height": 16384})
+        self.assertEqual(report["settings"]["width"], 128)
+        self.assertGreater(max(report["worst_pixel"]["x"], report["worst_pixel"]["y"]), 127)  # a pixel of the film
+        self.assertIn("--size 16384x16384", report["worst_pixel"]["trace"])
+
+    def test_what_has_no_bins_is_refused_with_the_mend(self):
+        large = ("verify", self.scene, "--size", 16384, "--memory", "1GiB")
+        for words, mention in [(("--candidate", "exec:true"), "compare --bin"), (("--convergence",), "--convergence"),
+                               (("--generator", "sobol"), "philox"), (("--device", "0,0"), "one --device"),
+                               (("--kernel", "fragment"), "--kernel")]:
+            with self.subTest(mention):
+                self.refused(tandem(*large, *words), "a film of 16384x16384 takes 150", "the limit is 1024 MiB", mention, "--memory")
+        self.refused(tandem("verify", self.scene, "--size", 64, "--memory", "1MiB"), "too few pixels for bins")
+        self.refused(tandem("verify", self.scene, "--size", 1024, "--memory", "1MiB", "--candidate", "cpu", "--precision", "double"),
+                     "film in bins included", "the limit is 1 MiB")
 
 
 class SharedMeshes(ProgramTest):

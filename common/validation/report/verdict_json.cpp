@@ -252,6 +252,7 @@ json to_json(const SceneVerdict& v) {
     result["reference"] = info_json(v.reference_name, v.reference_info, v.reference_seed);
     result["candidate"] = info_json(v.candidate_name, v.candidate_info, v.candidate_seed);
     result["settings"] = settings_json(v.settings);
+    result["film"] = v.film ? json{{"width", v.film->width}, {"height", v.film->height}} : json(nullptr);
     result["criteria"] = criteria_json(v.criteria);
     result["levels"] = json::array();
     for (const LevelResult& level : v.judgement.levels) result["levels"].push_back(level_json(level));

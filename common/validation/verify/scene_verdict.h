@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "common/render/binned_film.h"
 #include "common/render/renderer.h"
 #include "common/validation/explanation/explanation.h"
 #include "common/validation/explanation/likeness.h"
@@ -58,6 +59,7 @@ struct SceneVerdict {
     std::string reference_name, candidate_name;
     RendererInfo reference_info, candidate_info;
     RenderSettings settings;
+    std::optional<FilmSize> film;  // of which settings.width x settings.height bins were judged; empty: settings' own
     Criteria criteria;
     std::uint64_t reference_seed = 0, candidate_seed = 0;
     SampledImage reference, candidate;

@@ -41,6 +41,8 @@ public:
         verdict_.criteria.fixed_tolerance =
             std::max(options.criteria.fixed_tolerance, float_transport_tolerance(verdict_.settings.bounces));
         verdict_.closed_form = closed_form_of(scene, verdict_.settings);
+        if (!options.equal_pixels && verdict_.closed_form.form)
+            verdict_.closed_form = {std::nullopt, "it is a mean over the film, whose bins are not equally large"};
         verdict_.features = features_of(scene, verdict_.settings);
         verdict_.reference_seed = options.seed;
         verdict_.candidate_seed = options.seed + 1;

@@ -32,7 +32,8 @@ struct VerifyOptions {
     // The candidate with other kernels, by their names: which of them have a fault that no traced path shows.
     std::vector<std::string> kernels;
     std::function<std::unique_ptr<Renderer>(const std::string& kernel)> with_kernel;
-    std::size_t scenes = 1;  // of the run: they share the false alarms and the doubt equally
+    bool equal_pixels = true;  // false: a mean over pixels is not quite one over the film, as closed forms are
+    std::size_t scenes = 1;    // of the run: they share the false alarms and the doubt equally
     std::stop_token stop;
     std::function<void(double fraction, const std::string& text)> progress;  // called from one thread at a time
 };
