@@ -39,7 +39,7 @@ SceneBuilder looking_at_plane(double angle, double distance) {
         point + distance * dvec3(std::sin(angle), std::cos(angle), 0.0), point, narrow, {0.0, 0.0, 1.0});
 }
 
-// Of unpolarised light from air, by complex numbers.
+// Reflectance of a metal in air for unpolarised light, by complex numbers.
 double metal_reflectance(std::complex<double> index, double cosine) {
     const std::complex<double> inner = std::sqrt(index * index - (1.0 - cosine * cosine));
     return 0.5 * (std::norm((cosine - inner) / (cosine + inner)) +
