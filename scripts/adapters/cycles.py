@@ -188,7 +188,7 @@ class Scene:
         shader = Shader(self.scene.world.node_tree)
         parts = shader.node("SeparateXYZ", Vector=shader.node("TexCoord").outputs["Generated"])
         x, y, z = (shader.number(parts.outputs[i]) for i in range(3))
-        strength = 1.0
+        strength, finest = 1.0, 64
         if isinstance(background, dict) and "image" in background:
             only(background, ("image", "colour_space", "scale", "rotation_degrees", "sampled"), "the background")
             angle = math.radians(background.get("rotation_degrees", 0))
@@ -196,13 +196,15 @@ class Scene:
             # MODEL.md 8.1 turns d by -rotation about +y; Cycles measures u from x towards -y, and height along z.
             node = shader.node("TexEnvironment", Vector=shader.combine(x * cos - z * sin, x * sin + z * cos, y))
             node.image, node.interpolation = self.image(background["image"], background["colour_space"]), "Linear"
-            colour, strength = node.outputs["Color"], background.get("scale", 1)
+            colour, strength, finest = node.outputs["Color"], background.get("scale", 1), 2 * node.image.size[0]
         else:
             ends = background if isinstance(background, dict) else {"radiance": background}
             down, up = (ends.get("radiance", ends.get(end)) for end in ("down", "up"))
             a = (y + 1.0) * 0.5
             mixed = [a * (end - begin) + begin for begin, end in zip(down, up)]
             colour = shader.combine(*mixed, "CombineColor", ("Red", "Green", "Blue"))
+        # By itself Cycles makes a map of millions of directions to sample, anew for each image.
+        self.scene.world.cycles.sampling_method, self.scene.world.cycles.sample_map_resolution = "MANUAL", finest
         made = shader.node("Background", Color=colour, Strength=strength)
         output = shader.nodes.new("ShaderNodeOutputWorld")
         shader.links.new(made.outputs[0], output.inputs["Surface"])
