@@ -17,9 +17,14 @@ os.dup2(2, 1)
 import bpy  # noqa: E402
 import mathutils  # noqa: E402
 
+sys.dont_write_bytecode = True
+sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
+from cycles_shaders import Lobes, Shader, fresnel_of_metal  # noqa: E402
+
 # What tandem export --to blender puts in the place of None: the scene of a script that stands alone.
 EXPORTED = None
 
+GLASS = ("translucent", "colour", "alpha", "refractive_index", "fresnel", "fuzz", "roughness", "interior", "priority")
 HAIR = 1e-4  # of a lamp's size: between its light and the sheet that stops light behind it
 
 
@@ -31,91 +36,6 @@ def only(thing, known, where):
     for key in thing:
         if key not in known:
             raise Refusal(f"{where} has '{key}', which this adapter does not translate")
-
-
-# ---- Shaders. A Shader builds nodes; a Number is a node's value with arithmetic.
-
-class Number:
-    def __init__(self, shader, socket):
-        self.shader, self.socket = shader, socket
-
-    def math(self, operation, other=None):
-        node = self.shader.nodes.new("ShaderNodeMath")
-        node.operation = operation
-        for place, value in enumerate([self, other][:1 if other is None else 2]):
-            if isinstance(value, Number):
-                self.shader.links.new(value.socket, node.inputs[place])
-            else:
-                node.inputs[place].default_value = value
-        return Number(self.shader, node.outputs[0])
-
-    def __add__(self, other): return self.math("ADD", other)
-    def __sub__(self, other): return self.math("SUBTRACT", other)
-    def __mul__(self, other): return self.math("MULTIPLY", other)
-    def __truediv__(self, other): return self.math("DIVIDE", other)
-    __radd__, __rmul__ = __add__, __mul__
-
-    def sqrt(self): return self.math("MAXIMUM", 0.0).math("SQRT")
-
-
-class Shader:
-    def __init__(self, tree):
-        self.nodes, self.links = tree.nodes, tree.links
-        self.nodes.clear()
-
-    def node(self, kind, **values):
-        made = self.nodes.new("ShaderNode" + kind)
-        for name, value in values.items():
-            socket = made.inputs[name]
-            if isinstance(value, (bpy.types.NodeSocket, Number)):
-                self.links.new(getattr(value, "socket", value), socket)
-            else:
-                socket.default_value = (*value, 1.0) if socket.type == "RGBA" else value
-        return made
-
-    def number(self, socket):
-        return Number(self, socket)
-
-    def combine(self, x, y, z, kind="CombineXYZ", names="XYZ"):
-        made = self.nodes.new("ShaderNode" + kind)
-        for value, name in zip((x, y, z), names):
-            if isinstance(value, Number):
-                self.links.new(value.socket, made.inputs[name])
-            else:
-                made.inputs[name].default_value = value
-        return made.outputs[0]
-
-    def mix(self, amount, a, b):
-        made = self.node("MixShader", Fac=amount)
-        self.links.new(a, made.inputs[1])
-        self.links.new(b, made.inputs[2])
-        return made.outputs[0]
-
-    def add(self, a, b):
-        made = self.nodes.new("ShaderNodeAddShader")
-        self.links.new(a, made.inputs[0])
-        self.links.new(b, made.inputs[1])
-        return made.outputs[0]
-
-    def emission(self, radiance, sides):
-        strength = max(radiance) or 1.0  # colours of nodes end at 1
-        lit = self.node("Emission", Color=[value / strength for value in radiance], Strength=strength).outputs[0]
-        if sides == "both":
-            return lit
-        # An emitting mesh shines on both sides of itself in Cycles.
-        return self.mix(self.number(self.node("NewGeometry").outputs["Backfacing"]), lit, self.node("Emission", Strength=0.0).outputs[0])
-
-
-def fresnel_of_metal(c, eta, k):
-    """MODEL.md 7.6, one channel, as nodes: Cycles 3.4 has no complex index."""
-    s2 = (c * c) * -1.0 + 1.0
-    t = s2 * -1.0 + (eta * eta - k * k)
-    root = (t * t + 4 * eta * eta * k * k).sqrt()
-    a, b2 = ((root + t) * 0.5).sqrt(), (root - t) * 0.5
-    rs = ((a - c) * (a - c) + b2) / ((a + c) * (a + c) + b2)
-    u, v = a * c - s2, a * c + s2
-    rp = rs * (u * u + b2 * c * c) / (v * v + b2 * c * c)
-    return (rs + rp) * 0.5
 
 
 def read_pfm(path):
@@ -131,11 +51,13 @@ def read_pfm(path):
 class Scene:
     def __init__(self, folder, data):
         self.folder, self.data = folder, data
-        only(self.data, ("$schema", "description", "film", "camera", "background", "render", "textures", "materials", "lights",
-                         "entities", "expect"), "the scene")
+        only(self.data, ("$schema", "description", "film", "camera", "background", "render", "textures", "materials", "media",
+                         "medium", "lights", "entities", "expect"), "the scene")
         bpy.ops.wm.read_factory_settings(use_empty=True)
         self.scene = bpy.context.scene
         self.materials, self.images = {}, {}
+        self.origin = bpy.data.objects.new("origin", None)
+        self.scene.collection.objects.link(self.origin)
         self.set_world(self.data.get("background", [0, 0, 0]))
         for light in self.data.get("lights", []):
             self.add_light(light)
@@ -187,49 +109,76 @@ class Scene:
         # finds lamps that are meshes. Rectangles become area lights (add_rectangle).
         made.cycles.sample_as_light = False
         shader = Shader(made.node_tree)
-        shader.links.new(self.surface(shader, name, data), shader.nodes.new("ShaderNodeOutputMaterial").inputs["Surface"])
+        output = shader.nodes.new("ShaderNodeOutputMaterial")
+        if data["kind"] == "boundary":  # a volume alone
+            only(data, ("kind", "interior", "priority"), f"the material {name}")
+        else:
+            shader.links.new(self.surface(shader, name, data), output.inputs["Surface"])
+        if data.get("priority", 0) != 0:
+            raise Refusal(f"the material {name}: Cycles knows no priorities")
+        if "medium" in self.data and ("interior" in data or "priority" in data):
+            raise Refusal(f"the material {name}: media within a medium add up in Cycles")
+        if "interior" in data:
+            shader.links.new(self.volume(shader, data["interior"]), output.inputs["Volume"])
         self.materials[name] = made
         return made
 
+    def volume(self, shader, name):
+        """MODEL.md 10."""
+        data = self.data["media"][name]
+        only(data, ("absorption", "scattering", "anisotropy"), f"the medium {name}")
+        absorbed, scattered = (value if isinstance(value, list) else [value] * 3
+                               for value in (data.get("absorption", 0), data.get("scattering", 0)))
+        most, density = max(absorbed) or 1.0, max(scattered) or 1.0  # colours of nodes end at 1
+        result = shader.node("VolumeAbsorption", Color=[1 - value / most for value in absorbed], Density=max(absorbed)).outputs[0]
+        if max(scattered) == 0:
+            return result
+        return shader.add(result, shader.node("VolumeScatter", Color=[value / density for value in scattered], Density=density,
+                                              Anisotropy=data.get("anisotropy", 0)).outputs[0])
+
     def surface(self, shader, name, data):
-        kind, translucent = data["kind"], data.get("translucent", False)
-        if data.get("fuzz", 0) > 0:
-            raise Refusal(f"the material {name}: no lobe of Cycles is the fuzz of MODEL.md 7.3")
-        if kind == "diffuse":
+        kind, where = data["kind"], f"the material {name}"
+        if kind == "rough-diffuse" and data.get("roughness", 0) > 0:
+            raise Refusal(f"{where}: Cycles' fit of Oren and Nayar's model is another one than MODEL.md 7.9")
+        if kind in ("diffuse", "rough-diffuse"):
+            only(data, ("kind", "colour", "radiance", "sides", "roughness"), where)
             result = shader.node("BsdfDiffuse", Color=self.colour(shader, data["colour"]), Roughness=0.0).outputs[0]
             if "radiance" in data:
                 result = shader.add(result, shader.emission(data["radiance"], data.get("sides", "both")))
             return result
-        if kind == "emissive" and not translucent:
-            return shader.emission(data["radiance"], data.get("sides", "both"))
-        if kind == "specular" and not translucent:
-            node = shader.node("BsdfGlossy", Color=self.colour(shader, data["colour"]), Roughness=0.0)
-            node.distribution = "SHARP"
-            return node.outputs[0]
+        if kind == "emissive":
+            only(data, ("kind", "radiance", "sides", *(GLASS if data.get("translucent") else ())), where)
+            if not data.get("translucent"):
+                return shader.emission(data["radiance"], data.get("sides", "both"))
+            radiance = [data.get("alpha", 1) * value for value in data["radiance"]]
+            return shader.add(self.glass(shader, data), shader.emission(radiance, data.get("sides", "both")))
+        if kind == "specular" and data.get("translucent"):
+            only(data, ("kind", *GLASS), where)
+            return self.glass(shader, data)
         if kind == "specular":
-            only(data, ("kind", "translucent", "colour", "alpha", "refractive_index", "fresnel", "fuzz"), f"the material {name}")
-            if data.get("fresnel", "exact") != "exact":
-                raise Refusal(f"the material {name}: Cycles' dielectrics have the exact Fresnel term, not Schlick's")
-            alpha = data.get("alpha", 1)
-            if isinstance(data["colour"], dict) and alpha > 0:
-                raise Refusal(f"the material {name}: a textured glass")
-            colour = [1.0] * 3 if alpha == 0 else [1 - alpha * (1 - value) for value in data["colour"]]
-            node = shader.node("BsdfGlass", Color=colour, Roughness=0.0, IOR=data.get("refractive_index", 1.5))
-            node.distribution = "SHARP"
-            return node.outputs[0]
-        if kind == "conductor" and data.get("roughness", 0) == 0:
-            geometry = shader.node("NewGeometry")
-            dot = shader.nodes.new("ShaderNodeVectorMath")
-            dot.operation = "DOT_PRODUCT"
-            for place, of in enumerate(("Normal", "Incoming")):
-                shader.links.new(geometry.outputs[of], dot.inputs[place])
-            cosine = shader.number(dot.outputs["Value"]).math("ABSOLUTE")
-            channels = [fresnel_of_metal(cosine, eta, k) for eta, k in zip(data["eta"], data["k"])]
-            node = shader.node("BsdfGlossy", Color=shader.combine(*channels, "CombineColor", ("Red", "Green", "Blue")), Roughness=0.0)
-            node.distribution = "SHARP"
-            return node.outputs[0]
-        raise Refusal(f"the material {name}: Cycles 3.4 has no {'rough ' if 'roughness' in data else ''}"
-                      f"{'translucent ' if translucent else ''}{kind} as MODEL.md means it")
+            only(data, ("kind", "translucent", "colour", "fuzz"), where)
+            if data.get("fuzz", 0) > 0:
+                return Lobes(shader).mirror(self.tint(shader, data["colour"]), data["fuzz"])
+            return shader.mirror(self.colour(shader, data["colour"]))
+        if kind == "conductor":
+            only(data, ("kind", "eta", "k", "roughness"), where)
+            lobes = Lobes(shader)
+            if data.get("roughness", 0) > 0:
+                return lobes.conductor(data["eta"], data["k"], data["roughness"] ** 2)
+            return shader.mirror(shader.combine(*[fresnel_of_metal(lobes.cosine, eta, k) for eta, k in zip(data["eta"], data["k"])]))
+        raise Refusal(f"{where}: the adapter has no {kind}")
+
+    def tint(self, shader, value):
+        colour = self.colour(shader, value)
+        return shader.vector(colour) if isinstance(value, dict) else shader.constant(colour)
+
+    def glass(self, shader, data):
+        alpha, index, fuzz, roughness = (data.get(key, standard) for key, standard in
+                                         (("alpha", 1), ("refractive_index", 1.5), ("fuzz", 0), ("roughness", 0)))
+        colour = self.tint(shader, data.get("colour", [1, 1, 1])) * alpha + [1 - alpha] * 3
+        if fuzz == 0 and roughness == 0 and data.get("fresnel", "exact") == "exact":
+            return shader.glass(colour, index)
+        return Lobes(shader).glass(colour, index, data.get("fresnel", "exact"), fuzz, roughness ** 2)
 
     # -- Light from everywhere, and from points
 
@@ -239,7 +188,7 @@ class Scene:
         shader = Shader(self.scene.world.node_tree)
         parts = shader.node("SeparateXYZ", Vector=shader.node("TexCoord").outputs["Generated"])
         x, y, z = (shader.number(parts.outputs[i]) for i in range(3))
-        strength = 1.0
+        strength, finest = 1.0, 64
         if isinstance(background, dict) and "image" in background:
             only(background, ("image", "colour_space", "scale", "rotation_degrees", "sampled"), "the background")
             angle = math.radians(background.get("rotation_degrees", 0))
@@ -247,19 +196,25 @@ class Scene:
             # MODEL.md 8.1 turns d by -rotation about +y; Cycles measures u from x towards -y, and height along z.
             node = shader.node("TexEnvironment", Vector=shader.combine(x * cos - z * sin, x * sin + z * cos, y))
             node.image, node.interpolation = self.image(background["image"], background["colour_space"]), "Linear"
-            colour, strength = node.outputs["Color"], background.get("scale", 1)
+            colour, strength, finest = node.outputs["Color"], background.get("scale", 1), 2 * node.image.size[0]
         else:
             ends = background if isinstance(background, dict) else {"radiance": background}
             down, up = (ends.get("radiance", ends.get(end)) for end in ("down", "up"))
             a = (y + 1.0) * 0.5
             mixed = [a * (end - begin) + begin for begin, end in zip(down, up)]
             colour = shader.combine(*mixed, "CombineColor", ("Red", "Green", "Blue"))
+        # By itself Cycles makes a map of millions of directions to sample, anew for each image.
+        self.scene.world.cycles.sampling_method, self.scene.world.cycles.sample_map_resolution = "MANUAL", finest
         made = shader.node("Background", Color=colour, Strength=strength)
-        shader.links.new(made.outputs[0], shader.nodes.new("ShaderNodeOutputWorld").inputs["Surface"])
+        output = shader.nodes.new("ShaderNodeOutputWorld")
+        shader.links.new(made.outputs[0], output.inputs["Surface"])
+        if "medium" in self.data:
+            shader.links.new(self.volume(shader, self.data["medium"]), output.inputs["Volume"])
 
     def place(self, thing, name, matrix):
         placed = bpy.data.objects.new(name, thing)
-        placed.matrix_world = matrix
+        # An object's own matrix loses what shears. The inverse matrix of its parent, which stands at the origin, keeps it.
+        placed.parent, placed.matrix_parent_inverse = self.origin, matrix
         self.scene.collection.objects.link(placed)
         return placed
 
@@ -304,7 +259,7 @@ class Scene:
         for side in (1, -1) if both else (1,):
             at = corner + side * (hair / 2 if both else 0) * normal
             face = self.add_mesh("face", [at, at + e, at + e + g, at + g], [(0, 1, 2, 3)], self.material(name))
-            for ray in ("diffuse", "glossy", "shadow", "transmission"):  # of the lights all others see
+            for ray in ("diffuse", "glossy", "shadow", "transmission", "volume_scatter"):  # of the lights all others see
                 setattr(face, "visible_" + ray, False)
 
     # -- Shapes
@@ -402,7 +357,7 @@ class Scene:
         made.verts.index_update()
         faces = [[vertex.index for vertex in face.verts] for face in made.faces]
         made.free()
-        self.add_mesh(where, points, faces, material, matrix, smooth=data["kind"] in ("specular", "conductor"))
+        self.add_mesh(where, points, faces, material, matrix, smooth=data["kind"] in ("specular", "conductor") or data.get("translucent", False))
 
     # -- One image
 
@@ -448,7 +403,7 @@ class Scene:
         cycles.sampling_pattern = request.get("sampling_pattern", "PROGRESSIVE_MULTI_JITTER")
         # Cycles counts the scattering events after the first. No roulette, no clamping, no blur, every caustic.
         bounces = request["bounces"] - 1
-        cycles.max_bounces = cycles.diffuse_bounces = cycles.glossy_bounces = cycles.transmission_bounces = bounces
+        cycles.max_bounces = cycles.diffuse_bounces = cycles.glossy_bounces = cycles.transmission_bounces = cycles.volume_bounces = bounces
         cycles.min_light_bounces = 0 if request.get("roulette") else bounces
         cycles.sample_clamp_direct = cycles.sample_clamp_indirect = cycles.light_sampling_threshold = cycles.blur_glossy = 0.0
         cycles.caustics_reflective = cycles.caustics_refractive = True

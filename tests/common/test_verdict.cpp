@@ -243,6 +243,26 @@ TEST_CASE("the rounding of float transport grows with the bounces") {
     CHECK(float_transport_tolerance(12) == 92 * 0x1p-23);
 }
 
+TEST_CASE("values that nearly are the same may differ by their own noise beyond the tolerance, and by no more") {
+    constexpr double tolerance = 0x1p-10, variance = 2.5e-7;
+    // The variances are estimates from the same number of values.
+    const auto image = [&](double level, double count, std::uint64_t seed) {
+        SampledImage result = normal_image(64, 64, level, variance, count, seed);
+        std::mt19937_64 random(seed);
+        std::chi_squared_distribution<double> squares(count - 1.0);
+        for (PixelStatistics& pixel : result.pixels) pixel.variance *= squares(random) / (count - 1.0);
+        return result;
+    };
+    for (const double count : {2.0, 4.0, 64.0}) {
+        CAPTURE(count);
+        const FixedPixels alike = compare_fixed_pixels(image(1.0, count, 1), image(1.0, count, 2), tolerance);
+        CHECK(alike.count > 0);
+        CHECK(alike.mismatches == 0);
+        const FixedPixels other = compare_fixed_pixels(image(1.0, count, 1), image(1.02, count, 3), tolerance);
+        CHECK(other.mismatches == other.count);
+    }
+}
+
 TEST_CASE("equal values of a handful of images are fixed only where the neighbours' are too") {
     // Black with two lit columns; at (2, 2) both sides happen to have twice the same value, but not each other's.
     const auto image = [](double count, double lone) {

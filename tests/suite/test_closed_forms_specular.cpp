@@ -1,5 +1,8 @@
 // Closed forms of mirrors and translucent bodies: Fresnel's and Schlick's reflectance, slabs, total internal
 // reflection, absorption and fuzz.
+#include <complex>
+
+#include "common/scene/loader/scene_loader.h"
 #include "tests/suite/tracers.h"
 
 using namespace tandem;
@@ -34,6 +37,24 @@ SceneBuilder looking_at_plane(double angle, double distance) {
     const dvec3 point(0.31, 0.0, 0.17);
     return SceneBuilder().camera(
         point + distance * dvec3(std::sin(angle), std::cos(angle), 0.0), point, narrow, {0.0, 0.0, 1.0});
+}
+
+// Reflectance of a metal in air for unpolarised light, by complex numbers.
+double metal_reflectance(std::complex<double> index, double cosine) {
+    const std::complex<double> inner = std::sqrt(index * index - (1.0 - cosine * cosine));
+    return 0.5 * (std::norm((cosine - inner) / (cosine + inner)) +
+                     std::norm((index * index * cosine - inner) / (index * index * cosine + inner)));
+}
+
+// The mean over a square film of what is seen at the cosine −d_y. Midpoints err by h²; that term is taken out.
+dvec3 over_film(const Camera& camera, const std::function<dvec3(double)>& seen) {
+    const dvec3 f = glm::normalize(camera.target - camera.position), r = glm::normalize(glm::cross(f, camera.up));
+    const dvec3 v = glm::cross(r, f);
+    const double h = std::tan(glm::radians(0.5 * camera.vertical_field_degrees));
+    const auto pixel = [&](double x, double y) {
+        return seen(-glm::normalize(f + h * (2.0 * x - 1.0) * r + h * (1.0 - 2.0 * y) * v).y);
+    };
+    return (4.0 * mean_over_square(pixel, 400) - mean_over_square(pixel, 200)) / 3.0;
 }
 
 const dvec3 slab_lo(-20.0, -1.0, -20.0), slab_hi(20.0, 0.0, 20.0);
@@ -179,4 +200,27 @@ TEST_CASE("a fuzzy surface absorbs (1 - c/f)/2") {
                                        .scene();
         check_mean(all, transmitting, settings_of(8, 1), 512, kept * colour, 16.0);
     }
+}
+
+// The scene files that a renderer of single precision can take: test_closed_forms_files.cpp holds all tracers to them.
+TEST_CASE("the plates' mean radiance is that of Fresnel's equations over the film") {
+    const auto shipped = [](const std::string& name) {
+        return load_scene(TANDEM_SOURCE_DIR "/scenes/closed-forms/" + name + ".json");
+    };
+    const auto sky = [](const Scene& scene, double y) {
+        return glm::mix(scene.background.down, scene.background.up, 0.5 * (1.0 + y));
+    };
+    const Scene gold = shipped("gold-plate"), pane = shipped("glass-plate");
+    const Material& metal = gold.materials[gold.entities[0].material];
+    const auto of_gold = [&](double c) {
+        dvec3 reflectance;
+        for (int i = 0; i < 3; ++i) reflectance[i] = metal_reflectance({metal.eta[i], metal.k[i]}, c);
+        return reflectance * sky(gold, c);
+    };
+    const auto of_glass = [&](double c) {
+        const double r = fresnel(1.0, 1.5, std::acos(c));
+        return (1.0 - r) / (1.0 + r) * sky(pane, -c) + 2.0 * r / (1.0 + r) * sky(pane, c);
+    };
+    CHECK(glm::distance(over_film(gold.camera, of_gold), gold.expect->radiance) < 1e-9);
+    CHECK(glm::distance(over_film(pane.camera, of_glass), pane.expect->radiance) < 1e-9);
 }

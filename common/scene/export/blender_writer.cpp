@@ -90,6 +90,8 @@ std::vector<ExportedFile> to_blender(const Scene& scene, const ExportOptions& op
             scene.textures[i].image ? image(*scene.textures[i].image, fmt::format(".image{}.pfm", i)) : std::string());
     for (std::size_t i = 0; i < scene.materials.size(); ++i)
         json["materials"][names.materials[i]] = material_json(scene.materials[i], names);
+    for (std::size_t i = 0; i < scene.media.size(); ++i) json["media"][names.media[i]] = medium_json(scene.media[i]);
+    if (scene.medium != no_index) json["medium"] = names.media[scene.medium];
     for (const PunctualLight& light : scene.lights) json["lights"].push_back(light_json(light));
     json["entities"] = Json::array();
     for (const Entity& entity : scene.entities) json["entities"].push_back(entity_json(scene, entity, names));

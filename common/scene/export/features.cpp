@@ -113,6 +113,9 @@ constexpr std::string_view smoothed = "it smooths the edges of cells over a pixe
 constexpr std::string_view equal_area = "made anew as 512 × 512 texels of equal solid angle, each of one colour";
 constexpr std::string_view no_fuzz = "no lobe is the fuzz of MODEL.md 7.3";
 constexpr std::string_view no_schlick = "its dielectrics have the exact Fresnel term";
+constexpr std::string_view by_nodes =
+    "nodes sample the lobe, which light sampling does not reach: more noise, the same mean";
+constexpr std::string_view added_media = "where bodies overlap, their media add up";
 constexpr std::string_view no_noise = "its noise is another function than MODEL.md 7.0's";
 constexpr std::string_view no_priority = "it knows no priorities of bodies that overlap";
 constexpr std::string_view other_guard = "it guards against light leaks by another rule than MODEL.md 5.4";
@@ -218,7 +221,7 @@ const Feature rows[] = {
             return material_where(
                 scene, [](const Material& m) { return m.kind == MaterialKind::specular && !m.translucent; });
         }},
-    {"fuzz", {kept(no_fuzz), refused(no_fuzz), refused(no_fuzz), refused(no_fuzz)},
+    {"fuzz", {kept(no_fuzz), refused(no_fuzz), refused(no_fuzz), near(by_nodes)},
         [](const Scene& scene) { return material_where(scene, [](const Material& m) { return m.fuzz > 0.0; }); }},
     {"glass",
         {exact, near("radiance is scaled by η² within glass, which camera and lights outside do not see"),
@@ -229,14 +232,14 @@ const Feature rows[] = {
             refused("its dielectrics are colourless; write the colour as absorption inside"), exact, exact},
         [](const Scene& scene) { return material_where(scene, coloured); }},
     {"Schlick's reflectance",
-        {kept("its glass has no choice"), refused(no_schlick), refused(no_schlick), refused(no_schlick)},
+        {kept("its glass has no choice"), refused(no_schlick), refused(no_schlick), near(by_nodes)},
         [](const Scene& scene) {
             return material_where(
                 scene, [](const Material& m) { return m.translucent && m.fresnel == Fresnel::schlick; });
         }},
     {"rough glass",
         {exact, exact, near("its masking and shadowing are independent, MODEL.md 7.6's correlated by height"),
-            refused("Cycles 3.4 makes up for what rough glass loses")},
+            near(by_nodes)},
         [](const Scene& scene) {
             return material_where(scene, [](const Material& m) { return glass(m) && rough(m); });
         }},
@@ -246,8 +249,7 @@ const Feature rows[] = {
         }},
     {"rough conductors",
         {kept("as other conductors"), exact,
-            near("its masking and shadowing are independent, MODEL.md 7.6's correlated by height"),
-            refused("Cycles 3.4 has no complex index, and nodes know no microfacets")},
+            near("its masking and shadowing are independent, MODEL.md 7.6's correlated by height"), near(by_nodes)},
         [](const Scene& scene) {
             return material_where(
                 scene, [](const Material& m) { return m.kind == MaterialKind::conductor && rough(m); });
@@ -268,8 +270,7 @@ const Feature rows[] = {
         }},
     {"translucent lamps",
         {kept("its glass does not emit"), refused("its dielectrics are colourless, and these are not"),
-            refused("it has no lamp that light passes through"),
-            refused("no shader of the adapter emits and refracts")},
+            refused("it has no lamp that light passes through"), exact},
         [](const Scene& scene) {
             return material_where(
                 scene, [](const Material& m) { return m.kind == MaterialKind::emissive && m.translucent; });
@@ -309,9 +310,9 @@ const Feature rows[] = {
             return texture_where(scene, [](const Texture& t) { return t.kind == TextureKind::noise; });
         }},
     // ---- Media
-    {"media that absorb", {exact, exact, exact, refused("the adapter writes no volumes")},
+    {"media that absorb", {exact, exact, exact, near(added_media)},
         [](const Scene& scene) { return medium_where(scene, [](const Medium&) { return true; }); }},
-    {"media that scatter", {kept("its volumes absorb alone"), exact, exact, refused("the adapter writes no volumes")},
+    {"media that scatter", {kept("its volumes absorb alone"), exact, exact, near(added_media)},
         [](const Scene& scene) {
             return medium_where(scene, [](const Medium& m) { return m.scattering != glm::dvec3(0.0); });
         }},
@@ -319,14 +320,18 @@ const Feature rows[] = {
         {kept("it has no volumes of varying density"),
             refused("its grids are interpolated between cells, MODEL.md 10's are constant in each"),
             refused("its grids are interpolated between cells, MODEL.md 10's are constant in each"),
-            refused("the adapter writes no volumes")},
+            refused("the adapter writes no grids")},
         [](const Scene& scene) { return medium_where(scene, [](const Medium& m) { return m.grid != nullptr; }); }},
-    {"a medium around everything",
-        {kept("its volumes lie in bodies"), exact, exact, refused("the adapter writes no volumes")},
+    {"a medium around everything", {kept("its volumes lie in bodies"), exact, exact, exact},
         [](const Scene& scene) { return there(scene.medium != no_index, "medium"); }},
+    {"media within that medium", {kept("its volumes lie in bodies"), exact, exact, refused(added_media)},
+        [](const Scene& scene) {
+            return material_where(scene,
+                [&](const Material& m) { return scene.medium != no_index && (m.interior != no_index || m.priority); });
+        }},
     {"boundaries",
         {kept("it has no surface that changes nothing"), near("crossing one is no event there"),
-            near("crossing one is no event there"), refused("the adapter writes no volumes")},
+            near("crossing one is no event there"), near("crossing one is no event there")},
         [](const Scene& scene) {
             return material_where(scene, [](const Material& m) { return m.kind == MaterialKind::boundary; });
         }},

@@ -27,6 +27,9 @@ struct FixedPixels {
 
 // A pixel is fixed when the relative deviation of its samples is within `tolerance` on both sides. A handful of images
 // may lie together by chance. So where a side is that, the same must hold of the pixel's neighbours.
+//
+// Samples within `tolerance` may still vary: on a smooth gradient, by its slope across the pixel. So a mismatch is what
+// exceeds the tolerance by more than six standard errors of both means. Where the samples are the same, those are 0.
 [[nodiscard]] FixedPixels compare_fixed_pixels(
     const SampledImage& reference, const SampledImage& candidate, double tolerance);
 
