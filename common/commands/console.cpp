@@ -108,13 +108,17 @@ InterruptWatch::InterruptWatch() {
     struct sigaction hang_up {};
     if (sigaction(SIGHUP, nullptr, &hang_up) == 0 && hang_up.sa_handler != SIG_IGN) sigaddset(&signals, SIGHUP);
     pthread_sigmask(SIG_BLOCK, &signals, nullptr);
-    thread_ = std::jthread([this, signals, source = source_](std::stop_token ending) mutable {
-        constexpr timespec poll{0, 100'000'000};  // how late the watch may notice that it is to end
+    thread_ = std::jthread([this, signals, source = source_](const std::stop_token& ending) mutable {
+        // A signal to this thread alone tells it to end, so that no command waits for its watch.
+        sigset_t awaited = signals;
+        sigaddset(&awaited, SIGRTMIN);
+        pthread_sigmask(SIG_BLOCK, &awaited, nullptr);
+        const std::stop_callback wake(ending, [self = pthread_self()] { pthread_kill(self, SIGRTMIN); });
         constexpr std::chrono::seconds same_wish{1};
         std::chrono::steady_clock::time_point first;
         while (!ending.stop_requested()) {
-            const int caught = sigtimedwait(&signals, nullptr, &poll);
-            if (caught < 0) continue;
+            const int caught = sigwaitinfo(&awaited, nullptr);
+            if (caught < 0 || sigismember(&signals, caught) != 1) continue;
             const auto now = std::chrono::steady_clock::now();
             if (source.stop_requested() || nothing_to_keep_ > 0) {
                 if (source.stop_requested() && now - first < same_wish) continue;

@@ -7,7 +7,7 @@ import subprocess
 import time
 import unittest
 
-from program import SCENES, TANDEM, ProgramTest, tandem
+from program import SCENES, TANDEM, THOROUGH, ProgramTest, tandem
 
 
 class Measures(ProgramTest):
@@ -39,6 +39,7 @@ class Measures(ProgramTest):
         self.assertNotIn("lower bound", result.stdout)
         self.refused(tandem("effects", self.scene, "--effects", "all"), "--effects")
 
+    @unittest.skipUnless(THOROUGH, "takes long: lesson 12 shows a part of it in every run")
     def test_effects_tells_what_is_not_compiled_allocated_and_dispatched(self):
         report = self.folder / "effects.json"
         result = tandem("effects", self.scene, "--backend", "vulkan", "--kernel", "stages", "--size", 4, "--bounces", 2,

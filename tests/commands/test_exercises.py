@@ -70,11 +70,12 @@ class Exercises(unittest.TestCase):
                 self.assertIn(f"see    {picture.name}: right, yours, and the difference", result.stdout)
                 self.assertIn(told, result.stdout)
                 self.assertEqual(picture.read_bytes()[16:24], (588).to_bytes(4, "big") + (192).to_bytes(4, "big"))
-                picture.unlink()
-                picture.mkdir()
-                again = run("check", file, folder=name)
-                self.assertEqual(again.returncode, 1)
-                self.assertIn("no picture", again.stderr)
+                if file == "03-ray-sphere.glsl":
+                    picture.unlink()
+                    picture.mkdir()
+                    again = run("check", file, folder=name)
+                    self.assertEqual(again.returncode, 1)
+                    self.assertIn("no picture", again.stderr)
 
     def test_a_step_of_a_path_shows_where_the_paths_part(self):
         steps = {
@@ -158,6 +159,8 @@ class Exercises(unittest.TestCase):
                        "return a[i * 7]; }",
             "answers are off": f"{SPHERE} {{ return 0.0 / (radius - radius); }}",
         }
+        if not THOROUGH:  # it has 15 s of a processor
+            del hostile["crashes|does not end|is more than"]
         with concurrent.futures.ThreadPoolExecutor(os.cpu_count()) as pool:
             for told, mark in zip(hostile, pool.map(lambda text: mark_of(3, text), hostile.values())):
                 with self.subTest(told):

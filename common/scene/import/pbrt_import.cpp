@@ -17,7 +17,7 @@
 #include "common/files/read_file.h"
 #include "common/scene/export/parts_json.h"
 #include "common/scene/import/import.h"
-#include "common/scene/import/pbrt_text.h"
+#include "common/scene/import/pbrt_state.h"
 #include "common/text.h"
 
 namespace tandem::scene_import {
@@ -29,10 +29,10 @@ using scene_export::vector_json;
 
 constexpr std::size_t greatest_bytes = std::size_t{128} << 20;
 
-class PbrtImport : PbrtText {
+class PbrtImport : PbrtState {
 public:
     PbrtImport(const std::filesystem::path& file, const std::filesystem::path& out)
-        : PbrtText(file.string(), read_file(file, greatest_bytes)), folder_(file.parent_path()), out_(out) {}
+        : PbrtState(file.string(), read_file(file, greatest_bytes)), folder_(file.parent_path()), out_(out) {}
 
     ImportedScene read() {
         Json& document = result_.document;
@@ -50,14 +50,6 @@ public:
     }
 
 private:
-    struct State {
-        glm::dmat4 transform{1.0};
-        glm::dvec3 end_motion{0.0};  // what the transform at the shutter's closing adds
-        std::string material, inside, outside;
-        std::optional<Json> emission;
-        bool reverse = false;
-    };
-
     void remark(const std::string& what) {
         if (remarked_.insert(what).second) result_.remarks.push_back("is imported without " + what);
     }
@@ -117,80 +109,6 @@ private:
         }
         if (name == "Shape") return shape();
         refuse("the directive " + printable(name) + " is none that is imported", "see scenes/format/EXPORT.md");
-    }
-
-    bool transform_directive(const std::string& name) {
-        glm::dmat4 step(1.0);
-        if (name == "Identity") {
-            state_.transform = world_;
-            return true;
-        }
-        if (name == "Transform") {
-            state_.transform = world_ * matrix();
-            return true;
-        }
-        if (name == "ActiveTransform") {
-            active_ = next("All, StartTime or EndTime").text;
-            return true;
-        }
-        if (name == "Translate")
-            step = glm::translate(step, point());
-        else if (name == "Scale")
-            step = glm::scale(step, point());
-        else if (name == "Rotate") {
-            const double degrees = number();
-            step = glm::rotate(step, glm::radians(degrees), glm::normalize(point()));
-        } else if (name == "ConcatTransform")
-            step = matrix();
-        else if (name == "LookAt") {
-            const glm::dvec3 eye = point(), target = point(), up = point();
-            const glm::dvec3 forward = glm::normalize(target - eye),
-                             right = glm::normalize(glm::cross(glm::normalize(up), forward));
-            const glm::dvec3 above = glm::cross(forward, right);
-            step = glm::inverse(
-                glm::dmat4(glm::dvec4(right, 0), glm::dvec4(above, 0), glm::dvec4(forward, 0), glm::dvec4(eye, 1)));
-        } else
-            return false;
-        if (active_ == "All") {
-            state_.transform *= step;
-            return true;
-        }
-        // Both ends of the shutter are the same but for a displacement, the only motion that Tandem's bodies have.
-        if (active_ != "EndTime" || glm::dmat3(step) != glm::dmat3(1.0))
-            refuse("moves a body by more than a displacement to its EndTime",
-                "write Translate under ActiveTransform EndTime");
-        state_.end_motion += glm::dmat3(state_.transform) * glm::dvec3(step[3]);
-        return true;
-    }
-
-    bool state_directive(const std::string& name) {
-        if (name == "AttributeBegin" || name == "TransformBegin") {
-            states_.emplace_back(state_, name);
-        } else if (name == "AttributeEnd" || name == "TransformEnd") {
-            if (states_.empty() || states_.back().second.substr(0, 4) != name.substr(0, 4))
-                refuse(name + " without its begin", "remove it");
-            const State outer = states_.back().first;
-            if (name == "TransformEnd") {
-                state_.transform = outer.transform;
-                state_.end_motion = outer.end_motion;
-            } else {
-                state_ = outer;
-            }
-            states_.pop_back();
-        } else if (name == "ReverseOrientation") {
-            state_.reverse = !state_.reverse;
-        } else if (name == "CoordinateSystem" || name == "CoordSysTransform") {
-            const std::string system = text("a name");
-            if (name == "CoordinateSystem")
-                named_systems_[system] = state_.transform;
-            else if (named_systems_.contains(system))
-                state_.transform = named_systems_[system];
-            else
-                refuse("knows no coordinate system \"" + printable(system) + "\"", "name one first");
-        } else {
-            return false;
-        }
-        return true;
     }
 
     // -- Before the world
@@ -384,9 +302,6 @@ private:
         if (result_.document["textures"][name].value("space", "") == "object") solid_systems_[name] = outer_system();
     }
 
-    // The space around what stands here, in which an export lays out a shape.
-    [[nodiscard]] glm::dmat4 outer_system() const { return states_.empty() ? world_ : states_.back().first.transform; }
-
     // Tandem's cells lie in the space of the entity: a checker must have been laid out there.
     void check_system(const glm::dmat4& transform) const {
         const Json& material = materials_.at(state_.material);
@@ -542,14 +457,11 @@ private:
 
     std::filesystem::path folder_, out_;
     std::size_t meshes_ = 0;
-    glm::dmat4 world_{1.0};  // from pbrt's world to the scene's: mirrored, or as it is
-    State state_;
-    std::vector<std::pair<State, std::string>> states_;
-    std::string active_ = "All", outer_medium_;
+    std::string outer_medium_;
     double field_ = 90.0;
     std::map<std::string, Json> materials_;
     std::set<std::string> textures_, remarked_;
-    std::map<std::string, glm::dmat4> solid_systems_, named_systems_;
+    std::map<std::string, glm::dmat4> solid_systems_;
     ImportedScene result_;
 };
 

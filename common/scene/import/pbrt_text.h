@@ -1,5 +1,5 @@
 // The words of pbrt's scene text: numbers, texts and lists of parameters, each with its line. What they mean is
-// pbrt_import.cpp's.
+// for pbrt_state.cpp and pbrt_import.cpp.
 #pragma once
 
 #include <fmt/format.h>

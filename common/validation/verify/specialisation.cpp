@@ -22,6 +22,7 @@ struct Contender {
 
     std::optional<EffectSet> effects;  // empty: those that the scene calls for
     std::unique_ptr<RenderJob> job;
+    JobFacts facts;     // of that job, asked for once: counting instructions takes seconds
     Estimate first;     // a sample of every pixel
     Estimate estimate;  // of the last round
     std::vector<double> kernel_replicates, replicates;
@@ -50,7 +51,7 @@ struct Contender {
         if (!again) return false;
         first = again->estimate;
         replicates.push_back(made_seconds);
-        const JobFacts facts = job->facts();
+        facts = job->facts();
         kernel_replicates.push_back(
             facts.variant.empty() ? facts.kernel_seconds + std::max(0.0, once->seconds - again->seconds) : 0.0);
         return true;
@@ -66,7 +67,7 @@ struct Contender {
 
     [[nodiscard]] SpecialisationSide side(double samples) const {
         const double sum = std::accumulate(replicates.begin(), replicates.end(), 0.0);
-        return {job->facts(), *std::ranges::max_element(kernel_replicates), kernel_replicates,
+        return {facts, *std::ranges::max_element(kernel_replicates), kernel_replicates,
             sum / static_cast<double>(replicates.size()), seconds.empty() ? 0.0 : 1e3 * median(seconds) / samples};
     }
 };
