@@ -156,22 +156,40 @@ GrowingFile::~GrowingFile() { remove_left(temporary_); }
 
 void GrowingFile::commit(const FilesRead& read) { put_in_place(shown_, target_, temporary_, file_, read); }
 
-FolderToFill::FolderToFill(const std::filesystem::path& folder) : folder_(folder) {
+namespace {
+
+// Makes what is missing of `folder` and those above it, the innermost first in `made`.
+std::error_code make_folders(const std::filesystem::path& folder, std::vector<std::filesystem::path>& made) {
     std::error_code error;
-    const auto refuse = [&](const std::string& reason) {
-        return input_error(folder.string(), "", "cannot be made: " + reason, "choose another folder");
-    };
     std::vector<std::filesystem::path> missing;
     for (std::filesystem::path at = folder; !at.empty() && !std::filesystem::exists(at, error); at = at.parent_path())
         if (at.has_filename()) missing.push_back(at);  // "a/" and "a" are one folder
     for (auto at = missing.rbegin(); at != missing.rend(); ++at) {
-        if (!std::filesystem::create_directory(*at, error) && error) {
-            for (const std::filesystem::path& made : made_) std::filesystem::remove(made, error);
-            throw refuse(error.message());
-        }
-        made_.insert(made_.begin(), *at);
+        const bool own = std::filesystem::create_directory(*at, error);
+        if (error) return error;
+        if (own) made.insert(made.begin(), *at);
     }
-    if (!std::filesystem::is_directory(folder, error)) throw refuse("a file is in its place");
+    if (std::filesystem::is_directory(folder, error)) return {};
+    return std::make_error_code(
+        std::filesystem::exists(folder, error) ? std::errc::not_a_directory : std::errc::no_such_file_or_directory);
+}
+
+}  // namespace
+
+FolderToFill::FolderToFill(const std::filesystem::path& folder) : folder_(folder) {
+    // Another process may remove a folder that it had made, after it was seen here and before it is used.
+    constexpr int attempts = 100;
+    std::error_code error;
+    for (int attempt = 0; attempt < attempts; ++attempt) {
+        error = make_folders(folder, made_);
+        if (error != std::errc::no_such_file_or_directory) break;
+    }
+    if (!error) return;
+    std::error_code ignored;
+    for (const std::filesystem::path& made : made_) std::filesystem::remove(made, ignored);
+    const bool file = error == std::errc::not_a_directory && std::filesystem::exists(folder, ignored);
+    throw input_error(folder.string(), "", "cannot be made: " + (file ? "a file is in its place" : error.message()),
+        "choose another folder");
 }
 
 FolderToFill::~FolderToFill() {

@@ -14,6 +14,11 @@ def percent(value):
     return "—" if value is None else f"{100 * value:+.1f} %"
 
 
+def sentence(text):
+    """Clauses become sentences."""
+    return ". ".join(part[:1].upper() + part[1:] for part in text.split("; "))
+
+
 def device_of(result):
     return f"{result['device']['name']}, {result['device']['driver_name']} {result['device']['driver_version']}"
 

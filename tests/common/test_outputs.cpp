@@ -3,10 +3,12 @@
 #include <doctest/doctest.h>
 #include <sys/stat.h>
 
+#include <atomic>
 #include <filesystem>
 #include <fstream>
 #include <functional>
 #include <string>
+#include <thread>
 
 #include "common/error.h"
 #include "common/files/outputs.h"
@@ -113,6 +115,23 @@ TEST_CASE("a folder that was made goes again unless it is kept, and one that was
     CHECK_FALSE(std::filesystem::exists(folder / "x/y/new"));
     CHECK_THROWS_AS(FolderToFill(folder / "x/y/a/b"), InputError);
     CHECK_THROWS_AS(FolderToFill(folder / "x/y/a"), InputError);
+}
+
+TEST_CASE("commands that start together may make and remove the same folders") {
+    const TemporaryFolder folder;
+    std::atomic<unsigned> refused = 0;
+    {
+        std::vector<std::jthread> commands;
+        for (int i = 0; i < 4; ++i)
+            commands.emplace_back([&] {
+                for (int round = 0; round < 500; ++round) try {
+                        check_writable_folder(folder / "cache/tandem/references");
+                    } catch (const InputError&) {
+                        ++refused;
+                    }
+            });
+    }
+    CHECK(refused == 0);
 }
 
 TEST_CASE("a replaced file keeps its permissions") {

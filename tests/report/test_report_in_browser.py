@@ -223,6 +223,18 @@ class BenchReport(unittest.TestCase):
         self.assertLessEqual(told["wide"], 0)
         self.assertEqual(told["clipped"], [])
 
+    def test_the_thesis_s_experiment_has_a_page_of_its_own(self):
+        folder = pathlib.Path(tempfile.mkdtemp())
+        self.addCleanup(shutil.rmtree, folder)
+        stored = SCENES.parent / "tests/records/patterns/h100-thesis.json"
+        subprocess.run([sys.executable, SCRIPTS / "report", stored, "-o", folder / "page.html"], check=True, timeout=60)
+        page = (folder / "page.html").read_text()
+        cell = json.loads(stored.read_text())["thesis"]["configurations"][0]
+        for text in (f"{cell['steady']['mean_milliseconds']:.4g} (", f"{cell['thesis']['first_milliseconds']:.1f}",
+                     "samples a frame, at two bounces", "Not applicable: "):
+            self.assertIn(text, page)
+        self.assertEqual(page.count("<table>"), 3)
+
     def test_what_has_no_arms_is_refused(self):
         file = pathlib.Path(tempfile.mkdtemp()) / "thesis.json"
         self.addCleanup(shutil.rmtree, file.parent)
