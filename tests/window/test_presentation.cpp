@@ -5,6 +5,8 @@
 
 #include "common/error.h"
 #include "common/scene/loader/scene_loader.h"
+#include "tests/refusal.h"
+#include "tests/vulkan/few_buffers.h"
 #include "tests/window/virtual_display.h"
 #include "vulkan/bench/families.h"
 #include "vulkan/bench/frame_image.h"
@@ -12,6 +14,34 @@
 
 using namespace tandem;
 using namespace tandem::testing;
+
+TEST_CASE("frames wait until the one before is shown, where the driver can tell") {
+    const VirtualDisplay display;
+    if (!display.there()) {
+        MESSAGE("skipped: Xvfb is not installed; run scripts/setup");
+        return;
+    }
+    const Scene scene = load_scene(TANDEM_SOURCE_DIR "/scenes/cornell-thesis.json");
+    const auto run = [&] {
+        const auto device = std::make_shared<BenchDevice>(BenchRequest{"", scene, {{64, 36}}});
+        const Family family = presentation_family(device, make_window_place);
+        const std::vector<Arm> arms = family.arms(family.workloads.front());
+        const auto waiting = std::ranges::find(arms, "present-wait", &Arm::name);
+        REQUIRE(waiting != arms.end());
+        const std::unique_ptr<ArmRun> made = waiting->make();
+        const std::uint64_t right = arms.front().make()->output().value().digest;
+        CHECK(made->output().value().digest == right);
+        const ClockReadings readings = made->run();
+        CHECK(readings.at("wait-until-shown") >= 0.0);
+        CHECK(readings.at("wait-until-shown") <= readings.at("total"));
+    };
+    ScopedVariables variables;
+    variables.set("VK_ADD_LAYER_PATH", TANDEM_BINARY_DIR "/fault_layer");
+    variables.set("VK_INSTANCE_LAYERS", "VK_LAYER_TANDEM_faults");
+    CHECK(contains(refusal<UnsupportedError>(run), "has no VK_KHR_present_wait"));
+    variables.set("TANDEM_PRESENT_WAIT", "1");
+    run();
+}
 
 TEST_CASE("presented images have the pixels that the host makes of the frame's estimate, and the layer is silent") {
     const VirtualDisplay display;

@@ -44,6 +44,7 @@ struct Showing {
     std::uint32_t in_flight = 2;
     WaitPattern wait = WaitPattern::fence;
     bool acquires_by_fence = false;  // the host waits for an image, not the device
+    bool waits_for_present = false;  // the host begins a frame when the one before is shown
     ImagePattern pattern;
 };
 
@@ -57,10 +58,13 @@ void check(const PresentationStage& stage, const Showing& showing) {
     if (!abilities.has(mode))
         throw UnsupportedError(
             fmt::format("the surface does not present {}", present_mode_names[static_cast<std::size_t>(mode)]));
+    const Device& device = stage.device()->device();
+    if (showing.waits_for_present && !device.features().present_waits)
+        throw UnsupportedError(device.description().name + " has no VK_KHR_present_wait");
     const vk::ImageUsageFlags usage = shown_usage(showing.pattern);
     if ((abilities.usage() & usage) != usage)
         throw UnsupportedError("the surface's images have no " + vk::to_string(usage));
-    const vk::FormatProperties has = stage.device()->device().physical().getFormatProperties(abilities.format().format);
+    const vk::FormatProperties has = device.physical().getFormatProperties(abilities.format().format);
     if (usage & vk::ImageUsageFlagBits::eStorage &&
         !(has.optimalTilingFeatures & vk::FormatFeatureFlagBits::eStorageImage))
         throw UnsupportedError(
@@ -151,11 +155,12 @@ private:
     };
     struct Row {
         SubmissionTimes times;
-        double acquire = 0.0, present = 0.0, released = 0.0, longest = 0.0, last = 0.0;
+        double acquire = 0.0, present = 0.0, released = 0.0, longest = 0.0, last = 0.0, shown = 0.0;
         std::uint32_t releases = 0;
     };
 
     void begin(vk::ImageUsageFlags besides);
+    void wait_until_shown(Row& row) const;
     void show(Frame& frame, Row& row, const FetchedImage* fetched);
     [[nodiscard]] std::uint32_t acquire(Frame& frame);
     [[nodiscard]] ClockReadings present(std::uint32_t count, const FetchedImage* fetched);
@@ -168,6 +173,7 @@ private:
     ShownImages shown_;
     std::vector<vk::raii::Semaphore> drawn_;  // by image of the swapchain
     std::vector<double> submitted_;           // likewise, when; 0: never
+    std::uint64_t presented_ = 0;             // frames by this swapchain, which are their identities
 };
 
 void PresentRun::begin(vk::ImageUsageFlags besides) {
@@ -187,6 +193,7 @@ void PresentRun::begin(vk::ImageUsageFlags besides) {
         drawn_.emplace_back(device.handle(), vk::SemaphoreCreateInfo());
     }
     submitted_.assign(swapchain_->image_count(), 0.0);
+    presented_ = 0;
     for (Frame& frame : frames_)
         frame.image.emplace(
             device, showing_.pattern, shown_, std::array{frame.job->sums(0), frame.job->sums(1)}, work_.samples);
@@ -207,7 +214,17 @@ std::uint32_t PresentRun::acquire(Frame& frame) {
     return image;
 }
 
+void PresentRun::wait_until_shown(Row& row) const {
+    if (!showing_.waits_for_present || presented_ == 0) return;
+    const double start = steady_seconds();
+    constexpr std::uint64_t patience = 5'000'000'000;  // nanoseconds: a window that is hidden shows nothing
+    if (swapchain_->handle().waitForPresent(presented_, patience) == vk::Result::eTimeout)
+        throw Error("a frame was not shown within five seconds; leave the window visible");
+    row.shown += steady_seconds() - start;
+}
+
 void PresentRun::show(Frame& frame, Row& row, const FetchedImage* fetched) {
+    wait_until_shown(row);
     const double start = steady_seconds();
     const std::uint32_t image = acquire(frame);
     const double acquired = steady_seconds();
@@ -228,8 +245,10 @@ void PresentRun::show(Frame& frame, Row& row, const FetchedImage* fetched) {
     submission.signal(*drawn_[image]);
     frame.job->submit_frame();
     const double submitted = submitted_[image] = steady_seconds();
-    (void)stage_->device()->device().queue().presentKHR(
-        vk::PresentInfoKHR(*drawn_[image], *swapchain_->handle(), image));
+    ++presented_;
+    const vk::PresentIdKHR identity(1, &presented_);
+    (void)stage_->device()->device().queue().presentKHR(vk::PresentInfoKHR(
+        *drawn_[image], *swapchain_->handle(), image, {}, showing_.waits_for_present ? &identity : nullptr));
     const double now = steady_seconds();
     row.present += now - submitted;
     if (row.last > 0.0) row.longest = std::max(row.longest, now - row.last);
@@ -256,6 +275,7 @@ ClockReadings PresentRun::present(std::uint32_t count, const FetchedImage* fetch
     readings["acquire"] = row.acquire;
     readings["present"] = row.present;
     readings["longest-interval"] = row.longest;
+    if (showing_.waits_for_present) readings["wait-until-shown"] = row.shown;
     if (row.releases > 0) readings["submit-to-released"] = row.released / row.releases;
     return readings;
 }
@@ -322,6 +342,8 @@ std::vector<NamedShowing> showings() {
         with([](Showing& s) { s.wait = WaitPattern::timeline; })});
     list.push_back({"acquire-fence", "the host waits for the image, not the device by a semaphore",
         with([](Showing& s) { s.acquires_by_fence = true; })});
+    list.push_back({"present-wait", "the host begins a frame when the one before is shown (VK_KHR_present_wait)",
+        with([](Showing& s) { s.waits_for_present = true; })});
     list.push_back({"copy", "a copy, not a blit", with([](Showing& s) { s.pattern.move = ImageMove::copy; })});
     list.push_back({"storage", "kernels store to the swapchain's image; no kernel begins before it is there",
         with([](Showing& s) { s.pattern.move = ImageMove::none; })});

@@ -47,7 +47,8 @@ constexpr std::array acceleration_extensions{
 DeviceFeatures features_of(const vk::raii::PhysicalDevice& physical) {
     const auto chain = physical.getFeatures2<vk::PhysicalDeviceFeatures2, vk::PhysicalDeviceVulkan12Features,
         vk::PhysicalDeviceSynchronization2FeaturesKHR, vk::PhysicalDeviceAccelerationStructureFeaturesKHR,
-        vk::PhysicalDeviceRayTracingPipelineFeaturesKHR, vk::PhysicalDeviceRayQueryFeaturesKHR>();
+        vk::PhysicalDeviceRayTracingPipelineFeaturesKHR, vk::PhysicalDeviceRayQueryFeaturesKHR,
+        vk::PhysicalDevicePresentIdFeaturesKHR, vk::PhysicalDevicePresentWaitFeaturesKHR>();
     const auto& plain = chain.get<vk::PhysicalDeviceFeatures2>().features;
     const auto& newer = chain.get<vk::PhysicalDeviceVulkan12Features>();
     DeviceFeatures features;
@@ -68,6 +69,10 @@ DeviceFeatures features_of(const vk::raii::PhysicalDevice& physical) {
                            chain.get<vk::PhysicalDeviceRayTracingPipelineFeaturesKHR>().rayTracingPipeline;
     features.ray_queries = structures && offers(physical, VK_KHR_RAY_QUERY_EXTENSION_NAME) &&
                            chain.get<vk::PhysicalDeviceRayQueryFeaturesKHR>().rayQuery;
+    features.present_waits = offers(physical, VK_KHR_PRESENT_ID_EXTENSION_NAME) &&
+                             offers(physical, VK_KHR_PRESENT_WAIT_EXTENSION_NAME) &&
+                             chain.get<vk::PhysicalDevicePresentIdFeaturesKHR>().presentId &&
+                             chain.get<vk::PhysicalDevicePresentWaitFeaturesKHR>().presentWait;
     features.storage_arrays = plain.shaderStorageBufferArrayDynamicIndexing;
     features.storage_arrays_nonuniform = features.storage_arrays && newer.shaderStorageBufferArrayNonUniformIndexing;
     return features;
@@ -90,6 +95,7 @@ std::vector<std::string> names_of(const DeviceFeatures& features) {
     add(features.calibrated_timestamps, "calibrated timestamps");
     add(features.ray_tracing, "ray tracing");
     add(features.ray_queries, "ray queries");
+    add(features.present_waits, "waits for presentation");
     return names;
 }
 
@@ -122,6 +128,11 @@ vk::raii::Device make_device(const vk::raii::PhysicalDevice& physical, const Dev
         for (const char* extension : acceleration_extensions) extensions.push_back(extension);
     if (has.ray_tracing) extensions.push_back(VK_KHR_RAY_TRACING_PIPELINE_EXTENSION_NAME);
     if (has.ray_queries) extensions.push_back(VK_KHR_RAY_QUERY_EXTENSION_NAME);
+    const bool presents =
+        std::ranges::find(extensions, std::string_view(VK_KHR_SWAPCHAIN_EXTENSION_NAME)) != extensions.end();
+    if (has.present_waits && presents)
+        for (const char* extension : {VK_KHR_PRESENT_ID_EXTENSION_NAME, VK_KHR_PRESENT_WAIT_EXTENSION_NAME})
+            extensions.push_back(extension);
     vk::PhysicalDeviceFeatures plain;
     plain.shaderFloat64 = has.doubles;
     plain.shaderStorageBufferArrayDynamicIndexing = has.storage_arrays;
@@ -133,11 +144,16 @@ vk::raii::Device make_device(const vk::raii::PhysicalDevice& physical, const Dev
     newer.shaderStorageBufferArrayNonUniformIndexing = has.storage_arrays_nonuniform;
     vk::StructureChain info(vk::DeviceCreateInfo({}, queues, {}, extensions, &plain), newer,
         vk::PhysicalDeviceSynchronization2FeaturesKHR(true), vk::PhysicalDeviceAccelerationStructureFeaturesKHR(true),
-        vk::PhysicalDeviceRayTracingPipelineFeaturesKHR(true), vk::PhysicalDeviceRayQueryFeaturesKHR(true));
+        vk::PhysicalDeviceRayTracingPipelineFeaturesKHR(true), vk::PhysicalDeviceRayQueryFeaturesKHR(true),
+        vk::PhysicalDevicePresentIdFeaturesKHR(true), vk::PhysicalDevicePresentWaitFeaturesKHR(true));
     if (!has.synchronization2) info.unlink<vk::PhysicalDeviceSynchronization2FeaturesKHR>();
     if (!has.ray_tracing && !has.ray_queries) info.unlink<vk::PhysicalDeviceAccelerationStructureFeaturesKHR>();
     if (!has.ray_tracing) info.unlink<vk::PhysicalDeviceRayTracingPipelineFeaturesKHR>();
     if (!has.ray_queries) info.unlink<vk::PhysicalDeviceRayQueryFeaturesKHR>();
+    if (!has.present_waits || !presents) {
+        info.unlink<vk::PhysicalDevicePresentIdFeaturesKHR>();
+        info.unlink<vk::PhysicalDevicePresentWaitFeaturesKHR>();
+    }
     return vk::raii::Device(physical, info.get<vk::DeviceCreateInfo>());
 }
 

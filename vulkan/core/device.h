@@ -21,6 +21,7 @@ struct DeviceFeatures {
     bool calibrated_timestamps = false;      // beside the host's clock (device_clock.h)
     bool ray_tracing = false;                // pipelines of it, and the acceleration structures that they take
     bool ray_queries = false;                // of acceleration structures, by any kernel
+    bool present_waits = false;              // the host may wait until an image is shown, of devices with a swapchain
 };
 
 // Features of a device with Vulkan 1.2.
