@@ -67,7 +67,7 @@ Stage stage_from(const std::string& text, std::uint64_t items, const std::filesy
     return stage;
 }
 
-// Those that are there. Of several ways to split the items, the one with most files.
+// Those that are there; where items were split in several ways, those of the way with most files.
 std::vector<Stage> stages_in(const std::filesystem::path& folder, std::uint64_t items) {
     std::map<std::uint64_t, std::vector<Stage>> by_count;
     std::error_code none;

@@ -8,7 +8,7 @@ namespace tandem {
 
 namespace {
 
-// Of the pixels of a side, those that were chosen at least once, expected.
+// The share of the pixels that a side has chosen at least once, expected.
 double share_looked_at(double samples, double bin_pixels) {
     return -std::expm1(samples * std::log1p(-1.0 / bin_pixels));
 }
