@@ -69,7 +69,7 @@ def trouble():
 
 def stay_up():
     count("start")
-    time.sleep(0.5)
+    time.sleep(0.1)
     print("loading the library")
     print("hello" if mode == "bad-hello" else json.dumps(
         {"tandem": 1, "name": "fake", "version": "7", "ending": "pfm", "follows_model": mode == "follows",
