@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <ranges>
+#include <span>
 
 #include "common/error.h"
 #include "common/render/check_settings.h"
@@ -127,7 +127,7 @@ std::optional<float> far_corner(const Scene& described, const SceneData& scene) 
     const float limit =
         to_distance(many_times * std::max(size(described.camera.position), size(described.camera.target)));
     const bool any = std::ranges::any_of(
-        scene.sources | std::views::take(scene.triangle_count), [&](const gpu::PrimitiveSource& source) {
+        std::span(scene.sources).first(scene.triangle_count), [&](const gpu::PrimitiveSource& source) {
             const gpu::EntityTransform& m = scene.transforms[source.entity];
             const auto beyond = [&](std::uint32_t vertex) {
                 const gpu::Vec4& v = scene.vertices[vertex];
