@@ -17,7 +17,7 @@ enum class WayBack { cached, copied_alone, uncached, transfer_queue, mapped };
 
 using Usage = vk::BufferUsageFlagBits;
 
-// Of the queues that share what is copied.
+// The families of the queues that share what is copied.
 std::vector<std::uint32_t> families_of(const Device& device, bool transfer_queue) {
     if (!transfer_queue) return {};
     return {device.queue_family(), family_of(device, {QueueKind::transfer_only, 0})};
