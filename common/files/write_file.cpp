@@ -158,6 +158,9 @@ void GrowingFile::commit(const FilesRead& read) { put_in_place(shown_, target_, 
 
 namespace {
 
+// Another process may remove a folder that it had made, after it was seen here and before it is used.
+constexpr int attempts = 100;
+
 // Makes what is missing of `folder` and those above it, the innermost first in `made`.
 std::error_code make_folders(const std::filesystem::path& folder, std::vector<std::filesystem::path>& made) {
     std::error_code error;
@@ -177,12 +180,12 @@ std::error_code make_folders(const std::filesystem::path& folder, std::vector<st
 }  // namespace
 
 FolderToFill::FolderToFill(const std::filesystem::path& folder) : folder_(folder) {
-    // Another process may remove a folder that it had made, after it was seen here and before it is used.
-    constexpr int attempts = 100;
     std::error_code error;
-    for (int attempt = 0; attempt < attempts; ++attempt) {
+    for (int attempt = 1; attempt <= attempts; ++attempt) {
         error = make_folders(folder, made_);
-        if (error != std::errc::no_such_file_or_directory) break;
+        if (error != std::errc::no_such_file_or_directory && error != std::errc::file_exists &&
+            error != std::errc::not_a_directory)
+            break;
     }
     if (!error) return;
     std::error_code ignored;
@@ -222,8 +225,13 @@ void check_writable_text(const std::filesystem::path& path) {
 }
 
 void check_writable_folder(const std::filesystem::path& folder, const std::vector<std::string>& files) {
-    const FolderToFill made(folder);
-    for (const std::string& file : files) const ReplacementFile probe(folder / file);
+    for (int attempt = 1;; ++attempt) try {
+            const FolderToFill made(folder);
+            for (const std::string& file : files) const ReplacementFile probe(folder / file);
+            return;
+        } catch (const InputError&) {
+            if (attempt == attempts) throw;
+        }
 }
 
 void write_text_file(const std::filesystem::path& path, std::string_view text, const FilesRead& read) {

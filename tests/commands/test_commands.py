@@ -77,7 +77,7 @@ class Commands(ProgramTest):
             (["render", self.scene, "-o", out, "--json", "/proc/out.json"], "/proc/out.json"),
             (["verify", self.scene, "--time", "nan"], "--time"),
             (["verify", self.scene, "--tile-margin", "nan"], "--tile-margin"),
-            (["verify", self.scene, "--size", "65536x65535"], "memory"),
+            (["verify", self.scene, "--size", "65536x65535", "--convergence"], "memory"),
             (["verify", self.scene, "--json", "/proc/out.json"], "/proc/out.json"),
             (["paint"], ""),
             ([], ""),

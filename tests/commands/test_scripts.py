@@ -258,9 +258,9 @@ else:
             self.assertTrue(all(len(scene["runs"][n]["seconds"]) == 2 for n in "123"))
         for _ in range(2):  # the second takes the place of the first
             self.assertEqual(self.scaling("--take", told).returncode, 0)
-        self.assertEqual(len(json.loads(record.read_text())["devices"]), 1)
+        self.assertEqual([one["name"] for one in json.loads(record.read_text())["devices"]].count("3 × A GPU"), 1)
         page = (self.folder / "SCALING.md").read_text()
-        self.assertIn("3 × A GPU: 3 devices render `one-weekend` 3.00 and `cornell-thesis` 3.00 times as fast as one.", page)
+        self.assertIn("3 × A GPU: 3 devices render `one-weekend` 3.00 and `cornell-thesis` 3.00 times as fast as one, in renders of ", page)
         self.assertNotIn("not measured.", page)
         self.assertIn("| 2.00 (2.00–2.00) |", page)
         self.assertIn("2 ranks make `render`", page)  # what was there is kept
