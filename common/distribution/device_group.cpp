@@ -128,14 +128,15 @@ public:
         for (std::size_t i = 0; i < members_.size(); ++i)
             if (!members_[i].left_out) who.push_back(i);
         all->hands.resize(who.size());
-        std::vector<std::thread> threads;
-        for (std::size_t i = 0; i < who.size(); ++i)
-            threads.emplace_back(
-                [all, i, job = members_[who[i]].job, stop = all->abandon.get_token()] { work(all, i, job, stop); });
+        // Before any thread, so that a stop finds all of them.
         const std::stop_callback on_stop(control.stop, [&all] {
             all->abandon.request_stop();
             all->changed.notify_all();
         });
+        std::vector<std::thread> threads;
+        for (std::size_t i = 0; i < who.size(); ++i)
+            threads.emplace_back(
+                [all, i, job = members_[who[i]].job, stop = all->abandon.get_token()] { work(all, i, job, stop); });
         wait(*all, control);
         for (std::size_t i = 0; i < who.size(); ++i)
             if (all->hands[i].given_up)
