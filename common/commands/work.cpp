@@ -151,8 +151,8 @@ void add_work_command(CLI::App& app, CommandContext& context) {
     add_common_options(*command, context,
         "  tandem work plan.jsonl 3\n"
         "  seq $(wc -l < plan.jsonl) | parallel --joblog jobs.log --resume-failed tandem work plan.jsonl\n"
-        "An item of render goes on from its sums, of which a kill loses a twenty-fifth or a quarter of a second's "
-        "work.\n"
+        "An item of render goes on from its sums. A kill loses a quarter of a second's work, or a\n"
+        "twenty-fifth of all that was rendered, whichever is more.\n"
         "Exit status: 0 where the item has a result, whatever that says; else 1, 2, 3 or 4.");
     command->callback(
         [&context, arguments] { context.action = [&context, arguments] { return work(*arguments, context); }; });

@@ -45,7 +45,7 @@ struct Sharing {
     std::exception_ptr failure;  // of the member that failed last
     struct Hand {
         SampleRange unit{};    // that it has in hand
-        double heard = 0.0;    // when it last told of progress, by the steady clock
+        double silent = 0.0;   // seconds that it has told of no progress
         double samples = 0.0;  // of it, done
         bool working = false, ended = false, given_up = false;
         std::string reason;  // why it gets no more
@@ -77,7 +77,7 @@ void work(const std::shared_ptr<Sharing>& all, std::size_t index, const std::sha
         }
         hand.unit = all->units.back();
         all->units.pop_back();
-        hand.heard = steady_seconds();
+        hand.silent = 0.0;
         hand.working = true;
         hold.unlock();
         RenderResult part;
@@ -85,7 +85,7 @@ void work(const std::shared_ptr<Sharing>& all, std::size_t index, const std::sha
         try {
             part = job->render(hand.unit, {.stop = stop, .progress = [&](double samples) {
                                                std::lock_guard<std::mutex> brief(all->lock);
-                                               if (samples > hand.samples) hand.heard = steady_seconds();
+                                               if (samples > hand.samples) hand.silent = 0.0;
                                                hand.samples = samples;
                                                all->changed.notify_all();
                                            }});
@@ -172,21 +172,24 @@ private:
         return units;
     }
 
-    // Until all have ended, or are given up.
+    // Until all have ended, or are given up. A long time between two looks is that of a process that was paused, with
+    // its members: no silence.
     void wait(Sharing& all, const RenderControl& control) const {
+        constexpr double poll = 0.05;  // seconds
         std::unique_lock hold(all.lock);
-        while (!all.all_ended()) {
-            constexpr auto poll = std::chrono::milliseconds(50);
-            all.changed.wait_for(hold, poll);
+        for (Stopwatch since_look; !all.all_ended();) {
+            all.changed.wait_for(hold, std::chrono::duration<double>(poll));
+            const double passed = std::min(since_look.seconds(), 2.0 * poll);
+            since_look = Stopwatch();
             double samples = all.done;
             for (Sharing::Hand& hand : all.hands) {
                 if (!hand.working) continue;
                 samples += hand.samples;
-                const double seconds = steady_seconds() - hand.heard;
-                if (seconds < patience_) continue;
+                hand.silent += passed;
+                if (hand.silent < patience_) continue;
                 hand.given_up = true;
                 hand.working = false;
-                hand.reason = fmt::format("it has not answered for {:.0f} s", seconds);
+                hand.reason = fmt::format("it has not answered for {:.0f} s", hand.silent);
                 all.units.push_back(hand.unit);
                 all.changed.notify_all();
             }

@@ -2,8 +2,6 @@
 
 #include <algorithm>
 
-#include "common/stopwatch.h"
-
 namespace tandem {
 
 std::vector<SampleRange> cut(const std::vector<SampleRange>& ranges, std::uint64_t most) {
@@ -57,9 +55,9 @@ public:
         return complete;
     }
     void keep() {
-        const Stopwatch watch;
+        const double start = work_.now();
         if (work_.keep) work_.keep(result_.seconds - seconds_kept_);
-        keep_cost_ = watch.seconds();
+        keep_cost_ = work_.now() - start;
         seconds_kept_ = result_.seconds;
     }
     // How long a step takes is not known before the first, which is therefore short.

@@ -4,6 +4,7 @@
 #include <functional>
 
 #include "common/render/renderer.h"
+#include "common/stopwatch.h"
 
 namespace tandem {
 
@@ -16,7 +17,8 @@ struct RangeWork {
     // Called at the end and whenever keep_interval() of rendering has passed, with the seconds since the call before;
     // may be empty.
     std::function<void(double seconds)> keep;
-    double keep_seconds = 20.0;  // between two calls, at most
+    double keep_seconds = 20.0;                    // between two calls, at most
+    std::function<double()> now = steady_seconds;  // the clock of what `keep` takes
 };
 
 // Seconds of rendering until sums are kept again, by a process that has rendered for `rendered` seconds, and of which

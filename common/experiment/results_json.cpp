@@ -168,6 +168,9 @@ BenchResults results_from_json(const json& report, const std::string& file) {
     try {
         if (report.at("version") != results_version)
             throw input_error(file, "/version", "is of another version", "run tandem bench again");
+        if (report.contains("left_out"))
+            throw input_error(file, "/raw", "lacks raw readings, which were left out as it was stored",
+                "measure again, or give the file that tandem bench --json wrote");
         // Results that were stored before there were checksums have none.
         if (report.contains("raw_checksum") && report.at("raw_checksum") != hash_of(report.at("raw").dump()))
             throw input_error(

@@ -48,6 +48,26 @@ def replicate_times(result, arm):
     return times
 
 
+def stored(result):
+    """The result with those raw readings alone that a page is computed from. One that lacks some says so in `left_out`, and
+    bench neither resumes it nor compares with it."""
+    pooled = {(arm["family"], arm["workload"]["name"], arm["arm"]): arm["clock"] for arm in result["arms"]
+              if not arm.get("replicate_milliseconds")}
+    raw = []
+    for entry in result["raw"]:
+        arms = []
+        for arm in entry["arms"]:
+            clock = pooled.get((entry["family"], entry["workload"]["name"], arm["arm"]))
+            if arm["milliseconds"].get(clock):
+                arms.append({"arm": arm["arm"], "milliseconds": {clock: arm["milliseconds"][clock]}})
+        if arms:
+            raw.append({"family": entry["family"], "workload": entry["workload"], "arms": arms})
+    if raw == result["raw"]:
+        return result
+    kept = {key: value for key, value in result.items() if key != "raw_checksum"}
+    return kept | {"raw": raw, "left_out": "raw readings that no page is computed from"}
+
+
 def base_time(result, arm):
     """Milliseconds a run, and the lowest and highest replicate's. It is the median over replicates, so that one in
     which the device was slow as a whole moves it little."""

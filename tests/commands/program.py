@@ -6,6 +6,8 @@ import pathlib
 import shutil
 import subprocess
 import tempfile
+import threading
+import time
 import unittest
 
 TANDEM = os.environ["TANDEM"]
@@ -31,6 +33,59 @@ def as_argument(word):
 
 def tandem(*arguments, **options):
     return subprocess.run([TANDEM, *map(os.fsencode, map(as_argument, arguments))], capture_output=True, text=True, timeout=120, **options)
+
+
+def in_time(*arguments):
+    """The same, once more where its --time was too short: the machine may have been away meanwhile."""
+    result = tandem(*arguments)
+    return tandem(*arguments) if result.returncode == 3 and "are too short" in result.stderr else result
+
+
+class Stopwatch:
+    """Seconds that the machine was there: what looks every 20 ms counts a look's 0.1 s at most, so that a pause of the machine is none."""
+    def __enter__(self):
+        self.seconds, self._end = 0.0, threading.Event()
+        self._thread = threading.Thread(target=self._look)
+        self._thread.start()
+        return self
+
+    def _look(self):
+        last = time.monotonic()
+        while not self._end.wait(0.02):
+            now = time.monotonic()
+            self.seconds += min(0.1, now - last)
+            last = now
+
+    def __exit__(self, *_):
+        self._end.set()
+        self._thread.join()
+
+
+def until(condition, what, seconds=60):
+    """Looks until it holds; a pause of the machine counts for one look."""
+    for _ in range(50 * seconds):
+        if condition():
+            return
+        time.sleep(0.02)
+    raise AssertionError(f"waited for {seconds} s: {what}")
+
+
+def processor_seconds(process):
+    """Of a child that has not been waited for."""
+    fields = pathlib.Path(f"/proc/{process.pid}/stat").read_text().rsplit(")", 1)[1].split()
+    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+
+
+def at_work(process, seconds=1.0):
+    """Waits until it has had the processor for so long, or has begun and then waits for something, so that it had none in
+    fifty looks. It then heeds signals, however busy the machine is."""
+    seen = []
+
+    def works_or_waits():
+        seen.append(processor_seconds(process))
+        return seen[-1] >= seconds or seen[-1] > 0.0 and seen[-51:-50] == seen[-1:]
+
+    until(lambda: process.poll() is not None or works_or_waits(), "the program is at work")
 
 
 class ProgramTest(unittest.TestCase):

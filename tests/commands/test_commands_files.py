@@ -13,7 +13,7 @@ import sys
 import time
 import unittest
 
-from program import SPHERE, TANDEM, THOROUGH, ProgramTest, tandem
+from program import SPHERE, TANDEM, THOROUGH, ProgramTest, at_work, tandem
 
 # A scene that reads a file of every kind.
 FILES = ["scene.json", "model.obj", "model.gltf", "model.bin", "cloud.vol", "sky.pfm", "skin.pfm"]
@@ -171,7 +171,7 @@ class OutputsSpareInputs(FilesTest):
             output = self.folder / "late.exr"
             with subprocess.Popen([TANDEM, "render", self.scene, option, output, *other, "--size", "64", "--samples",
                                    "100000000"], stderr=subprocess.PIPE, text=True) as running:
-                time.sleep(2.0)
+                at_work(running)
                 output.symlink_to(self.folder / "sky.pfm")
                 running.send_signal(signal.SIGINT)
                 _, errors = running.communicate(timeout=60)
@@ -409,10 +409,10 @@ class Streams(FilesTest):
         os.mkfifo(pipe)  # nobody reads: the program waits to open it, where it heeds no wish to stop
         with subprocess.Popen([TANDEM, "devices", "--json", pipe], stdout=subprocess.DEVNULL) as running:
             try:
-                time.sleep(2.0)
+                at_work(running, 60.0)  # or it waits
                 for _ in range(2):  # one wish, told twice
                     running.send_signal(signal.SIGINT)
-                    time.sleep(0.3)
+                    time.sleep(0.1)
                 self.assertIsNone(running.poll())
                 time.sleep(1.0)
                 running.send_signal(signal.SIGINT)
@@ -424,13 +424,13 @@ class Streams(FilesTest):
         out = self.folder / "out.pfm"
         render = [TANDEM, "render", self.scene, "-o", out, "--time", "100"]
         with subprocess.Popen(render, stdout=subprocess.PIPE, text=True) as running:
-            time.sleep(1.5)
+            at_work(running)
             running.send_signal(signal.SIGHUP)
             self.assertEqual(running.wait(timeout=30), 0)
             self.assertIn("stopped early", running.stdout.read())
         self.assertTrue(out.exists())
         with subprocess.Popen(render, stdout=subprocess.PIPE, preexec_fn=lambda: signal.signal(signal.SIGHUP, signal.SIG_IGN)) as running:
-            time.sleep(1.5)
+            at_work(running)
             running.send_signal(signal.SIGHUP)
             time.sleep(1.0)
             self.assertIsNone(running.poll())

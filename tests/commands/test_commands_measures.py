@@ -7,7 +7,7 @@ import subprocess
 import time
 import unittest
 
-from program import SCENES, TANDEM, THOROUGH, ProgramTest, tandem
+from program import SCENES, TANDEM, THOROUGH, ProgramTest, in_time, tandem
 
 
 class Measures(ProgramTest):
@@ -22,7 +22,7 @@ class Measures(ProgramTest):
 
     def test_effects_tells_the_needed_and_the_absent(self):
         report = self.folder / "effects.json"
-        result = tandem("effects", self.scene, "--backend", "cpu", "--time", 3, "--json", report)
+        result = in_time("effects", self.scene, "--backend", "cpu", "--time", 3, "--json", report)
         self.assertEqual(result.returncode, 0, result.stderr)
         told = json.loads(report.read_text())
         needed = {finding["effect"] for finding in told["needed"]}
@@ -201,7 +201,7 @@ class Measures(ProgramTest):
         out, samples = self.folder / "cost.json", self.folder / "cost.samples"
         arguments = ["cost", self.scene, "--size", "8", "--time", "4", "--knob", "bounces", "--references",
                      self.folder / "references", "--resume", samples, "--json", out]
-        result = tandem(*arguments)
+        result = in_time(*arguments)
         self.assertEqual(result.returncode, 0, result.stderr)
         self.assertIn("To 1 %: `tandem render", result.stdout)
         first = json.loads(out.read_text())
@@ -231,7 +231,7 @@ class Measures(ProgramTest):
 
     def test_what_cost_recommends_names_the_size_that_was_measured(self):
         for options, size in (([], "64"), (["--size", "8"], "8")):
-            result = tandem("cost", self.scene, "--time", "4", "--knob", "bounces", "--no-cache", *options)
+            result = in_time("cost", self.scene, "--time", "4", "--knob", "bounces", "--no-cache", *options)
             self.assertEqual(result.returncode, 0, result.stderr)
             self.assertIn(f"To 1 %: `tandem render {self.scene} --size {size} ", result.stdout)
 

@@ -3,11 +3,10 @@ import hashlib
 import json
 import signal
 import subprocess
-import time
 import unittest
 
 from exr import exr_channels
-from program import SCENES, TANDEM, ProgramTest, tandem
+from program import SCENES, TANDEM, ProgramTest, at_work, tandem, until
 
 
 def pixels(path):
@@ -150,16 +149,15 @@ class Resume(PartsTest):
         """Stopped in the midst of a block, and killed after it was kept."""
         sums, image = self.folder / "sums.exr", self.folder / "image.exr"
         how = ["render", SCENES / "cornell-classic.json", "-o", image, "--size", "96", "--samples", "2048"]
-        process = subprocess.Popen([TANDEM, *map(str, how), "--resume", sums], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-        end = time.monotonic() + 60
-        while not sums.exists():
-            self.assertLess(time.monotonic(), end)
-            time.sleep(0.01)
+        # One thread, so that no machine is done before the signal comes.
+        begin = [TANDEM, *map(str, how), "--resume", sums, "--threads", "1"]
+        process = subprocess.Popen(begin, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        until(sums.exists, "sums are kept")
         process.send_signal(signal.SIGINT)
         out, errors = process.communicate(timeout=60)
         self.assertEqual(process.returncode, 3, errors)
-        process = subprocess.Popen([TANDEM, *map(str, how), "--resume", sums], stdout=subprocess.PIPE, stderr=subprocess.PIPE)
-        time.sleep(0.5)
+        process = subprocess.Popen(begin, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+        at_work(process, 0.5)
         process.kill()
         process.communicate(timeout=60)
         # Whole, whenever the kill came.

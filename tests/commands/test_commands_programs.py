@@ -15,7 +15,7 @@ import time
 import unittest
 from xml.etree import ElementTree
 
-from program import SCENES, TANDEM, ProgramTest, tandem
+from program import SCENES, TANDEM, ProgramTest, Stopwatch, tandem, until
 
 SOURCE = pathlib.Path(__file__).resolve().parents[2]
 FAKE = pathlib.Path(__file__).with_name("fake_renderer.py")
@@ -26,7 +26,7 @@ class Programs(ProgramTest):
     def command(self, mode, asked=ASKED):
         return f"exec:{shlex.quote(sys.executable)} {FAKE} {mode} {self.folder / mode}.log {asked}".strip()
 
-    def verify(self, candidate, *options, reference=None, time=20, samples=128):
+    def verify(self, candidate, *options, reference=None, time=60, samples=128):
         return tandem("verify", self.scene, "--reference", reference or self.command("plain"), "--candidate", candidate,
                       "--oracle", "none", "--time", time, "--samples", samples, *options)
 
@@ -126,10 +126,10 @@ class Programs(ProgramTest):
     def test_a_program_that_hangs_is_ended_with_all_that_it_started(self):
         for asked in (ASKED, ""):
             with self.subTest(asked=asked):
-                begin = time.monotonic()
-                result = self.verify(self.command("hang", asked), time=4)
+                with Stopwatch() as watch:
+                    result = self.verify(self.command("hang", asked), time=4)
                 self.failed(result, "gave no image within ", " s, and was ended")
-                self.assertLess(time.monotonic() - begin, 20)
+                self.assertLess(watch.seconds, 20)
                 pids = [line.split()[1] for line in self.lines("hang", "pid")]
                 self.assertEqual(len(pids), 2)
                 self.assertTrue(self.ended(pids), pids)
@@ -140,21 +140,20 @@ class Programs(ProgramTest):
             with self.subTest(mode=mode), subprocess.Popen(
                     [TANDEM, "verify", self.scene, "--reference", self.command("plain"), "--candidate", self.command(mode),
                      "--time", "60", "--oracle", "none"], stdout=subprocess.PIPE, text=True) as process:
-                while not self.lines(mode, "image"):
-                    time.sleep(0.05)
+                until(lambda: self.lines(mode, "image"), "the program renders")
                 time.sleep(0.3)
-                begin = time.monotonic()
-                process.send_signal(signal.SIGINT)
-                output, _ = process.communicate(timeout=30)
-                self.assertLess(time.monotonic() - begin, 10)
+                with Stopwatch() as watch:
+                    process.send_signal(signal.SIGINT)
+                    output, _ = process.communicate(timeout=40)
+                self.assertLess(watch.seconds, 10)
                 self.assertEqual(process.returncode, 3, output)
                 self.assertTrue(self.ended([line.split()[1] for line in self.lines(mode, "pid")]))
 
     def test_the_budget_holds(self):
-        begin = time.monotonic()
-        result = self.verify(self.command("slow"), time=4, samples=1 << 20)
+        with Stopwatch() as watch:
+            result = self.verify(self.command("slow"), time=4, samples=1 << 20)
         self.assertEqual(result.returncode, 3, result.stdout + result.stderr)
-        self.assertLess(time.monotonic() - begin, 12)
+        self.assertLess(watch.seconds, 12)
 
     def test_a_program_that_stays_up_is_started_once(self):
         report = self.folder / "out.json"

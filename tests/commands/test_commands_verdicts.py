@@ -7,12 +7,11 @@ import re
 import signal
 import struct
 import subprocess
-import time
 import unittest
 import zlib
 from xml.etree import ElementTree
 
-from program import SCENES, TANDEM, ProgramTest, tandem
+from program import SCENES, TANDEM, ProgramTest, Stopwatch, at_work, tandem
 
 
 class Verdicts(ProgramTest):
@@ -28,7 +27,7 @@ class Verdicts(ProgramTest):
         figures = self.folder / "out.json"
         with subprocess.Popen([TANDEM, "verify", SCENES / "cornell-classic.json", self.scene, "--margin", "1e-9", "--json",
                                figures], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as running:
-            time.sleep(3.0)
+            at_work(running, 3.0)
             running.send_signal(signal.SIGINT)
             _, errors = running.communicate(timeout=100)
             self.assertEqual(running.returncode, 3, errors)
@@ -72,11 +71,10 @@ class Verdicts(ProgramTest):
         figures, report = self.folder / "out.json", self.folder / "out.xml"
         noisy = ["verify", SCENES / "cornell-classic.json", self.scene, "--size", "16", "--margin", "1e-6", "--json", figures,
                  "--junit", report]
-        began = time.monotonic()
-        result = tandem(*noisy, "--total-time", "12s")
-        took = time.monotonic() - began
+        with Stopwatch() as watch:
+            result = tandem(*noisy, "--total-time", "12s")
         self.assertEqual(result.returncode, 3, result.stdout + result.stderr)
-        self.assertLess(took, 1.1 * 12 + 3.0)  # what comes before: devices, scenes, self-tests
+        self.assertLess(watch.seconds, 1.1 * 12 + 3.0)  # what comes before: devices, scenes, self-tests
         scenes = json.loads(figures.read_text())["scenes"]
         self.assertEqual(len(scenes), 2)
         # On a machine under load a scene may have had no look, and no forecast then.

@@ -303,6 +303,20 @@ else:
         self.assertTrue(guidelines.listed_arm(family, "16-threads"))
         self.assertFalse(guidelines.listed_arm(family, "boxes"))
 
+        # Those raw readings are stored that a time is computed from: of arms whose replicates have none, by their clock.
+        arm = {"family": "f", "workload": {"name": "small"}, "clock": "total", "milliseconds": {"total": 2.0}}
+        raw = [{"family": "f", "workload": {"name": "small"}, "seed": 1, "arms": [
+            {"arm": name, "milliseconds": {"total": [2.0, 2.5], "wait": [1.0, 1.1]}} for name in ("own", "pooled")]}]
+        result = {"arms": [arm | {"arm": "own", "replicate_milliseconds": [1.9, 2.1]}, arm | {"arm": "pooled"}],
+                  "raw": raw, "raw_checksum": "0", "version": 1}
+        kept = guidelines.stored(result)
+        self.assertEqual(kept["raw"], [{"family": "f", "workload": {"name": "small"},
+                                        "arms": [{"arm": "pooled", "milliseconds": {"total": [2.0, 2.5]}}]}])
+        self.assertEqual({key for key in kept if kept[key] != result.get(key)}, {"raw", "left_out"})
+        for one in result["arms"]:
+            self.assertEqual(guidelines.base_time(kept, one), guidelines.base_time(result, one))
+        self.assertEqual(guidelines.stored(kept), kept)
+
 
 FAKE_TANDEM = """#!/usr/bin/python3
 import array, json, pathlib, sys

@@ -4,7 +4,7 @@ import os
 import time
 import unittest
 
-from program import tandem
+from program import tandem, until
 from viewer import ViewTest as WindowTest
 
 
@@ -33,23 +33,28 @@ class ViewTest(WindowTest):
 
     def test_a_drag_turns_the_camera_and_a_saved_view_renders(self):
         process, _ = self.start("--save", self.folder / "turned", "--json", self.folder / "view.json")
-        self.poke("mousemove", 300, 300, "mousedown", 1)
-        for _ in range(5):
-            self.poke("mousemove_relative", "--", 10, 4)
-            time.sleep(0.1)
-        self.poke("mouseup", 1)
-        time.sleep(1)
-        self.poke("key", "F2")
-        time.sleep(1)
+        files = [self.folder / name for name in ("turned.json", "turned.png", "turned-cpu.exr")]
+        for _ in range(3):  # a window that has no frame meanwhile, as its machine was away, sees no drag
+            self.poke("mousemove", 300, 300, "mousedown", 1)
+            for _ in range(5):
+                self.poke("mousemove_relative", "--", 10, 4)
+                time.sleep(0.1)
+            self.poke("mouseup", 1)
+            time.sleep(1)
+            self.poke("key", "F2")
+            until(lambda: all(file.exists() for file in files), "the view is saved")
+            position = json.loads(files[0].read_text())["camera"]["position"]
+            if position[2] < 3.99:
+                break
+            for file in files:
+                file.unlink()
         self.poke("key", "Escape")
         self.ended(process)
-        saved = json.loads((self.folder / "turned.json").read_text())
-        position = saved["camera"]["position"]
         self.assertEqual(position, json.loads((self.folder / "view.json").read_text())["camera"]["position"])
         self.assertAlmostEqual(sum(x * x for x in position), 16.0, places=6)  # about the target, 4 away
         self.assertLess(position[2], 3.99)
-        for name in ["turned.png", "turned-cpu.exr"]:
-            self.assertGreater((self.folder / name).stat().st_size, 0)
+        for file in files:
+            self.assertGreater(file.stat().st_size, 0)
         self.assertEqual(tandem("render", self.folder / "turned.json", "-o", self.folder / "x.pfm").returncode, 0)
 
     def test_a_wish_to_stop_closes_the_window(self):

@@ -140,6 +140,13 @@ TEST_CASE("a figure that was changed in the file of results is refused, and resu
     CHECK(results_from_json(json, "file.json").samples.size() == 1);
 }
 
+TEST_CASE("a result that was stored without its raw readings is refused") {
+    nlohmann::json json = to_json(results_with(0.01, 0.02), {});
+    json["left_out"] = "raw readings that no page is computed from";
+    CHECK_THROWS_WITH_AS(
+        (void)results_from_json(json, "file.json"), doctest::Contains("/raw: lacks raw readings"), InputError);
+}
+
 TEST_CASE("what is no result is refused by name") {
     CHECK_THROWS_AS(static_cast<void>(results_from_json({{"version", 99}}, "old.json")), InputError);
     CHECK_THROWS_AS(static_cast<void>(results_from_json({{"version", results_version}}, "other.json")), InputError);

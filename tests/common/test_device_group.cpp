@@ -92,17 +92,19 @@ TEST_CASE("the blocks of a renderer that fails are done by others, and it is tol
 
 TEST_CASE("the blocks of a renderer that hangs are done by others") {
     const auto release = std::make_shared<std::atomic<bool>>(false);
-    const auto hang = [release] {
+    // The sound one waits until the other has a unit.
+    const auto begun = std::make_shared<std::atomic<bool>>(false);
+    const auto hang = [release, begun] {
+        *begun = true;
         while (!*release) std::this_thread::sleep_for(std::chrono::milliseconds(5));
     };
-    // The sound one is slow, so that the other takes a unit.
-    auto slow = std::make_unique<SyntheticRenderer>(
-        [](std::uint32_t x, std::uint32_t y, SampleRandom& random) {
-            std::this_thread::sleep_for(std::chrono::microseconds(1));
+    auto second = std::make_unique<SyntheticRenderer>(
+        [begun](std::uint32_t x, std::uint32_t y, SampleRandom& random) {
+            while (!*begun) std::this_thread::sleep_for(std::chrono::milliseconds(1));
             return mixed(x, y, random);
         },
-        "slow");
-    const Rendered result = rendered_by(members(std::unique_ptr<Renderer>(std::move(slow)), faulty(0, hang)), 2.0);
+        "second");
+    const Rendered result = rendered_by(members(std::unique_ptr<Renderer>(std::move(second)), faulty(0, hang)), 2.0);
     CHECK(same_bits(result.estimate, rendered_by(members(sound())).estimate));
     REQUIRE(result.told.size() == 1);
     CHECK(result.told[0].find("has not answered") != std::string::npos);
@@ -113,9 +115,15 @@ TEST_CASE("the blocks of a renderer that hangs are done by others") {
 TEST_CASE("a stop leaves samples without a gap") {
     std::stop_source stop;
     std::atomic<int> count = 0;
+    std::atomic<bool> asked = false;
     const auto stopping = [&] {
         return std::make_unique<SyntheticRenderer>([&](std::uint32_t x, std::uint32_t y, SampleRandom& random) {
-            if (++count == 20000) stop.request_stop();
+            const int number = ++count;
+            if (number == 20000) {
+                stop.request_stop();
+                asked = true;
+            }
+            while (number > 20000 && !asked) std::this_thread::yield();  // or they would be done before the stop
             return mixed(x, y, random);
         });
     };
@@ -125,4 +133,19 @@ TEST_CASE("a stop leaves samples without a gap") {
     CHECK(estimate.count() < range.count());
     CHECK(estimate.ranges().size() <= 1);
     if (!estimate.ranges().empty()) CHECK(estimate.ranges().front().begin == 0);
+}
+
+TEST_CASE("a stop that is asked while threads are started reaches all of them") {
+    std::stop_source stop;
+    std::vector<std::unique_ptr<Renderer>> all;
+    // One alone is done with this small film before so many threads have started.
+    for (int i = 0; i < 64; ++i)
+        all.push_back(std::make_unique<SyntheticRenderer>([&](std::uint32_t x, std::uint32_t y, SampleRandom& random) {
+            stop.request_stop();
+            return mixed(x, y, random);
+        }));
+    RenderSettings settings = small_settings();
+    settings.width = settings.height = 1;
+    const auto job = device_group(std::move(all), [](const std::string&) {})->prepare(Scene{}, settings);
+    CHECK(job->render(range, {.stop = stop.get_token(), .progress = {}}).estimate.count() < range.count());
 }

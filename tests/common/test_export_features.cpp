@@ -26,7 +26,7 @@ std::string table() {
         text += fmt::format("| {} ", feature.name);
         for (const Saying& saying : feature.says)
             text += fmt::format("| {}{} ", words[static_cast<std::size_t>(saying.can)],
-                saying.reason.empty() ? "" : fmt::format(": {}", saying.reason));
+                saying.reason.empty() ? "" : fmt::format(": {}.", saying.reason));
         text += "|\n";
     }
     return text;

@@ -2,8 +2,6 @@
 #include <doctest/doctest.h>
 
 #include <algorithm>
-#include <chrono>
-#include <thread>
 
 #include "common/distribution/range_render.h"
 
@@ -31,8 +29,10 @@ struct Kept {
     double worst = 0.0;  // seconds lost beyond what is allowed; at most 0 where all is well
 };
 
-Kept render(double seconds, double most, std::chrono::milliseconds cost = {}) {
+// `cost`: seconds that each keep pretends to take.
+Kept render(double seconds, double most, double cost = 0.0) {
     Kept kept;
+    double now = 0.0;
     PretendedJob job;
     Estimate sums;
     std::uint64_t safe = 0;
@@ -42,8 +42,9 @@ Kept render(double seconds, double most, std::chrono::milliseconds cost = {}) {
     work.keep = [&](double) {
         ++kept.times;
         safe = sums.count();
-        std::this_thread::sleep_for(cost);
+        now += cost;
     };
+    work.now = [&] { return now; };
     work.begun = [&](SampleRange step) {
         const double done = static_cast<double>(step.begin) / speed;
         const double lost = static_cast<double>(step.end - safe) / speed;
@@ -78,6 +79,6 @@ TEST_CASE("a kill at any moment loses an interval and a step, a twentieth of the
 
 TEST_CASE("sums that take long to keep are kept more seldom") {
     // 100 ms: once a second at most. Without that cost there would be one every quarter of a second, later every half.
-    CHECK(render(12.0, 20.0, std::chrono::milliseconds(100)).times <= 14);
+    CHECK(render(12.0, 20.0, 0.1).times <= 14);
     CHECK(render(12.0, 20.0).times >= 24);
 }

@@ -2,8 +2,8 @@
 // scene_samples.json holds the samples that the JSON Schema is tested with too (check_scenes.py).
 #include <doctest/doctest.h>
 
-#include <chrono>
 #include <cmath>
+#include <ctime>
 #include <filesystem>
 #include <fstream>
 #include <glm/geometric.hpp>
@@ -231,7 +231,7 @@ TEST_CASE("a key that stands twice is refused with its pointer") {
 }
 
 TEST_CASE("bombs of depth and size are refused in bounded time") {
-    const auto start = std::chrono::steady_clock::now();
+    const std::clock_t start = std::clock();
     CHECK(contains(refusal(std::string(1'000'000, '[')), "nested deeper than 64 levels"));
     std::string objects;
     for (int i = 0; i < 100'000; ++i) objects += "{\"a\":";
@@ -241,7 +241,7 @@ TEST_CASE("bombs of depth and size are refused in bounded time") {
     for (int i = 0; i < 200'000; ++i) keys += "\"k" + std::to_string(i) + "\":0,";
     CHECK(contains(refusal(keys + "\"z\":0}"), "unknown key"));
     CHECK(contains(refusal("{\"" + std::string(1'000'000, 'x') + "\":0}"), "unknown key"));
-    CHECK(std::chrono::steady_clock::now() - start < std::chrono::seconds(60));  // seconds, even under sanitizers
+    CHECK(std::clock() - start < 60 * CLOCKS_PER_SEC);  // seconds, even under sanitizers
 }
 
 TEST_CASE("an odd key cannot break the line of the message") {

@@ -1,6 +1,7 @@
 // Rendering until enough: which of samples, error, time and stop request ends a render.
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <thread>
 
@@ -104,7 +105,7 @@ TEST_CASE("the time ends a render as soon as every pixel has a sample, and not b
                 control.progress(done);
             }
             Estimate estimate(4, 4);
-            const auto samples = static_cast<std::uint64_t>(done);
+            const std::uint64_t samples = std::min(range.count(), static_cast<std::uint64_t>(done));
             if (samples > 0)
                 estimate.add_block(
                     {range.begin, range.begin + samples}, Estimate::Plane(estimate.pixel_count() * channel_count));

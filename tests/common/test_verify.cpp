@@ -1,7 +1,7 @@
 // verify_scene on renderers whose truth is known: power, decisions, budget, paired seeds, stopping.
 #include <doctest/doctest.h>
 
-#include <chrono>
+#include <ctime>
 
 #include "common/validation/report/verdict_json.h"
 #include "common/validation/verify/verify.h"
@@ -271,7 +271,7 @@ TEST_CASE("a verdict on 128x128 pixels takes well under a second") {
         image.pixels.push_back({1.0 + 0.001 * static_cast<double>(i % 7), 1.0, 256.0});
     SampledImage other = image;
     std::ranges::rotate(other.pixels, other.pixels.begin() + 3);
-    const auto start = std::chrono::steady_clock::now();
+    const std::clock_t start = std::clock();  // the processor's time: others may be at work on the machine
     (void)judge(image, other, nullptr, Criteria{}, LookShare{});
-    CHECK(std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count() < 1.0);
+    CHECK(std::clock() - start < CLOCKS_PER_SEC);
 }

@@ -58,10 +58,10 @@ Camera at(double x) {
     return camera;
 }
 
-// A second is a thousand times what it takes.
+// A minute, for a busy machine, is ten thousand times what it takes.
 template <class Condition>
 bool soon(const Condition& condition) {
-    for (int i = 0; i < 1000; ++i) {
+    for (int i = 0; i < 60'000; ++i) {
         if (condition()) return true;
         std::this_thread::sleep_for(std::chrono::milliseconds(1));
     }

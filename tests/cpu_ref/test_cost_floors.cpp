@@ -2,6 +2,9 @@
 #include <doctest/doctest.h>
 
 #include <cmath>
+#include <memory>
+#include <span>
+#include <utility>
 
 #include "common/cost/run_cost.h"
 #include "cpu_ref/backend.h"
@@ -12,15 +15,59 @@ namespace {
 
 using namespace tandem::test;
 
-CostRequest request_for(const RenderSettings& settings, const std::string& knob) {
+// The CPU's samples, each of which takes so many seconds for all pixels by the clock that is told: so what is measured
+// does not depend on the machine.
+class TimedCpu : public Renderer {
+public:
+    TimedCpu(const BackendOptions& options, double seconds_a_sample, double& now)
+        : cpu_(cpu_backend().create(options)), seconds_a_sample_(seconds_a_sample), now_(now) {}
+    RendererInfo info() const override { return cpu_->info(); }
+    std::unique_ptr<RenderJob> prepare(const Scene& scene, const RenderSettings& settings) override {
+        struct Job : RenderJob {
+            Job(std::unique_ptr<RenderJob> own, double a_sample, double& time)
+                : job(std::move(own)), seconds_a_sample(a_sample), now(time) {}
+            JobFacts facts() const override { return job->facts(); }
+            RenderResult render(SampleRange range, const RenderControl& control) override {
+                RenderResult result = job->render(range, control);
+                return timed(std::move(result), range);
+            }
+            RenderResult render_pixels(
+                SampleRange range, std::span<const std::uint32_t> pixels, const RenderControl& control) override {
+                return timed(job->render_pixels(range, pixels, control), range);
+            }
+            RenderResult timed(RenderResult result, SampleRange range) {
+                result.seconds = seconds_a_sample * static_cast<double>(range.count());
+                now += result.seconds;
+                return result;
+            }
+            std::unique_ptr<RenderJob> job;
+            double seconds_a_sample;
+            double& now;
+        };
+        return std::make_unique<Job>(cpu_->prepare(scene, settings), seconds_a_sample_, now_);
+    }
+
+private:
+    std::unique_ptr<Renderer> cpu_;
+    double seconds_a_sample_;
+    double& now_;
+};
+
+CostReport measured(
+    const Scene& scene, const RenderSettings& settings, const std::string& knob, double seconds_a_sample) {
+    double now = 0.0;
     CostRequest request;
     request.backend = request.reference_backend = "cpu";
-    request.make = request.make_reference = [](const BackendOptions& options) { return cpu_backend().create(options); };
+    request.make = request.make_reference = [&](const BackendOptions& options) {
+        return std::make_unique<TimedCpu>(options, seconds_a_sample, now);
+    };
     request.baseline.render = settings;
     request.baseline.render.width = request.baseline.render.height = 8;
     request.knobs = {knob};
     request.seconds = 3.0;
-    return request;
+    CostControl control;
+    control.now = [&now] { return now += 1e-4; };
+    return run_cost(scene, request, control);
 }
 
 TEST_CASE("cost: a bounce limit in a furnace leaves the rest of the geometric series as its floor") {
@@ -31,7 +78,7 @@ TEST_CASE("cost: a bounce limit in a furnace leaves the rest of the geometric se
                             .scene();
     RenderSettings settings;
     settings.bounces = 40;
-    const CostReport report = run_cost(scene, request_for(settings, "bounces"), {});
+    const CostReport report = measured(scene, settings, "bounces", 2e-5);
     CHECK(report.reference.image_mean() == doctest::Approx(2.0).epsilon(0.01));
     std::size_t seen = 0;
     for (const ArmFigures& arm : report.figures) {
@@ -62,7 +109,7 @@ TEST_CASE("cost: a clamp leaves a floor of the radiance that it cuts off") {
                             .scene();
     RenderSettings settings;
     settings.bounces = 2;
-    const CostReport report = run_cost(scene, request_for(settings, "clamp"), {});
+    const CostReport report = measured(scene, settings, "clamp", 5e-6);
     const CostReference& reference = report.reference;
     double squares = 0.0;
     for (const double value : reference.mean) squares += value * value;
@@ -93,7 +140,7 @@ TEST_CASE("cost: scrambled Sobol points have a steeper slope than independent nu
                             .scene();
     RenderSettings settings;
     settings.bounces = 1;
-    const CostReport report = run_cost(scene, request_for(settings, "generator"), {});
+    const CostReport report = measured(scene, settings, "generator", 5e-6);
     for (const ArmFigures& arm : report.figures) {
         CAPTURE(arm.arm.name());
         REQUIRE(arm.slope.has_value());

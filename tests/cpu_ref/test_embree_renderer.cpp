@@ -3,7 +3,9 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <thread>
 
@@ -184,10 +186,13 @@ TEST_CASE("samples beyond 2^32 are their own") {
 
 TEST_CASE("a stop request ends a long render with what every pixel has") {
     std::stop_source source;
-    RenderControl control;
-    control.stop = source.get_token();
+    std::atomic<bool> has_block = false;
+    const RenderControl control{.stop = source.get_token(), .progress = [&](double samples) {
+                                    if (samples >= 64.0) has_block = true;
+                                }};
     std::jthread stopper([&] {
-        std::this_thread::sleep_for(std::chrono::milliseconds(700));
+        while (!has_block) std::this_thread::sleep_for(std::chrono::milliseconds(10));
+        std::this_thread::sleep_for(std::chrono::milliseconds(200));
         source.request_stop();
     });
     const RenderSettings s = settings(128, Integrator::next_event, 12);
@@ -300,7 +305,13 @@ TEST_CASE("a fine mesh far from another body takes no longer than its triangles'
     entity.primitive_count = 1;
     beside.entities.push_back(entity);
     const RenderSettings s = settings(16, Integrator::path, 4);
-    const double one = render(alone, s, {0, 64}).seconds, both = render(beside, s, {0, 64}).seconds;
+    // The quickest of several, as others may be at work on the machine.
+    const auto quickest = [&](const Scene& scene) {
+        double seconds = std::numeric_limits<double>::infinity();
+        for (int run = 0; run < 3; ++run) seconds = std::min(seconds, render(scene, s, {0, 64}).seconds);
+        return seconds;
+    };
+    const double one = quickest(alone), both = quickest(beside);
     CAPTURE(one);
     CAPTURE(both);
     CHECK(both < 50.0 * one + 0.2);

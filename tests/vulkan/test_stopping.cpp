@@ -2,6 +2,7 @@
 #include <doctest/doctest.h>
 
 #include <cmath>
+#include <functional>
 
 #include "common/stopwatch.h"
 #include "tests/vulkan/machine.h"
@@ -26,6 +27,16 @@ JobPatterns with_kernel(KernelShape kernel) {
     return patterns;
 }
 
+// Whether it ends within so many seconds, one time of two: the machine may be away during the other.
+bool ends_within(double seconds, const std::function<void()>& run) {
+    for (int i = 0; i < 2; ++i) {
+        const Stopwatch watch;
+        run();
+        if (watch.seconds() < seconds) return true;
+    }
+    return false;
+}
+
 // Sums of samples [0, samples), each block's paths segment by segment in one submission.
 Estimate in_whole_samples(
     Machine& machine, KernelShape kernel, const Scene& scene, const RenderSettings& settings, std::uint64_t samples) {
@@ -40,16 +51,16 @@ TEST_CASE("a stop is heeded within the first sample, however long its paths are"
     Machine machine(false);
     for (const KernelShape kernel : {KernelShape::stages, KernelShape::image_stages}) {
         VulkanJob job = machine.job(with_kernel(kernel), closed_box(), settings_of(128, 1'000'000));
-        std::stop_source source;
-        unsigned looks = 0;
-        const Stopwatch watch;
-        const RenderControl control{.stop = source.get_token(), .progress = [&](double done) {
-                                        CHECK(done < 1e-3);
-                                        if (++looks == 3) source.request_stop();
-                                    }};
-        CHECK(job.render({0, 64}, control).estimate.count() == 0);
-        CHECK(looks == 3);  // nothing is submitted after the wish
-        CHECK(watch.seconds() < 10.0);
+        CHECK(ends_within(10.0, [&] {
+            std::stop_source source;
+            unsigned looks = 0;
+            const RenderControl control{.stop = source.get_token(), .progress = [&](double done) {
+                                            CHECK(done < 1e-3);
+                                            if (++looks == 3) source.request_stop();
+                                        }};
+            CHECK(job.render({0, 64}, control).estimate.count() == 0);
+            CHECK(looks == 3);  // nothing is submitted after the wish
+        }));
         // What was dropped leaves nothing behind.
         const RenderSettings few = settings_of(128, 3);  // the first of several runs is dropped
         VulkanJob other = machine.job(with_kernel(kernel), full_scene(), few);
@@ -85,9 +96,8 @@ TEST_CASE("paths that have all ended leave the rest of a high bounce limit out, 
         job.render({0, 5}, {}).estimate, in_whole_samples(machine, KernelShape::stages, full_scene(), settings, 5)));
 
     VulkanJob open = machine.job(with_kernel(KernelShape::stages), full_scene(), settings_of(24, 1'000'000));
-    const Stopwatch watch;
-    CHECK(open.render({0, 16}, {}).estimate.count() == 16);
-    CHECK(watch.seconds() < 60.0);  // sixteen million empty dispatches took minutes
+    // Sixteen million empty dispatches took minutes.
+    CHECK(ends_within(60.0, [&] { CHECK(open.render({0, 16}, {}).estimate.count() == 16); }));
 }
 
 TEST_CASE("invalid samples of what a stop drops are not counted") {

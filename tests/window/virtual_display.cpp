@@ -18,7 +18,8 @@ VirtualDisplay::VirtualDisplay() {
     if (process_ == 0) {
         const int nothing = ::open("/dev/null", O_WRONLY);
         ::dup2(nothing, STDERR_FILENO);
-        ::execlp("Xvfb", "Xvfb", "-displayfd", written.c_str(), "-screen", "0", "800x600x24", nullptr);
+        // -noreset: a server starts anew when its last client leaves, and refuses a window that comes meanwhile.
+        ::execlp("Xvfb", "Xvfb", "-displayfd", written.c_str(), "-noreset", "-screen", "0", "800x600x24", nullptr);
         ::_exit(127);
     }
     ::close(ends[1]);

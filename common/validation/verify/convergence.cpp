@@ -7,7 +7,6 @@
 
 #include "common/statistics/distributions.h"
 #include "common/statistics/sample_moments.h"
-#include "common/stopwatch.h"
 
 namespace tandem {
 
@@ -177,9 +176,9 @@ private:
         return std::move(result.estimate);
     }
     double speed(RenderJob& job) {
-        const Stopwatch watch;
+        const double start = options_.now();
         (void)render(job, {0, samples_per_block});
-        return watch.seconds() / samples_per_block;
+        return (options_.now() - start) / samples_per_block;
     }
     bool choose_levels();
     void render_reference();
@@ -290,7 +289,7 @@ void Convergence::conclude() {
 }
 
 std::optional<ConvergenceReport> Convergence::run() {
-    const Stopwatch watch;
+    const double start = options_.now();
     try {
         sides_[0].job = job(0, 0);
         sides_[1].job = job(1, 1);
@@ -302,7 +301,7 @@ std::optional<ConvergenceReport> Convergence::run() {
         return std::nullopt;
     }
     conclude();
-    report_.seconds = watch.seconds();
+    report_.seconds = options_.now() - start;
     return std::move(report_);
 }
 

@@ -11,6 +11,7 @@
 
 #include "common/render/renderer.h"
 #include "common/statistics/interval.h"
+#include "common/stopwatch.h"
 
 namespace tandem {
 
@@ -37,6 +38,7 @@ struct ConvergenceOptions {
     std::uint64_t seed = 3;  // of the reference's side; the candidate's is the next, the long reference's the one after
     std::stop_token stop;
     std::function<void(double fraction)> progress;
+    std::function<double()> now = steady_seconds;  // the clock of the budget
 };
 
 // The long reference is rendered by `reference`. Nothing where the budget is too short for three values of n, the image

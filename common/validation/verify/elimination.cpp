@@ -9,7 +9,6 @@
 
 #include "common/error.h"
 #include "common/statistics/mean_tests.h"
-#include "common/stopwatch.h"
 #include "common/text.h"
 #include "common/validation/verdict/tile_grid.h"
 
@@ -116,7 +115,9 @@ double share_error(const SampleCount& count) {
 class Experiments {
 public:
     explicit Experiments(const EliminationQuestion& question)
-        : question_(question), features_(removable_features(question.scene, question.settings)) {
+        : question_(question),
+          start_(question.now()),
+          features_(removable_features(question.scene, question.settings)) {
         for (const SceneFeature& feature : features_)
             result_.trials.push_back({.feature = feature, .with = {}, .without = {}});
         last_seconds_ = question.expected_seconds;
@@ -130,7 +131,7 @@ public:
             look_longer();
             if (late_) result_.left_out = "no time was left for the rest";
         }
-        result_.seconds = watch_.seconds();
+        result_.seconds = since_start();
         return std::move(result_);
     }
 
@@ -147,8 +148,9 @@ private:
             needed_effects(question_.scene, question_.settings).united(needed_effects(diffuse.scene, diffuse.settings));
     }
 
+    [[nodiscard]] double since_start() const { return question_.now() - start_; }
     [[nodiscard]] bool in_time(double seconds) const {
-        return !question_.stop.stop_requested() && watch_.seconds() + seconds <= question_.budget_seconds;
+        return !question_.stop.stop_requested() && since_start() + seconds <= question_.budget_seconds;
     }
 
     [[nodiscard]] EditedScene without(const std::vector<bool>& out) const {
@@ -188,22 +190,22 @@ private:
     [[nodiscard]] std::optional<PairedLook> look_at(
         const EditedScene& edited, double until, std::uint64_t most, const Decided& decided) {
         if (question_.progress) question_.progress(fmt::format("features taken out, scene {}", result_.scenes + 1));
-        const double start = watch_.seconds();
+        const double start = since_start();
         Jobs jobs{question_.reference.prepare(edited.scene, edited.settings),
             question_.candidate.prepare(edited.scene, edited.settings)};
         PairedSums sums(edited.settings, question_.criteria);
         PairedLook look;
         std::uint64_t invalid = 0;
         for (std::uint64_t done = 0, next = fewest_batches; next <= most; next *= 2) {
-            const double before = watch_.seconds();
+            const double before = since_start();
             if (!extend(jobs, sums, done, next, invalid)) return std::nullopt;
             look = sums.look(region_);
             look.invalid = invalid;
             look.pairs = next * samples_at_once;
             done = next;
-            const double taken = watch_.seconds() - before;
-            if (next == fewest_batches) last_seconds_ = watch_.seconds() - start;
-            if (decided(look) || watch_.seconds() + 2.0 * taken > until || question_.stop.stop_requested()) break;
+            const double taken = since_start() - before;
+            if (next == fewest_batches) last_seconds_ = since_start() - start;
+            if (decided(look) || since_start() + 2.0 * taken > until || question_.stop.stop_requested()) break;
             if (result_.scenes == 0) region_.reset();  // of the whole scene: where it differs most surely at the end
         }
         ++result_.scenes;
@@ -289,7 +291,7 @@ private:
             const std::uint64_t usual = std::max(4 * fewest_batches, 4 * result_.whole.pairs / samples_at_once);
             const std::uint64_t most = longer_ ? most_batches : std::min(most_batches, usual);
             constexpr double part_of_rest = 0.25;  // others are to be tried, too
-            const double now = watch_.seconds(), until = now + part_of_rest * (question_.budget_seconds - now);
+            const double now = since_start(), until = now + part_of_rest * (question_.budget_seconds - now);
             look = look_at(edited, until, most, [&](const PairedLook& one) { return judge(one) != Stays::unknown; });
             return look ? judge(*look) : Stays::unknown;
         } catch (const UnsupportedError&) {
@@ -351,7 +353,7 @@ private:
     }
 
     const EliminationQuestion& question_;
-    Stopwatch watch_;
+    double start_;
     std::vector<SceneFeature> features_;
     EffectSet effects_;
     std::optional<std::size_t> region_;

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "common/render/renderer.h"
+#include "common/stopwatch.h"
 #include "common/validation/explanation/scene_features.h"
 #include "common/validation/verdict/criteria.h"
 #include "common/validation/verdict/sample_pairs.h"
@@ -58,6 +59,7 @@ struct EliminationQuestion {
     double expected_seconds = 1.0;  // of the first scene
     std::stop_token stop;
     std::function<void(const std::string& what)> progress;
+    std::function<double()> now = steady_seconds;  // the clock of the budget
 };
 
 // For two sides that draw the same numbers. A scene that a side refuses, or that is dark, decides nothing.
