@@ -80,6 +80,7 @@ void add_denoise_command(CLI::App& app, CommandContext& context) {
         "  tandem denoise noisy.exr -o smooth.png\n"
         "The filter averages pixels that are alike within their noise (joint non-local means, MODEL.md section 11.6). "
         "The result is biased: it loses detail that the noise hides. It is for looking at, and no evidence.\n"
+        "tandem cost SCENE --knob denoise measures what the filter buys on a scene.\n"
         "Ctrl-C ends it; nothing is written then.\n"
         "Exit status: 0; 2 for an image that lacks a layer; 3 where it was stopped.");
     command->callback(

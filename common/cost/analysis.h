@@ -30,6 +30,7 @@ struct TimeToError {
     bool extrapolated = false;
     bool floor_unknown = false;  // a floor as high as this error is not excluded; none is assumed
     bool unknown = false;        // all errors that were measured are 100 % or more: no base for a forecast
+    bool not_measured = false;   // of an arm without forecasts: all errors that were measured are greater
 };
 
 // Error of a part of the image, which the reference decides over: relative to that part's mean.
@@ -64,7 +65,11 @@ struct ArmFigures {
     bool cost_differs = false;  // significantly, over all arms together (Holm)
     std::uint64_t invalid = 0;
 
-    // Whether its floor is excluded there, by design or by what was measured.
+    // Whether errors at greater counts follow from those measured. Those of denoised images do not: their bias falls
+    // with n, their variance other than as 1/n. Theirs are measured, bias at the greatest count, and there is no
+    // efficiency.
+    [[nodiscard]] bool has_forecasts() const { return !arm.settings.denoise; }
+    // Whether its floor is excluded there, by design or by what was measured. Never that of denoised images.
     [[nodiscard]] bool is_safe_at(double relative_error) const;
     [[nodiscard]] Estimated bias_floor() const;  // b, 0 where b^2 is below it
     // Seconds to any error, as in `times`.
