@@ -251,7 +251,7 @@ std::vector<CostPoint> points_of(const ArmTrials& samples, double scale, double 
     return points;
 }
 
-ArmFigures figures_of(const CostArm& arm, const Stages& stages, const CostReference& reference) {
+ArmFigures figures_of(const CostArm& arm, const Stages& stages, const CostReference& reference, std::uint32_t width) {
     const ArmTrials& samples = *stages.back();
     const double mean = reference.image_mean(), scale = 1.0 / (mean * mean);
     const double common = product_error(reference);
@@ -273,6 +273,7 @@ ArmFigures figures_of(const CostArm& arm, const Stages& stages, const CostRefere
     figures.samples_for_bias = samples_of_all(&most);
     figures.flip = samples.flip;
     figures.mse = moments_of(at_level(samples, &Replicate::squared_errors, samples.samples.size() - 1)).mean;
+    figures.tile = most_biased_tile(most, reference, width);
     const Bias bias = bias_of(most, reference);
     figures.squared_bias = {scale * bias.square.value, scale * bias.square.low, scale * bias.square.high};
     figures.floor_p = bias.p;
@@ -315,14 +316,19 @@ double compare(const Stages& stages, const Stages& baseline, const ArmFigures& b
 
 // Marks what is significant over all arms together.
 void judge(std::vector<ArmFigures>& figures, const std::vector<double>& cost_p) {
-    std::vector<double> floor_p;
-    for (const ArmFigures& arm : figures) floor_p.push_back(arm.floor_p);
+    std::vector<double> floor_p, tile_p;
+    for (const ArmFigures& arm : figures) {
+        floor_p.push_back(arm.floor_p);
+        tile_p.push_back(arm.tile ? arm.tile->p : 1.0);
+    }
+    const std::vector<double> tiles = holm_adjusted(tile_p);
     const std::vector<double> floors = holm_adjusted(floor_p), costs = holm_adjusted(cost_p);
     for (std::size_t i = 0; i < figures.size(); ++i) {
         // Below float's own rounding of an image there is no floor to speak of.
         constexpr double rounding = 1e-7;
         figures[i].has_floor = floors[i] <= family_level && figures[i].squared_bias.value > rounding * rounding;
         figures[i].cost_differs = costs[i] <= family_level;
+        if (figures[i].tile) figures[i].tile->significant = tiles[i] <= family_level;
     }
 }
 
@@ -356,7 +362,7 @@ std::vector<ArmFigures> analyse_cost(const std::vector<CostArm>& arms, const Cos
             if (baseline.empty()) return {};  // nothing to hold the others against
             continue;
         }
-        figures.push_back(figures_of(arm, own, samples.reference));
+        figures.push_back(figures_of(arm, own, samples.reference, samples.width));
         figures.back().regions = region_errors(*own.back(), samples.reference, regions);
         if (baseline.empty()) baseline = own;
         cost_p.push_back(figures.size() == 1 ? 1.0 : compare(own, baseline, figures.front(), figures.back()));

@@ -42,6 +42,14 @@ struct RegionError {
     double cost_ratio = 1.0;
 };
 
+// The 16x16 tile whose bias is most significant: a leak of light is great there, and nothing in the image's mean.
+struct TileBias {
+    std::uint32_t x = 0, y = 0;  // of its upper left pixel
+    Estimated relative;          // mean of the arm less the reference's, over that (at least 1 % of the image's mean)
+    double p = 1.0;              // of no bias in any tile (Bonferroni); the interval holds for all of them together
+    bool significant = false;    // over all arms together (Holm)
+};
+
 struct ArmFigures {
     CostArm arm;
     bool independent = true;  // samples are, and as many in every pixel: V(n) = s^2 / n
@@ -53,6 +61,7 @@ struct ArmFigures {
     double mse = 0.0;               // at the greatest sample count, in the image's own unit
     double flip = 0.0;              // of one replicate there
     std::vector<RegionError> regions;
+    std::optional<TileBias> tile;         // nothing: the image is no larger than a tile
     bool has_floor = false;               // b^2 is significantly above 0, over all arms together (Holm)
     double variance = 0.0;                // V at the greatest sample count
     double log_half_of_variance = 0.0;    // its interval is times or over exp of this

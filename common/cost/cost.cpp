@@ -11,6 +11,7 @@
 #include "common/cost/schedule.h"
 #include "common/text.h"
 #include "common/validation/verdict/error_metrics.h"
+#include "common/validation/verdict/sampled_image.h"
 
 namespace tandem {
 
@@ -66,6 +67,18 @@ std::string sentence_on_floor(const ArmFigures& arm, const ArmFigures& baseline)
         return fmt::format(
             "removes the baseline's floor of {} (what is left is below {})", percent(base.value), percent(floor.high));
     return "";
+}
+
+// Where a bias stands that the image's mean hides; nothing where the baseline has one there that is as great.
+std::string sentence_on_tile(const ArmFigures& arm, const ArmFigures& baseline) {
+    if (!arm.tile || !arm.tile->significant) return "";
+    const auto distance = [](const TileBias& tile) {  // of the interval from 0
+        return tile.significant ? std::max({0.0, tile.relative.low, -tile.relative.high}) : 0.0;
+    };
+    if (&arm != &baseline && baseline.tile && distance(*arm.tile) <= distance(*baseline.tile)) return "";
+    const Estimated& bias = arm.tile->relative;
+    return fmt::format("the tile at ({}, {}) is off by {} ({} to {})", arm.tile->x, arm.tile->y,
+        signed_percent(bias.value), signed_percent(bias.low), signed_percent(bias.high));
 }
 
 std::string sentence_on_noise(const ArmFigures& arm) {
@@ -178,13 +191,16 @@ json to_json(const ArmFigures& arm) {
         {"pareto", arm.pareto}, {"keeps_estimate", arm.arm.keeps_estimate}, {"time_ratio", to_json(arm.time_ratio)},
         {"cost_ratio", arm.has_forecasts() ? to_json(arm.cost_ratio) : json()}, {"forecasts", arm.has_forecasts()},
         {"cost_differs", arm.cost_differs}, {"invalid_samples", arm.invalid},
-        {"bias_floor_known", arm.has_floor || floor.high <= floor_bound}, {"mse", arm.mse}, {"flip", arm.flip},
-        {"regions", regions}};
+        {"bias_floor_known", arm.has_floor || floor.high <= floor_bound}, {"mse", arm.mse},
+        {"noise", std::sqrt(arm.variance)}, {"flip", arm.flip}, {"regions", regions}};
     if (arm.efficiency) {
         result["efficiency"] = arm.efficiency->value;
         result["efficiency_low"] = arm.efficiency->low;
         result["efficiency_high"] = arm.efficiency->high;
     }
+    if (arm.tile)
+        result["most_biased_tile"] = {{"x", arm.tile->x}, {"y", arm.tile->y}, {"edge", standard_tile_edge},
+            {"relative_bias", to_json(arm.tile->relative)}, {"significant", arm.tile->significant}};
     if (arm.slope) {
         result["slope"] = arm.slope->value;
         result["slope_low"] = arm.slope->low;
@@ -260,6 +276,8 @@ std::vector<std::string> recommendations(const CostReport& report) {
         if (&arm == &baseline) {
             if (arm.has_floor)
                 sentences.push_back(fmt::format("The baseline leaves a floor of {}.", percent(arm.bias_floor().value)));
+            if (const std::string tile = sentence_on_tile(arm, baseline); !tile.empty())
+                sentences.push_back(fmt::format("baseline: {}.", tile));
             continue;
         }
         if (!arm.has_forecasts()) {
@@ -267,8 +285,10 @@ std::vector<std::string> recommendations(const CostReport& report) {
             continue;
         }
         const std::string floor = sentence_on_floor(arm, baseline);
-        sentences.push_back(fmt::format("{}: a sample takes {} times the baseline's time; {}{}{}.", arm.arm.name(),
-            factor(arm.time_ratio), sentence_on_noise(arm), floor.empty() ? "" : "; it ", floor));
+        const std::string tile = sentence_on_tile(arm, baseline);
+        sentences.push_back(fmt::format("{}: a sample takes {} times the baseline's time; {}{}{}{}{}.", arm.arm.name(),
+            factor(arm.time_ratio), sentence_on_noise(arm), floor.empty() ? "" : "; it ", floor,
+            tile.empty() ? "" : "; ", tile));
     }
     return sentences;
 }
