@@ -450,6 +450,7 @@ int run_program(int argc, char** argv, const Program& program) {
     add_view_command(app, context);
     add_verify_command(app, context);
     add_compare_command(app, context);
+    add_denoise_command(app, context);
     add_effects_command(app, context);
     add_bench_command(app, context);
     add_cost_command(app, context);

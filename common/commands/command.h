@@ -58,6 +58,7 @@ void add_work_command(CLI::App& app, CommandContext& context);
 void add_merge_results_command(CLI::App& app, CommandContext& context);
 void add_verify_command(CLI::App& app, CommandContext& context);
 void add_compare_command(CLI::App& app, CommandContext& context);
+void add_denoise_command(CLI::App& app, CommandContext& context);
 void add_effects_command(CLI::App& app, CommandContext& context);
 void add_bench_command(CLI::App& app, CommandContext& context);
 void add_cost_command(CLI::App& app, CommandContext& context);

@@ -232,8 +232,8 @@ FeatureImages features_for(const RenderArguments& arguments, const Scene& scene,
     const Deadline limit(
         {}, rule.seconds ? std::optional(std::max(1e-3, *rule.seconds - watch.seconds())) : std::nullopt);
     ProgressLine line;
-    auto pixels = render_features(
-        *job, scene, settings, features.samples, limit.token(), [&](double share) { line.update(share, "features"); });
+    auto pixels = render_features(*job, scene, settings, {0, features.samples}, limit.token(),
+        [&](double share) { line.update(share, "features"); });
     if (!pixels)
         throw StoppedError(fmt::format(
             "--time: {:g} s do not suffice for --aov; nothing is written; give more --time or a smaller --size",

@@ -251,13 +251,14 @@ std::vector<CostPoint> points_of(const ArmTrials& samples, double scale, double 
     return points;
 }
 
-ArmFigures figures_of(const CostArm& arm, const Stages& stages, const CostReference& reference) {
+ArmFigures figures_of(const CostArm& arm, const Stages& stages, const CostReference& reference, std::uint32_t width) {
     const ArmTrials& samples = *stages.back();
     const double mean = reference.image_mean(), scale = 1.0 / (mean * mean);
     const double common = product_error(reference);
     ArmFigures figures;
     figures.arm = arm;
-    const bool scattered = arm.settings.render.generator != Generator::sobol;  // samples of a pixel tell its error
+    // Samples of a pixel tell its error.
+    const bool scattered = arm.settings.render.generator != Generator::sobol && figures.has_forecasts();
     figures.independent = scattered && arm.settings.render.sampling == Sampling::uniform;
     figures.replicates = samples.replicates.size();
     figures.invalid = samples.invalid;
@@ -268,10 +269,11 @@ ArmFigures figures_of(const CostArm& arm, const Stages& stages, const CostRefere
         figures.points.insert(figures.points.begin(), points.begin(), points.end());
     }
     // Bias does not depend on the number of samples: the stage with the most tells it best.
-    const ArmTrials& most = **std::ranges::max_element(stages, {}, samples_of_all);
+    const ArmTrials& most = figures.has_forecasts() ? **std::ranges::max_element(stages, {}, samples_of_all) : samples;
     figures.samples_for_bias = samples_of_all(&most);
     figures.flip = samples.flip;
     figures.mse = moments_of(at_level(samples, &Replicate::squared_errors, samples.samples.size() - 1)).mean;
+    figures.tile = most_biased_tile(most, reference, width);
     const Bias bias = bias_of(most, reference);
     figures.squared_bias = {scale * bias.square.value, scale * bias.square.low, scale * bias.square.high};
     figures.floor_p = bias.p;
@@ -286,6 +288,7 @@ ArmFigures figures_of(const CostArm& arm, const Stages& stages, const CostRefere
     }
     for (auto stage = stages.rbegin(); stage != stages.rend() && !figures.slope; ++stage)
         figures.slope = slope_with_interval(**stage, common);
+    if (!figures.has_forecasts()) return figures;
     const Estimated& seconds = figures.points.back().seconds;
     figures.efficiency =
         times_or_over(1.0 / (figures.variance * seconds.value), std::hypot(noise.log_half, log_half_of(seconds)));
@@ -300,7 +303,7 @@ double compare(const Stages& stages, const Stages& baseline, const ArmFigures& b
         for (auto other = baseline.rbegin(); other != baseline.rend() && !std::isfinite(time.high); ++other)
             if ((*own)->stage == (*other)->stage) time = paired_seconds(**own, **other);
     figures.time_ratio = {std::exp(time.value), std::exp(time.low), std::exp(time.high)};
-    if (!(base.variance > 0.0) || !(figures.variance > 0.0)) return 1.0;
+    if (!(base.variance > 0.0) || !(figures.variance > 0.0) || !figures.has_forecasts()) return 1.0;
     const auto per_sample = [](const ArmFigures& one) {
         return one.variance * static_cast<double>(one.points.back().samples);
     };
@@ -313,14 +316,19 @@ double compare(const Stages& stages, const Stages& baseline, const ArmFigures& b
 
 // Marks what is significant over all arms together.
 void judge(std::vector<ArmFigures>& figures, const std::vector<double>& cost_p) {
-    std::vector<double> floor_p;
-    for (const ArmFigures& arm : figures) floor_p.push_back(arm.floor_p);
+    std::vector<double> floor_p, tile_p;
+    for (const ArmFigures& arm : figures) {
+        floor_p.push_back(arm.floor_p);
+        tile_p.push_back(arm.tile ? arm.tile->p : 1.0);
+    }
+    const std::vector<double> tiles = holm_adjusted(tile_p);
     const std::vector<double> floors = holm_adjusted(floor_p), costs = holm_adjusted(cost_p);
     for (std::size_t i = 0; i < figures.size(); ++i) {
         // Below float's own rounding of an image there is no floor to speak of.
         constexpr double rounding = 1e-7;
         figures[i].has_floor = floors[i] <= family_level && figures[i].squared_bias.value > rounding * rounding;
         figures[i].cost_differs = costs[i] <= family_level;
+        if (figures[i].tile) figures[i].tile->significant = tiles[i] <= family_level;
     }
 }
 
@@ -341,95 +349,7 @@ void mark_pareto(std::vector<ArmFigures>& figures) {
     }
 }
 
-// Seconds of n samples: log-linear between the measured counts, proportional beyond them.
-double seconds_at(const std::vector<CostPoint>& points, double samples) {
-    const CostPoint &first = points.front(), &last = points.back();
-    const auto n = [](const CostPoint& point) { return static_cast<double>(point.samples); };
-    if (samples >= n(last)) return last.seconds.value * samples / n(last);
-    if (samples <= n(first)) return first.seconds.value * samples / n(first);
-    std::size_t i = 1;
-    while (n(points[i]) < samples) ++i;
-    const CostPoint &a = points[i - 1], &b = points[i];
-    const double share = std::log(samples / n(a)) / std::log(n(b) / n(a));
-    return std::exp(
-        std::lerp(std::log(std::max(a.seconds.value, 1e-9)), std::log(std::max(b.seconds.value, 1e-9)), share));
-}
-
 }  // namespace
-
-Estimated ArmFigures::bias_floor() const {
-    const auto root = [](double square) { return std::sqrt(std::max(0.0, square)); };
-    return {root(squared_bias.value), root(squared_bias.low), root(squared_bias.high)};
-}
-
-bool ArmFigures::is_safe_at(double relative_error) const {
-    return arm.keeps_estimate || squared_bias.high < relative_error * relative_error;
-}
-
-namespace {
-
-// Where the errors that were measured cross `error` for good: log-linear between two counts. Nothing: they do not.
-std::optional<TimeToError> measured_time(const std::vector<CostPoint>& points, double error) {
-    std::size_t first = points.size();
-    while (first > 0 && points[first - 1].rmse.value <= error) --first;
-    if (first == points.size()) return std::nullopt;
-    const CostPoint& below = points[first];
-    TimeToError result;
-    result.relative_error = error;
-    double samples = static_cast<double>(below.samples), log_half = 0.0;
-    if (first > 0) {
-        const CostPoint& above = points[first - 1];
-        const double steps = std::log(above.rmse.value / std::max(below.rmse.value, 1e-300));
-        const double share = std::clamp(std::log(above.rmse.value / error) / steps, 0.0, 1.0);
-        const double ratio = static_cast<double>(below.samples) / static_cast<double>(above.samples);
-        samples = static_cast<double>(above.samples) * std::pow(ratio, share);
-        // The error's interval, through the slope between the two counts.
-        const double error_half = std::log(std::max(1.0, below.rmse.high / std::max(below.rmse.value, 1e-300)));
-        log_half = error_half * std::log(ratio) / std::max(steps, 0.1);
-    }
-    result.samples = samples;
-    result.samples_interval = times_or_over(samples, log_half);
-    result.seconds = times_or_over(seconds_at(points, samples), std::hypot(log_half, log_half_of(below.seconds)));
-    return result;
-}
-
-}  // namespace
-
-TimeToError ArmFigures::time_to(double relative_error) const {
-    TimeToError result;
-    result.relative_error = relative_error;
-    const double aim = relative_error * relative_error;
-    const auto most = static_cast<double>(points.back().samples);
-    if (has_floor && squared_bias.value >= aim && points.back().rmse.value > relative_error) return result;
-    if (auto measured = measured_time(points, relative_error)) return *measured;
-    result.extrapolated = true;
-    // V(n) = V N/n of independent samples. For others no more is taken for granted.
-    const auto samples_for = [&](double squared_floor) {
-        const double left = aim - squared_floor;
-        return left > 0.0 ? std::max(most, most * variance / left) : std::numeric_limits<double>::infinity();
-    };
-    const double samples_needed = samples_for(has_floor ? squared_bias.value : 0.0);
-    if (!std::isfinite(samples_needed)) return result;
-    constexpr double no_image = 1.0;  // an error as large as the mean: a few bright samples decide the variance too
-    if (points.back().rmse.value >= no_image) {
-        result.unknown = true;
-        return result;
-    }
-    result.samples = samples_needed;
-    result.floor_unknown = !has_floor && squared_bias.high >= aim;
-    double log_half = log_half_of(points.back().seconds);
-    if (efficiency) log_half = std::max(log_half, log_half_of(*efficiency));
-    Estimated time = times_or_over(seconds_at(points, samples_needed), log_half);
-    Estimated count = times_or_over(samples_needed, log_half_of_variance);
-    if (has_floor)
-        for (Estimated* one : {&time, &count}) {
-            one->low *= samples_for(std::max(0.0, squared_bias.low)) / samples_needed;
-            one->high *= samples_for(squared_bias.high) / samples_needed;
-        }
-    result.seconds = time;
-    result.samples_interval = count;
-    return result;
-}
 
 std::vector<ArmFigures> analyse_cost(const std::vector<CostArm>& arms, const CostSamples& samples, StageRange range) {
     std::vector<ArmFigures> figures;
@@ -442,99 +362,17 @@ std::vector<ArmFigures> analyse_cost(const std::vector<CostArm>& arms, const Cos
             if (baseline.empty()) return {};  // nothing to hold the others against
             continue;
         }
-        figures.push_back(figures_of(arm, own, samples.reference));
+        figures.push_back(figures_of(arm, own, samples.reference, samples.width));
         figures.back().regions = region_errors(*own.back(), samples.reference, regions);
         if (baseline.empty()) baseline = own;
         cost_p.push_back(figures.size() == 1 ? 1.0 : compare(own, baseline, figures.front(), figures.back()));
-        compare_regions(figures.front(), figures.back());
+        if (figures.back().has_forecasts()) compare_regions(figures.front(), figures.back());
     }
     judge(figures, cost_p);
     for (ArmFigures& arm : figures)
         for (const double error : cost_errors) arm.times.push_back(arm.time_to(error));
     mark_pareto(figures);
     return figures;
-}
-
-namespace {
-
-// Roulette does without a limit of bounces, and MIS belongs to one integrator, so that a mix can have but one of each
-// two.
-bool exclude_each_other(const CostArm& a, const CostArm& b) {
-    const auto ends_paths = [](const CostArm& arm) { return arm.knob == "bounces" || arm.knob == "roulette"; };
-    const auto finds_light = [](const CostArm& arm) { return arm.knob == "integrator" || arm.knob == "mis"; };
-    // Adaptive sampling refuses what hides the scatter of a pixel's samples (check_sampling).
-    const auto clash = [](const CostArm& one, const CostArm& other) {
-        return one.knob == "sampling" &&
-               (other.setting == "sobol" || other.setting == "bidirectional" || other.setting == "plain");
-    };
-    return a.knob == b.knob || (ends_paths(a) && ends_paths(b)) || (finds_light(a) && finds_light(b)) || clash(a, b) ||
-           clash(b, a);
-}
-
-}  // namespace
-
-const ArmFigures* soonest(const std::vector<ArmFigures>& figures, double relative_error) {
-    const ArmFigures* best = nullptr;
-    double least = 0.0;
-    for (const ArmFigures& arm : figures) {
-        const bool baseline = &arm == figures.data();
-        const TimeToError time = arm.time_to(relative_error);
-        if (!time.seconds || (!baseline && !arm.is_safe_at(relative_error)) ||
-            (!baseline && !arm.cost_differs && best == figures.data()))
-            continue;
-        if (best != nullptr && time.seconds->value >= least) continue;
-        best = &arm;
-        least = time.seconds->value;
-    }
-    return best;
-}
-
-namespace {
-
-std::vector<std::size_t> best_of_each(const std::vector<ArmFigures>& figures) {
-    std::vector<std::size_t> best;
-    for (std::size_t i = 1; i < figures.size(); ++i) {
-        const ArmFigures& arm = figures[i];
-        constexpr double aim = 0.01;
-        if (arm.arm.knob == "mix" || arm.has_floor || !arm.is_safe_at(aim) || !arm.cost_differs ||
-            arm.cost_ratio.value >= 1.0)
-            continue;
-        const auto same =
-            std::ranges::find_if(best, [&](std::size_t j) { return exclude_each_other(figures[j].arm, arm.arm); });
-        if (same == best.end())
-            best.push_back(i);
-        else if (arm.cost_ratio.value < figures[*same].cost_ratio.value)
-            *same = i;
-    }
-    return best;
-}
-
-}  // namespace
-
-std::vector<std::size_t> best_settings(const std::vector<ArmFigures>& figures) {
-    std::vector<std::size_t> best = best_of_each(figures);
-    if (best.size() < 2) best.clear();
-    return best;
-}
-
-std::vector<std::vector<std::size_t>> mixed_settings(const std::vector<ArmFigures>& figures) {
-    std::vector<std::vector<std::size_t>> mixes;
-    const auto add = [&](std::vector<std::size_t> mix) {
-        std::ranges::sort(mix);
-        if (mix.size() >= 2 && std::ranges::find(mixes, mix) == mixes.end()) mixes.push_back(std::move(mix));
-    };
-    const std::vector<std::size_t> best = best_of_each(figures);
-    add(best);
-    for (std::size_t i = 1; i < figures.size(); ++i) {
-        const CostArm& late = figures[i].arm;
-        if (late.setting != "sobol" && late.setting != "adaptive") continue;
-        std::vector<std::size_t> mix;
-        for (const std::size_t one : best)
-            if (one != i && !exclude_each_other(figures[one].arm, late)) mix.push_back(one);
-        mix.push_back(i);
-        add(std::move(mix));
-    }
-    return mixes;
 }
 
 }  // namespace tandem

@@ -30,6 +30,7 @@ struct TimeToError {
     bool extrapolated = false;
     bool floor_unknown = false;  // a floor as high as this error is not excluded; none is assumed
     bool unknown = false;        // all errors that were measured are 100 % or more: no base for a forecast
+    bool not_measured = false;   // of an arm without forecasts: all errors that were measured are greater
 };
 
 // Error of a part of the image, which the reference decides over: relative to that part's mean.
@@ -39,6 +40,14 @@ struct RegionError {
     double rmse = 0.0;   // at the greatest sample count
     // (variance x seconds) over the baseline's, in this part.
     double cost_ratio = 1.0;
+};
+
+// The 16x16 tile whose bias is most significant: a leak of light is great there, and nothing in the image's mean.
+struct TileBias {
+    std::uint32_t x = 0, y = 0;  // of its upper left pixel
+    Estimated relative;          // mean of the arm less the reference's, over that (at least 1 % of the image's mean)
+    double p = 1.0;              // of no bias in any tile (Bonferroni); the interval holds for all of them together
+    bool significant = false;    // over all arms together (Holm)
 };
 
 struct ArmFigures {
@@ -52,6 +61,7 @@ struct ArmFigures {
     double mse = 0.0;               // at the greatest sample count, in the image's own unit
     double flip = 0.0;              // of one replicate there
     std::vector<RegionError> regions;
+    std::optional<TileBias> tile;         // nothing: the image is no larger than a tile
     bool has_floor = false;               // b^2 is significantly above 0, over all arms together (Holm)
     double variance = 0.0;                // V at the greatest sample count
     double log_half_of_variance = 0.0;    // its interval is times or over exp of this
@@ -64,7 +74,11 @@ struct ArmFigures {
     bool cost_differs = false;  // significantly, over all arms together (Holm)
     std::uint64_t invalid = 0;
 
-    // Whether its floor is excluded there, by design or by what was measured.
+    // Whether errors at greater counts follow from those measured. Those of denoised images do not: their bias falls
+    // with n, their variance other than as 1/n. Theirs are measured, bias at the greatest count, and there is no
+    // efficiency.
+    [[nodiscard]] bool has_forecasts() const { return !arm.settings.denoise; }
+    // Whether its floor is excluded there, by design or by what was measured. Never that of denoised images.
     [[nodiscard]] bool is_safe_at(double relative_error) const;
     [[nodiscard]] Estimated bias_floor() const;  // b, 0 where b^2 is below it
     // Seconds to any error, as in `times`.

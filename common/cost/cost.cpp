@@ -11,6 +11,7 @@
 #include "common/cost/schedule.h"
 #include "common/text.h"
 #include "common/validation/verdict/error_metrics.h"
+#include "common/validation/verdict/sampled_image.h"
 
 namespace tandem {
 
@@ -38,6 +39,7 @@ std::string duration(double seconds) {
 }
 
 std::string words_of(const TimeToError& time) {
+    if (time.not_measured) return "not at the counts measured";
     if (!time.seconds) return time.unknown ? "not known yet" : "never: its bias is greater";
     if (!time.extrapolated) return duration(time.seconds->value) + ", measured";
     return fmt::format("{} ({} to {}), forecast", duration(time.seconds->value), duration(time.seconds->low),
@@ -45,7 +47,7 @@ std::string words_of(const TimeToError& time) {
 }
 
 std::string time_cell(const TimeToError& time) {
-    if (!time.seconds) return time.unknown ? "unknown" : "never";
+    if (!time.seconds) return time.unknown || time.not_measured ? "unknown" : "never";
     return fmt::format(
         "{}{}{}", time.extrapolated ? "~" : "", duration(time.seconds->value), time.floor_unknown ? "?" : "");
 }
@@ -67,6 +69,18 @@ std::string sentence_on_floor(const ArmFigures& arm, const ArmFigures& baseline)
     return "";
 }
 
+// Where a bias stands that the image's mean hides; nothing where the baseline has one there that is as great.
+std::string sentence_on_tile(const ArmFigures& arm, const ArmFigures& baseline) {
+    if (!arm.tile || !arm.tile->significant) return "";
+    const auto distance = [](const TileBias& tile) {  // of the interval from 0
+        return tile.significant ? std::max({0.0, tile.relative.low, -tile.relative.high}) : 0.0;
+    };
+    if (&arm != &baseline && baseline.tile && distance(*arm.tile) <= distance(*baseline.tile)) return "";
+    const Estimated& bias = arm.tile->relative;
+    return fmt::format("the tile at ({}, {}) is off by {} ({} to {})", arm.tile->x, arm.tile->y,
+        signed_percent(bias.value), signed_percent(bias.low), signed_percent(bias.high));
+}
+
 std::string sentence_on_noise(const ArmFigures& arm) {
     if (arm.variance == 0.0) return "there is no noise";
     const std::string down = "the noise is down ";
@@ -78,6 +92,19 @@ std::string sentence_on_noise(const ArmFigures& arm) {
     if (arm.cost_ratio.value < 1.0)
         return down + fmt::format("{} times sooner than the baseline's", factor(inverse(arm.cost_ratio)));
     return down + fmt::format("{} times later than the baseline's", factor(arm.cost_ratio));
+}
+
+// An arm whose errors are known only where they were measured, at the greatest count that the baseline has too.
+std::string sentence_on_measured(const ArmFigures& arm, const ArmFigures& baseline) {
+    for (auto own = arm.points.rbegin(); own != arm.points.rend(); ++own) {
+        const auto base = std::ranges::find(baseline.points, own->samples, &CostPoint::samples);
+        if (base == baseline.points.end()) continue;
+        return fmt::format(
+            "{}: at {} samples its error is {} in {}, the baseline's {} in {}; at {} samples its bias is {}",
+            arm.arm.name(), own->samples, percent(own->rmse.value), duration(own->seconds.value),
+            percent(base->rmse.value), duration(base->seconds.value), arm.points.back().samples, floor_cell(arm));
+    }
+    return fmt::format("{}: no number of samples was rendered that the baseline has too", arm.arm.name());
 }
 
 const Confirmation* confirmation_of(const CostReport& report, double error) {
@@ -136,7 +163,7 @@ json to_json(const ArmFigures& arm) {
     json times = json::array();
     for (const TimeToError& time : arm.times) {
         json one{{"relative_error", time.relative_error}, {"extrapolated", time.extrapolated},
-            {"floor_unknown", time.floor_unknown}, {"unknown", time.unknown}, {"seconds", nullptr},
+            {"floor_unknown", time.floor_unknown}, {"unknown", time.unknown || time.not_measured}, {"seconds", nullptr},
             {"measured", time.seconds.has_value() && !time.extrapolated}, {"seconds_low", nullptr},
             {"seconds_high", nullptr}, {"samples", nullptr}, {"samples_low", nullptr}, {"samples_high", nullptr}};
         if (time.samples_interval) {
@@ -153,7 +180,8 @@ json to_json(const ArmFigures& arm) {
     }
     json regions = json::object();
     for (const RegionError& region : arm.regions)
-        regions[region.name] = {{"share", region.share}, {"rmse", region.rmse}, {"cost_ratio", region.cost_ratio}};
+        regions[region.name] = {{"share", region.share}, {"rmse", region.rmse},
+            {"cost_ratio", arm.has_forecasts() ? json(region.cost_ratio) : json()}};
     const Estimated floor = arm.bias_floor();
     json result{{"knob", arm.arm.knob}, {"setting", arm.arm.setting}, {"options", arm.arm.options},
         {"replicates", arm.replicates}, {"points", points}, {"bias_floor", floor.value}, {"bias_floor_low", floor.low},
@@ -161,14 +189,18 @@ json to_json(const ArmFigures& arm) {
         {"slope", nullptr}, {"slope_low", nullptr}, {"slope_high", nullptr}, {"seconds_to", times},
         {"seconds_to_one_percent", nullptr}, {"seconds_to_one_percent_extrapolated", arm.times[1].extrapolated},
         {"pareto", arm.pareto}, {"keeps_estimate", arm.arm.keeps_estimate}, {"time_ratio", to_json(arm.time_ratio)},
-        {"cost_ratio", to_json(arm.cost_ratio)}, {"cost_differs", arm.cost_differs}, {"invalid_samples", arm.invalid},
-        {"bias_floor_known", arm.has_floor || floor.high <= floor_bound}, {"mse", arm.mse}, {"flip", arm.flip},
-        {"regions", regions}};
+        {"cost_ratio", arm.has_forecasts() ? to_json(arm.cost_ratio) : json()}, {"forecasts", arm.has_forecasts()},
+        {"cost_differs", arm.cost_differs}, {"invalid_samples", arm.invalid},
+        {"bias_floor_known", arm.has_floor || floor.high <= floor_bound}, {"mse", arm.mse},
+        {"noise", std::sqrt(arm.variance)}, {"flip", arm.flip}, {"regions", regions}};
     if (arm.efficiency) {
         result["efficiency"] = arm.efficiency->value;
         result["efficiency_low"] = arm.efficiency->low;
         result["efficiency_high"] = arm.efficiency->high;
     }
+    if (arm.tile)
+        result["most_biased_tile"] = {{"x", arm.tile->x}, {"y", arm.tile->y}, {"edge", standard_tile_edge},
+            {"relative_bias", to_json(arm.tile->relative)}, {"significant", arm.tile->significant}};
     if (arm.slope) {
         result["slope"] = arm.slope->value;
         result["slope_low"] = arm.slope->low;
@@ -244,11 +276,19 @@ std::vector<std::string> recommendations(const CostReport& report) {
         if (&arm == &baseline) {
             if (arm.has_floor)
                 sentences.push_back(fmt::format("The baseline leaves a floor of {}.", percent(arm.bias_floor().value)));
+            if (const std::string tile = sentence_on_tile(arm, baseline); !tile.empty())
+                sentences.push_back(fmt::format("baseline: {}.", tile));
+            continue;
+        }
+        if (!arm.has_forecasts()) {
+            sentences.push_back(sentence_on_measured(arm, baseline) + ".");
             continue;
         }
         const std::string floor = sentence_on_floor(arm, baseline);
-        sentences.push_back(fmt::format("{}: a sample takes {} times the baseline's time; {}{}{}.", arm.arm.name(),
-            factor(arm.time_ratio), sentence_on_noise(arm), floor.empty() ? "" : "; it ", floor));
+        const std::string tile = sentence_on_tile(arm, baseline);
+        sentences.push_back(fmt::format("{}: a sample takes {} times the baseline's time; {}{}{}{}{}.", arm.arm.name(),
+            factor(arm.time_ratio), sentence_on_noise(arm), floor.empty() ? "" : "; it ", floor,
+            tile.empty() ? "" : "; ", tile));
     }
     return sentences;
 }
@@ -265,7 +305,8 @@ json to_json(const CostReport& report) {
             fmt::format(
                 "rmse and bias_floor: relative to the mean of the reference image. relmse: mean over pixels "
                 "and channels of (x - r)^2 / (r^2 + {:g}). mse: in the image's own unit. flip: mean, of images "
-                "exposed to a mean of {:g} and clipped at 1. mse, flip and regions: at the greatest sample count",
+                "exposed to a mean of {:g} and clipped at 1. noise: the error without bias, relative to the mean. mse, "
+                "noise, flip and regions: at the greatest sample count",
                 ErrorMetrics::epsilon, shown_mean)},
         {"regions",
             fmt::format(
@@ -295,6 +336,8 @@ std::string head_of(const CostReport& report) {
 
 std::string bias_of(const ArmFigures& arm) {
     const Estimated floor = arm.bias_floor();
+    if (!arm.has_forecasts())
+        return fmt::format("{} at {} samples, fewer have more", floor_cell(arm), arm.points.back().samples);
     if (arm.has_floor)
         return fmt::format("{} ({} to {})", percent(floor.value), percent(floor.low), percent(floor.high));
     return fmt::format("{}, below {}", arm.arm.keeps_estimate ? "none by design" : "none found", percent(floor.high));
@@ -304,7 +347,7 @@ std::string bias_of(const ArmFigures& arm) {
 std::string bad_regions(const ArmFigures& arm) {
     constexpr double bad = 1.5;
     std::string text;
-    if (arm.cost_ratio.value > 1.0) return text;
+    if (arm.cost_ratio.value > 1.0 || !arm.has_forecasts()) return text;
     for (const RegionError& region : arm.regions)
         if (region.cost_ratio > bad) text += fmt::format("; {} regions: {} x", region.name, factor(region.cost_ratio));
     return text;
@@ -316,6 +359,10 @@ std::vector<const ArmFigures*> rows_of(const CostReport& report) {
     const ArmFigures& baseline = report.figures.front();
     std::vector<const ArmFigures*> sound, tricks;
     for (const ArmFigures& arm : report.figures) {
+        if (!arm.has_forecasts()) {
+            tricks.push_back(&arm);
+            continue;
+        }
         const bool cheap = arm.has_floor && (arm.time_ratio.value < 1.0 || arm.cost_ratio.value < 1.0);
         if (&arm != &baseline && !arm.arm.keeps_estimate && cheap)
             tricks.push_back(&arm);
@@ -324,7 +371,9 @@ std::vector<const ArmFigures*> rows_of(const CostReport& report) {
     }
     std::ranges::stable_sort(
         sound, {}, [&](const ArmFigures* arm) { return arm->time_to(report.asked_error).seconds->value; });
-    std::ranges::stable_sort(tricks, {}, [](const ArmFigures* arm) { return arm->bias_floor().value; });
+    std::ranges::stable_sort(tricks, {}, [](const ArmFigures* arm) {
+        return arm->has_forecasts() ? arm->bias_floor().value : -1.0;  // first, as nothing else shows them
+    });
     tricks.resize(std::min(tricks.size(), most_tricks));
     sound.resize(std::min(sound.size(), most_rows - 1 - tricks.size()));
     sound.push_back(&baseline);

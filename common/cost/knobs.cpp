@@ -159,6 +159,14 @@ void add_samplings(
     }
 }
 
+// Not on top of a baseline whose samples do not tell the noise.
+void add_denoising(std::vector<KnobSetting>& all, const ArmSettings& baseline) {
+    const bool scattered = baseline.render.generator != Generator::sobol;
+    all.push_back({"denoise", "on", "--aov albedo,normal,depth, then tandem denoise",
+        [](ArmSettings& arm) { arm.denoise = true; },
+        scattered ? "" : "Sobol points do not tell the variance that the filter needs", false});
+}
+
 }  // namespace
 
 std::vector<KnobSetting> knob_settings(
@@ -169,6 +177,7 @@ std::vector<KnobSetting> knob_settings(
     add_samplings(all, scene, baseline, renderer.accumulation, mean);
     add_precisions(all, baseline);
     add_intersections(all, scene, baseline, renderer.backend);
+    add_denoising(all, baseline);
     return all;
 }
 

@@ -14,12 +14,13 @@ namespace tandem {
 struct ArmSettings {
     RenderSettings render;
     BackendOptions backend;
+    bool denoise = false;  // the film, by `tandem denoise` (MODEL.md section 11.6)
 };
 
 // One value of one knob.
 struct KnobSetting {
     std::string knob, setting;  // "integrator", "next-event"
-    std::string options;        // of `tandem render`: "--integrator next-event"
+    std::string options;        // of `tandem render`: "--integrator next-event"; of denoise also what follows
     std::function<void(ArmSettings&)> apply;
     std::string reason;  // why it cannot matter in this scene; empty: it may
     // Whether its estimate has the mean of the unlimited transport equation by design, but for rounding. Else it is not

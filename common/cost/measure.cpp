@@ -93,6 +93,30 @@ std::vector<std::uint64_t> levels_for(double seconds_a_sample, double share) {
     return levels;
 }
 
+// A sample a replicate says little, but more than nothing; without a baseline nothing could be said at all.
+std::optional<std::vector<std::uint64_t>> levels_or_one(double seconds_a_sample, double share, bool needed) {
+    std::vector<std::uint64_t> levels = levels_for(seconds_a_sample, share);
+    if (levels.empty() && needed) levels = {1};
+    return levels;
+}
+
+// Those of what features and filters leave of the share; else a few, where these do not overdraw. Nothing after a stop.
+std::optional<std::vector<std::uint64_t>> denoised_levels(RenderJob& job, FilmDenoiser& denoiser,
+    double seconds_a_sample, double share, double most, const CostControl& control) {
+    const auto few = render_all(job, {0, fewest_to_denoise}, control);
+    if (!few) return std::nullopt;
+    const auto denoised = denoiser.denoise(film_of(few->estimate), 0, control.stop);
+    if (!denoised) return std::nullopt;
+    const double features = denoised->feature_seconds * most_feature_samples / fewest_to_denoise;
+    const double filter = denoised->seconds - denoised->feature_seconds;
+    std::vector<std::uint64_t> levels = levels_for(seconds_a_sample, share - features - most_levels * filter);
+    std::erase_if(levels, [](std::uint64_t count) { return count < fewest_to_denoise; });
+    constexpr std::uint64_t little = most_feature_samples;
+    const double of_few = features + 2.0 * filter + static_cast<double>(little) * seconds_a_sample;
+    if (levels.empty() && static_cast<double>(fewest_replicates) * of_few <= most) levels = {fewest_to_denoise, little};
+    return levels;
+}
+
 double mean_variance(const FilmMoments& film) {
     const PixelValues variances = variance_of(film);
     const double count = film.count();  // goes over all pixels
@@ -113,9 +137,16 @@ double flip_of(const PixelValues& image, const CostReference& reference, std::pa
     return flip_error(shown(reference.mean), shown(image), size.first, size.second);
 }
 
+// An arm as it renders.
+struct PreparedArm {
+    RenderJob& job;
+    Sampling sampling;
+    FilmDenoiser* denoiser;  // none: its film is the image
+};
+
 // One replicate; nothing after a stop. Counts of whole blocks continue each other, smaller ones are renders of their
 // own.
-bool render_replicate(RenderJob& job, Sampling sampling, std::uint64_t round, const CostReference& reference,
+bool render_replicate(const PreparedArm& prepared, std::uint64_t round, const CostReference& reference,
     const CostControl& control, ArmTrials& arm) {
     const std::uint64_t begin = (arm.first_replicate + arm.replicates.size()) << replicate_shift;
     Replicate replicate;
@@ -127,7 +158,7 @@ bool render_replicate(RenderJob& job, Sampling sampling, std::uint64_t round, co
     std::pair<std::uint32_t, std::uint32_t> film_size;
     for (const std::uint64_t samples : arm.samples) {
         if (!film) {
-            film.emplace(job, sampling, begin);
+            film.emplace(prepared.job, prepared.sampling, begin);
             seconds = 0.0;
             invalid = 0;
         }
@@ -136,12 +167,20 @@ bool render_replicate(RenderJob& job, Sampling sampling, std::uint64_t round, co
         seconds += growth.seconds;
         const FilmMoments now = film->film();
         arm.invalid += now.invalid - std::exchange(invalid, now.invalid);
-        image = mean_of(now);
+        double filtering = 0.0;
+        if (prepared.denoiser == nullptr) {
+            image = mean_of(now);
+        } else if (auto denoised = prepared.denoiser->denoise(now, begin, control.stop)) {
+            image = std::move(denoised->image);
+            filtering = denoised->seconds;
+        } else {
+            return false;
+        }
         film_size = {now.width, now.height};
         if (samples == arm.samples.back() && samples > 1) replicate.sample_variance = mean_variance(now);
         if (samples % samples_per_block != 0) film.reset();
         const Errors errors = errors_of(image, reference);
-        replicate.seconds.push_back(seconds);
+        replicate.seconds.push_back(seconds + filtering);
         replicate.squared_errors.push_back(errors.square);
         replicate.relative_squared_errors.push_back(errors.relative);
     }
@@ -207,7 +246,10 @@ CostExperiment::CostExperiment(const Scene& scene, MakeRenderer make, std::uint6
     renderers_->make = std::move(make);
 }
 
-CostExperiment::~CostExperiment() { jobs_.clear(); }
+CostExperiment::~CostExperiment() {
+    denoisers_.clear();
+    jobs_.clear();
+}
 
 RendererInfo CostExperiment::info() const { return renderers_->all.front().renderer->info(); }
 
@@ -219,7 +261,11 @@ bool CostExperiment::add(const CostArm& arm) {
     try {
         RenderSettings settings = arm.settings.render;
         settings.seed = seed_;
-        jobs_.push_back(renderers_->of(arm.settings.backend).prepare(scene_, settings));
+        Renderer& renderer = renderers_->of(arm.settings.backend);
+        auto job = renderer.prepare(scene_, settings);
+        auto denoiser = arm.settings.denoise ? std::make_unique<FilmDenoiser>(renderer, scene_, settings) : nullptr;
+        jobs_.push_back(std::move(job));
+        denoisers_.push_back(std::move(denoiser));
         arms_.push_back(arm);
         return true;
     } catch (const UnsupportedError& refusal) {
@@ -249,14 +295,18 @@ bool CostExperiment::measure(
         const auto speed = seconds_per_sample(*jobs_[i], long_enough, control);
         if (!speed) return false;
         ArmTrials& arm = samples_of(samples, arms_[i].name(), short_stage);
-        if (arm.samples.empty())
-            arm.samples = levels_for(*speed, seconds / static_cast<double>(names.size() * most_replicates));
-        // A sample a replicate says little, but more than nothing; without a baseline nothing could be said at all.
-        const double least = static_cast<double>(fewest_replicates) * *speed;
-        if (arm.samples.empty() && (arms_[i].knob == "baseline" || least <= most_overdrawn * seconds))
-            arm.samples = {1};
         if (arm.samples.empty()) {
-            skip_for_time(arms_[i], "too slow for a sample in its share of the time");
+            const double share = seconds / static_cast<double>(names.size() * most_replicates);
+            const double most = most_overdrawn * seconds;
+            const bool needed = arms_[i].knob == "baseline" || static_cast<double>(fewest_replicates) * *speed <= most;
+            auto levels = denoisers_[i] ? denoised_levels(*jobs_[i], *denoisers_[i], *speed, share, most, control)
+                                        : levels_or_one(*speed, share, needed);
+            if (!levels) return false;
+            arm.samples = std::move(*levels);
+        }
+        if (arm.samples.empty()) {
+            skip_for_time(arms_[i], denoisers_[i] ? "too slow for features and a few samples in its share of the time"
+                                                  : "too slow for a sample in its share of the time");
             continue;
         }
         taking_part.push_back(i);
@@ -274,8 +324,8 @@ bool CostExperiment::measure(
         std::shuffle(taking_part.begin(), taking_part.end(), order);
         for (const std::size_t i : taking_part) {
             tell(control, (now_by(control) - start) / seconds, arms_[i].name());
-            if (!render_replicate(*jobs_[i], arms_[i].settings.render.sampling, round, samples.reference, control,
-                    samples_of(samples, arms_[i].name(), short_stage)))
+            if (!render_replicate({*jobs_[i], arms_[i].settings.render.sampling, denoisers_[i].get()}, round,
+                    samples.reference, control, samples_of(samples, arms_[i].name(), short_stage)))
                 return done >= fewest_replicates;
         }
         if (control.save) control.save(samples);
@@ -305,8 +355,8 @@ bool CostExperiment::extend(const CostStage& stage, double seconds, CostSamples&
                 continue;
             tell(control, spent / seconds, stage.purpose + ": " + wanted.name);
             const std::size_t arm = job_of(wanted.name);
-            if (!render_replicate(*jobs_[arm], arms_[arm].settings.render.sampling, round, samples.reference, control,
-                    samples_of(samples, wanted.name, stage.stage)))
+            if (!render_replicate({*jobs_[arm], arms_[arm].settings.render.sampling, denoisers_[arm].get()}, round,
+                    samples.reference, control, samples_of(samples, wanted.name, stage.stage)))
                 return any;
             ++before;
             any = true;

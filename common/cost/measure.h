@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "common/cost/denoised_film.h"
 #include "common/cost/knobs.h"
 #include "common/cost/samples.h"
 #include "common/render/adaptive_sampling.h"
@@ -89,6 +90,7 @@ private:
     std::uint64_t seed_;
     std::vector<CostArm> arms_;
     std::vector<std::unique_ptr<RenderJob>> jobs_;
+    std::vector<std::unique_ptr<FilmDenoiser>> denoisers_;  // of the same arms; none of those that do not denoise
     std::vector<SkippedArm> skipped_;
 };
 

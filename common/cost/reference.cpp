@@ -160,7 +160,7 @@ std::string text_of(const ArmSettings& settings, const RendererInfo& info) {
     const IntersectionSettings& meeting = render.intersection;
     return fmt::format(
         "{}x{} seed {} {} bounces {} roulette {} rays {} {} kernels {} {} {} {} on {} {} {} precision {} {} generator "
-        "{} clamp {} fresnel {} mis {} accumulation {} sampling {}",
+        "{} clamp {} fresnel {} mis {} accumulation {} sampling {}{}",
         render.width, render.height, render.seed, integrator_name(render.integrator), render.bounces,
         render.roulette_start, render.ray_min, render.ray_max, static_cast<int>(meeting.triangles),
         static_cast<int>(meeting.convex), static_cast<int>(meeting.guard), meeting.epsilon, info.backend, info.device,
@@ -168,7 +168,7 @@ std::string text_of(const ArmSettings& settings, const RendererInfo& info) {
         settings.backend.kernel, static_cast<int>(render.generator), render.clamp,
         render.fresnel ? static_cast<int>(*render.fresnel) : -1, render.mis,
         static_cast<int>(render.accumulation.value_or(info.accumulation)),
-        sampling_names[static_cast<std::size_t>(render.sampling)]);
+        sampling_names[static_cast<std::size_t>(render.sampling)], settings.denoise ? " denoised" : "");
 }
 
 InputError other_measurement() {

@@ -4,6 +4,10 @@
 #include <cmath>
 #include <numeric>
 
+#include "common/statistics/distributions.h"
+#include "common/validation/verdict/sampled_image.h"
+#include "common/validation/verdict/tile_grid.h"
+
 namespace tandem {
 
 namespace {
@@ -65,6 +69,52 @@ std::vector<RegionError> region_errors(
         errors.push_back(error);
     }
     return errors;
+}
+
+std::optional<TileBias> most_biased_tile(const ArmTrials& trials, const CostReference& reference, std::uint32_t width) {
+    const std::size_t pixels = reference.mean.size() / channel_count;
+    if (width == 0 || pixels % width != 0) return std::nullopt;
+    const TileGrid grid(width, static_cast<std::uint32_t>(pixels / width), standard_tile_edge);
+    if (grid.size() < 2) return std::nullopt;
+    struct Sums {
+        double difference = 0.0, mean = 0.0, variance = 0.0, values = 0.0;
+    };
+    std::vector<Sums> tiles(grid.size());
+    const auto r = static_cast<double>(trials.replicates.size());
+    for (std::size_t pixel = 0; pixel < pixels; ++pixel) {
+        Sums& tile = tiles[grid.tile_of_pixel()[pixel]];
+        double deviation = 0.0;  // the channels of a pixel share their paths: their deviations add up
+        for (std::size_t i = channel_count * pixel; i < channel_count * (pixel + 1); ++i) {
+            const double mean = trials.sum[i] / r;
+            const double variance = std::max(0.0, trials.sum_of_squares[i] - r * mean * mean) / (r - 1.0);
+            tile.difference += mean;
+            tile.mean += reference.mean[i];
+            tile.values += 1.0;
+            deviation += std::sqrt(variance / r + 0.5 * reference.half_variance[i]);
+        }
+        tile.variance += deviation * deviation;
+    }
+    constexpr double least_share = 0.01, level = 0.05;  // of the image's mean; of the interval
+    const auto count = static_cast<double>(grid.size());
+    const double least = least_share * reference.image_mean();
+    const double quantile = normal_quantile(1.0 - 0.5 * level / count);
+    TileBias worst;
+    double greatest = -1.0;
+    for (std::size_t i = 0; i < tiles.size(); ++i) {
+        const Sums& tile = tiles[i];
+        const double error = std::sqrt(tile.variance);
+        const double z = error > 0.0 ? std::abs(tile.difference) / error : 0.0;
+        if (z <= greatest) continue;
+        greatest = z;
+        const double scale = 1.0 / (tile.values * std::max(least, tile.mean / tile.values));
+        const Rectangle place = grid.rectangle(i);
+        worst.x = place.x0;
+        worst.y = place.y0;
+        worst.relative = {scale * tile.difference, scale * (tile.difference - quantile * error),
+            scale * (tile.difference + quantile * error)};
+        worst.p = std::min(1.0, 2.0 * count * normal_upper_tail(z));
+    }
+    return worst;
 }
 
 void compare_regions(const ArmFigures& baseline, ArmFigures& arm) {

@@ -22,6 +22,10 @@ using Regions = std::vector<Region>;
 [[nodiscard]] std::vector<RegionError> region_errors(
     const ArmTrials& trials, const CostReference& reference, const Regions& regions);
 
+// From all replicates of the trials at the greatest sample count. Nothing where a tile is the image.
+[[nodiscard]] std::optional<TileBias> most_biased_tile(
+    const ArmTrials& trials, const CostReference& reference, std::uint32_t width);
+
 // Fills cost_ratio from the errors of both and the ratio of cost in the mean.
 void compare_regions(const ArmFigures& baseline, ArmFigures& arm);
 

@@ -85,6 +85,7 @@ struct Candidate {
 };
 
 std::optional<Candidate> candidate(const ArmFigures& arm, double error) {
+    if (!arm.has_forecasts()) return std::nullopt;
     const TimeToError time = arm.time_to(error);
     if (!time.seconds || !time.samples || (!arm.arm.keeps_estimate && arm.has_floor && !arm.is_safe_at(error)))
         return std::nullopt;
@@ -93,6 +94,21 @@ std::optional<Candidate> candidate(const ArmFigures& arm, double error) {
     if (arm.arm.settings.render.sampling == Sampling::adaptive)
         wanted = std::max(wanted, static_cast<double>(2 * least_alike));  // below it adapts to nothing
     return Candidate{&arm, levels_up_to(wanted), time.seconds->value};
+}
+
+// Arms without forecasts take part with the baseline's counts, so that they can be held against it there.
+void accompany_baseline(const std::vector<ArmFigures>& figures, double left, std::vector<CostStage::Arm>& chosen) {
+    const auto baseline = std::ranges::find(chosen, figures.front().arm.name(), &CostStage::Arm::name);
+    if (baseline == chosen.end()) return;
+    std::vector<std::uint64_t> levels = baseline->samples;
+    std::erase_if(levels, [](std::uint64_t count) { return count < fewest_to_denoise; });
+    for (const ArmFigures& arm : figures) {
+        if (arm.has_forecasts() || levels.empty()) continue;
+        const double takes = static_cast<double>(fewest_replicates) * seconds_of(arm, levels);
+        if (takes > left) continue;
+        left -= takes;
+        chosen.push_back({arm.arm.name(), levels});
+    }
 }
 
 // The arms that could be soonest at an error, as far as the time allows. The soonest two, the baseline and what pays
@@ -122,6 +138,7 @@ std::vector<CostStage::Arm> contenders(
         left -= takes;
         chosen.push_back({one->arm->arm.name(), one->levels});
     }
+    accompany_baseline(figures, left, chosen);
     return chosen;
 }
 
@@ -174,10 +191,14 @@ std::optional<CostStage> goal(const std::vector<ArmFigures>& figures, const Cost
     return std::nullopt;
 }
 
-bool is_reached(const CostSamples& samples, std::size_t index) {
+bool is_reached(const std::vector<ArmFigures>& figures, const CostSamples& samples, std::size_t index) {
     const double mean = samples.reference.image_mean();
+    const auto is_judged = [&](const ArmTrials& arm) {
+        return std::ranges::none_of(
+            figures, [&](const ArmFigures& one) { return one.arm.name() == arm.name && !one.has_forecasts(); });
+    };
     return std::ranges::any_of(samples.arms, [&](const ArmTrials& arm) {
-        return arm.stage >= goal_stage(index) && has_replicates(arm, fewest_replicates) &&
+        return is_judged(arm) && arm.stage >= goal_stage(index) && has_replicates(arm, fewest_replicates) &&
                is_at(arm, cost_errors[index], mean);
     });
 }
@@ -199,7 +220,7 @@ std::optional<CostStage> floors(const std::vector<ArmFigures>& figures, const Co
     std::vector<Unresolved> all;
     for (const ArmFigures& arm : figures) {
         constexpr double square = floor_bound * floor_bound;
-        if (arm.has_floor || arm.squared_bias.high <= square || !(arm.variance > 0.0) ||
+        if (arm.has_floor || arm.squared_bias.high <= square || !(arm.variance > 0.0) || !arm.has_forecasts() ||
             trials_at(samples, arm.arm.name(), floor_stage) != nullptr)
             continue;
         // The interval of b^2 is as wide as the variance of the mean of all replicates.
@@ -241,7 +262,7 @@ std::optional<CostStage> next_stage(
     for (std::size_t index = 0; index < cost_errors.size(); ++index) {
         if (auto next = goal(figures, samples, index, seconds, false)) return next;
         // What is asked first is how soon 1 % is reached; a harder error takes longer than one that was not.
-        const bool last = !is_reached(samples, index);
+        const bool last = !is_reached(figures, samples, index);
         if (index == 1 || last)
             if (auto next = floors(figures, samples, seconds)) return next;
         if (last) break;
@@ -260,7 +281,7 @@ std::optional<CostStage> next_stage(
         return lack.stage;
     }
     for (std::size_t index = 0; index < cost_errors.size(); ++index) {
-        if (is_reached(samples, index)) continue;
+        if (is_reached(figures, samples, index)) continue;
         return goal(figures, samples, index, seconds, true);
     }
     return std::nullopt;

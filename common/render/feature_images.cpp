@@ -33,16 +33,17 @@ public:
     FirstHits(const Scene& scene, const RenderSettings& settings)
         : scene_(scene), settings_(settings), placed_(placed_primitives(scene)) {}
 
-    // A pixel by its samples from 0 on.
-    [[nodiscard]] PixelFeatures features_of(std::span<const PathTrace> paths, std::uint32_t pixel) const {
+    // A pixel by its samples from `begin` on.
+    [[nodiscard]] PixelFeatures features_of(
+        std::span<const PathTrace> paths, std::uint32_t pixel, std::uint64_t begin) const {
         PixelFeatures mean;
         Votes primitives, materials;
         double hits = 0.0;
-        for (std::uint64_t sample = 0; sample < paths.size(); ++sample) {
-            const TracedVertex& first = paths[sample].vertices.front();
+        for (std::size_t path = 0; path < paths.size(); ++path) {
+            const TracedVertex& first = paths[path].vertices.front();
             if (first.end == PathEnd::left_scene) continue;
             hits += 1.0;
-            const double time = time_of(pixel, sample);
+            const double time = time_of(pixel, begin + path);
             if (first.end == PathEnd::goes_on) mean.albedo += weight_of(first);
             mean.position += first.position;
             mean.distance += first.t;
@@ -132,7 +133,7 @@ RenderSettings feature_settings(RenderSettings settings) {
 }
 
 std::optional<std::vector<PixelFeatures>> render_features(RenderJob& job, const Scene& scene,
-    const RenderSettings& settings, std::uint64_t samples, const std::stop_token& stop,
+    const RenderSettings& settings, SampleRange samples, const std::stop_token& stop,
     const std::function<void(double fraction)>& progress) {
     const FirstHits hits(scene, settings);
     const std::uint32_t all = settings.width * settings.height;
@@ -140,8 +141,8 @@ std::optional<std::vector<PixelFeatures>> render_features(RenderJob& job, const 
     features.reserve(all);
     for (std::uint32_t pixel = 0; pixel < all; ++pixel) {
         if (stop.stop_requested()) return std::nullopt;
-        const std::vector<PathTrace> paths = job.trace(pixel % settings.width, pixel / settings.width, {0, samples});
-        features.push_back(hits.features_of(paths, pixel));
+        const std::vector<PathTrace> paths = job.trace(pixel % settings.width, pixel / settings.width, samples);
+        features.push_back(hits.features_of(paths, pixel, samples.begin));
         if (progress) progress(static_cast<double>(pixel + 1) / all);
     }
     return features;

@@ -35,9 +35,9 @@ struct PixelFeatures {
 // What the job to look with is to be prepared with: the paths' first two segments.
 [[nodiscard]] RenderSettings feature_settings(RenderSettings settings);
 
-// [y * width + x]; nothing after a stop. `job` is prepared with feature_settings(settings).
+// [y * width + x], of these samples; nothing after a stop. `job` is prepared with feature_settings(settings).
 [[nodiscard]] std::optional<std::vector<PixelFeatures>> render_features(RenderJob& job, const Scene& scene,
-    const RenderSettings& settings, std::uint64_t samples, const std::stop_token& stop,
+    const RenderSettings& settings, SampleRange samples, const std::stop_token& stop,
     const std::function<void(double fraction)>& progress);
 
 }  // namespace tandem

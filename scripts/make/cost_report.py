@@ -19,6 +19,31 @@ def time_cell(time):
     return ("~" if time["extrapolated"] else "") + frontier.duration(time["seconds"]) + ("?" if time["floor_unknown"] else "")
 
 
+def noise_cell(arm):
+    """Without the bias."""
+    return frontier.percent(arm["noise"]) if "noise" in arm else "—"  # older results know none
+
+
+def number_cell(arm, key):
+    value = arm.get(key)
+    return "—" if value is None else f"{value:.3g}"
+
+
+def region_cell(arm, name):
+    region = arm.get("regions", {}).get(name)
+    return "—" if region is None else frontier.percent(region["rmse"])
+
+
+def tile_cell(arm):
+    tile = arm.get("most_biased_tile")  # older results know none
+    if tile is None:
+        return "<td>—</td>"
+    bias = tile["relative_bias"]
+    chance = "" if tile["significant"] else ' class="chance"'
+    return (f'<td{chance}>({tile["x"]}, {tile["y"]}): {100 * bias["value"]:+.2g}\u00a0% '
+            f'({100 * bias["low"]:+.2g} to {100 * bias["high"]:+.2g})</td>')
+
+
 def draw(axes, arm, colour, label, width=1.4):
     """Measured errors with intervals, and the floor dotted."""
     points = [point for point in arm["points"] if point["rmse"] > 0 and point["seconds"] > 0]
@@ -65,7 +90,8 @@ def knob_plots(report):
 def render(report):
     environment = jinja2.Environment(loader=jinja2.FileSystemLoader(pathlib.Path(__file__).parent), autoescape=True,
                                      trim_blocks=True, lstrip_blocks=True, undefined=jinja2.StrictUndefined)
-    environment.filters.update(percent=frontier.percent, name_of=frontier.name_of, time_cell=time_cell)
+    environment.filters.update(percent=frontier.percent, name_of=frontier.name_of, time_cell=time_cell,
+                               noise_cell=noise_cell, number_cell=number_cell, region_cell=region_cell, tile_cell=tile_cell)
     bounds = frontier.limits([report])
     front = frontier.plot(report, bounds, "Error against time") if bounds else "No point is known well enough to draw."
     numbers = frontier.number_of_settings(frontier.frontier(report))

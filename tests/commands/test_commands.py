@@ -192,7 +192,7 @@ class Commands(ProgramTest):
         self.assertGreaterEqual(len(json.loads(figures.read_text())["devices"]), 1)
 
     def test_help_of_every_command_fits_a_screen_and_shows_examples(self):
-        for command in ["render", "verify", "compare", "effects", "bench", "cost", "trace", "stability", "export", "import", "judges", "devices"]:
+        for command in ["render", "verify", "compare", "denoise", "effects", "bench", "cost", "trace", "stability", "export", "import", "judges", "devices"]:
             with self.subTest(command):
                 result = tandem(command, "--help")
                 self.assertEqual((result.returncode, result.stderr), (0, ""))

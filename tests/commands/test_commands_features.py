@@ -1,5 +1,6 @@
 # render --aov and --every: feature images against closed forms on every backend, and films against separate renders. Run by
 # ctest with TANDEM = the program, SCENES = the folder of the shipped scenes.
+import json
 import math
 import pathlib
 import re
@@ -7,7 +8,7 @@ import signal
 import subprocess
 import unittest
 
-from program import SPHERE, TANDEM, ProgramTest, tandem, until
+from program import SCENES, SPHERE, TANDEM, ProgramTest, tandem, until
 
 BACKENDS = ("cpu", "vulkan", "first", "oracle")
 
@@ -142,6 +143,58 @@ class Features(ProgramTest):
         scene = self.write(SPHERE, "a-000002.png")
         self.refused(tandem("render", scene, "-o", self.folder / "a.png", "--samples", "4", "--every", "2x"), "a-000002.png")
         self.assertIn("camera", scene.read_text())
+
+
+class Denoising(ProgramTest):
+    def noisy(self, *words, size=64, samples=8):
+        image = self.folder / "noisy.exr"
+        result = tandem("render", SCENES / "cornell-classic.json", "-o", image, "--size", size, "--samples", samples,
+                        "--aov", "albedo,normal,depth", *words)
+        self.assertEqual(result.returncode, 0, result.stderr)
+        return image
+
+    def test_noise_falls_and_the_result_says_that_it_is_biased(self):
+        noisy, smooth, figures = self.noisy(), self.folder / "smooth.exr", self.folder / "figures.json"
+        result = tandem("denoise", noisy, "-o", smooth, "--json", figures)
+        self.assertEqual(result.returncode, 0, result.stderr)
+        self.assertIn("biased", result.stdout)
+        self.assertTrue(json.loads(figures.read_text())["biased"])
+        reference = self.folder / "reference.exr"
+        tandem("render", SCENES / "cornell-classic.json", "-o", reference, "--size", 64, "--samples", 1024, "--seed", 1)
+        image, before, truth = layers(smooth), layers(noisy), layers(reference)
+        self.assertEqual(set(image), {"R", "G", "B"})
+        relative = lambda a: sum((x - y) ** 2 / (y * y + 0.01) for c in "RGB" for row, true in zip(a[c], truth[c]) for x, y in zip(row, true))
+        self.assertLess(relative(image), 0.5 * relative(before))
+        self.refused(tandem("compare", smooth, reference), "smooth.exr", "is denoised")
+        self.refused(tandem("denoise", smooth, "-o", self.folder / "again.exr"), "smooth.exr", "already")
+
+    def test_the_bits_do_not_depend_on_threads(self):
+        noisy = self.noisy()
+        for threads in (1, 3):
+            tandem("denoise", noisy, "-o", self.folder / f"{threads}.exr", "--threads", threads)
+        self.assertEqual(layers(self.folder / "1.exr"), layers(self.folder / "3.exr"))
+
+    def test_what_lacks_a_layer_is_refused_with_the_command_that_makes_it(self):
+        plain, out = self.folder / "plain.exr", self.folder / "a.exr"
+        tandem("render", self.scene, "-o", plain, "--samples", "4")
+        self.refused(tandem("denoise", plain, "-o", out), "albedo.R", "--aov albedo,normal,depth")
+        self.refused(tandem("denoise", self.noisy("--generator", "sobol"), "-o", out), "variance.R", "Sobol")
+        self.refused(tandem("denoise", self.noisy(samples=1), "-o", out), "pixel (0, 0)", "more samples")
+        self.refused(tandem("denoise", self.folder / "none.exr", "-o", out), "none.exr", "no such file")
+        self.refused(tandem("denoise", plain, "-o", self.folder / "a.gif"), "a.gif")
+        self.refused(tandem("denoise", self.noisy(), "-o", self.folder / "noisy.exr"), "noisy.exr", "which is read")
+        self.assertFalse(out.exists())
+
+    def test_a_stop_leaves_nothing(self):
+        noisy, out = self.noisy(size=512, samples=2), self.folder / "a.exr"
+        with subprocess.Popen([TANDEM, "denoise", noisy, "-o", out, "--threads", "1"], stdout=subprocess.DEVNULL,
+                              stderr=subprocess.PIPE, text=True) as running:
+            time.sleep(1)
+            running.send_signal(signal.SIGINT)
+            told = running.communicate(timeout=60)[1]
+        # Loading ends at once (130); the filter says what it did not do.
+        self.assertIn(running.returncode, (3, 130, -signal.SIGINT), told)
+        self.assertFalse(out.exists())
 
 
 if __name__ == "__main__":

@@ -157,6 +157,9 @@ class CostReport(unittest.TestCase):
                            cost_arm("bounces", "8", 9e-4, 0, False), cost_arm("roulette", "4", 5e-4, 0, True)],
                   "not_measured": [{"knob": "precision", "setting": "mixed", "reason": "not here"}],
                   "recommendations": ["To 1 %: `tandem render box.json --roulette 4 --samples 10000`"]}
+        report["arms"][1] |= {"flip": 0.031, "noise": 0.02, "regions": {name: {"rmse": 0.4} for name in ("dark", "bright", "edges")},
+                              "most_biased_tile": {"x": 16, "y": 32, "edge": 16, "significant": True,
+                                                   "relative_bias": {"value": -0.12, "low": -0.15, "high": -0.09}}}
         file = folder / "cost.json"
         file.write_text(json.dumps(report))
         run(sys.executable, SCRIPTS / "report", file)
@@ -170,7 +173,8 @@ class CostReport(unittest.TestCase):
         self.assertEqual(len(told["plots"]), 3)  # all, bounces, roulette
         self.assertTrue(all(width > 200 for width in told["plots"]), told["plots"])
         self.assertEqual(told["fetched"], [])
-        for text in ("roulette 4", "never", "20 % (18 % to 22 %)", "precision mixed: not here", "--roulette 4 --samples 10000"):
+        for text in ("roulette 4", "never", "20 % (18 % to 22 %)", "precision mixed: not here", "0.031", "40 %",
+                     "(16, 32): -12 % (-15 to -9)", "--roulette 4 --samples 10000"):
             self.assertIn(text, told["text"].replace("\u00a0", " "))
 
 

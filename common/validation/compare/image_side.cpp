@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "common/error.h"
+#include "common/image/denoise.h"
 #include "common/statistics/sample_moments.h"
 #include "common/validation/compare/colour_space.h"
 #include "common/validation/compare/compare.h"
@@ -292,6 +293,10 @@ Image only_layer(const NamedImage& named, const std::string& layer) {
 
 SampledImage sampled_image_of(const std::vector<NamedImage>& side, VarianceOf variance_of, Notes* notes) {
     if (side.empty()) throw InputError("compare: a side has no images; give at least one a side");
+    for (const NamedImage& named : side)
+        if (is_denoised(named.image))
+            throw input_error(named.name, "", "is denoised, so it is biased and no evidence (MODEL.md section 11.6)",
+                "give the image that it was made of");
     SampledImage result = side.size() == 1 ? from_variance(side.front(), variance_of, notes) : from_seeds(side, notes);
     std::vector<std::uint32_t>& pixels = result.invalid_pixels;
     std::ranges::sort(pixels);

@@ -1,0 +1,90 @@
+// What is chosen by the figures of `tandem cost`: the soonest to an error, and what is worth measuring together.
+#include <algorithm>
+
+#include "common/cost/analysis.h"
+
+namespace tandem {
+
+namespace {
+
+// Roulette does without a limit of bounces, and MIS belongs to one integrator, so that a mix can have but one of each
+// two.
+bool exclude_each_other(const CostArm& a, const CostArm& b) {
+    const auto ends_paths = [](const CostArm& arm) { return arm.knob == "bounces" || arm.knob == "roulette"; };
+    const auto finds_light = [](const CostArm& arm) { return arm.knob == "integrator" || arm.knob == "mis"; };
+    // Adaptive sampling refuses what hides the scatter of a pixel's samples (check_sampling).
+    const auto clash = [](const CostArm& one, const CostArm& other) {
+        return one.knob == "sampling" &&
+               (other.setting == "sobol" || other.setting == "bidirectional" || other.setting == "plain");
+    };
+    return a.knob == b.knob || (ends_paths(a) && ends_paths(b)) || (finds_light(a) && finds_light(b)) || clash(a, b) ||
+           clash(b, a);
+}
+
+}  // namespace
+
+const ArmFigures* soonest(const std::vector<ArmFigures>& figures, double relative_error) {
+    const ArmFigures* best = nullptr;
+    double least = 0.0;
+    for (const ArmFigures& arm : figures) {
+        const bool baseline = &arm == figures.data();
+        const TimeToError time = arm.time_to(relative_error);
+        if (!time.seconds || (!baseline && !arm.is_safe_at(relative_error)) ||
+            (!baseline && !arm.cost_differs && best == figures.data()))
+            continue;
+        if (best != nullptr && time.seconds->value >= least) continue;
+        best = &arm;
+        least = time.seconds->value;
+    }
+    return best;
+}
+
+namespace {
+
+std::vector<std::size_t> best_of_each(const std::vector<ArmFigures>& figures) {
+    std::vector<std::size_t> best;
+    for (std::size_t i = 1; i < figures.size(); ++i) {
+        const ArmFigures& arm = figures[i];
+        constexpr double aim = 0.01;
+        if (arm.arm.knob == "mix" || arm.has_floor || !arm.is_safe_at(aim) || !arm.cost_differs ||
+            arm.cost_ratio.value >= 1.0)
+            continue;
+        const auto same =
+            std::ranges::find_if(best, [&](std::size_t j) { return exclude_each_other(figures[j].arm, arm.arm); });
+        if (same == best.end())
+            best.push_back(i);
+        else if (arm.cost_ratio.value < figures[*same].cost_ratio.value)
+            *same = i;
+    }
+    return best;
+}
+
+}  // namespace
+
+std::vector<std::size_t> best_settings(const std::vector<ArmFigures>& figures) {
+    std::vector<std::size_t> best = best_of_each(figures);
+    if (best.size() < 2) best.clear();
+    return best;
+}
+
+std::vector<std::vector<std::size_t>> mixed_settings(const std::vector<ArmFigures>& figures) {
+    std::vector<std::vector<std::size_t>> mixes;
+    const auto add = [&](std::vector<std::size_t> mix) {
+        std::ranges::sort(mix);
+        if (mix.size() >= 2 && std::ranges::find(mixes, mix) == mixes.end()) mixes.push_back(std::move(mix));
+    };
+    const std::vector<std::size_t> best = best_of_each(figures);
+    add(best);
+    for (std::size_t i = 1; i < figures.size(); ++i) {
+        const CostArm& late = figures[i].arm;
+        if (late.setting != "sobol" && late.setting != "adaptive") continue;
+        std::vector<std::size_t> mix;
+        for (const std::size_t one : best)
+            if (one != i && !exclude_each_other(figures[one].arm, late)) mix.push_back(one);
+        mix.push_back(i);
+        add(std::move(mix));
+    }
+    return mixes;
+}
+
+}  // namespace tandem

@@ -1,0 +1,34 @@
+#include "common/cost/denoised_film.h"
+
+#include <algorithm>
+
+#include "common/image/denoise.h"
+#include "common/render/path_trace.h"
+#include "common/stopwatch.h"
+
+namespace tandem {
+
+FilmDenoiser::FilmDenoiser(Renderer& renderer, const Scene& scene, const RenderSettings& settings)
+    : scene_(scene), settings_(settings), job_(renderer.prepare(scene, feature_settings(settings))) {
+    (void)job_->trace(0, 0, {0, 1});
+}
+
+std::optional<FilmDenoiser::Result> FilmDenoiser::denoise(
+    const FilmMoments& film, std::uint64_t begin, const std::stop_token& stop) {
+    const std::uint64_t least = std::ranges::min(film.counts);
+    const SampleRange wanted{begin, begin + std::min(least, most_feature_samples)};
+    if (!(wanted == known_)) {
+        const Stopwatch watch;
+        auto features = render_features(*job_, scene_, settings_, wanted, stop, {});
+        if (!features) return std::nullopt;
+        features_ = std::move(*features);
+        known_ = wanted;
+        feature_seconds_ = watch.seconds();
+    }
+    const Stopwatch watch;
+    auto image = tandem::denoise(noisy_image_of(film, features_), {.threads = 0, .stop = stop, .progress = {}});
+    if (!image) return std::nullopt;
+    return Result{std::move(*image), feature_seconds_ + watch.seconds(), feature_seconds_};
+}
+
+}  // namespace tandem

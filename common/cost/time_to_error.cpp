@@ -1,0 +1,107 @@
+// When an arm of `tandem cost` is at an error: between counts that were measured, or by a forecast.
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "common/cost/analysis.h"
+
+namespace tandem {
+
+namespace {
+
+// Seconds of n samples: log-linear between the measured counts, proportional beyond them.
+double seconds_at(const std::vector<CostPoint>& points, double samples) {
+    const CostPoint &first = points.front(), &last = points.back();
+    const auto n = [](const CostPoint& point) { return static_cast<double>(point.samples); };
+    if (samples >= n(last)) return last.seconds.value * samples / n(last);
+    if (samples <= n(first)) return first.seconds.value * samples / n(first);
+    std::size_t i = 1;
+    while (n(points[i]) < samples) ++i;
+    const CostPoint &a = points[i - 1], &b = points[i];
+    const double share = std::log(samples / n(a)) / std::log(n(b) / n(a));
+    return std::exp(
+        std::lerp(std::log(std::max(a.seconds.value, 1e-9)), std::log(std::max(b.seconds.value, 1e-9)), share));
+}
+
+}  // namespace
+
+Estimated ArmFigures::bias_floor() const {
+    const auto root = [](double square) { return std::sqrt(std::max(0.0, square)); };
+    return {root(squared_bias.value), root(squared_bias.low), root(squared_bias.high)};
+}
+
+bool ArmFigures::is_safe_at(double relative_error) const {
+    return arm.keeps_estimate || (has_forecasts() && squared_bias.high < relative_error * relative_error);
+}
+
+namespace {
+
+// Where the errors that were measured cross `error` for good: log-linear between two counts. Nothing: they do not.
+std::optional<TimeToError> measured_time(const std::vector<CostPoint>& points, double error) {
+    std::size_t first = points.size();
+    while (first > 0 && points[first - 1].rmse.value <= error) --first;
+    if (first == points.size()) return std::nullopt;
+    const CostPoint& below = points[first];
+    TimeToError result;
+    result.relative_error = error;
+    double samples = static_cast<double>(below.samples), log_half = 0.0;
+    if (first > 0) {
+        const CostPoint& above = points[first - 1];
+        const double steps = std::log(above.rmse.value / std::max(below.rmse.value, 1e-300));
+        const double share = std::clamp(std::log(above.rmse.value / error) / steps, 0.0, 1.0);
+        const double ratio = static_cast<double>(below.samples) / static_cast<double>(above.samples);
+        samples = static_cast<double>(above.samples) * std::pow(ratio, share);
+        // The error's interval, through the slope between the two counts.
+        const double error_half = std::log(std::max(1.0, below.rmse.high / std::max(below.rmse.value, 1e-300)));
+        log_half = error_half * std::log(ratio) / std::max(steps, 0.1);
+    }
+    result.samples = samples;
+    result.samples_interval = times_or_over(samples, log_half);
+    result.seconds = times_or_over(seconds_at(points, samples), std::hypot(log_half, log_half_of(below.seconds)));
+    return result;
+}
+
+}  // namespace
+
+TimeToError ArmFigures::time_to(double relative_error) const {
+    TimeToError result;
+    result.relative_error = relative_error;
+    const double aim = relative_error * relative_error;
+    const auto most = static_cast<double>(points.back().samples);
+    if (!has_forecasts()) {
+        if (auto measured = measured_time(points, relative_error)) return *measured;
+        result.not_measured = true;
+        return result;
+    }
+    if (has_floor && squared_bias.value >= aim && points.back().rmse.value > relative_error) return result;
+    if (auto measured = measured_time(points, relative_error)) return *measured;
+    result.extrapolated = true;
+    // V(n) = V N/n of independent samples. For others no more is taken for granted.
+    const auto samples_for = [&](double squared_floor) {
+        const double left = aim - squared_floor;
+        return left > 0.0 ? std::max(most, most * variance / left) : std::numeric_limits<double>::infinity();
+    };
+    const double samples_needed = samples_for(has_floor ? squared_bias.value : 0.0);
+    if (!std::isfinite(samples_needed)) return result;
+    constexpr double no_image = 1.0;  // an error as large as the mean: a few bright samples decide the variance too
+    if (points.back().rmse.value >= no_image) {
+        result.unknown = true;
+        return result;
+    }
+    result.samples = samples_needed;
+    result.floor_unknown = !has_floor && squared_bias.high >= aim;
+    double log_half = log_half_of(points.back().seconds);
+    if (efficiency) log_half = std::max(log_half, log_half_of(*efficiency));
+    Estimated time = times_or_over(seconds_at(points, samples_needed), log_half);
+    Estimated count = times_or_over(samples_needed, log_half_of_variance);
+    if (has_floor)
+        for (Estimated* one : {&time, &count}) {
+            one->low *= samples_for(std::max(0.0, squared_bias.low)) / samples_needed;
+            one->high *= samples_for(squared_bias.high) / samples_needed;
+        }
+    result.seconds = time;
+    result.samples_interval = count;
+    return result;
+}
+
+}  // namespace tandem
