@@ -44,7 +44,8 @@ Elimination eliminated(const PlantedFault& fault, const char* name) {
 // The first that is needed, of those that name their part.
 std::string first_needed(const Elimination& elimination) {
     for (const FeatureTrial& trial : elimination.trials)
-        if (trial.need == Need::needed && trial.feature.names) return std::string(trial.feature.words);
+        if (trial.need == Need::needed && trial.feature.naming != Naming::nobody)
+            return std::string(trial.feature.words);
     return "";
 }
 

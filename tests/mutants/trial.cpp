@@ -57,7 +57,49 @@ SceneVerdict verdict_of(const PlantedFault& fault, Planting planting, const std:
     precise.precision = Precision::double_precision;
     const auto other_precision = effort.long_paths ? renderer_with(cpu_backend(), in_cpu, precise) : nullptr;
     options.other_precision = other_precision.get();
+    options.kernels = {"stages", "image-stages", "megakernel"};
+    options.with_kernel = [&](const std::string& kernel) {
+        BackendOptions other = single;
+        other.kernel = kernel;
+        return renderer_with(vulkan_backend(), in_vulkan, other);
+    };
     return verify_scene(scene, *cpu, *vulkan, options);
+}
+
+Needs needs_of(const PlantedFault& fault, Planting planting, const std::string& name) {
+    const Scene scene = load_scene(scene_file(name));
+    const PlantedFault in_cpu = planting == Planting::vulkan ? PlantedFault() : fault;
+    const PlantedFault in_vulkan = planting == Planting::cpu ? PlantedFault() : fault;
+    BackendOptions single, precise;
+    single.precision = Precision::single_precision;
+    precise.precision = Precision::double_precision;
+    const auto cpu = renderer_with(cpu_backend(), in_cpu, single),
+               other = renderer_with(cpu_backend(), in_cpu, precise);
+    const auto vulkan = renderer_with(vulkan_backend(), in_vulkan, single);
+    const RenderSettings settings = verification_settings(scene, signature_effort.longer_side);
+    Needs needs;
+    needs.partings = partings_of_paths(
+        {.scene = scene,
+            .settings = settings,
+            .reference = *cpu,
+            .candidate = *vulkan,
+            .region = std::nullopt,
+            .stop = {}}).value_or(PathPartings{});
+    Criteria criteria;
+    criteria.fixed_tolerance = float_transport_tolerance(settings.bounces);
+    constexpr double seconds = 5.0;  // about what verify has for it
+    needs.elimination = eliminate({.scene = scene,
+        .settings = settings,
+        .reference = *cpu,
+        .candidate = *vulkan,
+        .other_precision = other.get(),
+        .criteria = criteria,
+        .suspicion = {},
+        .budget_seconds = seconds,
+        .expected_seconds = 0.0,
+        .stop = {},
+        .progress = {}});
+    return needs;
 }
 
 Trial trial_of(const SceneVerdict& verdict, Planting planting, const std::string& scene, std::string_view bug) {
@@ -81,11 +123,14 @@ Trial trial_of(const SceneVerdict& verdict, Planting planting, const std::string
     std::vector<PlantedSignature> rows;
     std::ranges::copy_if(
         planted_signatures(), std::back_inserter(rows), [&](const PlantedSignature& row) { return row.bug != bug; });
+    std::vector<PlantedNeeds> needs;
+    std::ranges::copy_if(
+        planted_needs(), std::back_inserter(needs), [&](const PlantedNeeds& row) { return row.bug != bug; });
     std::vector<Suspect> blamed = verdict.suspects;
     if (verdict.signature && verdict.partings)
         blamed = suspects_of_difference({judgement, *verdict.signature, *verdict.partings, verdict.fault_place,
                                             verdict.elimination ? &*verdict.elimination : nullptr},
-            rows);
+            {rows, needs});
     for (const Suspect& suspect : blamed) trial.blamed.emplace_back(name_of(suspect.part));
     trial.coarse_arithmetic = judgement.coarse_arithmetic;
     trial.samples = std::min(verdict.reference.samples, verdict.candidate.samples);

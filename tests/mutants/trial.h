@@ -6,6 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "common/validation/verify/elimination.h"
+#include "common/validation/verify/path_partings.h"
 #include "common/validation/verify/verify.h"
 #include "tests/mutants/catalogue.h"
 
@@ -42,6 +44,13 @@ struct Trial {
     double seconds = 0.0;
     std::string sentence;
 };
+
+// What a bug's difference needs of a scene, in the image of signature_effort.
+struct Needs {
+    PathPartings partings;
+    Elimination elimination;
+};
+[[nodiscard]] Needs needs_of(const PlantedFault& fault, Planting planting, const std::string& scene);
 
 [[nodiscard]] std::filesystem::path scene_file(const std::string& name);
 [[nodiscard]] std::vector<std::string> shipped_scenes();  // names, below scenes/ itself

@@ -111,6 +111,12 @@ Scores conclusions(const Signature& signature) {
     // may.
     const double mean_kept = f(F::parted) * (1.0 - f(F::one_sign)) * (1.0 - f(F::image));
     set(Subsystem::random_numbers, std::max(together * most({F::high_counters, F::first_counter}), 0.5 * mean_kept));
+    // Coarse arithmetic changes what paths bring by less than 1 % (a third on the scale of octaves), and not their way.
+    const double way = most({F::by_camera, F::by_met, F::by_normal, F::by_shadow, F::by_light_direction, F::by_end,
+        F::by_direction, F::at_medium});
+    set(Subsystem::arithmetic, most({F::by_throughput, F::by_light, F::by_emission, F::by_weight, F::by_sum}) *
+                                   (1.0 - way) * f(F::parted) *
+                                   std::max(0.0, 1.0 - 3.0 * most({F::ratio, F::ratio_spread})));
     return scores;
 }
 

@@ -1,6 +1,7 @@
 // What a scene has beyond the plainest one, the part of a path tracer that simulates it, and the scene without it.
 #pragma once
 
+#include <cstdint>
 #include <string_view>
 #include <vector>
 
@@ -16,6 +17,14 @@ struct EditedScene {
     RenderSettings settings;
 };
 
+// What is learnt where a difference needs a feature: how many faults of other parts need it, too.
+enum class Naming : std::uint8_t {
+    particular,  // few do: a lens
+    general,     // many do: lights that are sampled
+    shape,       // all that happen on a body need it
+    nobody       // nearly all do: paths of several bounces
+};
+
 struct SceneFeature {
     Subsystem part = Subsystem::count;
     std::string_view words;    // "a lens"
@@ -23,7 +32,7 @@ struct SceneFeature {
     // Takes all of it out: media become vacuum, materials diffuse, lights dark. nullptr: it cannot be taken out.
     void (*take_out)(EditedScene& edited) = nullptr;
     bool whole = false;  // without all such features of the part, the scene calls for nothing of it
-    bool names = true;   // its part is suspected where a difference needs it; not of what most differences need
+    Naming naming = Naming::particular;
     bool operator==(const SceneFeature&) const = default;
 };
 

@@ -1,6 +1,6 @@
-// Which parts of a path tracer are suspected, likeliest first, each with the observation that speaks against it. A
-// feature that the difference needs outranks what paths show, and that what planted bugs look like (likeness.h). Where
-// both sides miss a closed form alike, the scene's own features are the suspects.
+// Which parts of a path tracer are suspected, likeliest first, each with the observation that speaks against it. What
+// the pattern, the features taken out and the draws say is added up as it counted for planted bugs (part_evidence.h).
+// Where both sides miss a closed form alike, the scene's own features are the suspects.
 #pragma once
 
 #include <optional>
@@ -9,7 +9,7 @@
 #include <string_view>
 #include <vector>
 
-#include "common/validation/explanation/likeness.h"
+#include "common/validation/explanation/part_evidence.h"
 #include "common/validation/explanation/scene_features.h"
 #include "common/validation/verdict/closed_form.h"
 #include "common/validation/verify/elimination.h"
@@ -40,8 +40,13 @@ struct DifferenceEvidence {
     const FaultPlace& place;
     const Elimination* elimination = nullptr;  // where features were taken out
 };
+// What planted bugs showed.
+struct BugRecord {
+    std::span<const PlantedSignature> patterns = planted_signatures();
+    std::span<const PlantedNeeds> needs = planted_needs();
+};
 [[nodiscard]] std::vector<Suspect> suspects_of_difference(
-    const DifferenceEvidence& evidence, std::span<const PlantedSignature> rows = planted_signatures());
+    const DifferenceEvidence& evidence, const BugRecord& record = {});
 
 // "suspects: camera, lens and time (the rays of the camera differ in 98 % of the paths that part); else ..."
 [[nodiscard]] std::string told(std::span<const Suspect> suspects);

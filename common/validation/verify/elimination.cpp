@@ -335,8 +335,8 @@ private:
             return question_.suspicion.empty() ? 0.0
                                                : question_.suspicion.at(static_cast<std::size_t>(features_[i].part));
         };
-        const auto others =
-            std::stable_partition(order.begin(), order.end(), [&](std::size_t i) { return !features_[i].names; });
+        const auto others = std::stable_partition(
+            order.begin(), order.end(), [&](std::size_t i) { return features_[i].naming == Naming::nobody; });
         std::stable_sort(
             others, order.end(), [&](std::size_t a, std::size_t b) { return suspicion(a) < suspicion(b); });
         const Some all(order);

@@ -73,8 +73,9 @@ private:
             .elimination = verdict_.elimination ? &*verdict_.elimination : nullptr};
     }
     void suspect() {
+        constexpr std::span<const PlantedSignature> no_patterns;
         verdict_.suspects =
-            verdict_.signature ? suspects_of_difference(evidence()) : suspects_of_difference(evidence(), {});
+            suspects_of_difference(evidence(), {.patterns = verdict_.signature ? planted_signatures() : no_patterns});
     }
 
     void take_features_out() {

@@ -7,6 +7,7 @@
 //     mutants run ID PLANTING [EFFORTS [FIRST]]   one of them on its scenes, by effort and cost, until it is caught
 //     mutants sound SCENE [EFFORT]        two sound backends: what the scene can see
 //     mutants signature ID PLANTING SCENE the pattern of the difference, for scripts/measure/likeness
+//     mutants needs ID PLANTING SCENE     the features that the difference needs, for the same
 //     mutants formulas                    effect, scene and formula of what `change` measures, a line each
 //     mutants change EFFECT SCENE FORMULA how much the image changes where the formula is wrong
 #include <fmt/format.h>
@@ -15,6 +16,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "common/validation/explanation/part_evidence.h"
 #include "tests/mutants/formulas.h"
 #include "tests/mutants/trial.h"
 
@@ -87,6 +89,23 @@ void signature(const Mutant& mutant, const std::string& scene) {
     print(line);
 }
 
+// Beside the pattern, what suspects are ranked by: the features that the difference needs, and how far apart draws are.
+void needs(const Mutant& mutant, const std::string& scene) {
+    const Needs found = needs_of(mutant.fault, mutant.planting, scene);
+    json line{{"id", mutant.id()}, {"bug", planted_bug_names.at(static_cast<std::size_t>(mutant.fault.bug))},
+        {"planting", name_of(mutant.planting)}, {"scene", scene}, {"seconds", found.elimination.seconds},
+        {"subsystem", subsystem_names.at(static_cast<std::size_t>(subsystem_of(mutant.fault.bug)))},
+        {"paths", found.partings.paths}, {"parted", found.partings.parted},
+        {"independence", std::round(1e4 * found.partings.independence) / 1e4}, {"needs", json::object()},
+        {"left_out", found.elimination.left_out}, {"parts", json::object()}};
+    const PartNeeds by_part = needs_by_part(found.elimination);
+    for (std::size_t i = 0; i < by_part.size(); ++i)
+        line["parts"][std::string(subsystem_names.at(i))] = part_need_names.at(static_cast<std::size_t>(by_part.at(i)));
+    for (const FeatureTrial& trial : found.elimination.trials)
+        line["needs"][std::string(trial.feature.words)] = need_names.at(static_cast<std::size_t>(trial.need));
+    print(line);
+}
+
 void print_formulas() {
     for (const Formula& formula : formulas())
         for (const std::string& scene : formula.scenes)
@@ -134,6 +153,12 @@ int main(int argc, char** argv) {
             sound(arguments[1], count_from(arguments, 2, 1));
             return 0;
         }
+        if (command == "needs" && arguments.size() == 4)
+            for (const Mutant& mutant : catalogue())
+                if (mutant.id() == arguments[1] && name_of(mutant.planting) == arguments[2]) {
+                    needs(mutant, arguments[3]);
+                    return 0;
+                }
         if (command == "signature" && arguments.size() == 4)
             for (const Mutant& mutant : catalogue())
                 if (mutant.id() == arguments[1] && name_of(mutant.planting) == arguments[2]) {
@@ -159,6 +184,6 @@ int main(int argc, char** argv) {
     }
     fmt::print(stderr,
         "usage: mutants list | scenes | reasons | run ID PLANTING [EFFORTS [FIRST]] | sound SCENE [EFFORT] | "
-        "signature ID PLANTING SCENE | formulas | change EFFECT SCENE FORMULA\n");
+        "signature ID PLANTING SCENE | needs ID PLANTING SCENE | formulas | change EFFECT SCENE FORMULA\n");
     return 2;
 }
