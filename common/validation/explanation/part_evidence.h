@@ -63,8 +63,8 @@ struct PartEvidence {
     std::optional<PartNeeds> needs;  // nothing: no feature was taken out
     bool independent_draws = false;
 };
-// The observations overlap in what they tell. Of shares from 0.5 to 1, about these made the subsystems of left-out
-// planted bugs likeliest.
+// The observations overlap in what they tell, so shares of them count. These were about the likeliest for the
+// subsystems of left-out planted bugs, between 0.5 and 1.
 inline constexpr double pattern_share = 0.7, need_share = 0.8;
 // The sum of its log-likelihood ratios, for each part.
 [[nodiscard]] Scores weight_of_evidence(const PartEvidence& evidence, const EvidenceWeights& weights);

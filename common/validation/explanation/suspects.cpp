@@ -101,8 +101,7 @@ private:
     // Log-likelihood ratios: more than all that is counted adds up to, for what leaves no other part; and about as much
     // as the strongest observation of planted bugs, for what the record has no bugs of.
     static constexpr double certain = 20.0, strong = 4.0;
-    // Of the catalogue's kinds (tests/mutants/catalogue.cpp) 5 of 8 of random numbers change no mean, and 2 of 89
-    // others.
+    // In tests/mutants/catalogue.cpp 5 of 8 kinds of random numbers change no mean, and 2 of 89 others.
     static constexpr double means_agree = 3.1, means_differ = -0.9;
 
     static std::size_t index(S part) { return static_cast<std::size_t>(part); }
