@@ -8,7 +8,7 @@ import signal
 import subprocess
 import unittest
 
-from program import SCENES, SPHERE, TANDEM, ProgramTest, tandem, until
+from program import SCENES, SPHERE, TANDEM, ProgramTest, at_work, tandem, until
 
 BACKENDS = ("cpu", "vulkan", "first", "oracle")
 
@@ -189,7 +189,7 @@ class Denoising(ProgramTest):
         noisy, out = self.noisy(size=512, samples=2), self.folder / "a.exr"
         with subprocess.Popen([TANDEM, "denoise", noisy, "-o", out, "--threads", "1"], stdout=subprocess.DEVNULL,
                               stderr=subprocess.PIPE, text=True) as running:
-            time.sleep(1)
+            at_work(running, 0.5)
             running.send_signal(signal.SIGINT)
             told = running.communicate(timeout=60)[1]
         # Loading ends at once (130); the filter says what it did not do.
