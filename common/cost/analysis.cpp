@@ -157,6 +157,17 @@ Noise noise_of(const ArmTrials& arm, bool scattered) {
     return noise;
 }
 
+// The slope between the least and the greatest count of each replicate.
+std::optional<Estimated> seconds_of_one_more(const ArmTrials& arm) {
+    if (arm.samples.size() < 2) return std::nullopt;
+    const auto more = static_cast<double>(arm.samples.back() - arm.samples.front());
+    std::vector<double> slopes;
+    for (const Replicate& replicate : arm.replicates)
+        slopes.push_back((replicate.seconds.back() - replicate.seconds.front()) / more);
+    const Estimated slope = bootstrapped_median(slopes);
+    return slope.low > 0.0 ? std::optional(slope) : std::nullopt;
+}
+
 // d log(root of the squared error) / d log n by least squares, each error weighted by how well its logarithm is known.
 // NaN with fewer than three known errors.
 double slope_of(const std::vector<std::uint64_t>& samples, const std::vector<double>& squared_errors,
@@ -268,6 +279,7 @@ ArmFigures figures_of(const CostArm& arm, const Stages& stages, const CostRefere
             std::erase_if(points, [&](const CostPoint& p) { return p.samples >= figures.points.front().samples; });
         figures.points.insert(figures.points.begin(), points.begin(), points.end());
     }
+    figures.seconds_a_sample = seconds_of_one_more(samples);
     // Bias does not depend on the number of samples: the stage with the most tells it best.
     const ArmTrials& most = figures.has_forecasts() ? **std::ranges::max_element(stages, {}, samples_of_all) : samples;
     figures.samples_for_bias = samples_of_all(&most);

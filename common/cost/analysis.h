@@ -67,8 +67,10 @@ struct ArmFigures {
     double log_half_of_variance = 0.0;    // its interval is times or over exp of this
     std::optional<Estimated> slope;       // of log rmse against log n; nothing without noise
     std::optional<Estimated> efficiency;  // 1 / (variance of one sample x its seconds)
-    std::vector<TimeToError> times;       // at cost_errors
-    bool pareto = false;                  // the soonest to some error from 10 to 0.1 %
+    // Of one more sample; the start of a render is none of it. Nothing where one count was measured, or noise hides it.
+    std::optional<Estimated> seconds_a_sample;
+    std::vector<TimeToError> times;  // at cost_errors
+    bool pareto = false;             // the soonest to some error from 10 to 0.1 %
     // Against the baseline, of rounds that both took part in: seconds a sample, and the efficiency's inverse.
     Estimated time_ratio{1.0, 1.0, 1.0}, cost_ratio{1.0, 1.0, 1.0};
     bool cost_differs = false;  // significantly, over all arms together (Holm)
@@ -81,6 +83,8 @@ struct ArmFigures {
     // Whether its floor is excluded there, by design or by what was measured. Never that of denoised images.
     [[nodiscard]] bool is_safe_at(double relative_error) const;
     [[nodiscard]] Estimated bias_floor() const;  // b, 0 where b^2 is below it
+    // Seconds of a render of so many samples: between the measured counts log-linear, beyond them by one more sample's.
+    [[nodiscard]] Estimated seconds_at(double samples) const;
     // Seconds to any error, as in `times`.
     [[nodiscard]] TimeToError time_to(double relative_error) const;
 };

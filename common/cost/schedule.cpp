@@ -39,8 +39,7 @@ std::vector<std::uint64_t> levels_up_to(double wanted) {
 }
 
 double seconds_of(const ArmFigures& arm, const std::vector<std::uint64_t>& levels) {
-    const CostPoint& last = arm.points.back();
-    return last.seconds.value * static_cast<double>(levels.back()) / static_cast<double>(last.samples);
+    return arm.seconds_at(static_cast<double>(levels.back())).value;
 }
 
 bool is_at(const ArmTrials& trials, double error, double mean) {

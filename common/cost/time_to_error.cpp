@@ -7,23 +7,28 @@
 
 namespace tandem {
 
-namespace {
-
-// Seconds of n samples: log-linear between the measured counts, proportional beyond them.
-double seconds_at(const std::vector<CostPoint>& points, double samples) {
+Estimated ArmFigures::seconds_at(double samples) const {
     const CostPoint &first = points.front(), &last = points.back();
     const auto n = [](const CostPoint& point) { return static_cast<double>(point.samples); };
-    if (samples >= n(last)) return last.seconds.value * samples / n(last);
-    if (samples <= n(first)) return first.seconds.value * samples / n(first);
+    const auto in_proportion = [&](const CostPoint& point) {
+        const double share = samples / n(point);
+        return Estimated{share * point.seconds.value, share * point.seconds.low, share * point.seconds.high};
+    };
+    if (samples >= n(last)) {
+        if (!seconds_a_sample) return in_proportion(last);
+        const double more = samples - n(last);
+        return {last.seconds.value + more * seconds_a_sample->value, last.seconds.low + more * seconds_a_sample->low,
+            last.seconds.high + more * seconds_a_sample->high};
+    }
+    if (samples <= n(first)) return in_proportion(first);
     std::size_t i = 1;
     while (n(points[i]) < samples) ++i;
     const CostPoint &a = points[i - 1], &b = points[i];
     const double share = std::log(samples / n(a)) / std::log(n(b) / n(a));
-    return std::exp(
+    const double value = std::exp(
         std::lerp(std::log(std::max(a.seconds.value, 1e-9)), std::log(std::max(b.seconds.value, 1e-9)), share));
+    return times_or_over(value, log_half_of(b.seconds));
 }
-
-}  // namespace
 
 Estimated ArmFigures::bias_floor() const {
     const auto root = [](double square) { return std::sqrt(std::max(0.0, square)); };
@@ -37,7 +42,8 @@ bool ArmFigures::is_safe_at(double relative_error) const {
 namespace {
 
 // Where the errors that were measured cross `error` for good: log-linear between two counts. Nothing: they do not.
-std::optional<TimeToError> measured_time(const std::vector<CostPoint>& points, double error) {
+std::optional<TimeToError> measured_time(const ArmFigures& arm, double error) {
+    const std::vector<CostPoint>& points = arm.points;
     std::size_t first = points.size();
     while (first > 0 && points[first - 1].rmse.value <= error) --first;
     if (first == points.size()) return std::nullopt;
@@ -57,7 +63,7 @@ std::optional<TimeToError> measured_time(const std::vector<CostPoint>& points, d
     }
     result.samples = samples;
     result.samples_interval = times_or_over(samples, log_half);
-    result.seconds = times_or_over(seconds_at(points, samples), std::hypot(log_half, log_half_of(below.seconds)));
+    result.seconds = times_or_over(arm.seconds_at(samples).value, std::hypot(log_half, log_half_of(below.seconds)));
     return result;
 }
 
@@ -69,12 +75,12 @@ TimeToError ArmFigures::time_to(double relative_error) const {
     const double aim = relative_error * relative_error;
     const auto most = static_cast<double>(points.back().samples);
     if (!has_forecasts()) {
-        if (auto measured = measured_time(points, relative_error)) return *measured;
+        if (auto measured = measured_time(*this, relative_error)) return *measured;
         result.not_measured = true;
         return result;
     }
     if (has_floor && squared_bias.value >= aim && points.back().rmse.value > relative_error) return result;
-    if (auto measured = measured_time(points, relative_error)) return *measured;
+    if (auto measured = measured_time(*this, relative_error)) return *measured;
     result.extrapolated = true;
     // V(n) = V N/n of independent samples. For others no more is taken for granted.
     const auto samples_for = [&](double squared_floor) {
@@ -90,9 +96,8 @@ TimeToError ArmFigures::time_to(double relative_error) const {
     }
     result.samples = samples_needed;
     result.floor_unknown = !has_floor && squared_bias.high >= aim;
-    double log_half = log_half_of(points.back().seconds);
-    if (efficiency) log_half = std::max(log_half, log_half_of(*efficiency));
-    Estimated time = times_or_over(seconds_at(points, samples_needed), log_half);
+    const Estimated seconds = seconds_at(samples_needed);
+    Estimated time = times_or_over(seconds.value, std::hypot(log_half_of_variance, log_half_of(seconds)));
     Estimated count = times_or_over(samples_needed, log_half_of_variance);
     if (has_floor)
         for (Estimated* one : {&time, &count}) {

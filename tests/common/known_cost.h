@@ -24,7 +24,9 @@ inline double& rendered_seconds() {
 // quarter of the variance at half the speed. Double precision takes thrice the time.
 class KnownRenderer : public Renderer {
 public:
-    KnownRenderer(BackendOptions options, double bias) : options_(std::move(options)), bias_(bias) {
+    // Each render takes `start` seconds before its first sample.
+    KnownRenderer(BackendOptions options, double bias, double start = 0.0)
+        : options_(std::move(options)), bias_(bias), start_(start) {
         if (options_.precision == Precision::mixed || options_.precision == Precision::contracted)
             throw UnsupportedError("not here");
     }
@@ -41,23 +43,23 @@ public:
                 const double value = level + scale * random.triangular() + (x % 2 == 0 ? bias : -bias);
                 return Radiance{value, value, value};
             },
-            seconds);
+            seconds, start_);
     }
 
 private:
     struct Job : SyntheticJob {
-        Job(RenderSettings settings, Sampler sampler, double seconds)
-            : SyntheticJob(settings, std::move(sampler)), seconds_(seconds) {}
+        Job(RenderSettings settings, Sampler sampler, double seconds, double start)
+            : SyntheticJob(settings, std::move(sampler)), seconds_(seconds), start_(start) {}
         RenderResult render(SampleRange range, const RenderControl& control) override {
             RenderResult result = SyntheticJob::render(range, control);
-            result.seconds = seconds_ * static_cast<double>(range.count());
+            result.seconds = start_ + seconds_ * static_cast<double>(range.count());
             rendered_seconds() += result.seconds;
             return result;
         }
-        double seconds_;
+        double seconds_, start_;
     };
     BackendOptions options_;
-    double bias_;
+    double bias_, start_;
 };
 
 // A clock that moves on by what was rendered, and a millisecond at every look. So what is done does not depend on the

@@ -39,6 +39,20 @@ TEST_CASE("cost: noise alone falls as the root of the samples, and its size, pri
     CHECK(baseline.time_to(1e-4).extrapolated);
 }
 
+TEST_CASE("cost: the start of a render is no sample's time, so that a forecast from few samples holds") {
+    static constexpr double start = 0.02, error = 0.005;
+    int looks = 0;
+    CostRequest request = request_for(0.0);
+    request.make = [](const BackendOptions& options) { return std::make_unique<KnownRenderer>(options, 0.0, start); };
+    const CostReport report = run_cost(Scene{}, request, control_of(looks));
+    const ArmFigures& slower = arm(report, "precision double");
+    REQUIRE(slower.points.back().samples < samples_per_block);
+    const TimeToError time = slower.time_to(error);
+    REQUIRE(time.extrapolated);
+    const double samples = 1.0 / (level * level * error * error);
+    CHECK(holds(*time.seconds, start + 3.0 * seconds_a_sample * samples));
+}
+
 TEST_CASE("cost: a bias is a floor of its size, which no time gets below") {
     const double bias = 0.2;
     const CostReport report = measured(bias);
