@@ -299,7 +299,8 @@ bool CostExperiment::measure(
             const double share = seconds / static_cast<double>(names.size() * most_replicates);
             const double most = most_overdrawn * seconds;
             const bool needed = arms_[i].knob == "baseline" || static_cast<double>(fewest_replicates) * *speed <= most;
-            auto levels = denoisers_[i] ? denoised_levels(*jobs_[i], *denoisers_[i], *speed, share, most, control)
+            auto levels = denoisers_[i] ? denoised_levels(*jobs_[i], *denoisers_[i], *speed, share,
+                                              std::max(most, seconds / static_cast<double>(names.size())), control)
                                         : levels_or_one(*speed, share, needed);
             if (!levels) return false;
             arm.samples = std::move(*levels);

@@ -139,7 +139,10 @@ Image denoised_image(const Image& of, const std::vector<double>& values) {
     image.word_channels.clear();
     image.words.clear();
     image.pixels.assign(values.begin(), values.end());
-    std::erase_if(image.metadata, [](const auto& entry) { return entry.first.starts_with("tandem:relative_error"); });
+    // A file's other attributes are as the library reads them, not as it writes them.
+    std::erase_if(image.metadata, [](const auto& entry) {
+        return !entry.first.starts_with("tandem:") || entry.first.starts_with("tandem:relative_error");
+    });
     image.metadata[denoised_key] = denoised_text;
     return image;
 }

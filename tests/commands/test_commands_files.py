@@ -51,7 +51,7 @@ def write_scene(folder, name="scene.json"):
 
 
 class FilesTest(ProgramTest):
-    part_bytes = None
+    part_bytes = noisy_bytes = None
 
     def setUp(self):
         super().setUp()
@@ -62,6 +62,7 @@ class FilesTest(ProgramTest):
         for i, path in enumerate(self.images):
             path.write_bytes(pfm(8, 8, 0.5 + 1e-3 * i))
         self.part = self.write_part()
+        (self.folder / "noisy.exr").write_bytes(self.noisy())
 
     def write_part(self):
         """A part of a render; one for all tests."""
@@ -71,6 +72,15 @@ class FilesTest(ProgramTest):
             FilesTest.part_bytes = path.read_bytes()
         path.write_bytes(FilesTest.part_bytes)
         return path
+
+    def noisy(self):
+        """The bytes of an image with features; one for all tests."""
+        if FilesTest.noisy_bytes is None:
+            path = self.folder / "made.exr"
+            self.assertEqual(tandem("render", self.scene, "-o", path, "--samples", "4", "--aov", "albedo,normal,depth").returncode, 0)
+            FilesTest.noisy_bytes = path.read_bytes()
+            path.unlink()
+        return FilesTest.noisy_bytes
 
     def write_case(self, folder, name, file):
         """A catalogue of one hard case, and its scene."""
@@ -102,6 +112,7 @@ class FilesTest(ProgramTest):
         rest = self.commands()
         rest["compare"] = (["compare", a, c, "vs", b, d], {"--json": ".json", "--junit": ".xml", "--report": ""})
         rest["merge"] = (["merge", self.part], {"-o": ".exr", "--json": ".json"})
+        rest["denoise"] = (["denoise", self.folder / "noisy.exr"], {"-o": ".exr", "--json": ".json"})
         rest["judges"] = (["judges", a, b], {"--json": ".json"})
         rest["devices"] = (["devices"], {"--json": ".json"})
         return rest

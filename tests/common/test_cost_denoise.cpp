@@ -48,11 +48,12 @@ private:
     bool traces_;
 };
 
-CostReport report_of(double contrast, bool traces = true, Generator generator = Generator::philox) {
+CostReport report_of(
+    double contrast, bool traces = true, Generator generator = Generator::philox, double seconds = 20.0) {
     CostRequest request = request_for(0.0);
     request.knobs = {"denoise"};
     request.baseline.render.generator = generator;
-    request.seconds = 20.0;
+    request.seconds = seconds;
     request.make = request.make_reference = [=](const BackendOptions&) {
         return std::make_unique<StripedRenderer>(contrast, traces);
     };
@@ -73,6 +74,19 @@ TEST_CASE("cost: a denoised flat image has less noise at equal samples, and its 
     CHECK(own.rmse.value < 0.4 * other.rmse.value);
     CHECK(own.seconds.value > other.seconds.value);
     CHECK(denoised.points.front().samples >= fewest_to_denoise);
+}
+
+TEST_CASE("cost: detail that the noise hides is told as the bias of denoising, apart from variance") {
+    const double contrast = 0.04;
+    const CostReport report =
+        report_of(contrast, true, Generator::philox, 3.0);  // for up to 64 samples: noise of 0.125
+    const ArmFigures& denoised = arm(report, "denoise on");
+    CHECK(denoised.has_floor);
+    CHECK(denoised.squared_bias.value > 0.0);
+    CHECK(denoised.squared_bias.value <= contrast * contrast / (level * level));
+    // Both together are the error, at the count that they are of.
+    const double rmse = denoised.points.back().rmse.value;
+    CHECK(denoised.squared_bias.value + denoised.variance == doctest::Approx(rmse * rmse).epsilon(0.1));
 }
 
 TEST_CASE("cost: denoising has no forecast, no efficiency, and is never what is recommended") {
