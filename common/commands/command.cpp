@@ -180,6 +180,13 @@ void add_render_options(CLI::App& command, RenderOptions& options) {
         ->capture_default_str()
         ->group(rare_options);
     command
+        .add_option("--light-sampling", options.light_sampling,
+            "How next events choose a light: power (in proportion to it), uniform (all alike) or tree (by place and "
+            "direction of light and receiver, for many lights). The mean image is the same")
+        ->check(one_of_names(light_sampling_names))
+        ->capture_default_str()
+        ->group(rare_options);
+    command
         .add_option("--sampling", options.sampling,
             "uniform, or adaptive (noisy pixels get more samples, without bias). Adaptive takes --samples as the mean. "
             "render --target-error tries both (default: uniform)")
@@ -278,6 +285,8 @@ RenderSettings settings_from(const RenderOptions& options, const Scene& scene) {
     if (!settings.mis && settings.integrator != Integrator::next_event)
         throw InputError("--mis off: the integrator " + integrator_name(settings.integrator) +
                          " has no MIS; add --integrator next-event, or leave --mis out");
+    settings.light_sampling = static_cast<LightSampling>(
+        std::ranges::find(light_sampling_names, options.light_sampling) - light_sampling_names.begin());
     if (options.bounces) settings.bounces = *options.bounces;
     if (options.roulette) settings.roulette_start = *options.roulette == 0 ? no_roulette : *options.roulette;
     // After all that effects depend on.
@@ -302,6 +311,7 @@ std::vector<std::pair<std::string, std::string>> given_options(const RenderOptio
     const auto text = [](const auto& value) { return value ? fmt::format("{}", *value) : std::string(); };
     add("--integrator", options.integrator);
     add("--mis", options.mis, "on");
+    add("--light-sampling", options.light_sampling, std::string(light_sampling_names[0]));
     add("--bounces", text(options.bounces));
     add("--roulette", text(options.roulette));
     add("--effects", options.effects, "needed");

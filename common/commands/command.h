@@ -96,6 +96,7 @@ struct RenderOptions {
     std::string size;        // "WxH" or "N" (longer side); empty: the scene's film
     std::string integrator;  // empty: the scene's
     std::string mis = "on";
+    std::string light_sampling{light_sampling_names[0]};
     std::string effects = "needed";
     std::optional<std::uint32_t> bounces, roulette;
     std::uint64_t seed = 0;

@@ -62,7 +62,9 @@ struct Tried {
 // For a target error also chooses what the user has left open of `settings`.
 std::unique_ptr<RenderJob> prepare(const RenderArguments& arguments, const Scene& scene, Renderer& renderer,
     const StoppingRule& rule, RenderSettings& settings, Tried& tried, const CommandContext& context) {
-    const OpenSettings open{.integrator = arguments.options.integrator.empty() && settings.mis,  // else: --mis off
+    // --mis off and --light-sampling are of next events, so they choose the integrator.
+    const bool of_next_events = !settings.mis || settings.light_sampling != LightSampling::power;
+    const OpenSettings open{.integrator = arguments.options.integrator.empty() && !of_next_events,
         .roulette = !arguments.options.roulette.has_value(),
         .sampling = arguments.options.sampling.empty(),
         .generator = !arguments.has_generator};

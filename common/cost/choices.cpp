@@ -12,13 +12,18 @@ namespace {
 bool exclude_each_other(const CostArm& a, const CostArm& b) {
     const auto ends_paths = [](const CostArm& arm) { return arm.knob == "bounces" || arm.knob == "roulette"; };
     const auto finds_light = [](const CostArm& arm) { return arm.knob == "integrator" || arm.knob == "mis"; };
+    // What samples no light, or from both ends, has no choice of it (check_settings).
+    const auto lightless = [](const CostArm& one, const CostArm& other) {
+        return one.knob == "light-sampling" && other.knob == "integrator" &&
+               other.setting != integrator_names[static_cast<std::size_t>(Integrator::next_event)];
+    };
     // Adaptive sampling refuses what hides the scatter of a pixel's samples (check_sampling).
     const auto clash = [](const CostArm& one, const CostArm& other) {
         return one.knob == "sampling" &&
                (other.setting == "sobol" || other.setting == "bidirectional" || other.setting == "plain");
     };
     return a.knob == b.knob || (ends_paths(a) && ends_paths(b)) || (finds_light(a) && finds_light(b)) || clash(a, b) ||
-           clash(b, a);
+           clash(b, a) || lightless(a, b) || lightless(b, a);
 }
 
 }  // namespace

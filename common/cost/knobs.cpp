@@ -17,18 +17,61 @@ bool has_kind(const Scene& scene, bool triangles) {
     return false;
 }
 
+struct LightCount {
+    std::uint32_t near = 0, far = 0;  // suns and the sampled background are far
+};
+
+// Those that next events sample (MODEL.md section 9.2), but for their areas.
+LightCount sampled_lights(const Scene& scene) {
+    const auto shines = [](const glm::dvec3& light) { return light != glm::dvec3(0.0); };
+    LightCount count;
+    for (const PlacedPrimitive placed : placed_primitives(scene)) {
+        const Material& material = scene.materials[scene.entities[placed.entity].material];
+        const bool tracked = material.translucent && (material.interior != no_index || material.priority);
+        if (shines(material.radiance) && !tracked) ++count.near;
+    }
+    for (const PunctualLight& light : scene.lights)
+        if (shines(light.intensity)) ++(light.kind == PunctualKind::sun ? count.far : count.near);
+    if (scene.background.sampled) ++count.far;
+    return count;
+}
+
+void add_light_samplings(std::vector<KnobSetting>& all, const Scene& scene, const ArmSettings& baseline) {
+    const LightCount lights = sampled_lights(scene);
+    const std::string bring = chooses_lights(baseline.render.integrator) ? "" : "--integrator next-event ";
+    for (std::size_t i = 0; i < light_sampling_names.size(); ++i) {
+        const auto sampling = static_cast<LightSampling>(i);
+        if (sampling == baseline.render.light_sampling) continue;
+        const std::string name(light_sampling_names[i]);
+        std::string reason;
+        if (lights.near + lights.far < 2) reason = "the scene has no two lights to choose from";
+        if (reason.empty() && lights.near < 2 && sampling == LightSampling::tree)
+            reason = "the scene has no two lights in a tree, which suns and the background are not in";
+        all.push_back({"light-sampling", name, bring + "--light-sampling " + name,
+            [sampling](ArmSettings& arm) {
+                if (!chooses_lights(arm.render.integrator)) arm.render.integrator = Integrator::next_event;
+                arm.render.light_sampling = sampling;
+            },
+            reason});
+    }
+}
+
 void add_integrators(std::vector<KnobSetting>& all, const Scene& scene, const ArmSettings& baseline) {
     const std::string weigh = baseline.render.mis ? "" : " --mis on";  // only next-event does without
+    const bool by_power = baseline.render.light_sampling == LightSampling::power;
+    const std::string unchosen = by_power ? "" : " --light-sampling power";  // of those that choose no light
     for (std::size_t i = 0; i < integrator_names.size(); ++i) {
         const auto integrator = static_cast<Integrator>(i);
         if (integrator == baseline.render.integrator) continue;
         const std::string name(integrator_names[i]);
-        all.push_back({"integrator", name, "--integrator " + name + weigh,
-            [integrator](ArmSettings& arm) {
-                arm.render.integrator = integrator;
-                arm.render.mis = true;
-            },
-            "", integrator != Integrator::whitted && (integrator != Integrator::path || scene.lights.empty())});
+        all.push_back(
+            {"integrator", name, "--integrator " + name + weigh + (chooses_lights(integrator) ? "" : unchosen),
+                [integrator](ArmSettings& arm) {
+                    arm.render.integrator = integrator;
+                    arm.render.mis = true;
+                    if (!chooses_lights(integrator)) arm.render.light_sampling = LightSampling::power;
+                },
+                "", integrator != Integrator::whitted && (integrator != Integrator::path || scene.lights.empty())});
     }
     // MIS is a setting of next events alone, so this knob brings them with it.
     const bool next_events = baseline.render.integrator == Integrator::next_event;
@@ -43,10 +86,11 @@ void add_integrators(std::vector<KnobSetting>& all, const Scene& scene, const Ar
                 ""});
     // The thesis's table of renderers beside path tracing: what the eye meets, and the light that it receives
     // unblocked.
-    all.push_back({"integrator", "ray-casting", "--integrator path --bounces 0" + weigh,
+    all.push_back({"integrator", "ray-casting", "--integrator path --bounces 0" + weigh + unchosen,
         [](ArmSettings& arm) {
             arm.render.integrator = Integrator::path;
             arm.render.mis = true;
+            arm.render.light_sampling = LightSampling::power;
             arm.render.bounces = 0;
         },
         "", false});
@@ -173,6 +217,7 @@ std::vector<KnobSetting> knob_settings(
     const Scene& scene, const ArmSettings& baseline, const RendererInfo& renderer, double mean) {
     std::vector<KnobSetting> all;
     add_integrators(all, scene, baseline);
+    add_light_samplings(all, scene, baseline);
     add_path_lengths(all, baseline);
     add_samplings(all, scene, baseline, renderer.accumulation, mean);
     add_precisions(all, baseline);
@@ -188,6 +233,7 @@ ArmSettings reference_settings(
     // of the sample number are scrambled independently, so that the two halves are independent.
     reference.render.integrator = Integrator::next_event;
     reference.render.mis = true;
+    reference.render.light_sampling = LightSampling::power;
     reference.render.bounces = unlimited_bounces;
     reference.render.roulette_start = reference_roulette;
     reference.render.intersection = IntersectionSettings{};

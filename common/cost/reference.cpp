@@ -160,13 +160,14 @@ std::string text_of(const ArmSettings& settings, const RendererInfo& info) {
     const IntersectionSettings& meeting = render.intersection;
     return fmt::format(
         "{}x{} seed {} {} bounces {} roulette {} rays {} {} kernels {} {} {} {} on {} {} {} precision {} {} generator "
-        "{} clamp {} fresnel {} mis {} accumulation {} sampling {}{}",
+        "{} clamp {} fresnel {} mis {} light {} accumulation {} sampling {}{}",
         render.width, render.height, render.seed, integrator_name(render.integrator), render.bounces,
         render.roulette_start, render.ray_min, render.ray_max, static_cast<int>(meeting.triangles),
         static_cast<int>(meeting.convex), static_cast<int>(meeting.guard), meeting.epsilon, info.backend, info.device,
         info.driver, settings.backend.precision ? static_cast<int>(*settings.backend.precision) : -1,
         settings.backend.kernel, static_cast<int>(render.generator), render.clamp,
         render.fresnel ? static_cast<int>(*render.fresnel) : -1, render.mis,
+        light_sampling_names[static_cast<std::size_t>(render.light_sampling)],
         static_cast<int>(render.accumulation.value_or(info.accumulation)),
         sampling_names[static_cast<std::size_t>(render.sampling)], settings.denoise ? " denoised" : "");
 }

@@ -27,6 +27,16 @@ void check_paths(const RenderSettings& settings) {
         throw UnsupportedError("more than 2^28 bounces have no random numbers; ask for fewer");
 }
 
+void check_light_sampling(const RenderSettings& settings) {
+    if (settings.light_sampling == LightSampling::power || chooses_lights(settings.integrator)) return;
+    const bool from_both_ends = settings.integrator == Integrator::bidirectional;
+    throw UnsupportedError(fmt::format(
+        "--light-sampling {}: the integrator {} {}; add --integrator next-event, or leave it out",
+        light_sampling_names[static_cast<std::size_t>(settings.light_sampling)], integrator_name(settings.integrator),
+        from_both_ends ? "begins paths at lights that no receiver has chosen, in proportion to their power"
+                       : "samples no light"));
+}
+
 // The least of |a + t b| over t in [0, 1].
 double least_length(const glm::dvec3& a, const glm::dvec3& b) {
     const double b2 = glm::dot(b, b);
@@ -71,6 +81,7 @@ void check_settings(const Scene& scene, const RenderSettings& settings) {
     check_size(settings);
     check_paths(settings);
     check_sampling(settings);
+    check_light_sampling(settings);
     check_camera(scene.camera);
     if (settings.accumulation.value_or(Accumulation::in_double) != Accumulation::in_double) check_brightness(scene);
 }

@@ -125,6 +125,7 @@ std::vector<Feature> features_from(const std::string& list) {
 
 RenderSettings feature_settings(RenderSettings settings) {
     settings.integrator = Integrator::path;
+    settings.light_sampling = LightSampling::power;
     settings.bounces = 1;
     settings.roulette_start = no_roulette;
     settings.sampling = Sampling::uniform;

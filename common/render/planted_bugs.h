@@ -107,6 +107,9 @@ enum class PlantedBug : std::uint32_t {
     shading_normal_of_corner,        // meshes are shaded by the normal of each triangle's first corner
     shading_normal_transform_wrong,  // vertex normals through the matrix instead of its inverse transpose
     shading_guard_dropped,           // directions on the wrong side of one of the two normals count
+    light_tree_parents_forgotten,    // of light trees the choice between the last two lights alone counts
+    light_tree_number_reused,        // ... every node is left by the same number
+    light_tree_normal_forgotten,     // ... scattering that hits a light forgets the normal that it came from
     // Never tuned for: in the catalogue before it was known which are found.
     throughput_half,           // paths keep their throughput in half precision
     reciprocal_short,          // next event: the reciprocal of the density has 12 bits
@@ -157,7 +160,8 @@ inline constexpr std::array<std::string_view, static_cast<std::size_t>(PlantedBu
     "primitive-lost", "face-normal-flipped", "sphere-inside-lost", "triangle-edge-lost", "shadow-limit-short",
     "shadow-limit-long", "background-late-missing", "heuristic-swapped", "emission-scaled", "roulette-late",
     "seed-repeated", "number-exchanged", "sample-lost", "stale-constant", "layouts-apart", "shading-normal-of-corner",
-    "shading-normal-transform-wrong", "shading-guard-dropped", "throughput-half", "reciprocal-short", "random-short",
+    "shading-normal-transform-wrong", "shading-guard-dropped", "light-tree-parents-forgotten",
+    "light-tree-number-reused", "light-tree-normal-forgotten", "throughput-half", "reciprocal-short", "random-short",
     "texture-weights-short", "lamp-density-at-rest", "numbers-reused", "seed-high-word-ignored",
     "sample-high-bits-lost", "workgroup-lost", "row-lost", "pixel-index-short", "tile-offset-wrong",
     "accumulation-missing", "film-half", "lane-repeated", "block-swizzled", "camera-stale", "vertices-short",

@@ -42,6 +42,11 @@ inline constexpr std::array<std::string_view, 3> accumulation_names{"plain", "co
 enum class Sampling : std::uint32_t { uniform = 0, adaptive = 1 };
 inline constexpr std::array<std::string_view, 2> sampling_names{"uniform", "adaptive"};
 
+// How next events choose the light (MODEL.md section 9.2): by its power, all alike, or by a tree of the lights, which
+// asks where the receiver is and which way it faces.
+enum class LightSampling : std::uint32_t { power = 0, uniform = 1, tree = 2 };
+inline constexpr std::array<std::string_view, 3> light_sampling_names{"power", "uniform", "tree"};
+
 // Whether triangles that several entities place are kept once (instancing.h). automatic: where that saves much.
 enum class Instancing : std::uint32_t { automatic = 0, never = 1, always = 2 };
 
@@ -50,10 +55,11 @@ struct RenderSettings {
     std::uint32_t width = 512, height = 512;  // pixels, each in [1, 65536], their product below 2^32
     std::uint64_t seed = 0;
     Integrator integrator = Integrator::path;
-    bool mis = true;             // of next_event; false: next events alone find the lights that they sample (9.2)
-    std::uint32_t bounces = 12;  // scattering events at most: bounces + 1 segments
-    std::uint32_t roulette_start = no_roulette;  // scattering events before roulette may end a path
-    double ray_min = 0.0;                        // inclusive interval of ray parameters, scene units
+    bool mis = true;  // of next_event; false: next events alone find the lights that they sample (9.2)
+    LightSampling light_sampling = LightSampling::power;  // of next_event and whitted
+    std::uint32_t bounces = 12;                           // scattering events at most: bounces + 1 segments
+    std::uint32_t roulette_start = no_roulette;           // scattering events before roulette may end a path
+    double ray_min = 0.0;                                 // inclusive interval of ray parameters, scene units
     double ray_max = std::numeric_limits<double>::infinity();
     std::optional<EffectSet> effects;  // what to simulate; empty: what the scene calls for and no more
     IntersectionSettings intersection;
@@ -77,6 +83,11 @@ struct RenderSettings {
 // "path", "next-event", "whitted", "bidirectional": the names of scene files and options, in the order of Integrator.
 inline constexpr std::array<std::string_view, 4> integrator_names{"path", "next-event", "whitted", "bidirectional"};
 [[nodiscard]] std::string integrator_name(Integrator integrator);
+
+// Whether it chooses among lights as the settings say (RenderSettings::light_sampling).
+[[nodiscard]] constexpr bool chooses_lights(Integrator integrator) {
+    return integrator == Integrator::next_event || integrator == Integrator::whitted;
+}
 
 // How a caller follows and stops a render. `progress` is called from one thread at a time with the samples a pixel
 // done so far of this call (it may be fractional). A stop request ends the render early: the samples finished for

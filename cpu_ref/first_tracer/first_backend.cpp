@@ -28,6 +28,8 @@ void refuse(const std::string& what, const std::string& mend) {
 void check_choices(const RenderSettings& settings) {
     if (settings.integrator == Integrator::whitted) refuse("integrator whitted", "the backends cpu and vulkan do");
     if (settings.integrator == Integrator::bidirectional) refuse("integrator bidirectional", "the backend cpu does");
+    if (settings.light_sampling != LightSampling::power)
+        refuse("choice of light sampling", "the backends cpu and vulkan do; or leave --light-sampling out");
     if (settings.sampling == Sampling::adaptive)
         refuse("adaptive sampling", "the backends cpu and vulkan do; or leave out --sampling");
     if (settings.intersection != IntersectionSettings{})

@@ -1,5 +1,5 @@
-// MODEL.md section 9.2, rules 1 to 15, and 8.2, rule by rule. Written apart from both tracers, like the rest of the
-// oracle.
+// MODEL.md section 9.2, rules 1 to 15 and 30 to 33, and 8.2, rule by rule. Written apart from both tracers, like the
+// rest of the oracle.
 #include "cpu_ref/oracle/next_event.h"
 
 #include <algorithm>
@@ -71,7 +71,7 @@ double area_of_unit_cell(const dvec3& first, const dvec3& second) { return glm::
 
 }  // namespace
 
-SampledLights::SampledLights(const Scene& scene) : scene_(scene) {
+SampledLights::SampledLights(const Scene& scene, LightSampling sampling) : scene_(scene) {
     add_surfaces();
     for (const bool suns : {false, true})
         for (const PunctualLight& light : scene_.lights) {
@@ -81,7 +81,8 @@ SampledLights::SampledLights(const Scene& scene) : scene_(scene) {
             lights_.push_back({&light, suns ? 1.0 : cone * luminous(light.intensity)});
         }
     if (scene_.background.sampled) add_sky();
-    share_probability();
+    share_probability(sampling);
+    if (sampling == LightSampling::tree) grow_tree();
 }
 
 void SampledLights::add_surfaces() {
@@ -147,39 +148,103 @@ void SampledLights::add_sky() {
     if (sum > 0.0 && sky.image_scale > 0.0) lights_.push_back({Sky{}});
 }
 
-// Rules 6 and 7.
-void SampledLights::share_probability() {
-    const auto is_far = [](const Light& light) {
-        if (const auto* punctual = std::get_if<const PunctualLight*>(&light.is))
-            return (*punctual)->kind == PunctualKind::sun;
-        return std::holds_alternative<Sky>(light.is);
-    };
+bool SampledLights::is_far(const Light& light) {
+    if (const auto* punctual = std::get_if<const PunctualLight*>(&light.is))
+        return (*punctual)->kind == PunctualKind::sun;
+    return std::holds_alternative<Sky>(light.is);
+}
+
+// Rules 6, 7 and 30.
+void SampledLights::share_probability(LightSampling sampling) {
     double near = 0.0, far = 0.0;
     for (const Light& light : lights_) (is_far(light) ? far : near) += light.weight;
     const double group = near > 0.0 && far > 0.0 ? 0.5 : 1.0;
-    for (Light& light : lights_) light.probability = group * light.weight / (is_far(light) ? far : near);
+    near_share_ = near > 0.0 ? group : 0.0;
+    for (Light& light : lights_) {
+        light.probability = group * light.weight / (is_far(light) ? far : near);
+        if (sampling == LightSampling::uniform) light.probability = 1.0 / static_cast<double>(lights_.size());
+    }
 }
 
-std::optional<LightSample> SampledLights::sample(const dvec3& from, double time, const Numbers& v) const {
-    if (lights_.empty()) return std::nullopt;
-    std::size_t index = 0;  // rule 5
-    for (double sum = lights_[0].probability; !(v.first < sum) && index + 1 < lights_.size();)
+// Rule 32.
+LightLeaf SampledLights::leaf_of(const Surface& light) {
+    LightLeaf leaf;
+    leaf.strength = light.area * luminous(light.radiance) / 4.0;
+    if (light.kind == PrimitiveKind::triangle) {
+        leaf.low = glm::min(light.a, glm::min(light.b, light.c));
+        leaf.high = glm::max(light.a, glm::max(light.b, light.c));
+        leaf.strength *= light.back_emits ? 2.0 : 4.0;
+        const double hand = glm::determinant(light.map) < 0.0 ? -1.0 : 1.0;
+        if (!light.back_emits) leaf.axis = hand * glm::normalize(glm::cross(light.b - light.a, light.c - light.a));
+    } else if (light.kind == PrimitiveKind::sphere) {
+        const dmat3 rows = glm::transpose(light.map);
+        const dvec3 half(glm::length(rows[0]), glm::length(rows[1]), glm::length(rows[2]));
+        leaf.low = light.centre - half;
+        leaf.high = light.centre + half;
+    } else {
+        leaf.low = dvec3(infinity);
+        leaf.high = dvec3(-infinity);
+        for (int i = 0; i < 8; ++i) {
+            const dvec3 corner((i & 1) != 0 ? light.b.x : light.a.x, (i & 2) != 0 ? light.b.y : light.a.y,
+                (i & 4) != 0 ? light.b.z : light.a.z);
+            leaf.low = glm::min(leaf.low, light.map * corner + light.centre);
+            leaf.high = glm::max(leaf.high, light.map * corner + light.centre);
+        }
+    }
+    leaf.low += glm::min(light.motion, dvec3(0.0));
+    leaf.high += glm::max(light.motion, dvec3(0.0));
+    return leaf;
+}
+
+void SampledLights::grow_tree() {
+    std::vector<LightLeaf> leaves;
+    for (std::size_t i = 0; i < lights_.size() && !is_far(lights_[i]); ++i) {
+        LightLeaf leaf;
+        if (const auto* punctual = std::get_if<const PunctualLight*>(&lights_[i].is)) {
+            const PunctualLight& light = **punctual;
+            leaf.low = leaf.high = light.position;
+            leaf.strength = luminous(light.intensity);
+            if (light.kind == PunctualKind::spot) leaf.axis = light.direction;
+        } else {
+            leaf = leaf_of(std::get<Surface>(lights_[i].is));
+        }
+        leaf.light = i;
+        leaves.push_back(leaf);
+    }
+    if (!leaves.empty()) tree_.emplace(std::move(leaves));
+}
+
+// Rules 5 and 31.
+SampledLights::Chosen SampledLights::choose_light(const dvec3& from, const dvec3& side, double number) const {
+    if (tree_ && number < near_share_) {
+        const LightTree::Choice choice = tree_->choose(from, side, number / near_share_);
+        return {choice.light, near_share_ * choice.probability};
+    }
+    std::size_t index = 0;
+    for (double sum = lights_[0].probability; !(number < sum) && index + 1 < lights_.size();)
         sum += lights_[++index].probability;
+    return {index, lights_[index].probability};
+}
+
+std::optional<LightSample> SampledLights::sample(
+    const dvec3& from, const dvec3& side, double time, const Numbers& v) const {
+    if (lights_.empty()) return std::nullopt;
+    const auto [index, probability] = choose_light(from, side, v.first);
     const Light& light = lights_[index];
     if (const auto* punctual = std::get_if<const PunctualLight*>(&light.is)) {
         const PunctualView view = punctual_view(**punctual, from);
-        return LightSample{view.direction, view.distance, view.irradiance / light.probability, no_primitive};
+        return LightSample{view.direction, view.distance, view.irradiance / probability, no_primitive};
     }
     if (const auto* surface = std::get_if<Surface>(&light.is)) {
         const auto seen = seen_on(*surface, from - time * surface->motion, v.second, v.third);  // rule 12
         if (!seen) return std::nullopt;
-        return LightSample{seen->direction, seen->distance, surface->radiance / (light.probability * seen->density),
-            surface->primitive};
+        return LightSample{
+            seen->direction, seen->distance, surface->radiance / (probability * seen->density), surface->primitive};
     }
     const Seen seen = in_sky(v.second, v.third);
     if (!(seen.density > 0.0)) return std::nullopt;
     return LightSample{seen.direction, seen.distance,
-        background_radiance(scene_.background, seen.direction) / (light.probability * seen.density), no_primitive};
+        background_radiance(scene_.background, seen.direction) / (probability * seen.density), no_primitive};
 }
 
 std::optional<SampledLights::Seen> SampledLights::seen_on(const Surface& light, const dvec3& from, double a, double b) {

@@ -8,8 +8,10 @@
 #include <variant>
 #include <vector>
 
+#include "common/render/renderer.h"
 #include "common/scene/scene.h"
 #include "cpu_ref/oracle/geometry.h"
+#include "cpu_ref/oracle/light_tree.h"
 #include "cpu_ref/oracle/sampling.h"
 
 namespace tandem::oracle {
@@ -23,11 +25,13 @@ struct LightSample {
 
 class SampledLights {
 public:
-    explicit SampledLights(const Scene& scene);  // which outlives it
+    SampledLights(const Scene& scene, LightSampling sampling);  // of a scene that outlives it
 
-    // By the numbers of the light's block, from a receiver at a time. Nothing: no light, or one whose lit side is not
-    // seen. Whether anything blocks it is for the caller to find out.
-    [[nodiscard]] std::optional<LightSample> sample(const glm::dvec3& from, double time, const Numbers& v) const;
+    // By the numbers of the light's block, from a receiver at a time. `side`: the unit normal of its lit side; zero in
+    // a medium. Nothing: no light, or one whose lit side is not seen. Whether anything blocks it is for the caller to
+    // find out.
+    [[nodiscard]] std::optional<LightSample> sample(
+        const glm::dvec3& from, const glm::dvec3& side, double time, const Numbers& v) const;
 
 private:
     struct Surface {
@@ -57,9 +61,17 @@ private:
         std::vector<double> rows, columns;  // cumulative; columns begin anew in each row
     };
 
+    [[nodiscard]] static bool is_far(const Light& light);  // a sun or the sky
+    [[nodiscard]] static LightLeaf leaf_of(const Surface& light);
     void add_surfaces();
     void add_sky();
-    void share_probability();
+    void share_probability(LightSampling sampling);
+    void grow_tree();
+    struct Chosen {
+        std::size_t light;
+        double probability;
+    };
+    [[nodiscard]] Chosen choose_light(const glm::dvec3& from, const glm::dvec3& side, double number) const;
     [[nodiscard]] static std::optional<Seen> seen_on(const Surface& light, const glm::dvec3& from, double a, double b);
     [[nodiscard]] static std::optional<Seen> on_triangle(
         const Surface& light, const glm::dvec3& from, double a, double b);
@@ -72,6 +84,8 @@ private:
     const Scene& scene_;
     std::vector<Light> lights_;
     Cells cells_;
+    std::optional<LightTree> tree_;  // of near lights
+    double near_share_ = 1.0;        // N of rule 31
 };
 
 }  // namespace tandem::oracle

@@ -57,6 +57,7 @@ struct PathSampler::Vertex {
     std::uint32_t primitive = no_primitive;  // none in a medium
     dvec3 front_normal{0.0};
     double rounding = 0.0;
+    dvec3 lit_side{0.0};  // n_f of section 9.2; zero in a medium
 };
 
 struct PathSampler::VertexNumbers {
@@ -64,7 +65,7 @@ struct PathSampler::VertexNumbers {
 };
 
 PathSampler::PathSampler(const Scene& scene, const RenderSettings& settings)
-    : settings_(settings), scene_(scene), world_(scene), lights_(scene_) {}
+    : settings_(settings), scene_(scene), world_(scene), lights_(scene_, settings.light_sampling) {}
 
 Ray PathSampler::camera_ray(std::uint32_t x, std::uint32_t y, std::uint64_t sample) const {
     const Camera& camera = scene_.camera;
@@ -116,7 +117,7 @@ template <class Share>
 dvec3 PathSampler::direct_light(
     const Path& path, const Vertex& vertex, const Numbers& v, const Share& share, TracedVertex& seen) const {
     if (settings_.integrator == Integrator::whitted) {
-        const std::optional<LightSample> sample = lights_.sample(vertex.position, path.ray.time, v);
+        const std::optional<LightSample> sample = lights_.sample(vertex.position, vertex.lit_side, path.ray.time, v);
         if (!sample) return dvec3(0.0);
         const dvec3 part = share(sample->direction) * sample->irradiance;
         if (part == dvec3(0.0)) return part;
@@ -205,7 +206,7 @@ PathEnd PathSampler::scatter_at_surface(
     const Surface surface{material, colour_at(hit), in.front ? 1.0 / index : index, shaded};
     if (has_known_scattering(material)) {
         path.light += direct_light(
-            path, {hit.position, hit.primitive, hit.front_normal, hit.rounding}, numbers.light,
+            path, {hit.position, hit.primitive, hit.front_normal, hit.rounding, in.near_normal}, numbers.light,
             [&](const dvec3& w) { return is_on_one_side(in, shaded, w) ? scattered_share(surface, w) : dvec3(0.0); },
             seen);
         if (settings_.integrator == Integrator::whitted) return PathEnd::direct_light;

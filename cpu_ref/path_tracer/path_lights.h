@@ -39,8 +39,16 @@ void PathTracer<Real, effects, Recorder, Shade>::add_emission(
             if constexpr (general) {
                 const bool moves = tables_.moves && !planted(PlantedBug::lamp_density_at_rest);
                 const Vec3<V> from = moves ? ray.origin - at.more.shift : ray.origin;
-                return any_light_density(
-                    tables_, {from, at.direction, primitive, inside}, hit, at.surface, at.direction);
+                V density =
+                    any_light_density(tables_, {from, at.direction, primitive, inside}, hit, at.surface, at.direction);
+                if (const LightTree<Real>& tree = tables_.lights.tree; tree.count > 0) {
+                    const M asked = emits & (scattered > zero) & (density > zero);
+                    density =
+                        density * chance_by_tree(tree,
+                                      {ray.origin, load3(paths_.side.normal, first), primitive == I(U{no_primitive})},
+                                      asked, tables_.faces.light[row_of(tables_, hit.face)]);
+                }
+                return density;
             } else {
                 return light_density(tables_, ray.origin, primitive, inside, hit, at.surface, at.direction);
             }
@@ -64,7 +72,8 @@ void PathTracer<Real, effects, Recorder, Shade>::add_direct_light(
     const RandomLanes<Real> v = random_numbers<Real>(tables_.settings, at.id,
         at.number * I(U{dimension::blocks_per_vertex}) + I(U{dimension::first_vertex + dimension::light}));
     const Vec3<V> side = surface_side(at);
-    const Receiver<Real> receiver{leaving_origin(tables_, at.surface, side), side, at.surface.primitive, !at.front};
+    Receiver<Real> receiver{leaving_origin(tables_, at.surface, side), side, at.surface.primitive, !at.front};
+    if constexpr (general) receiver.in_medium = at.more.in_medium;
     V time(Real(0));
     if constexpr (moving) time = load<Real>(&paths_.motion.time[first]);
     const auto sample = [&] {

@@ -126,9 +126,14 @@ private:
             // Negative: before it.
             alignas(64) Slots<Real> lead;
         };
+        // The lit side of the vertex that the ray left, for light trees (section 9.2, rule 39).
+        struct Side {
+            alignas(64) std::array<Slots<Real>, 3> normal;
+        };
         [[no_unique_address]] std::conditional_t<moving, Motion, NoState> motion;
         [[no_unique_address]] std::conditional_t<crossing, Crossing, NoState> crossed;
         [[no_unique_address]] std::conditional_t<general, Interiors, NoState> interiors;
+        [[no_unique_address]] std::conditional_t<general, Side, NoState> side;
     };
 
     static Vec3<V> load3(const std::array<Slots<Real>, 3>& from, std::uint32_t first) {
@@ -442,6 +447,8 @@ void PathTracer<Real, effects, Recorder, Shade>::scatter(Vertex& at, M lanes, st
     store3(paths_.origin, first, origin);
     store3(paths_.direction, first, direction);
     store3(paths_.throughput, first, geometric(throughput));
+    if constexpr (general)
+        if (tables_.lights.tree.count > 0) store3(paths_.side.normal, first, surface_side(at));
     if (planted(PlantedBug::throughput_half))
         for (Slots<Real>& channel : paths_.throughput)
             for (std::uint32_t i = first; i < first + lane_count<Real>; ++i)

@@ -18,6 +18,9 @@ std::unique_ptr<RenderJob> make_render_job(const JobParts& parts, Precision prec
     // Mixed precision has the general variant alone, which simulates every set.
     if (precision == Precision::mixed) return make_embree_job<double, variants::general.bits(), float>(parts);
     const EffectSet simulated = parts.settings.effects.value_or(variants::general);
+    // Light trees are in the general variant alone.
+    if (parts.settings.light_sampling == LightSampling::tree)
+        return make_in<variants::general.bits()>(precision, parts);
     if (variants::lean_path.covers(simulated)) return make_in<variants::lean_path.bits()>(precision, parts);
     if (variants::lean_next_event.covers(simulated)) return make_in<variants::lean_next_event.bits()>(precision, parts);
     return make_in<variants::general.bits()>(precision, parts);

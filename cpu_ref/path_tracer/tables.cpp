@@ -152,7 +152,7 @@ private:
             {glm::min(glm::min(world[0], world[1]), world[2]), glm::max(glm::max(world[0], world[1]), world[2])});
         add_face(face_of<Real>(triangle), 0, false);
         tables_.triangles.push_back(form_of<Real>(triangle));
-        if (!triangle.degenerate && add_light(LightKind::triangle, triangle.area, 0))
+        if (!triangle.degenerate && add_light(LightKind::triangle, triangle.area, 0, triangle.normal))
             add_patch(world[0], world[1] - world[0], world[2] - world[0], 1.0, face_count() - 1);
         return static_cast<std::uint32_t>(tables_.triangles.size() - 1);
     }
@@ -256,13 +256,20 @@ private:
     }
 
     // Notes a sampled light (section 9.2) if this primitive is one.
-    bool add_light(LightKind kind, double area, std::uint32_t sphere) {
+    bool add_light(LightKind kind, double area, std::uint32_t sphere, const dvec3& normal = dvec3(0.0)) {
         const Material& material = scene_.materials[material_];
         const double sum = (material.radiance.x + material.radiance.y + material.radiance.z) *
                            (material.translucent ? material.alpha : 1.0);
         if ((material.translucent && is_tracked(material)) || !(sum > 0.0) || !(area > 0.0)) return false;
         lights_.push_back({kind, id_, material_, static_cast<std::uint32_t>(patch_face_.size()), sphere, area,
             area * sum, scene_.entities[entity_].motion, {}});
+        // Rule 32: flat lights have an axis, if they emit to one side.
+        LightDraft& light = lights_.back();
+        const bool flat = kind == LightKind::triangle, two_sided = material.sides == EmittingSides::both;
+        light.low = glm::min(tables_.bounds.back().low, tables_.bounds.back().low + light.motion);
+        light.high = glm::max(tables_.bounds.back().high, tables_.bounds.back().high + light.motion);
+        if (flat && !two_sided) light.axis = normal;
+        light.strength = light.weight * (!flat ? 0.25 : two_sided ? 0.5 : 1.0);
         return true;
     }
 
@@ -299,7 +306,7 @@ private:
     std::array<std::vector<Real>, 3> edge_offset_;
     std::vector<Real> least_height_;
     std::vector<Real> face_offset_, face_extent_, face_terms_of_extent_, face_density_;
-    std::vector<Unsigned> face_primitive_, face_material_, face_sphere_, face_curved_, face_entity_;
+    std::vector<Unsigned> face_primitive_, face_material_, face_sphere_, face_curved_, face_entity_, face_light_;
     std::array<VectorRows<Real>, 3> sphere_to_local_, sphere_to_world_, sphere_normal_;
     VectorRows<Real> sphere_shift_, sphere_centre_;
     std::vector<Real> sphere_radius_, sphere_extent_, sphere_chance_;
@@ -404,7 +411,10 @@ template <class Real>
 void TableBuilder<Real>::finish_lights() {
     LightTable<Real>& table = tables_.lights;
     for (const LightDraft& light : distant_lights(scene_, tables_.environment.get())) lights_.push_back(light);
-    const std::vector<double> chances = fill_light_table(table, lights_);
+    const LightSampling sampling = tables_.settings.light_sampling;
+    if (sampling == LightSampling::tree) grow_light_tree(lights_, table.tree);
+    const std::vector<double> chances = fill_light_table(table, lights_, sampling);
+    if (table.tree.count > 0) face_light_.assign(face_density_.size(), Unsigned{0});
     for (std::size_t i = 0; i < lights_.size(); ++i) {
         const LightDraft& light = lights_[i];
         if (light.kind > LightKind::ellipsoid) continue;
@@ -412,8 +422,10 @@ void TableBuilder<Real>::finish_lights() {
         const std::uint32_t face_count_of = ref.kind == PrimitiveKind::triangle ? 1
                                             : ref.kind == PrimitiveKind::sphere ? 2
                                                                                 : 6;
-        for (std::uint32_t f = 0; f < face_count_of; ++f)
+        for (std::uint32_t f = 0; f < face_count_of; ++f) {
             face_density_[ref.first_face + f] = static_cast<Real>(chances[i] / light.area);
+            if (table.tree.count > 0) face_light_[ref.first_face + f] = static_cast<Unsigned>(i);
+        }
         if (tables_.primitives[light.primitive].kind == PrimitiveKind::sphere)
             sphere_chance_[light.sphere] = static_cast<Real>(chances[i]);
     }
@@ -443,6 +455,7 @@ void TableBuilder<Real>::finish_faces() {
     table.sphere.assign(face_sphere_);
     table.curved.assign(face_curved_);
     if (tables_.moves) table.entity.assign(face_entity_);
+    if (tables_.lights.tree.count > 0) table.light.assign(face_light_);
 }
 
 template <class Real>

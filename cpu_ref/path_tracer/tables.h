@@ -124,6 +124,7 @@ struct FaceTable {
     RealColumn<Real> light_density;  // chance of the light over its world area; 0: not a sampled light
     IndexColumn<Real> primitive, material, sphere, curved;  // curved: curved_bits
     IndexColumn<Real> entity;                               // in scenes with motion only
+    IndexColumn<Real> light;                                // where there is a LightTree: into it
 };
 
 template <class Real>
@@ -154,7 +155,20 @@ enum class LightKind : std::uint32_t {
     background = 7
 };
 
-// Lights in order, and the planar patches they consist of (a triangle 1, a cuboid 6, all others none).
+// The tree of near lights (section 9.2, rules 31 to 39): nodes in the order in which one meets them when every first
+// child is gone through before the second. The leaves, in this order, are the first lights of LightTable. A node with m
+// lights has m/2 of them in its first child, which is the next row. Its second child is 2 (m/2) rows further.
+template <class Real>
+struct LightTree {
+    std::size_t count = 0;  // of leaves; 0: lights are not chosen by a tree
+    VectorColumn<Real> centre, axis;
+    RealColumn<Real> radius, cone_cosine, strength;
+};
+inline constexpr double light_tree_slack = 0x1p-6;          // of cosines
+inline constexpr double light_tree_least_chance = 0x1p-10;  // of a child that may contribute, beside another
+
+// Lights in order, but near ones as the tree has them, and the planar patches they consist of (a triangle 1, a cuboid
+// 6, all others none).
 template <class Real>
 struct LightTable {
     std::size_t count = 0;
@@ -171,6 +185,8 @@ struct LightTable {
     RealColumn<Real> chance, outer_cosine, inverse_cosine_range;
     VectorColumn<Real> intensity, position, direction;
     Real background_chance = 0;  // P of the background; 0: not a sampled light
+    LightTree<Real> tree;        // multiplies the chance of near lights, where it has any
+    Real near_share = 1;         // N: v0 below it chooses a near light
 };
 
 struct PrimitiveRef {

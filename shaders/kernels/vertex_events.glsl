@@ -41,13 +41,38 @@ Departure departure_from(real3 origin, uint word) {
     return Departure(origin, word, vec3(0.0), 0.0, vec3(0.0), ShadowRay(vec3(0.0), 0));
 }
 
+// n_f of the vertex that the ray left, at the path's time (9.2, rule 39); zero in a medium.
+real3 side_left(Path path) {
+    const uint slot = path.word & slot_mask;
+    if (slot == no_slot) return real3(0.0);
+    real3 normal;
+    if (kind_of(slot) == kind_triangle) {
+        normal = triangle_facts(slot).normal;
+    } else {
+        const Convex shape = convex_at(slot);
+        real3 point = path.origin;
+        if (has_entity_motion)
+            point -= path_time(path.pixel, path.sample_index) * transforms[placed_at(slot).entity].motion;
+        real3 x = to_unit_space(shape, Ray(point, real3(0.0))).origin;
+        if (kind_of(slot) == kind_cuboid) {  // of its faces the one that the point is nearest to
+            const real3 beyond = abs(x) - convex_extent(shape);
+            const uint axis = beyond.x >= max(beyond.y, beyond.z) ? 0u : beyond.y >= beyond.z ? 1u : 2u;
+            x = face_axis(2 * axis + (x[axis] < 0.0 ? 0u : 1u));
+        }
+        normal = convex_normal(shape, x);
+    }
+    return (path.word & ray_inside) != 0u ? -normal : normal;
+}
+
 // W_k of MODEL.md section 9.2: the weight of light that scattering finds.
 float scattering_weight(Path path, uint slot, Surface surface) {
     const uint index = placed_at(slot).light;
     if (index == no_light || path.density <= 0.0) return 1.0;
-    const Light light = lights[index];
+    Light light = lights[index];
+    const real3 side = has_light_tree ? side_left(path) : real3(0.0);
+    if (has_light_tree) light.probability *= chance_in_tree(index, path.origin, side);
     if (!has_mis) return light.probability > 0.0 ? 0.0 : 1.0;
-    Receiver receiver = Receiver(path.origin, path.origin, path.word & slot_mask, (path.word & ray_inside) != 0u);
+    Receiver receiver = Receiver(path.origin, path.origin, path.word & slot_mask, (path.word & ray_inside) != 0u, side);
     const real3 offset = surface.point - receiver.point;
     const real cosine = abs(dot(surface.normal, path.direction));
     if (has_entity_motion && !PLANTED(lamp_density_at_rest))
@@ -124,7 +149,7 @@ Departure meet_medium(inout Path path, real3 point, vec4 drawn) {
     if (path.segment == settings.bounces) return leaving;
     const Medium medium = media[path.medium];
     if (has_light_sampling && settings.light_count > 0) {
-        const Receiver receiver = Receiver(point, point, no_slot, false);
+        const Receiver receiver = Receiver(point, point, no_slot, false, real3(0.0));
         const Incident incident = next_event(path, receiver);
         if (incident.radiance != vec3(0.0))
             aim_shadow_ray(path, incident, receiver,
@@ -160,7 +185,7 @@ bool is_tracked(Material material) { return has_interiors && has_flag(material, 
 // The next event of a vertex that receives light (9.2).
 void sample_lights(Path path, Material material, Surface surface, uint slot, real3 n_f, vec3 n_s, bool front,
     inout Departure leaving) {
-    const Receiver receiver = Receiver(offset_ray_origin(surface, n_f), surface.point, slot, !front);
+    const Receiver receiver = Receiver(offset_ray_origin(surface, n_f), surface.point, slot, !front, n_f);
     const Incident incident = next_event(path, receiver);
     if (incident.radiance == vec3(0.0)) return;
     const vec3 direction = shaded(incident.direction);

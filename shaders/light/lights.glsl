@@ -2,6 +2,7 @@
 #ifndef LIGHTS_GLSL
 #define LIGHTS_GLSL
 #include "geometry/geometry_types.glsl"
+#include "light/light_tree.glsl"
 
 // Where a receiver stands. Its own slot and whether it is inside its own convex primitive decide its side of that
 // primitive, which rounding could not.
@@ -10,6 +11,7 @@ struct Receiver {
     vec3 surface;  // the hit point itself, from which lights without a surface and ways through media are measured
     uint slot;
     bool inside;  // of its own sphere or cuboid
+    vec3 normal;  // of the lit side; zero in a medium
 };
 
 bool is_inside_sphere(Light light, Receiver receiver) {
@@ -214,9 +216,22 @@ Incident from_point(Light light, Receiver receiver) {
         offset, direction, distance, light.intensity * (share / PLANT(point_falloff_linear, distance, distance2)), light.probability, true, no_slot);
 }
 
-// The light that the number v.x chooses (9.2), at the time of the path.
+// The light that a number chooses, with the probability that this receiver gives it (9.2). Near lights of a tree have that
+// of all of them.
+Light chosen_light(Receiver receiver, float v) {
+    if (!has_light_tree) return lights[choose_light(v)];
+    if (PLANTED(light_choice_squared)) v *= v;
+    const float near_share = lights[0].probability;
+    if (v >= near_share) return lights[choose_light(v)];
+    const TreeChoice choice = choose_in_tree(v / near_share, receiver.point, receiver.normal);
+    Light light = lights[choice.light];
+    light.probability *= choice.chance;
+    return light;
+}
+
+// The light that the number v.x chooses, at the time of the path.
 Incident incident_light(Receiver receiver, vec3 v, float time) {
-    const Light light = lights[choose_light(v.x)];
+    const Light light = chosen_light(receiver, v.x);
     if (has_point_lights && (light.kind == kind_point || light.kind == kind_spot)) return from_point(light, receiver);
     if (has_suns && light.kind == kind_sun)
         return Incident(

@@ -114,6 +114,27 @@ class Render(ProgramTest):
             self.assertEqual(tandem(*render, "--integrator", "next-event", "--backend", backend).returncode, 0)
             self.assertIs(json.loads(figures.read_text())["mis"], False)
 
+    def test_lights_are_chosen_as_asked_where_next_events_choose_them(self):
+        figures = self.folder / "out.json"
+        render = ["render", SCENES / "many-lamps.json", "-o", self.folder / "out.exr", "--size", "16", "--json", figures,
+                  "--light-sampling", "tree"]
+        for integrator in ["path", "bidirectional"]:
+            self.refused(tandem(*render, "--backend", "cpu", "--integrator", integrator), "--light-sampling tree",
+                         "--integrator next-event")
+        self.refused(tandem(*render, "--backend", "first", "--integrator", "next-event"), "leave --light-sampling out")
+        for backend, precision in [("cpu", "single"), ("cpu", "mixed"), ("vulkan", "single"), ("oracle", "double")]:
+            with self.subTest(backend=backend, precision=precision):
+                result = tandem(*render, "--samples", "4", "--backend", backend, "--precision", precision)
+                self.assertEqual(result.returncode, 0, result.stderr)
+                self.assertEqual(json.loads(figures.read_text())["light_sampling"], "tree")
+
+    def test_a_target_error_keeps_the_integrator_that_chooses_lights_as_asked(self):
+        figures = self.folder / "out.json"
+        result = tandem("render", SCENES / "many-lamps.json", "-o", self.folder / "out.pfm", "--size", "16",
+                        "--target-error", "20%", "--light-sampling", "tree", "--json", figures)
+        self.assertEqual(result.returncode, 0, result.stderr)
+        self.assertEqual(json.loads(figures.read_text())["light_sampling"], "tree")
+
     def test_accumulation_is_a_setting_of_both_backends(self):
         figures = self.folder / "out.json"
         render = ["render", self.scene, "-o", self.folder / "out.exr", "--size", "8", "--json", figures]

@@ -206,6 +206,9 @@ TEST_CASE("cost: a mix has a limit of bounces or roulette, whichever is better, 
     const std::vector<ArmFigures> lights{figure("baseline", "", 1.0), figure("integrator", "next-event", 0.8),
         figure("mis", "off", 0.7), figure("generator", "hash", 0.9)};
     CHECK(best_settings(lights) == std::vector<std::size_t>{2, 3});
+    const std::vector<ArmFigures> choices{figure("baseline", "", 1.0), figure("integrator", "bidirectional", 0.8),
+        figure("light-sampling", "tree", 0.7), figure("generator", "hash", 0.9)};
+    CHECK(best_settings(choices) == std::vector<std::size_t>{2, 3});  // which bidirectional has not
     const std::vector<ArmFigures> noise{figure("baseline", "", 1.0), figure("generator", "sobol", 0.6),
         figure("sampling", "adaptive", 0.5), figure("integrator", "next-event", 0.8)};
     CHECK(best_settings(noise) == std::vector<std::size_t>{2, 3});  // which refuses Sobol points
@@ -251,6 +254,44 @@ TEST_CASE("cost: leaving out MIS brings next events with it, and other integrato
     path.apply(arm);
     CHECK(arm.render.mis);
     CHECK(reference_settings(Scene{}, baseline, "cpu").render.mis);
+}
+
+TEST_CASE("cost: choices of the light are arms where there are two lights, and bring next events with them") {
+    const auto arms = [](const Scene& scene, const ArmSettings& baseline, const std::string& knob) {
+        std::vector<KnobSetting> found;
+        for (const KnobSetting& one : knob_settings(scene, baseline, RendererInfo{}, 1.0))
+            if (one.knob == knob) found.push_back(one);
+        return found;
+    };
+    Scene scene;
+    ArmSettings baseline;
+    PunctualLight lamp;
+    lamp.intensity = glm::dvec3(1.0);
+    scene.lights = {lamp};
+    for (const KnobSetting& one : arms(scene, baseline, "light-sampling")) CHECK_FALSE(one.reason.empty());
+    PunctualLight sun = lamp;
+    sun.kind = PunctualKind::sun;
+    scene.lights = {lamp, sun};  // the tree has near lights alone
+    for (const KnobSetting& one : arms(scene, baseline, "light-sampling"))
+        CHECK(one.reason.empty() == (one.setting == "uniform"));
+    scene.lights = {lamp, lamp};
+    const std::vector<KnobSetting> both = arms(scene, baseline, "light-sampling");
+    REQUIRE(both.size() == 2);
+    CHECK(both[1].options == "--integrator next-event --light-sampling tree");
+    CHECK(both[1].reason.empty());
+    CHECK(both[1].keeps_estimate);
+    both[1].apply(baseline);
+    CHECK(baseline.render.integrator == Integrator::next_event);
+    CHECK(baseline.render.light_sampling == LightSampling::tree);
+    for (const KnobSetting& one : arms(scene, baseline, "integrator")) {
+        CAPTURE(one.setting);
+        ArmSettings arm = baseline;
+        one.apply(arm);
+        const bool chooses = chooses_lights(arm.render.integrator);
+        CHECK((arm.render.light_sampling == LightSampling::tree) == chooses);
+        CHECK((one.options.find("--light-sampling power") == std::string::npos) == chooses);
+    }
+    CHECK(reference_settings(scene, baseline, "cpu").render.light_sampling == LightSampling::power);
 }
 
 TEST_CASE(

@@ -39,6 +39,9 @@ const std::vector<Entry>& entries() {
         {Bug::cuboid_light_faces_even, none, {"many-lamps", "next-week"}},
         {Bug::shadow_limit_short, {0.3, 0.03}, {"many-lamps", "lights", "cornell-classic"}, {"close-screens"}},
         {Bug::shadow_limit_long, {0.3, 0.03}, {"many-lamps", "cornell-classic", "fog"}, {"close-screens"}},
+        {Bug::light_tree_parents_forgotten, none, {"many-lamps", "lights"}, {"scaled-lamps"}},
+        {Bug::light_tree_number_reused, none, {"many-lamps", "lights"}, {"scaled-lamps"}},
+        {Bug::light_tree_normal_forgotten, none, {"many-lamps", "lights"}, {"scaled-lamps"}},
         // Lights without a surface
         {Bug::spot_falloff_linear, none, {"whitted", "lights"}, {"spot-light"}},
         {Bug::spot_outer_scaled, small, {"whitted", "lights"}, {"spot-light"}},
@@ -247,6 +250,11 @@ std::vector<NotInBoth> not_in_both() {
                                                               : known->second});
     }
     return result;
+}
+
+bool needs_light_tree(PlantedBug bug) {
+    return bug == Bug::light_tree_parents_forgotten || bug == Bug::light_tree_number_reused ||
+           bug == Bug::light_tree_normal_forgotten;
 }
 
 const std::vector<Mutant>& catalogue() {

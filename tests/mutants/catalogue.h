@@ -26,6 +26,9 @@ struct Mutant {
 // Where the bug lies. If it could be said to lie in several places, the one whose code a developer would open.
 [[nodiscard]] Subsystem subsystem_of(PlantedBug bug);
 
+// Whether the bug shows with --light-sampling tree alone.
+[[nodiscard]] bool needs_light_tree(PlantedBug bug);
+
 // Every bug with each of its amounts in each of its backends, and in both where a closed form knows its effect.
 [[nodiscard]] const std::vector<Mutant>& catalogue();
 

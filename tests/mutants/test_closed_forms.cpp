@@ -3,6 +3,7 @@
 #include <doctest/doctest.h>
 
 #include "common/scene/loader/scene_loader.h"
+#include "tests/mutants/catalogue.h"
 #include "tests/mutants/plant_data.h"
 #include "tests/suite/tracers.h"
 
@@ -20,6 +21,7 @@ double miss(const Backend& backend, const PlantedFault& bug, const std::string& 
     RenderSettings settings = default_settings(scene);
     settings.integrator = integrator;
     settings.roulette_start = roulette_start;
+    if (needs_light_tree(bug.bug)) settings.light_sampling = LightSampling::tree;
     settings.width = std::min(settings.width, 12u);
     settings.height = std::min(settings.height, 12u);
     const std::uint64_t samples = settings.width == 1 || settings.height == 1 ? 4096 : 256;  // few pixels
@@ -56,6 +58,9 @@ TANDEM_MISSES(relative_index_inverted, 0.0, "reflectance-exact", Integrator::pat
 TANDEM_MISSES(pdf_not_of_sampler, 0.0, "polygon-light", Integrator::path)
 TANDEM_MISSES(mis_weights_unequal, 0.0, "polygon-light", Integrator::next_event)
 TANDEM_MISSES(jacobian_missing, 0.0, "polygon-light", Integrator::next_event)
+TANDEM_MISSES(light_tree_parents_forgotten, 0.0, "scaled-lamps", Integrator::next_event)
+TANDEM_MISSES(light_tree_number_reused, 0.0, "scaled-lamps", Integrator::next_event)
+TANDEM_MISSES(light_tree_normal_forgotten, 0.0, "scaled-lamps", Integrator::next_event)
 TANDEM_MISSES(light_from_behind, 0.0, "lamp-from-behind", Integrator::next_event)
 TANDEM_MISSES(dimension_reused, 0.0, "ellipsoid-under-sky", Integrator::path)
 TANDEM_MISSES(film_shifted, 0.5, "pixel-coverage", Integrator::path)

@@ -5,6 +5,7 @@
 
 #include "common/validation/verify/verify.h"
 #include "cpu_ref/backend.h"
+#include "tests/mutants/catalogue.h"
 #include "tests/mutants/plant_data.h"
 #include "tests/mutants/scenes.h"
 #include "vulkan/backend.h"
@@ -20,9 +21,10 @@ std::unique_ptr<Renderer> single_with(const Backend& backend, const PlantedFault
     return renderer_with(backend, bug, options);
 }
 
-SceneVerdict verdict_of(const TrialScene& trial, Renderer& reference, Renderer& candidate) {
+SceneVerdict verdict_of(const TrialScene& trial, Renderer& reference, Renderer& candidate, bool light_tree = false) {
     VerifyOptions options;
     options.settings = trial.settings;
+    if (light_tree) options.settings->light_sampling = LightSampling::tree;
     options.max_samples = 256;  // a pixel: the looks depend on this alone, the budget in seconds is out of reach
     options.max_looks = 2;
     options.budget_seconds = 3600.0;
@@ -33,16 +35,16 @@ SceneVerdict verdict_of(const TrialScene& trial, Renderer& reference, Renderer& 
 
 void check_noticed(const Backend& mutant, const Backend& sound, const PlantedFault& bug, const TrialScene& trial) {
     const auto reference = single_with(sound, PlantedBug::none), candidate = single_with(mutant, bug);
-    const SceneVerdict verdict = verdict_of(trial, *reference, *candidate);
+    const SceneVerdict verdict = verdict_of(trial, *reference, *candidate, needs_light_tree(bug.bug));
     CAPTURE(trial.name);
     CAPTURE(verdict.sentence);
     CHECK(verdict.verdict == Verdict::disagree);
 }
 
-void check_sound(const TrialScene& trial) {
+void check_sound(const TrialScene& trial, bool light_tree = false) {
     const auto reference = single_with(cpu_backend(), PlantedBug::none);
     const auto candidate = single_with(vulkan_backend(), PlantedBug::none);
-    const SceneVerdict verdict = verdict_of(trial, *reference, *candidate);
+    const SceneVerdict verdict = verdict_of(trial, *reference, *candidate, light_tree);
     CAPTURE(verdict.sentence);
     CHECK(verdict.verdict != Verdict::disagree);
 }
@@ -97,6 +99,9 @@ TANDEM_MUTANT(relative_index_inverted, glass_bodies)
 TANDEM_MUTANT(pdf_not_of_sampler, open_sky)
 TANDEM_MUTANT(mis_weights_unequal, lamps)
 TANDEM_MUTANT(jacobian_missing, lamps)
+TANDEM_MUTANT(light_tree_parents_forgotten, lamps)
+TANDEM_MUTANT(light_tree_number_reused, lamps)
+TANDEM_MUTANT(light_tree_normal_forgotten, lamps)
 TANDEM_MUTANT(light_from_behind, lamps)
 TANDEM_MUTANT(dimension_reused, open_sky)
 TANDEM_MUTANT(film_shifted, open_sky, 0.5)
@@ -114,6 +119,7 @@ TANDEM_MUTANT(alpha_ignored, glass_bodies)
     TEST_CASE("two sound backends do not disagree about " #trial) { check_sound(trial()); }
 
 TANDEM_SOUND(lamps)
+TEST_CASE("two sound backends do not disagree about lamps that a tree chooses") { check_sound(lamps(), true); }
 TANDEM_SOUND(open_sky)
 TANDEM_SOUND(closed_box)
 TANDEM_SOUND(roulette_box)

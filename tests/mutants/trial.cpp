@@ -46,6 +46,7 @@ SceneVerdict verdict_of(const PlantedFault& fault, Planting planting, const std:
     const auto vulkan = renderer_with(vulkan_backend(), in_vulkan, single);
     VerifyOptions options;
     options.settings = verification_settings(scene, effort.longer_side);
+    if (needs_light_tree(fault.bug)) options.settings->light_sampling = LightSampling::tree;
     const std::uint64_t pixels = std::uint64_t{options.settings->width} * options.settings->height;
     constexpr std::uint64_t usual_pixels = 64 * 32;
     options.max_samples = effort.samples * std::max<std::uint64_t>(1, usual_pixels / pixels);

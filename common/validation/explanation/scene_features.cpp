@@ -158,7 +158,9 @@ void without_mis(EditedScene& e) {
 void without_light_sampling(EditedScene& e) {
     e.settings.integrator = Integrator::path;
     e.settings.mis = true;
+    e.settings.light_sampling = LightSampling::power;
 }
+void without_light_tree(EditedScene& e) { e.settings.light_sampling = LightSampling::power; }
 void without_roulette(EditedScene& e) { e.settings.roulette_start = no_roulette; }
 void without_long_paths(EditedScene& e) { e.settings.bounces = std::min(e.settings.bounces, 1u); }
 void without_philox(EditedScene& e) { e.settings.generator = Generator::hash; }
@@ -219,6 +221,7 @@ constexpr EffectFeature shape_features[] = {
                             false, Naming::shape}},
 };
 constexpr SceneFeature two_ways{S::mis_weights, "weights of two ways to a light", "9.2", without_mis, true};
+constexpr SceneFeature light_tree{S::light_sampling, "a choice of the light by a tree", "9.2", without_light_tree};
 constexpr SceneFeature philox{S::random_numbers, "Philox's numbers", "3", without_philox};
 constexpr SceneFeature long_paths{
     S::roulette, "paths of several bounces", "9", without_long_paths, true, Naming::nobody};
@@ -252,6 +255,7 @@ std::vector<SceneFeature> removable_features(const Scene& scene, const RenderSet
     std::vector<SceneFeature> features;
     add_called(effect_features, effects, features);
     add_called(finer_features, effects, features);
+    if (settings.light_sampling == LightSampling::tree) features.push_back(light_tree);
     const bool two = settings.integrator == Integrator::next_event && settings.mis;
     if (two && effects.has(Effect::light_sampling)) features.push_back(two_ways);
     add_called(plain_features, effects, features);

@@ -40,7 +40,9 @@ json info_json(const std::string& name, const RendererInfo& info, std::uint64_t 
 
 json settings_json(const RenderSettings& settings) {
     return {{"width", settings.width}, {"height", settings.height},
-        {"integrator", integrator_name(settings.integrator)}, {"mis", settings.mis}, {"bounces", settings.bounces},
+        {"integrator", integrator_name(settings.integrator)}, {"mis", settings.mis},
+        {"light_sampling", light_sampling_names[static_cast<std::size_t>(settings.light_sampling)]},
+        {"bounces", settings.bounces},
         {"roulette_start", settings.roulette_start == no_roulette ? json(nullptr) : json(settings.roulette_start)},
         {"accumulation", settings.accumulation
                              ? json(accumulation_names[static_cast<std::size_t>(*settings.accumulation)])

@@ -128,6 +128,7 @@ bool is_sampled_light(const Material& material) {
 // Sum of the weights by which near lights share, and whether there are far ones, and how many.
 struct LightShares {
     double near = 0.0, far = 0.0;
+    double lights = 0.0;    // how many there are of either
     bool surfaces = false;  // a primitive or the background is among them
 };
 
@@ -141,6 +142,7 @@ LightShares light_shares(const Scene& scene, bool sky_is_black) {
     LightShares shares;
     for (const PunctualLight& light : scene.lights) {
         if (brightness(light.intensity) <= 0.0) continue;
+        shares.lights += 1.0;
         if (light.kind == PunctualKind::sun)
             shares.far += 1.0;
         else
@@ -151,26 +153,31 @@ LightShares light_shares(const Scene& scene, bool sky_is_black) {
         const Material& material = scene.materials[entity.material];
         if (!is_sampled_light(material)) continue;
         const double alpha = material.translucent ? material.alpha : 1.0;
+        shares.lights += 1.0;
         shares.near +=
             light_area(scene, entity, scene.primitives[placed.primitive]) * alpha * brightness(material.radiance);
         shares.surfaces = true;
     }
     if (scene.background.sampled && !sky_is_black) {
         shares.far += 1.0;
+        shares.lights += 1.0;
         shares.surfaces = true;
     }
     return shares;
 }
 
 // The most that a sample of a point, a spot or a sun can add.
-dvec3 greatest_of_punctual(const Scene& scene, const LightShares& shares) {
+dvec3 greatest_of_punctual(const Scene& scene, const LightShares& shares, LightSampling sampling) {
     const dvec3 scattering = greatest_scattering(scene);
     const double group = shares.near > 0.0 && shares.far > 0.0 ? 0.5 : 1.0;
     dvec3 greatest(0.0);
     for (const PunctualLight& light : scene.lights) {
         if (brightness(light.intensity) <= 0.0) continue;
         const bool sun = light.kind == PunctualKind::sun;
-        const double chance = group * (sun ? 1.0 / shares.far : near_weight(light) / shares.near);
+        double chance = group * (sun ? 1.0 / shares.far : near_weight(light) / shares.near);
+        if (sampling == LightSampling::uniform) chance = 1.0 / shares.lights;
+        // Nothing useful bounds it from below: a light deep in the tree may have 2^-10 of every node above it.
+        if (sampling == LightSampling::tree && !sun && shares.lights - shares.far > 1.0) chance = 0.0;
         const double r = sun ? 1.0 : distance_to_scattering(scene, light.position);
         for (glm::length_t c = 0; c < 3; ++c)
             if (light.intensity[c] > 0.0 && scattering[c] > 0.0)
@@ -243,7 +250,7 @@ std::array<double, channel_count> greatest_sample(const Scene& scene, const Rend
     dvec3 greatest = meetings * radiance;
     if (settings.integrator != Integrator::path) {
         const LightShares shares = light_shares(scene, brightness(sky) == 0.0);
-        const dvec3 punctual = greatest_of_punctual(scene, shares);
+        const dvec3 punctual = greatest_of_punctual(scene, shares, settings.light_sampling);
         for (glm::length_t c = 0; c < 3; ++c) {
             if (events == 0.0) continue;
             if (settings.integrator == Integrator::bidirectional)

@@ -117,6 +117,7 @@ void Arbitration::choose_integrator() {
     if (!same_estimator(report_.info, RendererInfo{}, oracle_integrator_)) samples_otherwise = true;
     report_.settings.integrator = oracle_integrator_;
     if (oracle_integrator_ != Integrator::next_event) report_.settings.mis = true;
+    if (!chooses_lights(oracle_integrator_)) report_.settings.light_sampling = LightSampling::power;
     if (!samples_otherwise) return;
     criteria_.same_estimator = false;
     criteria_.greatest = {
@@ -187,6 +188,7 @@ void Arbitration::ask() {
     RenderSettings of_sides = report_.settings;
     of_sides.integrator = request_.settings.integrator;
     of_sides.mis = request_.settings.mis;
+    of_sides.light_sampling = request_.settings.light_sampling;
     of_sides.accumulation = request_.settings.accumulation;
     renderers_.emplace_back(request_.reference, request_.scene, of_sides);
     renderers_.emplace_back(request_.candidate, request_.scene, of_sides);

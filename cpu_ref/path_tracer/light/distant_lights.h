@@ -3,6 +3,7 @@
 #pragma once
 
 #include "cpu_ref/path_tracer/light/ellipsoid_lights.h"
+#include "cpu_ref/path_tracer/light/light_tree.h"
 
 namespace tandem::cpu {
 
@@ -136,6 +137,23 @@ template <class Real>
     sample.delta = sample.delta | lanes;
 }
 
+// Rules 5 and 31. chance: of the tree's choice, beside what the table says.
+template <class Real>
+TANDEM_INLINE TreeChoice<Real> choose_any_light(
+    const LightTable<Real>& lights, const Receiver<Real>& receiver, Lanes<Real> v) {
+    using V = Lanes<Real>;
+    const V one(Real(1)), share(lights.near_share);
+    if (lights.tree.count == 0) return {choose_light(lights, v), one};
+    if (planted(PlantedBug::light_choice_squared)) v = v * v;
+    const Mask<Real> near = v < share;
+    TreeChoice<Real> choice = choose_by_tree(
+        lights.tree, TreeReceiver<Real>{receiver.point, receiver.facing, receiver.in_medium}, near, V(v / share));
+    if (all(near)) return choice;
+    choice.light = select(near, choice.light, choose_light(lights, v));
+    choice.chance = select(near, choice.chance, one);
+    return choice;
+}
+
 // `v` are the numbers of the light block; `base` is the receiver's point on its surface; `time` that of the path.
 template <class Real>
 TANDEM_INLINE LitSample<Real> sample_any_light(const Tables<Real>& tables, const Receiver<Real>& receiver,
@@ -143,7 +161,8 @@ TANDEM_INLINE LitSample<Real> sample_any_light(const Tables<Real>& tables, const
     using U = UnsignedOf<Real>;
     const LightTable<Real>& lights = tables.lights;
     const auto is = [](Ints<Real> kind, LightKind wanted) { return kind == Ints<Real>(static_cast<U>(wanted)); };
-    const Ints<Real> light = choose_light(lights, v[0]), kind = lights.kind[light];
+    const TreeChoice<Real> choice = choose_any_light(lights, receiver, v[0]);
+    const Ints<Real> light = choice.light, kind = lights.kind[light];
     Receiver<Real> from = receiver;
     if (lights.any_moving) {  // all is as at rest from there
         const Vec3<Lanes<Real>> shift = lights.motion[light] * time;
@@ -160,11 +179,13 @@ TANDEM_INLINE LitSample<Real> sample_any_light(const Tables<Real>& tables, const
     if (any(round)) sample_sphere_light<true>(tables, from, round, light, v[1], v[2], sample);
     if (any(stretched)) sample_ellipsoid(tables, from, stretched, light, v[1], v[2], sample);
     sample.radiance = tables.materials.radiance[sample.material];
-    if (none(distant)) return sample;
-    sample.usable = sample.usable & !distant;
-    const Mask<Real> punctual = distant & !background;
-    if (any(punctual)) sample_punctual(tables, base, punctual, light, kind, sample);
-    if (any(background)) sample_background(tables, background, v[1], v[2], sample);
+    if (any(distant)) {
+        sample.usable = sample.usable & !distant;
+        const Mask<Real> punctual = distant & !background;
+        if (any(punctual)) sample_punctual(tables, base, punctual, light, kind, sample);
+        if (any(background)) sample_background(tables, background, v[1], v[2], sample);
+    }
+    if (lights.tree.count > 0) sample.density = sample.density * choice.chance;
     return sample;
 }
 

@@ -18,6 +18,7 @@ struct Receiver {
     // Where lights move: by how much `point` was moved back, to where the light stands at rest, along the furthest
     // axis.
     Lanes<Real> displacement{};
+    Mask<Real> in_medium{};  // there is no surface
 };
 
 template <class Real>

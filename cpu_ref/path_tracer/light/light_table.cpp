@@ -1,5 +1,6 @@
 #include "cpu_ref/path_tracer/light/light_table.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "cpu_ref/path_tracer/vector_rows.h"
@@ -13,12 +14,13 @@ double brightness(const glm::dvec3& colour) { return colour.x + colour.y + colou
 
 double cosine_of_degrees(double degrees) { return std::cos(glm::radians(degrees)); }
 
-bool is_far(const LightDraft& light) { return light.kind >= LightKind::sun; }
-
 LightDraft punctual_draft(const PunctualLight& light) {
     LightDraft draft;
     draft.punctual = light;
     const double power = brightness(light.intensity);
+    draft.low = draft.high = light.position;
+    if (light.kind == PunctualKind::spot) draft.axis = light.direction;
+    draft.strength = power;
     switch (light.kind) {
         case PunctualKind::point:
             draft.kind = LightKind::point;
@@ -33,6 +35,11 @@ LightDraft punctual_draft(const PunctualLight& light) {
             break;
     }
     return draft;
+}
+
+std::vector<double> equal_probabilities(std::size_t count, std::vector<double>& cumulative) {
+    for (std::size_t i = 1; i <= count; ++i) cumulative.push_back(static_cast<double>(i) / static_cast<double>(count));
+    return std::vector<double>(count, 1.0 / static_cast<double>(count));
 }
 
 // Near lights share in proportion to their weights, far ones equally; both groups have one half where there are both.
@@ -79,10 +86,17 @@ std::vector<LightDraft> distant_lights(const Scene& scene, const ImageEnvironmen
 }
 
 template <class Real>
-std::vector<double> fill_light_table(LightTable<Real>& table, const std::vector<LightDraft>& lights) {
+std::vector<double> fill_light_table(
+    LightTable<Real>& table, const std::vector<LightDraft>& lights, LightSampling sampling) {
     using Unsigned = UnsignedOf<Real>;
     std::vector<double> running;
-    const std::vector<double> chances = probabilities(lights, running);
+    std::vector<double> chances = sampling == LightSampling::uniform ? equal_probabilities(lights.size(), running)
+                                                                     : probabilities(lights, running);
+    if (table.tree.count > 0) {
+        const double share = table.tree.count < lights.size() ? 0.5 : 1.0;
+        std::fill_n(chances.begin(), table.tree.count, share);
+        table.near_share = static_cast<Real>(share);
+    }
     std::vector<Unsigned> primitive, material, first_patch, sphere, kind;
     std::vector<Real> cumulative, chance, outer, range;
     VectorRows<Real> intensity, position, direction, motion;
@@ -129,7 +143,8 @@ std::vector<double> fill_light_table(LightTable<Real>& table, const std::vector<
     return chances;
 }
 
-template std::vector<double> fill_light_table<float>(LightTable<float>&, const std::vector<LightDraft>&);
-template std::vector<double> fill_light_table<double>(LightTable<double>&, const std::vector<LightDraft>&);
+template std::vector<double> fill_light_table<float>(LightTable<float>&, const std::vector<LightDraft>&, LightSampling);
+template std::vector<double> fill_light_table<double>(
+    LightTable<double>&, const std::vector<LightDraft>&, LightSampling);
 
 }  // namespace tandem::cpu

@@ -15,16 +15,29 @@ struct LightDraft {
     double weight = 0.0;                                                                // near lights
     glm::dvec3 motion{0.0};                                                             // surfaces
     PunctualLight punctual{};                                                           // points, spots, suns
+    // For the tree, of near lights (rule 32). axis: unit, or 0 for none.
+    glm::dvec3 low{0.0}, high{0.0}, axis{0.0};
+    double strength = 0.0;
 };
+[[nodiscard]] inline bool is_far(const LightDraft& light) { return light.kind >= LightKind::sun; }
 
 // Points and spots, then suns, then the sampled background of a scene, without black ones.
 [[nodiscard]] std::vector<LightDraft> distant_lights(const Scene& scene, const ImageEnvironment* environment);
 
-// Fills the columns a light, and returns the probability of each.
+// Grows the tree of the near lights, if there are two or more, and puts them in the order of its leaves.
 template <class Real>
-std::vector<double> fill_light_table(LightTable<Real>& table, const std::vector<LightDraft>& lights);
+void grow_light_tree(std::vector<LightDraft>& lights, LightTree<Real>& tree);
 
-extern template std::vector<double> fill_light_table<float>(LightTable<float>&, const std::vector<LightDraft>&);
-extern template std::vector<double> fill_light_table<double>(LightTable<double>&, const std::vector<LightDraft>&);
+// Fills the columns a light, and returns the probability of each. With a tree, that of near lights is N.
+template <class Real>
+std::vector<double> fill_light_table(
+    LightTable<Real>& table, const std::vector<LightDraft>& lights, LightSampling sampling);
+
+extern template void grow_light_tree<float>(std::vector<LightDraft>&, LightTree<float>&);
+extern template void grow_light_tree<double>(std::vector<LightDraft>&, LightTree<double>&);
+extern template std::vector<double> fill_light_table<float>(
+    LightTable<float>&, const std::vector<LightDraft>&, LightSampling);
+extern template std::vector<double> fill_light_table<double>(
+    LightTable<double>&, const std::vector<LightDraft>&, LightSampling);
 
 }  // namespace tandem::cpu

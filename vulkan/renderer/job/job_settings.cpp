@@ -177,6 +177,7 @@ Specialisation specialise(const Device& device, const Scene& described, const Sc
         .clamp = std::isfinite(settings.clamp) ? std::optional(static_cast<float>(settings.clamp)) : std::nullopt,
         .generator = settings.generator,
         .mis = settings.mis,
+        .light_tree = scene.light_tree,
         .plain_sums = settings.accumulation == Accumulation::plain,
         .lists_pixels = settings.sampling == Sampling::adaptive,
         .unturned = !general && !scene.in_double && is_unturned(scene),

@@ -59,6 +59,8 @@ std::vector<SpecialisationConstant> Specialisation::constants() const {
         constant(Id::clamp_at, clamp.value_or(0.0F)),
         constant(Id::generator, generator),
         constant(Id::has_mis, mis),
+        constant(Id::light_tree_leaves, light_tree.leaves),
+        constant(Id::light_tree_first, light_tree.first),
         constant(Id::plain_sums, plain_sums),
         constant(Id::lists_pixels, lists_pixels),
     };

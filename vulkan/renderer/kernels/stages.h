@@ -47,6 +47,7 @@ struct Specialisation {
     std::optional<float> clamp = std::nullopt;
     Generator generator = Generator::philox;
     bool mis = true;
+    LightTreePlace light_tree = {};
     bool plain_sums = false;
     bool lists_pixels = false;                       // some dispatches are of lists of pixels
     bool unturned = false;                           // the maps of all spheres and cuboids are diagonal

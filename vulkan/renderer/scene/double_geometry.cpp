@@ -102,8 +102,9 @@ DoubleGeometry place_in_double(
     result.camera = flatten_camera<double>(scene.camera, settings);
     for (const Entity& entity : scene.entities) result.transforms.push_back(flatten_transform<double>(entity));
     if (!flattened.lights.empty())
-        result.lights =
-            make_light_table<double>(scene, flattened.placed, flattened.header.background_probability > 0.0F);
+        result.lights = make_light_table<double>(
+            scene, flattened.placed, flattened.header.background_probability > 0.0F, settings.light_sampling)
+                            .lights;
     for (std::size_t i = 0; i < flattened.tables.media.size(); ++i)
         result.media.push_back(medium(scene.media[i], flattened.tables.media[i]));
     for (const gpu::Placed& placed : flattened.placed) {

@@ -7,6 +7,9 @@
 #include <glm/matrix.hpp>
 #include <glm/trigonometric.hpp>
 #include <numbers>
+#include <utility>
+
+#include "vulkan/renderer/scene/light_tree.h"
 
 namespace tandem {
 
@@ -18,6 +21,7 @@ struct Candidate {
     gpu::LightOf<Real> light;
     double power = 0.0;  // what the choice among near lights is proportional to; of a far one 1
     bool far = false;
+    LightLeaf leaf = {};  // of a near one
 };
 
 double channel_sum(const glm::dvec3& colour) { return colour.x + colour.y + colour.z; }
@@ -52,6 +56,42 @@ double cuboid_area(const Scene& scene, const Primitive& primitive, const glm::dm
     return total;
 }
 
+// Rule 32 of section 9.2.
+LightLeaf leaf_of_triangle(const Scene& scene, const Primitive& primitive, const glm::dmat4& m) {
+    std::array<glm::dvec3, 3> corners;
+    for (std::size_t i = 0; i < 3; ++i)
+        corners[i] = glm::dvec3(m * glm::dvec4(scene.vertices[primitive.index[i]], 1.0));
+    const glm::dvec3 normal = glm::normalize(glm::cross(corners[1] - corners[0], corners[2] - corners[0]));
+    return {glm::min(corners[0], glm::min(corners[1], corners[2])),
+        glm::max(corners[0], glm::max(corners[1], corners[2])),
+        glm::determinant(glm::dmat3(m)) < 0.0 ? -normal : normal};
+}
+LightLeaf leaf_of_convex(const Scene& scene, const Primitive& primitive, const glm::dmat4& m) {
+    glm::dvec3 centre = scene.vertices[primitive.index[0]], half(0.0);
+    const glm::dmat3 linear(m);
+    if (primitive.kind == PrimitiveKind::sphere) {
+        for (int axis = 0; axis < 3; ++axis)
+            half[axis] = primitive.radius * glm::length(glm::dvec3(linear[0][axis], linear[1][axis], linear[2][axis]));
+    } else {
+        const glm::dvec3 size = scene.vertices[primitive.index[1]] - centre;
+        centre += 0.5 * size;
+        for (int axis = 0; axis < 3; ++axis) half += 0.5 * size[axis] * glm::abs(linear[axis]);
+    }
+    const glm::dvec3 c(m * glm::dvec4(centre, 1.0));
+    return {c - half, c + half};
+}
+
+LightLeaf leaf_of(const Scene& scene, const Primitive& primitive, const Entity& entity, bool two_sided, double power) {
+    const bool flat = primitive.kind == PrimitiveKind::triangle;
+    LightLeaf leaf = flat ? leaf_of_triangle(scene, primitive, entity.object_to_world)
+                          : leaf_of_convex(scene, primitive, entity.object_to_world);
+    leaf.low = glm::min(leaf.low, leaf.low + entity.motion);
+    leaf.high = glm::max(leaf.high, leaf.high + entity.motion);
+    if (two_sided) leaf.axis = glm::dvec3(0.0);
+    leaf.strength = !flat ? power / 4.0 : two_sided ? power / 2.0 : power;
+    return leaf;
+}
+
 // The light that the primitive in `slot` makes, of power 0 if it is not a sampled light.
 template <class Real>
 Candidate<Real> candidate(const Scene& scene, std::uint32_t slot, const PlacedPrimitive& placed) {
@@ -80,6 +120,8 @@ Candidate<Real> candidate(const Scene& scene, std::uint32_t slot, const PlacedPr
     }
     light.area = static_cast<Real>(area);
     result.power = area * radiance;
+    if (result.power > 0.0)
+        result.leaf = leaf_of(scene, primitive, entity, material.sides == EmittingSides::both, result.power);
     return result;
 }
 
@@ -95,6 +137,8 @@ Candidate<Real> candidate(const PunctualLight& punctual) {
     light.outer = static_cast<Real>(outer);
     light.inner = static_cast<Real>(std::cos(glm::radians(punctual.inner_degrees)));
     const double sum = channel_sum(punctual.intensity);
+    const glm::dvec3 axis = punctual.kind == PunctualKind::spot ? punctual.direction : glm::dvec3(0.0);
+    result.leaf = {punctual.position, punctual.position, axis, sum};
     switch (punctual.kind) {
         case PunctualKind::point:
             light.kind = gpu::kind_point;
@@ -139,30 +183,53 @@ std::vector<Candidate<Real>> candidates_of(
     return candidates;
 }
 
+// Puts near lights in the order of the tree's leaves.
+template <class Real>
+void grow_tree(std::vector<Candidate<Real>>& candidates, LightTable<Real>& table) {
+    std::vector<LightLeaf> leaves;
+    for (const Candidate<Real>& found : candidates)
+        if (!found.far) leaves.push_back(found.leaf);
+    if (leaves.size() < 2) return;
+    LightTree tree = grow_light_tree(leaves);
+    std::vector<Candidate<Real>> sorted;
+    for (const std::uint32_t i : tree.order) sorted.push_back(candidates[i]);
+    std::ranges::copy(sorted, candidates.begin());
+    table.tree_nodes = std::move(tree.nodes);
+    table.tree_leaves = static_cast<std::uint32_t>(leaves.size());
+}
+
 }  // namespace
 
 template <class Real>
-std::vector<gpu::LightOf<Real>> make_light_table(
-    const Scene& scene, const std::vector<gpu::Placed>& placed, bool background) {
+LightTable<Real> make_light_table(
+    const Scene& scene, const std::vector<gpu::Placed>& placed, bool background, LightSampling sampling) {
     std::vector<Candidate<Real>> candidates = candidates_of<Real>(scene, placed, background);
+    LightTable<Real> table;
+    if (sampling == LightSampling::tree) grow_tree(candidates, table);
+    if (sampling == LightSampling::uniform)
+        for (Candidate<Real>& found : candidates) found.power = 1.0;
     double near = 0.0, far = 0.0;
     for (const Candidate<Real>& found : candidates) (found.far ? far : near) += found.power;
-    const double group = near > 0.0 && far > 0.0 ? 0.5 : 1.0;  // the share of each that there is
-    std::vector<gpu::LightOf<Real>> lights;
+    double group = near > 0.0 && far > 0.0 ? 0.5 : 1.0;  // the share of near lights, if there are any
+    if (sampling == LightSampling::uniform && near > 0.0) group = near / (near + far);
     double near_before = 0.0, far_before = 0.0;
     for (Candidate<Real>& found : candidates) {
         const double total = found.far ? far : near;
         double& before = found.far ? far_before : near_before;
         before += found.power;
-        found.light.probability = static_cast<Real>(group * (found.power / total));
-        const double of_near = found.far && near > 0.0 ? group : 0.0;  // far lights come after all near ones
-        found.light.cumulative = static_cast<Real>(of_near + group * (before / total));
-        lights.push_back(found.light);
+        // Far lights come after all near ones.
+        const double share = found.far && near > 0.0 ? 1.0 - group : group;
+        found.light.probability = static_cast<Real>(share * (found.power / total));
+        if (!found.far && table.tree_leaves > 0) found.light.probability = static_cast<Real>(share);
+        const double of_near = found.far && near > 0.0 ? group : 0.0;
+        found.light.cumulative = static_cast<Real>(of_near + share * (before / total));
+        table.lights.push_back(found.light);
     }
-    return lights;
+    return table;
 }
 
-template std::vector<gpu::Light> make_light_table<float>(const Scene&, const std::vector<gpu::Placed>&, bool);
-template std::vector<gpu::DoubleLight> make_light_table<double>(const Scene&, const std::vector<gpu::Placed>&, bool);
+template LightTable<float> make_light_table<float>(const Scene&, const std::vector<gpu::Placed>&, bool, LightSampling);
+template LightTable<double> make_light_table<double>(
+    const Scene&, const std::vector<gpu::Placed>&, bool, LightSampling);
 
 }  // namespace tandem

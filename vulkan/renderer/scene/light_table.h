@@ -3,18 +3,30 @@
 
 #include <vector>
 
+#include "common/render/renderer.h"
 #include "common/scene/scene.h"
 #include "vulkan/renderer/scene/gpu_layout.h"
 
 namespace tandem {
 
-// In the order of that section, the background last if it is to be one; `placed` maps slots to ids.
+// lights: in the order of that section, the background last if it is to be one. With a tree, near lights are in the
+// order of its leaves, and the probability of each is the share of all of them. tree_nodes: light_tree.h; empty without
+// a tree, which takes two near lights.
 template <class Real>
-[[nodiscard]] std::vector<gpu::LightOf<Real>> make_light_table(
-    const Scene& scene, const std::vector<gpu::Placed>& placed, bool background);
+struct LightTable {
+    std::vector<gpu::LightOf<Real>> lights;
+    std::vector<float> tree_nodes;
+    std::uint32_t tree_leaves = 0;
+};
 
-extern template std::vector<gpu::Light> make_light_table<float>(const Scene&, const std::vector<gpu::Placed>&, bool);
-extern template std::vector<gpu::DoubleLight> make_light_table<double>(
-    const Scene&, const std::vector<gpu::Placed>&, bool);
+// `placed` maps slots to ids.
+template <class Real>
+[[nodiscard]] LightTable<Real> make_light_table(
+    const Scene& scene, const std::vector<gpu::Placed>& placed, bool background, LightSampling sampling);
+
+extern template LightTable<float> make_light_table<float>(
+    const Scene&, const std::vector<gpu::Placed>&, bool, LightSampling);
+extern template LightTable<double> make_light_table<double>(
+    const Scene&, const std::vector<gpu::Placed>&, bool, LightSampling);
 
 }  // namespace tandem

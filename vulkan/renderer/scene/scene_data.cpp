@@ -245,8 +245,10 @@ SceneData flatten(const Scene& scene, const RenderSettings& settings, Accelerati
     for (const Material& material : scene.materials) data.materials.push_back(flatten(material, needed));
     place_primitives(scene, placed, data);
     const bool samples_background = needed.has(Effect::sampled_background);
+    LightTable<float> lights;
     if (needed.has(Effect::light_sampling))
-        data.lights = make_light_table<float>(scene, data.placed, samples_background);
+        lights = make_light_table<float>(scene, data.placed, samples_background, settings.light_sampling);
+    data.lights = std::move(lights.lights);
     for (std::uint32_t i = 0; i < data.lights.size(); ++i)
         if (data.lights[i].slot != gpu::no_index) data.placed[data.lights[i].slot].light = i;
     if (samples_background) data.header.background_probability = data.lights.back().probability;
@@ -254,6 +256,8 @@ SceneData flatten(const Scene& scene, const RenderSettings& settings, Accelerati
     const std::span<const gpu::PrimitiveSource> sources(data.sources);
     data.tables =
         make_scene_tables(scene, needed, {sources.first(data.triangle_count), sources.last(data.meshes.triangles)});
+    if (lights.tree_leaves > 0)
+        data.light_tree = {lights.tree_leaves, append_numbers(data.tables, "light-tree", lights.tree_nodes)};
     data.header.environment = data.tables.environment;
     data.header.texture_coordinates = data.tables.texture_coordinates;
     data.header.shading_normals = data.tables.shading_normals;

@@ -43,6 +43,11 @@ struct DoubleGeometry {
     std::optional<Shading> shading;
 };
 
+// Where the tree over the near lights begins in the tables' numbers, and how many lights are in it; 0: there is none.
+struct LightTreePlace {
+    std::uint32_t leaves = 0, first = 0;
+};
+
 struct SceneData {
     gpu::SceneHeader header;
     gpu::Camera camera;
@@ -52,6 +57,7 @@ struct SceneData {
     std::vector<gpu::Placed> placed;  // by slot, and of places
     std::vector<gpu::Material> materials;
     std::vector<gpu::Light> lights;
+    LightTreePlace light_tree;
     SceneTables tables;
     std::uint32_t triangle_count = 0, sphere_count = 0, cuboid_count = 0;
     SceneMeshes meshes;

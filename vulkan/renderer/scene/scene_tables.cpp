@@ -13,6 +13,19 @@
 
 namespace tandem {
 
+std::uint32_t append_numbers(SceneTables& tables, const std::string& name, std::span<const float> numbers) {
+    const std::size_t first = tables.numbers.size();
+    if (first + numbers.size() > 0xffffffffu)
+        throw UnsupportedError("the scene's images and grids hold more than 2^32 numbers; use smaller ones");
+    tables.numbers.insert(tables.numbers.end(), numbers.begin(), numbers.end());
+    const auto same = std::ranges::find(tables.parts, name, &SceneTables::Part::name);
+    if (same == tables.parts.end())
+        tables.parts.push_back({name, numbers.size()});
+    else
+        same->floats += numbers.size();
+    return static_cast<std::uint32_t>(first);
+}
+
 namespace {
 
 gpu::Vec3 to_float(const glm::dvec3& v) {
@@ -21,18 +34,8 @@ gpu::Vec3 to_float(const glm::dvec3& v) {
 
 class Builder {
 public:
-    // Appends numbers as a part of that name and returns where they begin.
     std::uint32_t append(const std::string& name, std::span<const float> numbers) {
-        const std::size_t first = tables.numbers.size();
-        if (first + numbers.size() > 0xffffffffu)
-            throw UnsupportedError("the scene's images and grids hold more than 2^32 numbers; use smaller ones");
-        tables.numbers.insert(tables.numbers.end(), numbers.begin(), numbers.end());
-        const auto same = std::ranges::find(tables.parts, name, &SceneTables::Part::name);
-        if (same == tables.parts.end())
-            tables.parts.push_back({name, numbers.size()});
-        else
-            same->floats += numbers.size();
-        return static_cast<std::uint32_t>(first);
+        return append_numbers(tables, name, numbers);
     }
 
     SceneTables tables;

@@ -31,4 +31,7 @@ struct TabledTriangles {
 };
 [[nodiscard]] SceneTables make_scene_tables(const Scene& scene, EffectSet needed, const TabledTriangles& triangles);
 
+// Appends numbers as a part of that name and returns where they begin. Throws UnsupportedError beyond 2^32 numbers.
+std::uint32_t append_numbers(SceneTables& tables, const std::string& name, std::span<const float> numbers);
+
 }  // namespace tandem
