@@ -67,7 +67,7 @@ struct ArmFigures {
     double log_half_of_variance = 0.0;    // its interval is times or over exp of this
     std::optional<Estimated> slope;       // of log rmse against log n; nothing without noise
     std::optional<Estimated> efficiency;  // 1 / (variance of one sample x its seconds)
-    // Of one more sample; the start of a render is none of it. Nothing where one count was measured, or noise hides it.
+    // Time of one more sample, without a render's start. Nothing: one count was measured, or noise hides it.
     std::optional<Estimated> seconds_a_sample;
     std::vector<TimeToError> times;  // at cost_errors
     bool pareto = false;             // the soonest to some error from 10 to 0.1 %
