@@ -10,6 +10,7 @@
 #include "common/exercise/checks.h"
 #include "common/exercise/submission.h"
 #include "common/render/random.h"
+#include "common/rounding.h"
 #include "common/validation/verify/trace_comparison.h"
 
 namespace tandem {
@@ -65,7 +66,7 @@ std::optional<MarkPicture> picture_about(const Trial& trial, const std::string& 
         const double x = (i % side + 0.5) / (0.5 * side) - 1.0, y = 1.0 - (i / side + 0.5) / (0.5 * side);
         const glm::dvec3 turned = glm::normalize(forward + x * right + y * up);
         Values& list = arguments.emplace_back(worst);
-        for (int c = 0; c < 3; ++c) list[at + static_cast<std::size_t>(c)] = double{static_cast<float>(turned[c])};
+        for (int c = 0; c < 3; ++c) list[at + static_cast<std::size_t>(c)] = rounded_to_single(turned[c]);
     }
     MarkPicture picture{.side = side, .right = {}, .yours = {}, .shows = {}};
     picture.shows =
@@ -170,7 +171,7 @@ Values drawn(const Exercise& exercise, std::uint64_t seed, std::uint32_t index) 
     }
     exercise.draw(numbers, arguments);
     // As the shader gets them.
-    for (double& x : arguments.list) x = static_cast<double>(static_cast<float>(x));
+    for (double& x : arguments.list) x = rounded_to_single(x);
     return arguments;
 }
 

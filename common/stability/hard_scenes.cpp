@@ -2,6 +2,8 @@
 
 #include <numbers>
 
+#include "common/rounding.h"
+
 namespace tandem::stability {
 
 using glm::dmat3;
@@ -18,7 +20,7 @@ dmat3 Dice::rotation() {
     return dmat3(glm::rotate(dmat4(1.0), between(0.0, 2.0 * std::numbers::pi), axis));
 }
 
-dvec3 rounded(const dvec3& v) { return dvec3(glm::vec3(v)); }
+dvec3 rounded(const dvec3& v) { return rounded_to_single(v); }
 
 GivenRay ray_along(const dvec3& origin, const dvec3& direction) {
     GivenRay ray;

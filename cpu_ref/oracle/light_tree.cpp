@@ -3,13 +3,12 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/rounding.h"
+
 namespace tandem::oracle {
 namespace {
 
 using glm::dvec3;
-
-double single(double x) { return static_cast<double>(static_cast<float>(x)); }
-dvec3 single(const dvec3& v) { return {single(v.x), single(v.y), single(v.z)}; }
 
 double whole_strength(const std::vector<LightLeaf>& leaves) {
     double sum = 0.0;
@@ -60,16 +59,16 @@ std::unique_ptr<LightTree::Node> LightTree::node_over(const std::vector<LightLea
         high = glm::max(high, leaf.high);
         sum += leaf.axis;
     }
-    node->centre = single(0.5 * (low + high));
-    node->radius = single(0.5 * glm::length(high - low));
-    node->strength = single(whole_strength(leaves) / whole);
+    node->centre = rounded_to_single(0.5 * (low + high));
+    node->radius = rounded_to_single(0.5 * glm::length(high - low));
+    node->strength = rounded_to_single(whole_strength(leaves) / whole);
     const bool all_have = std::ranges::all_of(leaves, [](const LightLeaf& leaf) { return leaf.axis != dvec3(0.0); });
     if (all_have && glm::length(sum) >= std::ldexp(static_cast<double>(leaves.size()), -10)) {
         const dvec3 axis = glm::normalize(sum);
         double cosine = 1.0;
         for (const LightLeaf& leaf : leaves) cosine = std::min(cosine, glm::dot(axis, leaf.axis));
-        node->axis = single(axis);
-        node->cone_cosine = single(cosine);
+        node->axis = rounded_to_single(axis);
+        node->cone_cosine = rounded_to_single(cosine);
     }
     node->light = leaves[0].light;
     if (leaves.size() > 1) {

@@ -41,7 +41,7 @@ const std::vector<Entry>& entries() {
         {Bug::shadow_limit_long, {0.3, 0.03}, {"many-lamps", "cornell-classic", "fog"}, {"close-screens"}},
         {Bug::light_tree_parents_forgotten, none, {"many-lamps", "lights"}, {"scaled-lamps"}},
         {Bug::light_tree_number_reused, none, {"many-lamps", "lights"}, {"scaled-lamps"}},
-        {Bug::light_tree_normal_forgotten, none, {"many-lamps", "lights"}, {"scaled-lamps"}},
+        {Bug::light_tree_normal_forgotten, none, {"many-lamps"}, {"lamp-under-floor"}},
         // Lights without a surface
         {Bug::spot_falloff_linear, none, {"whitted", "lights"}, {"spot-light"}},
         {Bug::spot_outer_scaled, small, {"whitted", "lights"}, {"spot-light"}},

@@ -77,7 +77,8 @@ Needs needs_of(const PlantedFault& fault, Planting planting, const std::string& 
     const auto cpu = renderer_with(cpu_backend(), in_cpu, single),
                other = renderer_with(cpu_backend(), in_cpu, precise);
     const auto vulkan = renderer_with(vulkan_backend(), in_vulkan, single);
-    const RenderSettings settings = verification_settings(scene, signature_effort.longer_side);
+    RenderSettings settings = verification_settings(scene, signature_effort.longer_side);
+    if (needs_light_tree(fault.bug)) settings.light_sampling = LightSampling::tree;
     Needs needs;
     needs.partings = partings_of_paths(
         {.scene = scene,

@@ -1,5 +1,5 @@
 // How next events choose the light: `uniform` and `tree` of MODEL.md section 9.2, rules 30 to 39.
-#include <map>
+#include <array>
 #include <random>
 
 #include "tests/suite/samplers.h"
@@ -125,13 +125,49 @@ Scene mixed_lights(bool fog) {
     return scene;
 }
 
-// How far two tracers' first next events are apart, path by path.
-void check_same_choice(const std::vector<PathTrace>& traces, const std::vector<PathTrace>& answers) {
+// By what part rounding may change the light that a triangle sends to a receiver at p in the direction d. It is in
+// proportion to c, the cosine at the triangle, which is next to 0 where that is seen edge on. With u the unit roundoff
+// and M the greatest distance from the origin:
+// - Corners are off by u M, so that the plane of a triangle of least height h tilts by 2 u M/h.
+// - The cross product of the edges and its length round thrice: at most 6 u M/h, as no edge is longer than 2 M.
+// - p and the sampled point leave their planes by four roundings each. The direction turns by 8 u M/r.
+// 0: the direction meets no triangle that emits.
+double edge_on_rounding(const Scene& scene, const dvec3& p, const dvec3& d, double unit_roundoff) {
+    double greatest = 0.0;
+    for (const Entity& entity : scene.entities) {
+        if (scene.materials[entity.material].radiance == dvec3(0.0)) continue;
+        for (std::uint32_t i = 0; i < entity.primitive_count; ++i) {
+            const Primitive& primitive = scene.primitives[entity.first_primitive + i];
+            if (primitive.kind != PrimitiveKind::triangle) continue;
+            std::array<dvec3, 3> corners;
+            double size = glm::length(p), longest = 0.0;
+            for (std::size_t k = 0; k < 3; ++k) {
+                corners[k] = dvec3(entity.object_to_world * glm::dvec4(scene.vertices[primitive.index[k]], 1.0));
+                size = std::max(size, glm::length(corners[k]));
+            }
+            const dvec3 cross = glm::cross(corners[1] - corners[0], corners[2] - corners[0]);
+            const double cosine = glm::dot(glm::normalize(cross), d);
+            const double r = glm::dot(glm::normalize(cross), corners[0] - p) / cosine;
+            bool inside = r > 0.0;
+            for (std::size_t k = 0; k < 3; ++k) {
+                const dvec3 edge = corners[(k + 1) % 3] - corners[k];
+                longest = std::max(longest, glm::length(edge));
+                inside = inside && glm::dot(cross, glm::cross(edge, p + r * d - corners[k])) > 0.0;
+            }
+            const double height = glm::length(cross) / longest;
+            if (inside)
+                greatest = std::max(greatest, 8.0 * unit_roundoff * size * (1.0 / height + 1.0 / r) / std::abs(cosine));
+        }
+    }
+    return greatest;
+}
+
+// How far a tracer's first next events are from the oracle's, path by path.
+void check_same_choice(const Scene& scene, const Tracer& tracer, const std::vector<PathTrace>& traces,
+    const std::vector<PathTrace>& answers) {
     REQUIRE(traces.size() == answers.size());
     std::size_t same = 0, compared = 0, in_medium = 0;
-    double worst = 0.0, usual = 0.0;  // where lights are seen edge on, next to nothing comes, and that is rounding
-    for (const PathTrace& answer : answers)
-        if (!answer.vertices.empty()) usual += answer.vertices.front().light.x / static_cast<double>(answers.size());
+    double worst = 0.0;  // part of what rounding explains
     for (std::size_t i = 0; i < traces.size(); ++i) {
         if (traces[i].vertices.empty() || answers[i].vertices.empty()) continue;
         const TracedVertex &a = traces[i].vertices.front(), &b = answers[i].vertices.front();
@@ -140,12 +176,14 @@ void check_same_choice(const std::vector<PathTrace>& traces, const std::vector<P
         if (!(glm::dot(a.light_direction, b.light_direction) > 0.9999)) continue;
         ++same;
         if (b.in_medium) ++in_medium;
-        worst = std::max(worst, std::abs(a.light.x - b.light.x) / std::max(b.light.x, usual));
+        const double allowed =
+            tolerance(tracer) + edge_on_rounding(scene, b.position, b.light_direction, tracer.unit_roundoff);
+        worst = std::max(worst, std::abs(a.light.x - b.light.x) / (allowed * b.light.x));
     }
     CAPTURE(in_medium);
     CHECK(compared > traces.size() / 4);
     CHECK(same > compared - compared / 100 - 2);
-    CHECK(worst < 0.02);
+    CHECK(worst < 1.0);
 }
 
 }  // namespace
@@ -185,7 +223,7 @@ TEST_CASE("samplers: choice of the light: lights of every kind are chosen by the
             for (Tracer& tracer : tracers()) {
                 if (tracer.name == "oracle") continue;
                 CAPTURE(tracer.name);
-                check_same_choice(traced(*tracer.renderer), answers);
+                check_same_choice(scene, tracer, traced(*tracer.renderer), answers);
             }
         }
     }
@@ -207,13 +245,13 @@ TEST_CASE("samplers: choice of the light: the mean is the same, with MIS and wit
                 settings.light_sampling = sampling;
                 settings.mis = mis;
                 settings.seed = 7;
-                const Measured measured = pooled(render(tracer, scene, settings, 1024));
+                const Measured measured = pooled(render(tracer, scene, settings, 2048));
                 for (int c = 0; c < 3; ++c) {
                     const double error = std::hypot(measured.standard_error[c], expected.standard_error[c]);
                     CAPTURE(measured.mean[c]);
                     CAPTURE(expected.mean[c]);
                     CHECK(std::abs(measured.mean[c] - expected.mean[c]) < sigmas * error);
-                    CHECK(error < 0.03 * expected.mean[c]);
+                    CHECK(error < 0.02 * expected.mean[c]);
                 }
             }
 }

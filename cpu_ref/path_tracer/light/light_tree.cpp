@@ -4,6 +4,7 @@
 #include <numeric>
 #include <span>
 
+#include "common/rounding.h"
 #include "cpu_ref/path_tracer/light/light_table.h"
 #include "cpu_ref/path_tracer/vector_rows.h"
 
@@ -12,10 +13,6 @@ namespace tandem::cpu {
 namespace {
 
 using glm::dvec3;
-
-// Rounded to single, whatever the precision of what follows.
-dvec3 to_single(const dvec3& a) { return dvec3(glm::vec3(a)); }
-double to_single(double a) { return double{static_cast<float>(a)}; }
 
 template <class Real>
 class Grower {
@@ -37,7 +34,7 @@ public:
         tree.cone_cosine.assign(cone_cosine_);
         std::vector<Real> shares;
         for (const double strength : strength_)
-            shares.push_back(static_cast<Real>(to_single(strength / strength_.front())));
+            shares.push_back(static_cast<Real>(rounded_to_single(strength / strength_.front())));
         tree.strength.assign(shares);
     }
 
@@ -60,10 +57,10 @@ private:
         double cosine = to_all_sides ? -1.0 : 1.0;
         if (!to_all_sides)
             for (const std::uint32_t i : own) cosine = std::min(cosine, glm::dot(axis, lights_[i].axis));
-        centre_.push_back(to_single(0.5 * (low + high)));
-        radius_.push_back(static_cast<Real>(to_single(0.5 * glm::length(high - low))));
-        axis_.push_back(to_single(axis));
-        cone_cosine_.push_back(static_cast<Real>(to_single(cosine)));
+        centre_.push_back(rounded_to_single(0.5 * (low + high)));
+        radius_.push_back(static_cast<Real>(rounded_to_single(0.5 * glm::length(high - low))));
+        axis_.push_back(rounded_to_single(axis));
+        cone_cosine_.push_back(static_cast<Real>(rounded_to_single(cosine)));
         strength_.push_back(strength);
     }
 

@@ -8,6 +8,7 @@
 #include <limits>
 
 #include "common/error.h"
+#include "common/rounding.h"
 #include "common/stopwatch.h"
 #include "vulkan/command/barrier.h"
 #include "vulkan/core/device_selection.h"
@@ -88,17 +89,16 @@ std::uint32_t word_of(double w) { return static_cast<std::uint32_t>(w); }
 
 // What single precision makes of a ray.
 GivenRay as_floats(GivenRay ray) {
-    ray.origin = glm::dvec3(glm::vec3(ray.origin));
-    ray.direction = glm::dvec3(glm::vec3(ray.direction));
-    ray.t_min = double{static_cast<float>(ray.t_min)};
-    ray.t_max = double{static_cast<float>(ray.t_max)};
+    ray.origin = rounded_to_single(ray.origin);
+    ray.direction = rounded_to_single(ray.direction);
+    ray.t_min = rounded_to_single(ray.t_min);
+    ray.t_max = rounded_to_single(ray.t_max);
     return ray;
 }
 
 RayHit as_floats(RayHit hit) {
-    hit.t = double{static_cast<float>(hit.t)};
-    for (glm::dvec3* v : {&hit.point, &hit.normal, &hit.leaving_front, &hit.leaving_back})
-        *v = glm::dvec3(glm::vec3(*v));
+    hit.t = rounded_to_single(hit.t);
+    for (glm::dvec3* v : {&hit.point, &hit.normal, &hit.leaving_front, &hit.leaving_back}) *v = rounded_to_single(*v);
     return hit;
 }
 

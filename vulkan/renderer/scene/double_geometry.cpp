@@ -3,6 +3,7 @@
 #include <glm/geometric.hpp>
 #include <glm/matrix.hpp>
 
+#include "common/rounding.h"
 #include "vulkan/renderer/scene/light_table.h"
 
 namespace tandem {
@@ -115,9 +116,10 @@ DoubleGeometry place_in_double(
         for (std::size_t i = 0; i < 3; ++i) p[i] = scene.vertices[primitive.index[i]];
         double radius = primitive.radius;
         if (from_floats) {
-            m = dmat4(glm::mat4(m));
-            for (dvec3& corner : p) corner = dvec3(glm::vec3(corner));
-            radius = double{static_cast<float>(radius)};
+            for (glm::length_t column = 0; column < 4; ++column)
+                for (glm::length_t row = 0; row < 4; ++row) m[column][row] = rounded_to_single(m[column][row]);
+            for (dvec3& corner : p) corner = rounded_to_single(corner);
+            radius = rounded_to_single(radius);
         }
         if (primitive.kind == PrimitiveKind::triangle)
             result.triangles.push_back(triangle(m, p));
