@@ -43,7 +43,7 @@ TEST_CASE("cost: the start of a render is no sample's time, so that a forecast f
     static constexpr double start = 0.02, error = 0.005;
     int looks = 0;
     CostRequest request = request_for(0.0);
-    request.seconds = 20.0;
+    request.seconds = 12.0;
     request.make = [](const BackendOptions& options) { return std::make_unique<KnownRenderer>(options, 0.0, start); };
     const CostReport report = run_cost(Scene{}, request, control_of(looks));
     const ArmFigures& slower = arm(report, "precision double");
