@@ -95,7 +95,7 @@ std::string answer_to(const std::string& request, const fs::path& folder, const 
     const json asked = json::parse(request);
     const PlanItem item{asked.at("item").at("number").get<std::uint64_t>(),
         asked.at("item").at("command").get<std::vector<std::string>>(), git_version()};
-    if (hash_of_inputs(item) != asked.at("inputs"))
+    if (hash_of_inputs(item) != asked.at("inputs").get<std::string>())
         return packed(item, {false, 2, "this machine has another scene; give all machines the same files"}, folder);
     return packed(item, do_item(item, folder, never, context), folder);
 }
