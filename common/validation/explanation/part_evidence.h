@@ -65,7 +65,7 @@ struct PartEvidence {
 };
 // The observations overlap in what they tell, so shares of them count. These were about the likeliest for the
 // subsystems of left-out planted bugs, between 0.5 and 1.
-inline constexpr double pattern_share = 0.7, need_share = 0.8;
+inline constexpr double pattern_share = 0.6, need_share = 0.5;
 // The sum of its log-likelihood ratios, for each part.
 [[nodiscard]] Scores weight_of_evidence(const PartEvidence& evidence, const EvidenceWeights& weights);
 
