@@ -142,9 +142,15 @@ TEST_CASE("draws of other numbers are independent, those of a wrong formula are 
     Evidence evidence;
     evidence.level("image", true);
     evidence.partings.independence = independence(1.3, 1.0);
-    CHECK(evidence.suspects().front().part == Subsystem::random_numbers);
+    // A light that is chosen otherwise looks so, too: two kinds of planted bugs in the record do it.
+    CHECK(evidence.suspects().at(1).part == Subsystem::random_numbers);
     evidence.partings.parted = 100;  // of 512: a choice that falls otherwise now and then
-    CHECK(evidence.suspects().front().part == Subsystem::light_sampling);
+    CHECK_FALSE(names(evidence.suspects(), Subsystem::random_numbers));
+
+    evidence.signature[Figure::by_light] = 0.0F;
+    evidence.signature[Figure::by_direction] = 1.0F;
+    evidence.partings.parted = 512;
+    CHECK(evidence.suspects().front().part == Subsystem::random_numbers);
 }
 
 TEST_CASE("of a closed form that both sides miss the scene's most particular feature is suspected") {
