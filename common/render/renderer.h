@@ -24,7 +24,8 @@
 
 namespace tandem {
 
-struct PathTrace;  // common/render/path_trace.h
+struct PathTrace;     // common/render/path_trace.h
+struct TracedVertex;  // likewise
 
 // single: every operation rounded by itself. double: all of it. contracted: single, products and sums fused as the
 // driver likes (Vulkan). mixed: single, but for intersections and the points that follow from them.
@@ -97,6 +98,9 @@ struct RenderControl {
     std::function<void(double samples_done)> progress;
 };
 
+// Takes what RenderJob::first_vertices finds of one pixel, y * width + x: a vertex a sample, in ascending order.
+using FirstVertexVisitor = std::function<void(std::uint32_t pixel, std::span<TracedVertex> vertices)>;
+
 struct RenderResult {
     Estimate estimate;
     double seconds = 0.0;                  // wall clock inside render()
@@ -119,6 +123,9 @@ struct JobFacts {
     double kernel_seconds = 0.0;       // spent on making the kernels, as far as drivers did so when asked to
 };
 
+// Throws Error unless the samples are of one block, as RenderJob::first_vertices wants them.
+void check_one_block(SampleRange samples);
+
 // A scene made ready for one renderer and one set of settings.
 class RenderJob {
 public:
@@ -137,6 +144,11 @@ public:
     // The paths of samples of pixel (x, y), vertex by vertex: the very ones that render() follows. Throws
     // UnsupportedError, with the reason, where this job cannot.
     [[nodiscard]] virtual std::vector<PathTrace> trace(std::uint32_t x, std::uint32_t y, SampleRange samples);
+    // Finds the first vertices of the paths of all pixels of the job's film. They are bit for bit those that trace()
+    // gives. `samples` are of one block. `visit` is called once for each pixel, by several threads at once. False after
+    // a stop: pixels are left out. Throws as trace() does, and Error for samples of two blocks.
+    [[nodiscard]] virtual bool first_vertices(
+        FilmSize film, SampleRange samples, const RenderControl& control, const FirstVertexVisitor& visit);
 };
 
 struct RendererInfo {
