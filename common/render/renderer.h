@@ -48,6 +48,11 @@ inline constexpr std::array<std::string_view, 2> sampling_names{"uniform", "adap
 enum class LightSampling : std::uint32_t { power = 0, uniform = 1, tree = 2 };
 inline constexpr std::array<std::string_view, 3> light_sampling_names{"power", "uniform", "tree"};
 
+// How long a backend looks for a good hierarchy over primitives (MODEL.md section 5.3). The image is the same. A better
+// one takes longer to build, and rays are through it sooner. high: the default, what the backend does best.
+enum class HierarchyQuality : std::uint32_t { high = 0, medium = 1, low = 2 };
+inline constexpr std::array<std::string_view, 3> hierarchy_quality_names{"high", "medium", "low"};
+
 // Whether triangles that several entities place are kept once (instancing.h). automatic: where that saves much.
 enum class Instancing : std::uint32_t { automatic = 0, never = 1, always = 2 };
 
@@ -70,6 +75,7 @@ struct RenderSettings {
     std::optional<Accumulation> accumulation;                // empty: the backend's own (RendererInfo)
     Sampling sampling = Sampling::uniform;                   // adaptive: jobs also render lists of pixels
     Instancing instancing = Instancing::automatic;
+    HierarchyQuality hierarchy = HierarchyQuality::high;
 };
 
 // The scene with what the settings say of its materials; nothing if it stays as it is.
@@ -121,6 +127,7 @@ struct JobFacts {
     std::vector<Part> dispatches;      // of a kernel, for the first sample of every pixel
     std::uint64_t bytes_per_path = 0;  // of state between two vertices
     double kernel_seconds = 0.0;       // spent on making the kernels, as far as drivers did so when asked to
+    double hierarchy_seconds = 0.0;    // spent on building hierarchies over primitives; 0: there is none
 };
 
 // Throws Error unless the samples are of one block, as RenderJob::first_vertices wants them.

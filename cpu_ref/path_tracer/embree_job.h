@@ -111,6 +111,7 @@ public:
         facts.bytes_per_path = Tracer::bytes_per_path();
         // The scene's tables are as large as what it has, in every variant.
         facts.buffers = {{"paths-of-a-thread", Tracer::bytes_of_paths()}};
+        facts.hierarchy_seconds = accelerator_.hierarchy_seconds();
         return facts;
     }
 

@@ -128,6 +128,27 @@ class Render(ProgramTest):
                 self.assertEqual(result.returncode, 0, result.stderr)
                 self.assertEqual(json.loads(figures.read_text())["light_sampling"], "tree")
 
+    def test_the_quality_of_hierarchies_changes_no_bit(self):
+        figures, images = self.folder / "out.json", {}
+        scene = SCENES / "model.json"
+        for backend in ["cpu", "vulkan"]:
+            for quality in ["high", "medium", "low"]:
+                image = self.folder / f"{backend}-{quality}.pfm"
+                result = tandem("render", scene, "-o", image, "--size", "16", "--samples", "4", "--backend", backend,
+                                "--hierarchy-quality", quality, "--json", figures)
+                self.assertEqual(result.returncode, 0, result.stderr)
+                self.assertEqual(json.loads(figures.read_text())["hierarchy_quality"], quality)
+                images[quality] = image.read_bytes()
+            self.assertEqual(images["high"], images["low"])
+            self.assertEqual(images["high"], images["medium"])
+        result = tandem("verify", scene, "--size", "16", "--hierarchy-quality", "low", "--json", figures)
+        self.assertEqual(result.returncode, 0, result.stdout + result.stderr)
+        self.assertEqual(json.loads(figures.read_text())["scenes"][0]["settings"]["hierarchy_quality"], "low")
+        render = ["render", scene, "-o", self.folder / "none.pfm", "--size", "8", "--hierarchy-quality", "low"]
+        for backend in ["oracle", "first"]:
+            self.refused(tandem(*render, "--backend", backend), "leave --hierarchy-quality out")
+        self.refused(tandem(*render[:-1], "lowest"), "--hierarchy-quality")
+
     def test_a_target_error_keeps_the_integrator_that_chooses_lights_as_asked(self):
         figures = self.folder / "out.json"
         result = tandem("render", SCENES / "many-lamps.json", "-o", self.folder / "out.pfm", "--size", "16",

@@ -115,6 +115,7 @@ JobFacts VulkanJob::facts() const {
     facts.buffers = buffer_parts(scene_, kept_, settings_.bounces, tile_pixels_, specialisation_.lists_pixels);
     facts.bytes_per_path = bytes_per_path(kept_);
     facts.kernel_seconds = pipelines_->seconds;
+    facts.hierarchy_seconds = scene_.trees.seconds;
     return facts;
 }
 
