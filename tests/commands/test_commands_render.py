@@ -149,6 +149,19 @@ class Render(ProgramTest):
             self.refused(tandem(*render, "--backend", backend), "leave --hierarchy-quality out")
         self.refused(tandem(*render[:-1], "lowest"), "--hierarchy-quality")
 
+    def test_what_hierarchies_cost_is_told_by_time_to_build_and_to_trace(self):
+        figures = self.folder / "cost.json"
+        result = tandem("cost", SCENES / "model.json", "--size", "16", "--knob", "hierarchy-quality", "--time", "6", "--no-cache",
+                        "--json", figures)
+        self.assertEqual(result.returncode, 0, result.stderr)
+        arms = {arm["setting"]: arm for arm in json.loads(figures.read_text())["arms"]}
+        self.assertEqual(set(arms), {"", "medium", "low"})
+        self.assertLess(0.0, arms["low"]["hierarchy_seconds"])
+        self.assertLess(arms["low"]["hierarchy_seconds"], arms[""]["hierarchy_seconds"])
+        self.assertIn("hierarchy-quality low builds its hierarchy in", result.stdout)
+        told = tandem("cost", self.scene, "--knob", "hierarchy-quality", "--list")
+        self.assertIn("too few primitives", told.stdout)
+
     def test_a_target_error_keeps_the_integrator_that_chooses_lights_as_asked(self):
         figures = self.folder / "out.json"
         result = tandem("render", SCENES / "many-lamps.json", "-o", self.folder / "out.pfm", "--size", "16",
