@@ -4,10 +4,14 @@
 #include <doctest/doctest.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <filesystem>
 #include <functional>
 #include <glm/geometric.hpp>
+#include <span>
+#include <stop_token>
+#include <vector>
 
 #include "common/error.h"
 #include "common/render/path_trace.h"
@@ -45,7 +49,42 @@ inline void check_chain(const PathTrace& trace, double roundoff) {
     }
 }
 
-// Every pixel's first sample of a film of `side` pixels.
+// All pixels at once have the first vertices of the paths that are traced one by one, each pixel once.
+inline void check_first_vertices(RenderJob& job, const RenderSettings& settings) {
+    const SampleRange samples{samples_per_block, samples_per_block + 3};
+    const FilmSize film{settings.width, settings.height};
+    std::vector<std::vector<TracedVertex>> found(film.pixel_count());
+    REQUIRE(job.first_vertices(film, samples, {}, [&](std::uint32_t pixel, std::span<const TracedVertex> vertices) {
+        found[pixel].insert(found[pixel].end(), vertices.begin(), vertices.end());
+    }));
+    for (std::uint32_t pixel = 0; pixel < film.pixel_count(); ++pixel) {
+        std::vector<TracedVertex> expected;
+        for (const PathTrace& path : job.trace(pixel % film.width, pixel / film.width, samples))
+            expected.push_back(path.vertices.front());
+        CAPTURE(pixel);
+        REQUIRE(found[pixel] == expected);
+    }
+}
+
+// A stop ends them, at once or after the first pixel; samples of two blocks are refused.
+inline void check_stop_of_first_vertices(RenderJob& job, const RenderSettings& settings) {
+    const FilmSize film{settings.width, settings.height};
+    std::stop_source source;
+    std::atomic<std::uint64_t> visited{0};
+    const auto visit = [&](std::uint32_t, std::span<const TracedVertex>) {
+        ++visited;
+        source.request_stop();
+    };
+    CHECK_FALSE(job.first_vertices(film, {0, 16}, {source.get_token(), {}}, visit));
+    CHECK(visited < film.pixel_count());
+    visited = 0;
+    CHECK_FALSE(job.first_vertices(film, {0, 16}, {source.get_token(), {}}, visit));
+    CHECK(visited == 0);
+    CHECK_THROWS_AS((void)job.first_vertices(film, {60, 70}, {}, visit), Error);
+    CHECK_THROWS_AS((void)job.first_vertices(film, {60, 60}, {}, visit), Error);
+}
+
+// Every pixel's first sample of a film of `side` pixels, and first vertices of later ones.
 inline void check_traces(
     Renderer& renderer, const Scene& scene, RenderSettings settings, std::uint32_t side, double roundoff) {
     settings = with_longer_side(settings, side);
@@ -63,6 +102,7 @@ inline void check_traces(
             for (std::size_t c = 0; c < channel_count; ++c)
                 REQUIRE(totals[pixel + c].sum == trace.radiance[static_cast<int>(c)]);
         }
+    check_first_vertices(*job, settings);
 }
 
 // The scene's own integrator, then, unless that would take long, light sampling and roulette.

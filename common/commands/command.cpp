@@ -221,6 +221,13 @@ void add_render_options(CLI::App& command, RenderOptions& options) {
             "(default: double where the device has it, else compensated)")
         ->check(one_of_names(accumulation_names))
         ->group(rare_options);
+    command
+        .add_option("--hierarchy-quality", options.hierarchy_quality,
+            "How long to look for a good hierarchy over primitives: high, medium or low. Low is built "
+            "soonest, but rays take longest. The image is the same")
+        ->check(one_of_names(hierarchy_quality_names))
+        ->capture_default_str()
+        ->group(rare_options);
     add_intersection_options(command, options);
 }
 
@@ -298,6 +305,8 @@ RenderSettings settings_from(const RenderOptions& options, const Scene& scene) {
             static_cast<Sampling>(std::ranges::find(sampling_names, options.sampling) - sampling_names.begin());
     settings.seed = options.seed;
     settings.intersection = intersection_from(options);
+    settings.hierarchy = static_cast<HierarchyQuality>(
+        std::ranges::find(hierarchy_quality_names, options.hierarchy_quality) - hierarchy_quality_names.begin());
     if (const std::string reason = beyond_memory(scene, settings); !reason.empty())
         throw InputError(reason + " with these options; meshes are kept once without them (scenes/format/FORMAT.md)");
     return settings;
@@ -319,6 +328,7 @@ std::vector<std::pair<std::string, std::string>> given_options(const RenderOptio
     add("--convex-test", options.convex_test, std::string(convex_kernel_names[0]));
     add("--guard", options.guard, std::string(guard_names[0]));
     if (options.epsilon != IntersectionSettings{}.epsilon) add("--epsilon", fmt::format("{}", options.epsilon));
+    add("--hierarchy-quality", options.hierarchy_quality, std::string(hierarchy_quality_names[0]));
     add("--generator", options.generator, std::string(generator_names[0]));
     add("--clamp", text(options.clamp));
     add("--fresnel", options.fresnel);

@@ -102,6 +102,7 @@ struct RenderOptions {
     std::uint64_t seed = 0;
     std::string triangle_test{triangle_kernel_names[0]}, convex_test{convex_kernel_names[0]};
     std::string guard{guard_names[0]};
+    std::string hierarchy_quality{hierarchy_quality_names[0]};
     double epsilon = IntersectionSettings{}.epsilon;
     std::string generator{generator_names[0]}, fresnel;  // fresnel: empty, the materials' own
     std::string accumulation;                            // empty: the backend's own

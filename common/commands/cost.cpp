@@ -281,6 +281,7 @@ void add_cost_command(CLI::App& app, CommandContext& context) {
         "Their "
         "random numbers had no part in the choice. "
         "Errors are against a long reference in double precision on the CPU, without a bounce limit. "
+        "Seconds are of rendering; the arms of hierarchy-quality also say how long building takes, and which pays. "
         "Ctrl-C concludes from what is there.\n"
         "Exit status: 0; 3 where the time was too short for some of the settings.");
     command->callback([&context, arguments] {

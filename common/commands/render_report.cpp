@@ -19,7 +19,7 @@ nlohmann::json describe(const RenderArguments& arguments, const RenderSettings& 
         {"precision", arguments.precision.empty() ? "default" : arguments.precision},
         {"kernel", arguments.kernel.empty() ? "default" : arguments.kernel}, {"effects", arguments.options.effects},
         {"triangle_kernel", arguments.options.triangle_test}, {"convex_kernel", arguments.options.convex_test},
-        {"guard", arguments.options.guard},
+        {"guard", arguments.options.guard}, {"hierarchy_quality", arguments.options.hierarchy_quality},
         {"generator", generator_names[static_cast<std::size_t>(settings.generator)]}, {"seconds", result.seconds},
         {"paths", paths}, {"paths_per_second", result.seconds > 0.0 ? paths / result.seconds : 0.0},
         {"invalid_samples", result.film.invalid}, {"complete", result.complete}};

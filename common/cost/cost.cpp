@@ -7,6 +7,7 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
+#include "common/cost/hierarchy_cost.h"
 #include "common/cost/regions.h"
 #include "common/cost/schedule.h"
 #include "common/text.h"
@@ -206,6 +207,7 @@ json to_json(const ArmFigures& arm) {
         result["slope_low"] = arm.slope->low;
         result["slope_high"] = arm.slope->high;
     }
+    if (arm.arm.hierarchy_seconds) result["hierarchy_seconds"] = *arm.arm.hierarchy_seconds;
     if (arm.times[1].seconds) result["seconds_to_one_percent"] = arm.times[1].seconds->value;
     return result;
 }
@@ -265,6 +267,15 @@ std::string sentence_to(const CostReport& report, double error) {
         confirmation == nullptr ? not_confirmed(report, *best, error) : sentence_on(*confirmation));
 }
 
+// What pays for few samples and for many, where the seconds of renders do not tell.
+std::vector<std::string> sentences_on_building(const CostReport& report) {
+    std::vector<std::string> sentences;
+    for (const ArmFigures& arm : report.figures)
+        if (const std::string sentence = sentence_on_building(arm, report.figures.front()); !sentence.empty())
+            sentences.push_back(sentence + ".");
+    return sentences;
+}
+
 }  // namespace
 
 std::vector<std::string> recommendations(const CostReport& report) {
@@ -290,6 +301,7 @@ std::vector<std::string> recommendations(const CostReport& report) {
             factor(arm.time_ratio), sentence_on_noise(arm), floor.empty() ? "" : "; it ", floor,
             tile.empty() ? "" : "; ", tile));
     }
+    std::ranges::move(sentences_on_building(report), std::back_inserter(sentences));
     return sentences;
 }
 
@@ -306,7 +318,8 @@ json to_json(const CostReport& report) {
                 "rmse and bias_floor: relative to the mean of the reference image. relmse: mean over pixels "
                 "and channels of (x - r)^2 / (r^2 + {:g}). mse: in the image's own unit. flip: mean, of images "
                 "exposed to a mean of {:g} and clipped at 1. noise: the error without bias, relative to the mean. mse, "
-                "noise, flip and regions: at the greatest sample count",
+                "noise, flip and regions: at the greatest sample count. seconds: of rendering; hierarchy_seconds: of "
+                "building the hierarchy before",
                 ErrorMetrics::epsilon, shown_mean)},
         {"regions",
             fmt::format(
@@ -399,6 +412,7 @@ std::string to_text(const CostReport& report) {
             words_of(time), bias_of(*arm), bad_regions(*arm));
     }
     text += fmt::format("\n{}\n", sentence_to(report, report.asked_error));
+    for (const std::string& sentence : sentences_on_building(report)) text += sentence + "\n";
     const auto more = report.figures.size() - std::min(report.figures.size(), rows_of(report).size());
     if (more > 0 || !report.skipped.empty())
         text += fmt::format(

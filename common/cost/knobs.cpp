@@ -147,6 +147,20 @@ void add_intersections(
     }
 }
 
+void add_hierarchies(std::vector<KnobSetting>& all, const Scene& scene, const ArmSettings& baseline) {
+    // Fewer primitives are tested one by one, on either backend.
+    constexpr std::uint32_t fewest = 64;
+    const std::string reason =
+        placed_primitives(scene).size() < fewest ? "the scene has too few primitives for a hierarchy" : "";
+    for (std::size_t i = 0; i < hierarchy_quality_names.size(); ++i) {
+        const auto quality = static_cast<HierarchyQuality>(i);
+        if (quality == baseline.render.hierarchy) continue;
+        const std::string name(hierarchy_quality_names[i]);
+        all.push_back({hierarchy_knob, name, "--hierarchy-quality " + name,
+            [quality](ArmSettings& arm) { arm.render.hierarchy = quality; }, reason});
+    }
+}
+
 void add_precisions(std::vector<KnobSetting>& all, const ArmSettings& baseline) {
     for (std::size_t i = 0; i < precision_names.size(); ++i) {
         const auto precision = static_cast<Precision>(i);
@@ -222,6 +236,7 @@ std::vector<KnobSetting> knob_settings(
     add_samplings(all, scene, baseline, renderer.accumulation, mean);
     add_precisions(all, baseline);
     add_intersections(all, scene, baseline, renderer.backend);
+    add_hierarchies(all, scene, baseline);
     add_denoising(all, baseline);
     return all;
 }
@@ -237,6 +252,7 @@ ArmSettings reference_settings(
     reference.render.bounces = unlimited_bounces;
     reference.render.roulette_start = reference_roulette;
     reference.render.intersection = IntersectionSettings{};
+    reference.render.hierarchy = HierarchyQuality::high;
     reference.render.generator = Generator::sobol;
     reference.render.clamp = std::numeric_limits<double>::infinity();
     reference.render.fresnel.reset();

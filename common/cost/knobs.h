@@ -17,6 +17,9 @@ struct ArmSettings {
     bool denoise = false;  // the film, by `tandem denoise` (MODEL.md section 11.6)
 };
 
+// Its arms differ in the time to build hierarchies too, which no render's seconds hold.
+inline constexpr const char* hierarchy_knob = "hierarchy-quality";
+
 // One value of one knob.
 struct KnobSetting {
     std::string knob, setting;  // "integrator", "next-event"

@@ -10,6 +10,7 @@
 
 #include "common/cost/schedule.h"
 #include "common/error.h"
+#include "common/statistics/paired_effect.h"
 #include "common/stopwatch.h"
 #include "common/validation/judges/judges.h"
 #include "common/validation/verdict/error_metrics.h"
@@ -272,6 +273,29 @@ bool CostExperiment::add(const CostArm& arm) {
         skipped_.push_back({arm.knob, arm.setting, refusal.what()});
         return false;
     }
+}
+
+void CostExperiment::time_hierarchies(double seconds, const CostControl& control) {
+    constexpr std::size_t most_times = 5;
+    std::vector<std::size_t> timed;
+    for (std::size_t i = 0; i < arms_.size(); ++i)
+        if (arms_[i].knob == "baseline" || arms_[i].knob == hierarchy_knob) timed.push_back(i);
+    if (std::ranges::none_of(timed, [&](std::size_t i) { return arms_[i].knob == hierarchy_knob; })) return;
+    const double start = now_by(control);
+    std::vector<std::vector<double>> times(timed.size());
+    for (std::size_t k = 0; k < timed.size(); ++k) times[k] = {jobs_[timed[k]]->facts().hierarchy_seconds};
+    for (std::size_t round = 1; round < most_times; ++round) {
+        const double spent = now_by(control) - start;
+        const double next = round == 1 ? 0.0 : spent / static_cast<double>(round - 1);
+        if (control.stop.stop_requested() || spent + next > seconds) break;
+        for (std::size_t k = 0; k < timed.size(); ++k) {
+            const ArmSettings& settings = arms_[timed[k]].settings;
+            RenderSettings render = settings.render;
+            render.seed = seed_;
+            times[k].push_back(renderers_->of(settings.backend).prepare(scene_, render)->facts().hierarchy_seconds);
+        }
+    }
+    for (std::size_t k = 0; k < timed.size(); ++k) arms_[timed[k]].hierarchy_seconds = median(times[k]);
 }
 
 bool CostExperiment::measure(

@@ -21,6 +21,8 @@ struct CostArm {
     std::string options;        // of `tandem render`
     ArmSettings settings;
     bool keeps_estimate = true;  // as KnobSetting's
+    // Time to build its hierarchy, the median of several: for the arms of hierarchy_knob, and the baseline beside them.
+    std::optional<double> hierarchy_seconds = {};
     [[nodiscard]] std::string name() const { return setting.empty() ? knob : knob + " " + setting; }
 };
 
@@ -67,6 +69,8 @@ public:
 
     // Makes an arm ready. False, with a SkippedArm, where the backend refuses it.
     bool add(const CostArm& arm);
+    // Fills in hierarchy_seconds, if there are such arms. Each is prepared anew, in turn, as `seconds` allow.
+    void time_hierarchies(double seconds, const CostControl& control);
     void skip_for_time(const CostArm& arm, const std::string& reason);
     [[nodiscard]] const std::vector<CostArm>& arms() const { return arms_; }
     [[nodiscard]] RendererInfo info() const;  // of the first arm's renderer

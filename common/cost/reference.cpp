@@ -158,6 +158,9 @@ CostReference given(const CostRequest& request) {
 std::string text_of(const ArmSettings& settings, const RendererInfo& info) {
     const RenderSettings& render = settings.render;
     const IntersectionSettings& meeting = render.intersection;
+    std::string more = settings.denoise ? " denoised" : "";
+    if (render.hierarchy != HierarchyQuality::high)
+        more += fmt::format(" hierarchy {}", name_of(render.hierarchy, hierarchy_quality_names));
     return fmt::format(
         "{}x{} seed {} {} bounces {} roulette {} rays {} {} kernels {} {} {} {} on {} {} {} precision {} {} generator "
         "{} clamp {} fresnel {} mis {} light {} accumulation {} sampling {}{}",
@@ -169,7 +172,7 @@ std::string text_of(const ArmSettings& settings, const RendererInfo& info) {
         render.fresnel ? static_cast<int>(*render.fresnel) : -1, render.mis,
         light_sampling_names[static_cast<std::size_t>(render.light_sampling)],
         static_cast<int>(render.accumulation.value_or(info.accumulation)),
-        sampling_names[static_cast<std::size_t>(render.sampling)], settings.denoise ? " denoised" : "");
+        sampling_names[static_cast<std::size_t>(render.sampling)], more);
 }
 
 InputError other_measurement() {

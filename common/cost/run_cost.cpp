@@ -142,6 +142,7 @@ CostReport run_cost(const Scene& scene, CostRequest request, const CostControl& 
         else
             (void)experiment.add(arm);
     }
+    experiment.time_hierarchies(std::max(0.0, making_end - spent()), control);
     report.device = info.device;
     report.driver = info.driver;
     const double before = samples.seconds;

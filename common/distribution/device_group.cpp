@@ -160,6 +160,10 @@ public:
     [[nodiscard]] std::vector<PathTrace> trace(std::uint32_t x, std::uint32_t y, SampleRange samples) override {
         return members_.front().job->trace(x, y, samples);
     }
+    [[nodiscard]] bool first_vertices(
+        FilmSize film, SampleRange samples, const RenderControl& control, const FirstVertexVisitor& visit) override {
+        return members_.front().job->first_vertices(film, samples, control, visit);
+    }
 
 private:
     // The first ones last, as they are taken from the end. Enough of them that none waits long for the slowest.

@@ -111,6 +111,7 @@ Provenance provenance_of(const std::vector<std::string>& inputs, const RenderSet
         {"triangle_test", name_of(settings.intersection.triangles, triangle_kernel_names)},
         {"convex_test", name_of(settings.intersection.convex, convex_kernel_names)},
         {"guard", name_of(settings.intersection.guard, guard_names)}, {"epsilon", settings.intersection.epsilon},
+        {"hierarchy_quality", name_of(settings.hierarchy, hierarchy_quality_names)},
         {"generator", name_of(settings.generator, generator_names)}, {"clamp", number(settings.clamp)},
         {"precision", precision.empty() ? "default" : precision},
         {"fresnel", settings.fresnel ? json(*settings.fresnel == Fresnel::exact ? "exact" : "schlick") : json()},

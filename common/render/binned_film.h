@@ -9,12 +9,6 @@
 
 namespace tandem {
 
-struct FilmSize {
-    std::uint32_t width = 0, height = 0;  // pixels
-    bool operator==(const FilmSize&) const = default;
-    [[nodiscard]] std::uint64_t pixel_count() const { return std::uint64_t{width} * height; }
-};
-
 [[nodiscard]] inline FilmSize size_of(const RenderSettings& settings) { return {settings.width, settings.height}; }
 
 // Which sample of the film a sample of a bin is. The choice depends on bin, sample and seed alone, and so is the same

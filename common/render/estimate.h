@@ -10,6 +10,12 @@
 
 namespace tandem {
 
+struct FilmSize {
+    std::uint32_t width = 0, height = 0;  // pixels
+    bool operator==(const FilmSize&) const = default;
+    [[nodiscard]] std::uint64_t pixel_count() const { return std::uint64_t{width} * height; }
+};
+
 // Samples [begin, end) of every pixel.
 struct SampleRange {
     std::uint64_t begin = 0;

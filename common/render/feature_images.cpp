@@ -3,10 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <glm/geometric.hpp>
 #include <glm/matrix.hpp>
 #include <limits>
-#include <map>
 #include <span>
 #include <sstream>
 
@@ -19,55 +19,71 @@ namespace tandem {
 
 namespace {
 
-using Votes = std::map<std::uint32_t, std::uint32_t>;
-
-// The lower id of equal numbers.
-std::uint32_t most_frequent(const Votes& votes) {
-    const auto most = std::ranges::max_element(votes, [](const auto& a, const auto& b) { return a.second < b.second; });
-    return most == votes.end() ? no_index : most->first;
+// Where several are equally frequent, the lowest.
+std::uint32_t most_frequent(std::span<std::uint32_t> ids) {
+    std::ranges::sort(ids);
+    std::uint32_t found = no_index;
+    std::ptrdiff_t most = 0;
+    for (auto run = ids.begin(); run != ids.end();) {
+        const auto next = std::find_if(run, ids.end(), [&](std::uint32_t id) { return id != *run; });
+        if (next - run > most) found = *run;
+        most = std::max(most, next - run);
+        run = next;
+    }
+    return found;
 }
 
 // What the traced paths of a scene's pixels meet first.
 class FirstHits {
 public:
     FirstHits(const Scene& scene, const RenderSettings& settings)
-        : scene_(scene), settings_(settings), placed_(placed_primitives(scene)) {}
+        : scene_(scene), settings_(settings), placed_(placed_primitives(scene)), moves_(camera_moves(scene.camera)) {
+        for (const Entity& entity : scene.entities) {
+            to_object_.push_back(glm::inverse(entity.object_to_world));
+            moves_ = moves_ || entity.motion != glm::dvec3(0.0);
+        }
+    }
 
-    // A pixel by its samples from `begin` on.
+    // A pixel by its samples from `begin` on, at most most_feature_samples.
     [[nodiscard]] PixelFeatures features_of(
-        std::span<const PathTrace> paths, std::uint32_t pixel, std::uint64_t begin) const {
+        std::span<const TracedVertex> vertices, std::uint32_t pixel, std::uint64_t begin) const {
         PixelFeatures mean;
-        Votes primitives, materials;
-        double hits = 0.0;
-        for (std::size_t path = 0; path < paths.size(); ++path) {
-            const TracedVertex& first = paths[path].vertices.front();
+        std::array<std::uint32_t, most_feature_samples> primitives{}, materials{};
+        std::size_t hits = 0, surfaces = 0;
+        for (std::size_t sample = 0; sample < vertices.size(); ++sample) {
+            const TracedVertex& first = vertices[sample];
             if (first.end == PathEnd::left_scene) continue;
-            hits += 1.0;
-            const double time = time_of(pixel, begin + path);
+            ++hits;
+            const double time = time_of(pixel, begin + sample);
             if (first.end == PathEnd::goes_on) mean.albedo += weight_of(first);
             mean.position += first.position;
             mean.distance += first.t;
             mean.depth += glm::dot(first.position - first.origin, view_axis(time));
             if (first.in_medium) continue;
             mean.normal += shading_normal(first, time);
-            ++primitives[first.primitive];
-            ++materials[first.material];
+            primitives.at(surfaces) = first.primitive;
+            materials.at(surfaces++) = first.material;
         }
-        if (hits == 0.0) {
+        if (hits == 0) {
             mean.depth = mean.distance = std::numeric_limits<double>::infinity();
             return mean;
         }
-        for (glm::dvec3* sum : {&mean.albedo, &mean.normal, &mean.position}) *sum /= hits;
-        for (double* sum : {&mean.depth, &mean.distance}) *sum /= hits;
-        mean.coverage = hits / static_cast<double>(paths.size());
-        mean.primitive = most_frequent(primitives);
-        mean.material = most_frequent(materials);
+        const auto count = static_cast<double>(hits);
+        for (glm::dvec3* sum : {&mean.albedo, &mean.normal, &mean.position}) *sum /= count;
+        for (double* sum : {&mean.depth, &mean.distance}) *sum /= count;
+        mean.coverage = count / static_cast<double>(vertices.size());
+        mean.primitive = most_frequent(std::span(primitives).first(surfaces));
+        mean.material = most_frequent(std::span(materials).first(surfaces));
         return mean;
     }
 
 private:
-    // MODEL.md section 4.
+    static bool camera_moves(const Camera& camera) {
+        return camera.position_motion != glm::dvec3(0.0) || camera.target_motion != glm::dvec3(0.0);
+    }
+    // MODEL.md section 4; 0 where nothing moves.
     [[nodiscard]] double time_of(std::uint32_t pixel, std::uint64_t sample) const {
+        if (!moves_) return 0.0;
         return to_unit<double>(random_block(settings_.generator, settings_.seed, pixel, sample, 1)[0]);
     }
     [[nodiscard]] glm::dvec3 view_axis(double time) const {
@@ -85,7 +101,7 @@ private:
         const auto corner = [&](std::size_t i) { return scene_.vertices[primitive.index.at(i)]; };
         const auto normal = [&](std::size_t i) { return scene_.normals[primitive.index.at(i)]; };
         if (normal(0) == glm::dvec3(0.0) || normal(1) == glm::dvec3(0.0) || normal(2) == glm::dvec3(0.0)) return flat;
-        const glm::dmat4 to_object = glm::inverse(entity.object_to_world);
+        const glm::dmat4& to_object = to_object_[placed.entity];
         const glm::dvec3 point(to_object * glm::dvec4(hit.position - time * entity.motion, 1.0));
         const glm::dvec3 edge1 = corner(1) - corner(0), edge2 = corner(2) - corner(0), off = point - corner(0);
         const glm::dvec3 whole = glm::cross(edge1, edge2);
@@ -102,6 +118,8 @@ private:
     const Scene& scene_;
     const RenderSettings& settings_;
     PlacedPrimitives placed_;
+    std::vector<glm::dmat4> to_object_;  // by entity
+    bool moves_;                         // the camera, or an entity
 };
 
 }  // namespace
@@ -137,15 +155,15 @@ std::optional<std::vector<PixelFeatures>> render_features(RenderJob& job, const 
     const RenderSettings& settings, SampleRange samples, const std::stop_token& stop,
     const std::function<void(double fraction)>& progress) {
     const FirstHits hits(scene, settings);
-    const std::uint32_t all = settings.width * settings.height;
-    std::vector<PixelFeatures> features;
-    features.reserve(all);
-    for (std::uint32_t pixel = 0; pixel < all; ++pixel) {
-        if (stop.stop_requested()) return std::nullopt;
-        const std::vector<PathTrace> paths = job.trace(pixel % settings.width, pixel / settings.width, samples);
-        features.push_back(hits.features_of(paths, pixel, samples.begin));
-        if (progress) progress(static_cast<double>(pixel + 1) / all);
-    }
+    const FilmSize film{settings.width, settings.height};
+    std::vector<PixelFeatures> features(film.pixel_count());
+    RenderControl control{stop, {}};
+    if (progress) control.progress = [&](double done) { progress(done / static_cast<double>(samples.count())); };
+    const bool complete =
+        job.first_vertices(film, samples, control, [&](std::uint32_t pixel, std::span<const TracedVertex> vertices) {
+            features[pixel] = hits.features_of(vertices, pixel, samples.begin);
+        });
+    if (!complete) return std::nullopt;
     return features;
 }
 

@@ -162,16 +162,28 @@ public:
     [[nodiscard]] std::vector<PathTrace> trace(std::uint32_t x, std::uint32_t y, SampleRange samples) override {
         std::vector<PathTrace> traces = job_->trace(x, y, samples);
         for (std::size_t i = 0; i < traces.size(); ++i) {
-            const dvec3 place = origin_ + time(y * width_ + x, samples.begin + i) * motion_;
-            for (TracedVertex& vertex : traces[i].vertices) {
-                vertex.origin += place;
-                if (vertex.end != PathEnd::left_scene) vertex.position += place;
-            }
+            const dvec3 place = origin_of(y * width_ + x, samples.begin + i);
+            for (TracedVertex& vertex : traces[i].vertices) move_back(vertex, place);
         }
         return traces;
     }
+    [[nodiscard]] bool first_vertices(
+        FilmSize film, SampleRange samples, const RenderControl& control, const FirstVertexVisitor& visit) override {
+        return job_->first_vertices(film, samples, control, [&](std::uint32_t pixel, std::span<TracedVertex> vertices) {
+            for (std::size_t i = 0; i < vertices.size(); ++i)
+                move_back(vertices[i], origin_of(pixel, samples.begin + i));
+            visit(pixel, vertices);
+        });
+    }
 
 private:
+    static void move_back(TracedVertex& vertex, const dvec3& origin) {
+        vertex.origin += origin;
+        if (vertex.end != PathEnd::left_scene) vertex.position += origin;
+    }
+    [[nodiscard]] dvec3 origin_of(std::uint32_t pixel, std::uint64_t sample) const {
+        return origin_ + time(pixel, sample) * motion_;
+    }
     // MODEL.md section 4.
     [[nodiscard]] double time(std::uint32_t pixel, std::uint64_t sample) const {
         return to_unit<double>(random_block(generator_, seed_, pixel, sample, 1)[0]);

@@ -39,6 +39,7 @@ struct TracedVertex {
     double pdf = 0.0;
     // Next event (9.2): the direction in which a light was sampled, and what that brought; zero: none.
     glm::dvec3 light_direction{0.0}, light{0.0};
+    bool operator==(const TracedVertex&) const = default;
 };
 
 struct PathTrace {

@@ -57,6 +57,29 @@ std::vector<PathTrace> RenderJob::trace(std::uint32_t /*x*/, std::uint32_t /*y*/
     throw UnsupportedError("this renderer cannot follow a single path");
 }
 
+void check_one_block(SampleRange samples) {
+    if (samples.end <= samples.begin || samples.begin / samples_per_block != (samples.end - 1) / samples_per_block)
+        throw Error(fmt::format("first vertices: samples {} to {} are not of one block of {}", samples.begin,
+            samples.end, samples_per_block));
+}
+
+bool RenderJob::first_vertices(
+    FilmSize film, SampleRange samples, const RenderControl& control, const FirstVertexVisitor& visit) {
+    check_one_block(samples);
+    std::vector<TracedVertex> vertices;
+    for (std::uint32_t pixel = 0; pixel < film.pixel_count(); ++pixel) {
+        if (control.stop.stop_requested()) return false;
+        vertices.clear();
+        for (PathTrace& path : trace(pixel % film.width, pixel / film.width, samples))
+            vertices.push_back(path.vertices.front());
+        visit(pixel, vertices);
+        if (control.progress)
+            control.progress(
+                static_cast<double>((pixel + 1) * samples.count()) / static_cast<double>(film.pixel_count()));
+    }
+    return true;
+}
+
 const Backend& find_backend(const BackendList& backends, const std::string& name) {
     const auto found = std::ranges::find(backends, name, &Backend::name);
     if (found != backends.end()) return *found;

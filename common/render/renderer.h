@@ -24,7 +24,8 @@
 
 namespace tandem {
 
-struct PathTrace;  // common/render/path_trace.h
+struct PathTrace;     // common/render/path_trace.h
+struct TracedVertex;  // likewise
 
 // single: every operation rounded by itself. double: all of it. contracted: single, products and sums fused as the
 // driver likes (Vulkan). mixed: single, but for intersections and the points that follow from them.
@@ -46,6 +47,11 @@ inline constexpr std::array<std::string_view, 2> sampling_names{"uniform", "adap
 // asks where the receiver is and which way it faces.
 enum class LightSampling : std::uint32_t { power = 0, uniform = 1, tree = 2 };
 inline constexpr std::array<std::string_view, 3> light_sampling_names{"power", "uniform", "tree"};
+
+// How long a backend looks for a good hierarchy over primitives (MODEL.md section 5.3). The image is the same. A better
+// one takes longer to build, and rays are through it sooner. high: the default, what the backend does best.
+enum class HierarchyQuality : std::uint32_t { high = 0, medium = 1, low = 2 };
+inline constexpr std::array<std::string_view, 3> hierarchy_quality_names{"high", "medium", "low"};
 
 // Whether triangles that several entities place are kept once (instancing.h). automatic: where that saves much.
 enum class Instancing : std::uint32_t { automatic = 0, never = 1, always = 2 };
@@ -69,6 +75,7 @@ struct RenderSettings {
     std::optional<Accumulation> accumulation;                // empty: the backend's own (RendererInfo)
     Sampling sampling = Sampling::uniform;                   // adaptive: jobs also render lists of pixels
     Instancing instancing = Instancing::automatic;
+    HierarchyQuality hierarchy = HierarchyQuality::high;
 };
 
 // The scene with what the settings say of its materials; nothing if it stays as it is.
@@ -97,6 +104,9 @@ struct RenderControl {
     std::function<void(double samples_done)> progress;
 };
 
+// Takes what RenderJob::first_vertices finds of one pixel, y * width + x: a vertex a sample, in ascending order.
+using FirstVertexVisitor = std::function<void(std::uint32_t pixel, std::span<TracedVertex> vertices)>;
+
 struct RenderResult {
     Estimate estimate;
     double seconds = 0.0;                  // wall clock inside render()
@@ -117,7 +127,11 @@ struct JobFacts {
     std::vector<Part> dispatches;      // of a kernel, for the first sample of every pixel
     std::uint64_t bytes_per_path = 0;  // of state between two vertices
     double kernel_seconds = 0.0;       // spent on making the kernels, as far as drivers did so when asked to
+    double hierarchy_seconds = 0.0;    // spent on building hierarchies over primitives; 0: there is none
 };
+
+// Throws Error unless the samples are of one block, as RenderJob::first_vertices wants them.
+void check_one_block(SampleRange samples);
 
 // A scene made ready for one renderer and one set of settings.
 class RenderJob {
@@ -137,6 +151,11 @@ public:
     // The paths of samples of pixel (x, y), vertex by vertex: the very ones that render() follows. Throws
     // UnsupportedError, with the reason, where this job cannot.
     [[nodiscard]] virtual std::vector<PathTrace> trace(std::uint32_t x, std::uint32_t y, SampleRange samples);
+    // Finds the first vertices of the paths of all pixels of the job's film. They are bit for bit those that trace()
+    // gives. `samples` are of one block. `visit` is called once for each pixel, by several threads at once. False after
+    // a stop: pixels are left out. Throws as trace() does, and Error for samples of two blocks.
+    [[nodiscard]] virtual bool first_vertices(
+        FilmSize film, SampleRange samples, const RenderControl& control, const FirstVertexVisitor& visit);
 };
 
 struct RendererInfo {

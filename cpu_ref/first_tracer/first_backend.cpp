@@ -35,6 +35,8 @@ void check_choices(const RenderSettings& settings) {
     if (settings.intersection != IntersectionSettings{})
         refuse("choice of intersection tests and guards",
             "the backends cpu and vulkan do; or leave --triangle-test, --convex-test and --guard out");
+    if (settings.hierarchy != HierarchyQuality::high)
+        refuse("choice of a hierarchy", "the backends cpu and vulkan do; or leave --hierarchy-quality out");
     if (settings.accumulation.value_or(Accumulation::in_double) != Accumulation::in_double)
         refuse("sums but in double", "leave --accumulation out");
 }

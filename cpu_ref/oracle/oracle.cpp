@@ -159,6 +159,8 @@ void refuse_choices(const RenderSettings& settings) {
         throw UnsupportedError(
             "the oracle has one intersection test a primitive and one guard; leave --triangle-test, --convex-test and "
             "--guard out");
+    if (settings.hierarchy != HierarchyQuality::high)
+        throw UnsupportedError("the oracle asks every primitive, by no hierarchy; leave --hierarchy-quality out");
     if (settings.accumulation.value_or(Accumulation::in_double) != Accumulation::in_double)
         throw UnsupportedError("the oracle adds its samples in double alone; leave --accumulation out");
 }

@@ -111,6 +111,7 @@ public:
         facts.bytes_per_path = Tracer::bytes_per_path();
         // The scene's tables are as large as what it has, in every variant.
         facts.buffers = {{"paths-of-a-thread", Tracer::bytes_of_paths()}};
+        facts.hierarchy_seconds = accelerator_.hierarchy_seconds();
         return facts;
     }
 
@@ -125,6 +126,26 @@ public:
     }
     std::vector<PathTrace> trace(std::uint32_t x, std::uint32_t y, SampleRange samples) override {
         return traced_paths(tables_, shading_.get(), accelerator_, x, y, samples);
+    }
+    bool first_vertices(
+        FilmSize film, SampleRange samples, const RenderControl& control, const FirstVertexVisitor& visit) override {
+        check_one_block(samples);
+        const auto count = static_cast<std::uint32_t>(samples.count());
+        const auto pixels = static_cast<std::uint32_t>(film.pixel_count());
+        Progress progress(control, pixels);
+        tbb::enumerable_thread_specific<FirstVertexTracer> tracers(
+            [this] { return first_vertex_tracer<Real, Shade>(tables_, shading_.get(), accelerator_); });
+        in_batches(pixels, count, [&](std::uint32_t first, std::uint32_t batch_pixels) {
+            if (control.stop.stop_requested()) return;
+            const Batch batch{first, batch_pixels, samples.begin, count};
+            const std::span<TracedVertex> vertices = tracers.local()(batch, control.stop);
+            for (std::uint32_t p = 0; p < batch_pixels && !control.stop.stop_requested(); ++p)
+                visit(first + p, vertices.subspan(std::size_t{p} * count, count));
+            progress.add(batch.paths());
+        });
+        if (control.stop.stop_requested()) return false;
+        progress.finish();
+        return true;
     }
 
 private:
@@ -181,16 +202,10 @@ private:
     // False if a stop request cut it short; the film is then spoilt.
     bool render_pass(SampleRange pass, const std::stop_token& stop, Progress& progress, std::uint64_t& faults) {
         const auto samples = static_cast<std::uint32_t>(pass.count());
-        // Small images are cut finer, so that every thread has its share.
-        const std::uint32_t share =
-            std::max(1u, pixels_ / (8u * static_cast<std::uint32_t>(std::max(1, arena_.max_concurrency()))));
-        const std::uint32_t batch_pixels = std::clamp(batch_paths / samples, 1u, share);
-        const std::uint32_t batches = (pixels_ - 1) / batch_pixels + 1;
         std::atomic<std::uint64_t> invalid{0};
-        parallel_for(arena_, batches, [&](std::uint32_t index) {
+        in_batches(pixels_, samples, [&](std::uint32_t first, std::uint32_t batch_pixels) {
             if (stop.stop_requested()) return;
-            const std::uint32_t first = index * batch_pixels;
-            const Batch batch{first, std::min(batch_pixels, pixels_ - first), pass.begin, samples, listed_};
+            const Batch batch{first, batch_pixels, pass.begin, samples, listed_};
             Worker<Real, effects, Shade>& worker = workers_.local();
             worker.radiance.resize(batch.paths());
             worker.tracer.run(batch, worker.radiance, stop);
@@ -200,6 +215,19 @@ private:
         });
         faults = invalid;
         return !stop.stop_requested();
+    }
+
+    // body(first pixel, pixels) for batches of all pixels, of so many samples each.
+    template <class Body>
+    void in_batches(std::uint32_t pixels, std::uint32_t samples, const Body& body) {
+        // Small images are cut finer, so that every thread has its share.
+        const std::uint32_t share =
+            std::max(1u, pixels / (8u * static_cast<std::uint32_t>(std::max(1, arena_.max_concurrency()))));
+        const std::uint32_t batch_pixels = std::clamp(batch_paths / samples, 1u, share);
+        parallel_for(arena_, (pixels - 1) / batch_pixels + 1, [&](std::uint32_t index) {
+            const std::uint32_t first = index * batch_pixels;
+            body(first, std::min(batch_pixels, pixels - first));
+        });
     }
 
     // Adds the samples of each pixel in ascending order; returns how many are invalid (section 12).

@@ -15,7 +15,8 @@ constexpr std::uint64_t columns_of_face = 27;
 constexpr std::uint64_t columns_of_sphere = 36;
 
 // Bytes of Embree 3.13.5 for a primitive at RTC_BUILD_QUALITY_HIGH, as measured on hilly grids of 10^6 to 4 10^6
-// triangles. The first is of its corners, tree and leaves, the second of what its builder gives back.
+// triangles. The first is of its corners, tree and leaves, the second of what its builder gives back. It stands for
+// other qualities too.
 constexpr std::uint64_t tree_bytes = 140, builder_bytes = 75;
 
 template <class Real>

@@ -1,7 +1,8 @@
-// What a path tracer keeps of the paths that it follows (the last parameter of PathTracer). It is nothing, at no cost,
-// or one path whole, for `tandem trace`.
+// What a path tracer keeps of the paths that it follows (a parameter of PathTracer). It is nothing, at no cost, or one
+// path whole, for `tandem trace`, or the first vertices of many, for feature images.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <vector>
 
@@ -13,12 +14,19 @@ struct NoRecorder {
     static constexpr bool records = false;
 };
 
-// Records a batch of one path.
+// Records a batch of one path; or of any batch each path's first vertex, where paths then end.
 struct PathRecorder {
     static constexpr bool records = true;
-    std::vector<TracedVertex> vertices;
-    glm::dvec3 light_direction{0.0}, light{0.0};  // of the vertex at hand
+    static constexpr std::size_t most_lanes = 32;
+    bool first_only = false;
+    std::vector<TracedVertex> vertices;                             // first_only: by the number of the path
+    std::array<glm::dvec3, most_lanes> light_direction{}, light{};  // of the vertices at hand, by lane
     unsigned scattered = 0;  // lanes whose last scattering gave a direction and left light to carry
+
+    // A vertex to fill in.
+    [[nodiscard]] TracedVertex& next(std::uint32_t path) {
+        return first_only ? vertices[path] = {} : vertices.emplace_back();
+    }
 };
 
 }  // namespace tandem::cpu

@@ -52,7 +52,7 @@ public:
     // Bytes of all paths that are on their way at once.
     static constexpr std::uint64_t bytes_of_paths();
 
-    [[nodiscard]] const Recorder& recorder() const { return recorder_; }
+    [[nodiscard]] Recorder& recorder() { return recorder_; }
 
     // Writes the radiance of path (pixel - first_pixel) * sample_count + (sample - first_sample) to radiance[that].
     // Returns early, with `radiance` unfinished, once a stop is requested.
@@ -346,7 +346,10 @@ bool PathTracer<Real, effects, Recorder, Shade>::advance(std::uint32_t first) {
         }
     }
     store3(paths_.radiance, first, geometric(at.radiance));
-    if constexpr (Recorder::records) record(at, first, ray, hit, missed, active);
+    if constexpr (Recorder::records) {
+        record(at, first, ray, hit, missed, active);
+        if (recorder_.first_only) ended = active;
+    }
     if (any(ended)) retire(first, ended);
     return true;
 }

@@ -1,5 +1,6 @@
-// Follows single paths for `tandem trace`: an invocation a sample of one pixel, each vertex written down. The arithmetic is
-// that of the kernels that render. A path's record takes the place of sums: a head and ten words of four a vertex.
+// Follows paths for `tandem trace` and feature images: an invocation a sample, each vertex written down. A pixel's samples
+// follow each other. The arithmetic is that of the kernels that render. A path's record takes the place of sums: a head and
+// ten words of four a vertex.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require
@@ -96,15 +97,16 @@ const uint words_per_vertex = 10;
 void main() {
     preload_primitives();
     const uint i = gl_GlobalInvocationID.x;
-    if (i >= settings.pixel_count) return;  // here: samples
-    const uint pixel = settings.first_pixel;
-    const uvec2 sample_index = uvec2(settings.sample_index.x + i, settings.sample_index.y);
+    if (i >= settings.pixel_count * settings.sample_count) return;
+    const uint pixel = settings.first_pixel + i / settings.sample_count;
+    const uvec2 sample_index = uvec2(settings.sample_index.x + i % settings.sample_count, settings.sample_index.y);
     if (has_entity_motion || has_camera_motion) ray_time = path_time(pixel, sample_index);
     const Ray ray = camera_ray(
         pixel_position(pixel), camera_numbers(pixel, sample_index), has_camera_motion ? ray_time : 0.0);
     Path path = Path(pixel, sample_index, 0, vec3(1.0), vec3(0.0), ray.origin, no_slot, ray.direction, 0.0, in_no_body,
         no_index);
-    const uint head = i * (1 + words_per_vertex * (settings.bounces + 1));
-    while (advance(path, head + 1 + words_per_vertex * path.segment)) {}
+    const uint last = settings.segment;  // that is followed
+    const uint head = i * (1 + words_per_vertex * (last + 1));
+    while (advance(path, head + 1 + words_per_vertex * path.segment) && path.segment <= last) {}
     records[head] = word(as_float(path.radiance), path.segment);
 }

@@ -91,6 +91,19 @@ class Features(ProgramTest):
         tandem("render", self.scene, "-o", more, "--samples", "8", "--seed", "1", "--aov", "primitive")
         self.assertEqual(tandem("compare", plain, more, "--margin", "50%", "--tile-margin", "90%").returncode, 0)
 
+    def test_features_end_with_the_time_and_at_an_interrupt(self):
+        image = self.folder / "a.exr"
+        for backend, more in (("cpu", ("--threads", "1")), ("vulkan", ())):
+            with self.subTest(backend):
+                words = ("render", self.scene, "-o", image, "--size", "1024", "--backend", backend, *more, "--aov", "all")
+                self.refused(tandem(*words, "--time", "0.2"), "--time: 0.2 s do not suffice for --aov", status=3)
+                with subprocess.Popen([TANDEM, *words, "--samples", "64"], stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True) as running:
+                    at_work(running, 0.5)
+                    running.send_signal(signal.SIGINT)
+                    told = running.communicate(timeout=20)[1]
+                self.assertIn(running.returncode, (130, -signal.SIGINT), told)
+                self.assertFalse(image.exists())
+
     def test_png_gets_pictures_beside_it(self):
         result = tandem("render", self.scene, "-o", self.folder / "a.png", "--samples", "2", "--aov", "normal,material")
         self.assertEqual(result.returncode, 0, result.stderr)

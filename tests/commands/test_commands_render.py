@@ -128,6 +128,40 @@ class Render(ProgramTest):
                 self.assertEqual(result.returncode, 0, result.stderr)
                 self.assertEqual(json.loads(figures.read_text())["light_sampling"], "tree")
 
+    def test_the_quality_of_hierarchies_changes_no_bit(self):
+        figures, images = self.folder / "out.json", {}
+        scene = SCENES / "model.json"
+        for backend in ["cpu", "vulkan"]:
+            for quality in ["high", "medium", "low"]:
+                image = self.folder / f"{backend}-{quality}.pfm"
+                result = tandem("render", scene, "-o", image, "--size", "16", "--samples", "4", "--backend", backend,
+                                "--hierarchy-quality", quality, "--json", figures)
+                self.assertEqual(result.returncode, 0, result.stderr)
+                self.assertEqual(json.loads(figures.read_text())["hierarchy_quality"], quality)
+                images[quality] = image.read_bytes()
+            self.assertEqual(images["high"], images["low"])
+            self.assertEqual(images["high"], images["medium"])
+        result = tandem("verify", scene, "--size", "16", "--hierarchy-quality", "low", "--json", figures)
+        self.assertEqual(result.returncode, 0, result.stdout + result.stderr)
+        self.assertEqual(json.loads(figures.read_text())["scenes"][0]["settings"]["hierarchy_quality"], "low")
+        render = ["render", scene, "-o", self.folder / "none.pfm", "--size", "8", "--hierarchy-quality", "low"]
+        for backend in ["oracle", "first"]:
+            self.refused(tandem(*render, "--backend", backend), "leave --hierarchy-quality out")
+        self.refused(tandem(*render[:-1], "lowest"), "--hierarchy-quality")
+
+    def test_what_hierarchies_cost_is_told_by_time_to_build_and_to_trace(self):
+        figures = self.folder / "cost.json"
+        result = tandem("cost", SCENES / "model.json", "--size", "16", "--knob", "hierarchy-quality", "--time", "6", "--no-cache",
+                        "--json", figures)
+        self.assertEqual(result.returncode, 0, result.stderr)
+        arms = {arm["setting"]: arm for arm in json.loads(figures.read_text())["arms"]}
+        self.assertEqual(set(arms), {"", "medium", "low"})
+        self.assertLess(0.0, arms["low"]["hierarchy_seconds"])
+        self.assertLess(arms["low"]["hierarchy_seconds"], arms[""]["hierarchy_seconds"])
+        self.assertIn("hierarchy-quality low builds its hierarchy in", result.stdout)
+        told = tandem("cost", self.scene, "--knob", "hierarchy-quality", "--list")
+        self.assertIn("too few primitives", told.stdout)
+
     def test_a_target_error_keeps_the_integrator_that_chooses_lights_as_asked(self):
         figures = self.folder / "out.json"
         result = tandem("render", SCENES / "many-lamps.json", "-o", self.folder / "out.pfm", "--size", "16",

@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "tests/common/known_cost.h"
+#include "tests/scene_builder.h"
 #include "tests/temporary_folder.h"
 
 namespace tandem {
@@ -292,6 +293,28 @@ TEST_CASE("cost: choices of the light are arms where there are two lights, and b
         CHECK((one.options.find("--light-sampling power") == std::string::npos) == chooses);
     }
     CHECK(reference_settings(scene, baseline, "cpu").render.light_sampling == LightSampling::power);
+}
+
+TEST_CASE("cost: qualities of hierarchies are arms where there are primitives enough for one") {
+    const auto arms = [](const Scene& scene, const ArmSettings& baseline) {
+        std::vector<KnobSetting> found;
+        for (const KnobSetting& one : knob_settings(scene, baseline, RendererInfo{}, 1.0))
+            if (one.knob == hierarchy_knob) found.push_back(one);
+        return found;
+    };
+    Scene scene = test::SceneBuilder().sphere(test::diffuse(glm::dvec3(0.5)), glm::dvec3(0.0), 1.0).scene();
+    ArmSettings baseline;
+    for (const KnobSetting& one : arms(scene, baseline)) CHECK_FALSE(one.reason.empty());
+    scene.entities.resize(100, scene.entities.front());
+    const std::vector<KnobSetting> all = arms(scene, baseline);
+    REQUIRE(all.size() == 2);
+    CHECK(all[0].reason.empty());
+    CHECK(all[1].options == "--hierarchy-quality low");
+    CHECK(all[1].keeps_estimate);
+    all[1].apply(baseline);
+    CHECK(baseline.render.hierarchy == HierarchyQuality::low);
+    CHECK(arms(scene, baseline)[0].setting == "high");
+    CHECK(reference_settings(scene, baseline, "cpu").render.hierarchy == HierarchyQuality::high);
 }
 
 TEST_CASE(

@@ -130,6 +130,11 @@ TEST_CASE("traced paths of a moved scene tell the points of the world") {
     CHECK(vertices[0].position == dvec3(1000004.0, 5.0, 6.0));
     CHECK(vertices[1].origin == dvec3(1000004.0, 5.0, 6.0));
     CHECK(vertices[1].position == dvec3(0.0));
+    REQUIRE(job->first_vertices({1, 1}, {0, 1}, {}, [&](std::uint32_t pixel, std::span<const TracedVertex> first) {
+        CHECK(pixel == 0);
+        REQUIRE(first.size() == 1);
+        CHECK(first[0] == vertices[0]);
+    }));
 }
 
 namespace {
@@ -184,4 +189,10 @@ TEST_CASE("traced paths of a moved scene tell the points of the world at their o
     const std::vector<TracedVertex> vertices = job->trace(3, 0, {64, 65}).front().vertices;
     CHECK(vertices[0].position == dvec3(4.0, 5.0, 6.0) + time * motion);
     CHECK(vertices[1].position == dvec3(0.0));
+    std::vector<TracedVertex> first;
+    REQUIRE(job->first_vertices({4, 1}, {64, 65}, {},
+        [&](std::uint32_t, std::span<const TracedVertex> of_pixel) { first.push_back(of_pixel.front()); }));
+    REQUIRE(first.size() == 4);
+    CHECK(first[3] == vertices[0]);
+    CHECK(first[2].position != vertices[0].position);
 }

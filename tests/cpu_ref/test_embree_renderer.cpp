@@ -253,6 +253,10 @@ TEST_CASE("what the backend cannot do it refuses") {
     RenderSettings too_few = settings(4, Integrator::path, 3);
     too_few.effects = EffectSet{Effect::triangles};
     CHECK_THROWS_AS(render(room(), too_few, {0, 64}), UnsupportedError);
+    RenderSettings quick = settings(4, Integrator::path, 3);
+    quick.hierarchy = HierarchyQuality::low;
+    for (const Backend& backend : {oracle_backend(), first_backend()})
+        CHECK_THROWS_AS((void)backend.create({})->prepare(room(), quick), UnsupportedError);
 }
 
 namespace {
@@ -288,6 +292,56 @@ Scene torus_at(const glm::dvec3& place, std::uint32_t n) {
 }
 
 }  // namespace
+
+namespace {
+
+// Stacks of five squares in one place, each of another colour: which one is hit is for rules to decide, not for trees.
+Scene coincident() {
+    test::SceneBuilder b;
+    b.camera({0.5, 0.7, 6.0}, glm::dvec3(0.0), 50.0).background(glm::dvec3(0.3), glm::dvec3(0.8));
+    for (int i = 0; i < 20; ++i)
+        for (const double albedo : {0.1, 0.3, 0.5, 0.7, 0.9}) {
+            const double x = 0.5 * (i % 5) - 1.2, y = 0.5 * (i / 5) - 0.8, z = 0.1 * (i % 3);
+            b.quad(test::diffuse(glm::dvec3(albedo)),
+                {glm::dvec3{x, y, z}, {x + 0.4, y, z}, {x + 0.4, y + 0.4, z}, {x, y + 0.4, z}});
+        }
+    return b.scene();
+}
+
+}  // namespace
+
+TEST_CASE("the quality of the hierarchy changes no bit of an image, also where triangles coincide") {
+    for (const Scene& scene : {torus_at({0.0, 0.0, 0.0}, 40), torus_at({1e4, 0.0, 0.0}, 40), coincident()})
+        for (const Precision precision : {Precision::single_precision, Precision::double_precision}) {
+            RenderSettings s = settings(32, Integrator::path, 4);
+            const Estimate high = render(scene, s, {0, 16}, with(precision)).estimate;
+            for (const HierarchyQuality quality : {HierarchyQuality::medium, HierarchyQuality::low}) {
+                s.hierarchy = quality;
+                CAPTURE(hierarchy_quality_names[static_cast<std::size_t>(quality)]);
+                CHECK(same_bits(high, render(scene, s, {0, 16}, with(precision)).estimate));
+            }
+        }
+}
+
+TEST_CASE("a hierarchy of low quality is built sooner than one of high quality, and a leaf takes no time") {
+    const Scene scene = torus_at({0.0, 0.0, 0.0}, 300);
+    // The quickest of several, as others may be at work on the machine.
+    const auto seconds = [&](HierarchyQuality quality) {
+        RenderSettings s = settings(8, Integrator::path, 1);
+        s.hierarchy = quality;
+        double least = std::numeric_limits<double>::infinity();
+        for (int run = 0; run < 3; ++run)
+            least = std::min(least, cpu_backend().create({})->prepare(scene, s)->facts().hierarchy_seconds);
+        return least;
+    };
+    const double low = seconds(HierarchyQuality::low), high = seconds(HierarchyQuality::high);
+    CAPTURE(low);
+    CAPTURE(high);
+    CHECK(low > 0.0);
+    CHECK(low < 0.75 * high);
+    CHECK(
+        cpu_backend().create({})->prepare(room(), settings(8, Integrator::path, 1))->facts().hierarchy_seconds == 0.0);
+}
 
 // Its triangles' bounds were wider than the whole torus: every ray met all of them.
 TEST_CASE("a fine mesh far from another body takes no longer than its triangles' order") {

@@ -83,6 +83,19 @@ TEST_CASE("images of placed meshes have the bits of the same triangles in the wo
     check_same_renders(scene_of_places(mirror(dvec3(0.9))), renders::settings(24, Integrator::path, 6));
 }
 
+TEST_CASE("images of placed meshes have the same bits whatever the quality of hierarchies") {
+    const Scene scene = scene_of_places(diffuse(dvec3(0.5)));
+    RenderSettings settings = with_instancing(renders::settings(24, Integrator::next_event, 4), Instancing::always);
+    for (const Precision precision : {Precision::single_precision, Precision::double_precision}) {
+        settings.hierarchy = HierarchyQuality::high;
+        const Estimate high = renders::render(scene, settings, 16, precision);
+        for (const HierarchyQuality quality : {HierarchyQuality::medium, HierarchyQuality::low}) {
+            settings.hierarchy = quality;
+            CHECK(renders::same_bits(high, renders::render(scene, settings, 16, precision)));
+        }
+    }
+}
+
 TEST_CASE("textures and vertex normals on placed meshes have the bits of the same triangles in the world") {
     Scene scene = scene_of_places(diffuse(dvec3(0.5)));
     for (const TextureSpace space : {TextureSpace::object, TextureSpace::coordinates}) {

@@ -30,6 +30,17 @@ TEST_CASE("traced paths bring the very radiance that renders have, in every ship
     check_traces_of_shipped_scenes(*cpu(Precision::double_precision), 4, 0x1p-53);
 }
 
+TEST_CASE("first vertices of all pixels end at a stop, by threads or one pixel after the other") {
+    const Scene scene = floor_below(diffuse(dvec3(0.5))).scene();
+    const RenderSettings s = settings(64, Integrator::next_event, 1);
+    for (const auto& renderer :
+        {cpu(Precision::single_precision), cpu(Precision::mixed), oracle_backend().create({})}) {
+        const auto job = renderer->prepare(scene, s);
+        check_first_vertices(*job, s);
+        check_stop_of_first_vertices(*job, s);
+    }
+}
+
 TEST_CASE("the oracle's traced paths bring the very radiance that its renders have") {
     check_traces_of_shipped_scenes(*oracle_backend().create({}), 3, 0x1p-53);
 }

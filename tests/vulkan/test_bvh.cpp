@@ -2,6 +2,7 @@
 #include <doctest/doctest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <glm/ext/matrix_transform.hpp>
 #include <glm/vector_relational.hpp>
@@ -24,10 +25,21 @@ struct Tree {
     std::uint32_t root = 0;
 };
 
-Tree tree_of(const std::vector<Box>& boxes) {
+constexpr std::array qualities{HierarchyQuality::high, HierarchyQuality::medium, HierarchyQuality::low};
+
+Tree tree_of(const std::vector<Box>& boxes, HierarchyQuality quality = HierarchyQuality::high) {
     Tree tree;
-    tree.root = build_bvh(boxes, tree.nodes);
+    tree.root = build_bvh(boxes, tree.nodes, quality);
     return tree;
+}
+
+// What a ray through the scene pays for inner nodes, up to a factor: the areas of their children's boxes.
+double cost_of(const Tree& tree) {
+    double cost = 0.0;
+    for (const gpu::BvhNode& node : tree.nodes)
+        for (const gpu::Vec3& half : {node.half0, node.half1})
+            cost += double{half.x} * double{half.y} + double{half.y} * double{half.z} + double{half.z} * double{half.x};
+    return cost;
 }
 
 bool holds(double centre, double half, double low, double high) {
@@ -64,11 +76,14 @@ struct Walk {
 };
 
 void check_tree(const std::vector<Box>& boxes) {
-    const Tree tree = tree_of(boxes);
-    Walk walk{tree, boxes};
-    CHECK(walk.levels(tree.root) <= most_bvh_levels);
-    CHECK(walk.all_held);
-    CHECK(std::ranges::all_of(walk.seen, [](int count) { return count == 1; }));
+    for (const HierarchyQuality quality : qualities) {
+        CAPTURE(hierarchy_quality_names[static_cast<std::size_t>(quality)]);
+        const Tree tree = tree_of(boxes, quality);
+        Walk walk{tree, boxes};
+        CHECK(walk.levels(tree.root) <= most_bvh_levels);
+        CHECK(walk.all_held);
+        CHECK(std::ranges::all_of(walk.seen, [](int count) { return count == 1; }));
+    }
 }
 
 Estimate image(const Scene& scene, const RenderSettings& settings, Acceleration acceleration) {
@@ -77,10 +92,13 @@ Estimate image(const Scene& scene, const RenderSettings& settings, Acceleration 
 
 bool same_image(const Scene& scene) {
     for (const Integrator integrator : {Integrator::path, Integrator::next_event}) {
-        const RenderSettings settings = settings_of(32, 5, integrator);
+        RenderSettings settings = settings_of(32, 5, integrator);
         const Estimate loops = image(scene, settings, Acceleration::loops);
         if (image_mean(loops) == 0.0) return false;  // nothing would be compared
-        if (!same_bits(loops, image(scene, settings, Acceleration::trees))) return false;
+        for (const HierarchyQuality quality : qualities) {
+            settings.hierarchy = quality;
+            if (!same_bits(loops, image(scene, settings, Acceleration::trees))) return false;
+        }
     }
     return true;
 }
@@ -148,6 +166,33 @@ TEST_CASE("a chain that would be split off one by one stays within the stack's l
     for (int i = 0; i < 200; ++i)
         chain.push_back({glm::dvec3(std::ldexp(1.0, i - 100)), glm::dvec3(std::ldexp(1.5, i - 100))});
     check_tree(chain);
+}
+
+TEST_CASE("better trees have smaller boxes, and a tree of low quality is balanced") {
+    // Small boxes and a few long ones, in clusters of unequal size.
+    std::vector<Box> boxes;
+    for (std::uint32_t i = 0; i < 4000; ++i) {
+        const glm::dvec3 low = std::pow(number(i, 6), 3.0) * glm::dvec3(9.0, 5.0, 2.0) + 0.3 * point(i, 0);
+        boxes.push_back({low, low + (i % 50 == 0 ? glm::dvec3(1.0, 0.01, 0.01) : glm::dvec3(0.02))});
+    }
+    const double high = cost_of(tree_of(boxes, HierarchyQuality::high)),
+                 medium = cost_of(tree_of(boxes, HierarchyQuality::medium)),
+                 low = cost_of(tree_of(boxes, HierarchyQuality::low));
+    CAPTURE(high);
+    CAPTURE(medium);
+    CAPTURE(low);
+    CHECK(high < medium);
+    CHECK(medium < low);
+    const Tree balanced = tree_of(boxes, HierarchyQuality::low);
+    CHECK(Walk{balanced, boxes}.levels(balanced.root) == 12);  // 2^12 = 4096
+}
+
+TEST_CASE("a job tells how long its trees took to build, and kernels without trees that they have none") {
+    const auto seconds = [](const Scene& scene, Acceleration acceleration) {
+        return default_renderer(acceleration).prepare(scene, settings_of(8, 1))->facts().hierarchy_seconds;
+    };
+    CHECK(seconds(sheet(60, 1.0), Acceleration::trees) > 0.0);
+    CHECK(seconds(sheet(60, 1.0), Acceleration::loops) == 0.0);
 }
 
 TEST_CASE("trees and loops give the same image bits") {

@@ -25,6 +25,30 @@ TEST_CASE("the device traces many samples of a pixel at once, each as if it were
     }
 }
 
+TEST_CASE("the device finds the first vertices of all pixels in several goes, those of the paths that it traces") {
+    const Scene scene = full_scene();
+    const RenderSettings settings = settings_of(100, 6, Integrator::next_event);
+    const auto job = default_renderer().prepare(scene, settings);
+    test::check_first_vertices(*default_renderer().prepare(scene, settings_of(6, 6)), settings_of(6, 6));
+    const FilmSize film{settings.width, settings.height};
+    std::vector<std::vector<TracedVertex>> found(film.pixel_count());
+    std::vector<double> told;
+    const auto visit = [&](std::uint32_t pixel, std::span<const TracedVertex> vertices) {
+        found[pixel].assign(vertices.begin(), vertices.end());
+    };
+    RenderControl control;
+    control.progress = [&](double samples) { told.push_back(samples); };
+    REQUIRE(job->first_vertices(film, {0, 16}, control, visit));
+    CHECK(told.size() > 1);
+    CHECK(told.back() == 16.0);
+    for (std::uint32_t pixel = 0; pixel < film.pixel_count(); pixel += 997) {
+        const std::vector<PathTrace> paths = job->trace(pixel % film.width, pixel / film.width, {0, 16});
+        REQUIRE(found[pixel].size() == 16);
+        for (std::size_t i = 0; i < 16; ++i) CHECK(found[pixel][i] == paths[i].vertices.front());
+    }
+    test::check_stop_of_first_vertices(*job, settings);
+}
+
 TEST_CASE("a path that the device ends by roulette is told from one that is absorbed") {
     SceneBuilder builder;
     builder.camera({0.0, 4.0, 0.0}, {0.0, 0.0, 0.01}, 1.0);

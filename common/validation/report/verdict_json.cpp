@@ -42,6 +42,7 @@ json settings_json(const RenderSettings& settings) {
     return {{"width", settings.width}, {"height", settings.height},
         {"integrator", integrator_name(settings.integrator)}, {"mis", settings.mis},
         {"light_sampling", light_sampling_names[static_cast<std::size_t>(settings.light_sampling)]},
+        {"hierarchy_quality", hierarchy_quality_names[static_cast<std::size_t>(settings.hierarchy)]},
         {"bounces", settings.bounces},
         {"roulette_start", settings.roulette_start == no_roulette ? json(nullptr) : json(settings.roulette_start)},
         {"accumulation", settings.accumulation

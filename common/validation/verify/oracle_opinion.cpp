@@ -106,6 +106,7 @@ std::optional<Estimate> Arbitration::render(
 // Throws UnsupportedError where the oracle cannot do the scene at all.
 void Arbitration::choose_integrator() {
     bool samples_otherwise = false;
+    report_.settings.hierarchy = HierarchyQuality::high;  // the oracle has none
     try {
         (void)request_.oracle.prepare(request_.scene, scaled_to(report_.settings, probe_side));
     } catch (const UnsupportedError&) {
@@ -189,6 +190,7 @@ void Arbitration::ask() {
     of_sides.integrator = request_.settings.integrator;
     of_sides.mis = request_.settings.mis;
     of_sides.light_sampling = request_.settings.light_sampling;
+    of_sides.hierarchy = request_.settings.hierarchy;
     of_sides.accumulation = request_.settings.accumulation;
     renderers_.emplace_back(request_.reference, request_.scene, of_sides);
     renderers_.emplace_back(request_.candidate, request_.scene, of_sides);

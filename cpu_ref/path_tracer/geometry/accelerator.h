@@ -32,6 +32,8 @@ public:
     [[nodiscard]] Mask<Real> occluded(const Ray<Lanes<Real>>& ray, const Departure<Lanes<Real>>& departure,
         Ints<Real> light, Mask<Real> active, Lanes<Real> time) const;
 
+    [[nodiscard]] double hierarchy_seconds() const { return hierarchies_.seconds; }  // JobFacts
+
 private:
     [[nodiscard]] Hit<Real> closest_one_by_one(const Ray<Lanes<Real>>& ray, const Departure<Lanes<Real>>& departure,
         Mask<Real> active, Lanes<Real> time) const;

@@ -5,9 +5,21 @@
 #include <limits>
 
 #include "common/error.h"
+#include "common/render/renderer.h"
+#include "common/stopwatch.h"
 #include "cpu_ref/path_tracer/geometry/surface.h"
 
 namespace tandem::cpu {
+
+namespace {
+
+RTCBuildQuality build_quality(HierarchyQuality quality) {
+    return quality == HierarchyQuality::low      ? RTC_BUILD_QUALITY_LOW
+           : quality == HierarchyQuality::medium ? RTC_BUILD_QUALITY_MEDIUM
+                                                 : RTC_BUILD_QUALITY_HIGH;
+}
+
+}  // namespace
 
 template <class Real>
 struct Hierarchies<Real>::Bounds {
@@ -41,12 +53,14 @@ Hierarchies<Real>::Hierarchies(
     RTCDevice device, const Tables<Real>& tables, std::size_t most_in_leaf, const RayCallbacks& callbacks)
     : leaf(tables.default_kernels && tables.primitives.size() <= most_in_leaf && !tables.meshes),
       scene(rtcNewScene(device)),
-      tables_(tables) {
+      tables_(tables),
+      quality_(build_quality(tables.settings.hierarchy)) {
+    const Stopwatch watch;
     const TriangleKernel kernel = tables.settings.intersection.triangles;
     const bool embree_tests = kernel == TriangleKernel::embree || kernel == TriangleKernel::embree_robust;
     own_test = kernel == TriangleKernel::watertight;
     if (kernel != TriangleKernel::embree) rtcSetSceneFlags(scene.get(), RTC_SCENE_FLAG_ROBUST);
-    rtcSetSceneBuildQuality(scene.get(), RTC_BUILD_QUALITY_HIGH);
+    rtcSetSceneBuildQuality(scene.get(), quality_);
     // Embree sees rays rounded to float, and the kernels of single precision round too. Let u = 2^-24 and M the largest
     // coordinate of scene and camera. A ray's origin moves by at most sqrt(3) u M. Its direction turns by sqrt(3) u
     // over a path of at most 2 sqrt(3) M. A kernel places a hit within 20 u M (surface.h). Together they are below 32 u
@@ -82,14 +96,15 @@ Hierarchies<Real>::Hierarchies(
         if (!native.empty()) add_native_triangles(device, callbacks);
         if (!user.empty()) add_user_geometry(device, callbacks, static_cast<unsigned>(user.size()));
         if (tables.meshes) {
-            meshes =
-                std::make_unique<MeshHierarchies<Real>>(device, *tables.meshes, reach, inflation, callbacks.meshes);
+            meshes = std::make_unique<MeshHierarchies<Real>>(
+                device, *tables.meshes, reach, inflation, quality_, callbacks.meshes);
             meshes->attach_places(device, scene.get());
         }
     }
     rtcCommitScene(scene.get());
     if (const RTCError error = rtcGetDeviceError(device); error != RTC_ERROR_NONE)
         throw Error("Embree could not build its hierarchy (error " + std::to_string(static_cast<int>(error)) + ")");
+    if (!leaf) seconds = watch.seconds();
 }
 
 // With rho the radius about their middle, and `inflation` further off, rays start within twice that of it. There
@@ -119,13 +134,14 @@ void Hierarchies<Real>::set_fine_apart(RTCDevice device, const RayCallbacks& cal
     if (!(8.0 * near->inflation < inflation)) return;
     fine = std::move(near);
     fine->scene = embree::Scene(rtcNewScene(device));
-    rtcSetSceneBuildQuality(fine->scene.get(), RTC_BUILD_QUALITY_HIGH);
+    rtcSetSceneBuildQuality(fine->scene.get(), quality_);
     const embree::Geometry geometry(rtcNewGeometry(device, RTC_GEOMETRY_TYPE_USER));
     rtcSetGeometryUserPrimitiveCount(geometry.get(), static_cast<unsigned>(fine->ids.size()));
     rtcSetGeometryUserData(geometry.get(), this);
     rtcSetGeometryBoundsFunction(geometry.get(), Bounds::fine, nullptr);
     rtcSetGeometryIntersectFunction(geometry.get(), callbacks.fine.closest);
     rtcSetGeometryOccludedFunction(geometry.get(), callbacks.fine.occluded);
+    set_build_quality(geometry.get(), quality_);
     rtcCommitGeometry(geometry.get());
     rtcAttachGeometryByID(fine->scene.get(), geometry.get(), user_geometry);
     rtcCommitScene(fine->scene.get());
@@ -175,6 +191,7 @@ void Hierarchies<Real>::add_native_triangles(RTCDevice device, const RayCallback
         }
     rtcSetGeometryIntersectFilterFunction(geometry.get(), callbacks.filter_closest);
     rtcSetGeometryOccludedFilterFunction(geometry.get(), callbacks.filter_occluded);
+    set_build_quality(geometry.get(), quality_);
     rtcCommitGeometry(geometry.get());
     rtcAttachGeometryByID(scene.get(), geometry.get(), native_geometry);
 }
@@ -188,6 +205,7 @@ void Hierarchies<Real>::add_user_geometry(RTCDevice device, const RayCallbacks& 
     const RayCallbacks::Pair& rays = leaf ? callbacks.leaf : callbacks.user;
     rtcSetGeometryIntersectFunction(geometry.get(), rays.closest);
     rtcSetGeometryOccludedFunction(geometry.get(), rays.occluded);
+    set_build_quality(geometry.get(), quality_);
     rtcCommitGeometry(geometry.get());
     rtcAttachGeometryByID(scene.get(), geometry.get(), user_geometry);
 }

@@ -55,6 +55,7 @@ public:
     std::vector<std::uint32_t> native, user;  // primitive ids by Embree's primID
     bool own_test = true;                     // decides on native triangles
     double inflation = 0.0;                   // of bounds, world units
+    double seconds = 0.0;                     // that building took; 0: there is a leaf alone
     embree::Scene scene;
     std::unique_ptr<Fine> fine;
     std::unique_ptr<MeshHierarchies<Real>> meshes;  // where there are any: their places are the scene's third geometry
@@ -70,6 +71,7 @@ private:
 
     struct Bounds;
     const Tables<Real>& tables_;
+    const RTCBuildQuality quality_;
 };
 
 extern template class Hierarchies<float>;

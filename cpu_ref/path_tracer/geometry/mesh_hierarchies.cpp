@@ -66,9 +66,9 @@ struct MeshHierarchies<Real>::Bounds {
 };
 
 template <class Real>
-MeshHierarchies<Real>::MeshHierarchies(
-    RTCDevice device, const MeshTable& table, double reach, double widening, const MeshCallbacks& callbacks)
-    : table_(table), callbacks_(callbacks), widening_(widening), meshes_(table.meshes.size()) {
+MeshHierarchies<Real>::MeshHierarchies(RTCDevice device, const MeshTable& table, double reach, double widening,
+    RTCBuildQuality quality, const MeshCallbacks& callbacks)
+    : table_(table), callbacks_(callbacks), widening_(widening), quality_(quality), meshes_(table.meshes.size()) {
     std::vector<double> sizes, off(meshes_.size(), 0.0);
     for (const MeshTable::Mesh& mesh : table.meshes) {
         double size = 0.0;
@@ -96,7 +96,7 @@ void MeshHierarchies<Real>::build(RTCDevice device, const MeshTable::Mesh& sourc
     mesh.inflation = 2.0 * off + 32.0 * 0x1p-24 * 2.0 * (mesh.radius + 2.0 * off);
     mesh.scene = embree::Scene(rtcNewScene(device));
     rtcSetSceneFlags(mesh.scene.get(), RTC_SCENE_FLAG_ROBUST);
-    rtcSetSceneBuildQuality(mesh.scene.get(), RTC_BUILD_QUALITY_HIGH);
+    rtcSetSceneBuildQuality(mesh.scene.get(), quality_);
     std::vector<Corners> corners;
     corners.reserve(source.count);
     for (std::uint32_t i = 0; i < source.count; ++i) {
@@ -133,6 +133,7 @@ void MeshHierarchies<Real>::add_native(RTCDevice device, const std::vector<Corne
     }
     rtcSetGeometryIntersectFilterFunction(geometry.get(), callbacks_.filter_closest);
     rtcSetGeometryOccludedFilterFunction(geometry.get(), callbacks_.filter_occluded);
+    set_build_quality(geometry.get(), quality_);
     rtcCommitGeometry(geometry.get());
     rtcAttachGeometryByID(mesh.scene.get(), geometry.get(), native_geometry);
 }
@@ -146,6 +147,7 @@ void MeshHierarchies<Real>::add_user(RTCDevice device, const std::vector<Corners
     rtcSetGeometryBoundsFunction(geometry.get(), Bounds::user, nullptr);
     rtcSetGeometryIntersectFunction(geometry.get(), callbacks_.user_closest);
     rtcSetGeometryOccludedFunction(geometry.get(), callbacks_.user_occluded);
+    set_build_quality(geometry.get(), quality_);
     rtcCommitGeometry(geometry.get());
     rtcAttachGeometryByID(mesh.scene.get(), geometry.get(), user_geometry);
 }
@@ -158,6 +160,7 @@ void MeshHierarchies<Real>::attach_places(RTCDevice device, RTCScene scene) {
     rtcSetGeometryBoundsFunction(geometry.get(), Bounds::place, nullptr);
     rtcSetGeometryIntersectFunction(geometry.get(), callbacks_.place_closest);
     rtcSetGeometryOccludedFunction(geometry.get(), callbacks_.place_occluded);
+    set_build_quality(geometry.get(), quality_);
     rtcCommitGeometry(geometry.get());
     rtcAttachGeometryByID(scene, geometry.get(), place_geometry);
 }

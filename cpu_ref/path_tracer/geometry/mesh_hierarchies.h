@@ -42,6 +42,12 @@ struct MeshCallbacks {
     RTCFilterFunctionN filter_closest, filter_occluded;
 };
 
+// To be called before a geometry is committed. Embree builds scenes of low quality from trees of their geometries, each
+// of its own quality.
+inline void set_build_quality(RTCGeometry geometry, RTCBuildQuality of_scene) {
+    if (of_scene == RTC_BUILD_QUALITY_LOW) rtcSetGeometryBuildQuality(geometry, of_scene);
+}
+
 template <class Real>
 class MeshHierarchies {
 public:
@@ -55,8 +61,8 @@ public:
 
     // `reach`: the largest coordinate of scene and camera; `widening`: of boxes in the world. The table must outlive
     // this. Throws Error if Embree fails.
-    MeshHierarchies(
-        RTCDevice device, const MeshTable& table, double reach, double widening, const MeshCallbacks& callbacks);
+    MeshHierarchies(RTCDevice device, const MeshTable& table, double reach, double widening, RTCBuildQuality quality,
+        const MeshCallbacks& callbacks);
 
     MeshHierarchies(const MeshHierarchies&) = delete;  // Embree knows its address
     MeshHierarchies& operator=(const MeshHierarchies&) = delete;
@@ -75,6 +81,7 @@ private:
     const MeshTable& table_;
     MeshCallbacks callbacks_;
     double widening_;
+    RTCBuildQuality quality_;
     std::vector<Mesh> meshes_;
 };
 

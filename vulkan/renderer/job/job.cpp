@@ -115,6 +115,7 @@ JobFacts VulkanJob::facts() const {
     facts.buffers = buffer_parts(scene_, kept_, settings_.bounces, tile_pixels_, specialisation_.lists_pixels);
     facts.bytes_per_path = bytes_per_path(kept_);
     facts.kernel_seconds = pipelines_->seconds;
+    facts.hierarchy_seconds = scene_.trees.seconds;
     return facts;
 }
 
@@ -183,14 +184,25 @@ void VulkanJob::restore_sums(const Tile& tile, const gpu::Vec4* sums) {
 
 std::vector<PathTrace> VulkanJob::trace(std::uint32_t x, std::uint32_t y, SampleRange samples) {
     if (x >= settings_.width || y >= settings_.height) throw Error("the pixel to trace lies outside of the image");
+    std::vector<PathTrace> traces = tracing().trace(y * settings_.width + x, samples, told_settings(settings_, scene_));
+    instance_.log().raise();
+    return traces;
+}
+
+bool VulkanJob::first_vertices(
+    FilmSize, SampleRange samples, const RenderControl& control, const FirstVertexVisitor& visit) {
+    const bool complete = tracing().first_vertices(samples, told_settings(settings_, scene_), control, visit);
+    instance_.log().raise();
+    return complete;
+}
+
+PathTracing& VulkanJob::tracing() {
     Specialisation usual = specialisation_;
     usual.workgroup = workgroup_size;
     usual.parameters.clear();
     if (!tracing_)
         tracing_ = std::make_unique<PathTracing>(device_, stages_, scene_, usual, settings_.bounces, precision_);
-    std::vector<PathTrace> traces = tracing_->trace(y * settings_.width + x, samples, told_settings(settings_, scene_));
-    instance_.log().raise();
-    return traces;
+    return *tracing_;
 }
 
 Moments VulkanJob::moments_of(const gpu::Vec4& sums) const {

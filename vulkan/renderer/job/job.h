@@ -20,6 +20,8 @@ public:
     [[nodiscard]] RenderResult render_pixels(
         SampleRange range, std::span<const std::uint32_t> pixels, const RenderControl& control) override;
     [[nodiscard]] std::vector<PathTrace> trace(std::uint32_t x, std::uint32_t y, SampleRange samples) override;
+    [[nodiscard]] bool first_vertices(
+        FilmSize film, SampleRange samples, const RenderControl& control, const FirstVertexVisitor& visit) override;
     // What a window would show next: `samples` samples of every pixel from sample 0 on, left on the device. render()
     // would fetch sums block by block. `fresh`: scene and camera are sent anew. Throws UnsupportedError where the image
     // does not fit on the device at once. The thesis's frame goes on with later samples (thesis_recorder.h).
@@ -75,6 +77,7 @@ private:
     [[nodiscard]] std::vector<Tile> tiles() const;
     void begin_frame(bool fresh);
     void begin_submission();
+    [[nodiscard]] PathTracing& tracing();
     [[nodiscard]] KernelForm form() const {
         return KernelForm(patterns_.vulkan, patterns_.tracer.kernel, precision_,
             accumulation_ == Accumulation::in_double && precision_ == GeometryPrecision::single_precision);

@@ -244,6 +244,10 @@ RenderSettings checked_settings(
     settings.accumulation = chosen_accumulation(device, settings, precision);
     check_settings(scene, settings);
     check_kernels(settings.intersection);
+    if (brings_trees(shape) && settings.hierarchy != HierarchyQuality::high)
+        throw UnsupportedError(
+            "the driver builds the hierarchy of kernels that leave traversal to the device; leave --hierarchy-quality "
+            "out, or take --kernel stages");
     settings = with_possible_instancing(settings, precision, shape);
     check_buffers(device, scene, settings);
     return settings;

@@ -2,6 +2,9 @@
 
 #include <algorithm>
 #include <cstring>
+#include <functional>
+#include <future>
+#include <thread>
 #include <utility>
 
 #include "common/error.h"
@@ -16,7 +19,9 @@ namespace {
 constexpr std::uint32_t words_per_vertex = 10;
 constexpr std::uint32_t words_per_pixel = 3;  // of the sums that records take the place of
 constexpr std::uint32_t most_words = 1u << 20;
+constexpr std::uint32_t most_threads = 16;  // that read records: a batch is a few thousand pixels
 constexpr std::uint32_t most_bounces = most_words / words_per_vertex - 2;
+static_assert((1 + words_per_vertex) * samples_per_block <= most_words / 2);
 
 std::uint32_t words_of_path(std::uint32_t bounces) {
     if (bounces > most_bounces)
@@ -63,6 +68,19 @@ TracedVertex vertex_of(const gpu::Vec4* words) {
     return vertex;
 }
 
+// body(begin, end) for pieces of [0, count), each by a thread.
+void in_parallel(std::uint32_t count, const std::function<void(std::uint32_t, std::uint32_t)>& body) {
+    const std::uint32_t pieces = std::min(count, std::clamp(std::thread::hardware_concurrency(), 1u, most_threads));
+    const auto from = [&](std::uint32_t piece) {
+        return static_cast<std::uint32_t>(std::uint64_t{count} * piece / pieces);
+    };
+    std::vector<std::future<void>> others;
+    for (std::uint32_t i = 1; i < pieces; ++i)
+        others.push_back(std::async(std::launch::async, [&, i] { body(from(i), from(i + 1)); }));
+    body(0, from(1));
+    for (std::future<void>& other : others) other.get();
+}
+
 }  // namespace
 
 PathTracing::PathTracing(const Device& device, Stages& stages, const SceneData& scene,
@@ -91,10 +109,12 @@ PathTrace PathTracing::read(const gpu::Vec4* words) const {
     return trace;
 }
 
-// In place of the pixels of a tile, samples of the first of them.
-std::vector<PathTrace> PathTracing::follow(const gpu::Settings& settings) {
+// In place of a tile's sums, records of its pixels' paths up to settings.segment.
+void PathTracing::follow(const gpu::Settings& settings) {
     const bool first = !std::exchange(scene_uploaded_, true);
     if (first) resources_.write_scene();
+    const std::uint32_t paths = settings.pixel_count * settings.sample_count;
+    const std::uint32_t words = paths * words_of_path(settings.segment);
     submission_.add({}, [&](const vk::raii::CommandBuffer& commands) {
         if (first) {
             resources_.record_upload(commands);
@@ -103,12 +123,16 @@ std::vector<PathTrace> PathTracing::follow(const gpu::Settings& settings) {
             record(commands, pipelines_->vertex, settings, primitives_);
             barrier(commands, compute_write, compute_access);
         }
-        record(commands, pipelines_->trace, settings, settings.pixel_count);
-        resources_.record_download(commands, 1, settings.pixel_count * words_ / words_per_pixel + 1);
+        record(commands, pipelines_->trace, settings, paths);
+        resources_.record_download(commands, 1, words / words_per_pixel + 1);
     });
     (void)submission_.run();
+}
+
+std::vector<PathTrace> PathTracing::follow_whole(const gpu::Settings& settings) {
+    follow(settings);
     std::vector<PathTrace> traces;
-    for (std::uint32_t i = 0; i < settings.pixel_count; ++i)
+    for (std::uint32_t i = 0; i < settings.sample_count; ++i)
         traces.push_back(read(resources_.downloaded_sums() + std::size_t{i} * words_));
     return traces;
 }
@@ -116,18 +140,20 @@ std::vector<PathTrace> PathTracing::follow(const gpu::Settings& settings) {
 std::vector<PathTrace> PathTracing::trace(std::uint32_t pixel, SampleRange samples, gpu::Settings settings) {
     std::vector<PathTrace> traces;
     settings.first_pixel = pixel;
+    settings.pixel_count = 1;
+    settings.segment = settings.bounces;
     for (std::uint64_t begin = samples.begin; begin < samples.end;) {
         // Within a run the low word of the sample must not overflow.
         const std::uint64_t rest = (std::uint64_t{1} << 32) - (begin & 0xFFFFFFFFu);
         const std::uint64_t count = std::min({samples.end - begin, std::uint64_t{most_samples_}, rest});
         settings.sample_index = {static_cast<std::uint32_t>(begin), static_cast<std::uint32_t>(begin >> 32)};
-        settings.pixel_count = static_cast<std::uint32_t>(count);
-        std::vector<PathTrace> run = follow(settings);
+        settings.sample_count = static_cast<std::uint32_t>(count);
+        std::vector<PathTrace> run = follow_whole(settings);
         // A path that scattered and ended all the same was ended by roulette if it goes on without.
         gpu::Settings without = settings;
         without.roulette_start = no_roulette;
         const std::vector<PathTrace> endless =
-            settings.roulette_start == no_roulette ? std::vector<PathTrace>() : follow(without);
+            settings.roulette_start == no_roulette ? std::vector<PathTrace>() : follow_whole(without);
         for (std::size_t i = 0; i < endless.size(); ++i) {
             const std::size_t last = run[i].vertices.size() - 1;
             PathEnd& end = run[i].vertices[last].end;
@@ -138,6 +164,37 @@ std::vector<PathTrace> PathTracing::trace(std::uint32_t pixel, SampleRange sampl
         begin += count;
     }
     return traces;
+}
+
+bool PathTracing::first_vertices(
+    SampleRange samples, gpu::Settings settings, const RenderControl& control, const FirstVertexVisitor& visit) {
+    check_one_block(samples);
+    const auto count = static_cast<std::uint32_t>(samples.count());
+    const std::uint32_t pixels = settings.width * settings.height;
+    const std::uint32_t words = words_of_path(0);
+    // There is room for half of most_words at least, and a pixel's samples are of one block.
+    const std::uint32_t pixels_at_once = most_samples_ * words_ / (words * count);
+    settings.sample_index = {
+        static_cast<std::uint32_t>(samples.begin), static_cast<std::uint32_t>(samples.begin >> 32)};
+    settings.sample_count = count;
+    settings.segment = 0;
+    for (std::uint32_t done = 0; done < pixels; done += settings.pixel_count) {
+        if (control.stop.stop_requested()) return false;
+        settings.first_pixel = done;
+        settings.pixel_count = std::min(pixels_at_once, pixels - done);
+        follow(settings);
+        const gpu::Vec4* const records = resources_.downloaded_sums();
+        in_parallel(settings.pixel_count, [&](std::uint32_t begin, std::uint32_t end) {
+            std::vector<TracedVertex> vertices(count);
+            for (std::uint32_t pixel = begin; pixel < end; ++pixel) {
+                for (std::uint32_t i = 0; i < count; ++i)
+                    vertices[i] = vertex_of(records + (std::size_t{pixel} * count + i) * words + 1);
+                visit(done + pixel, vertices);
+            }
+        });
+        if (control.progress) control.progress(static_cast<double>(count) * (done + settings.pixel_count) / pixels);
+    }
+    return true;
 }
 
 }  // namespace tandem

@@ -52,8 +52,8 @@ std::uint32_t levels_needed(std::size_t count) { return static_cast<std::uint32_
 
 class Builder {
 public:
-    Builder(std::span<const Box> boxes, std::vector<gpu::BvhNode>& nodes)
-        : boxes_(boxes), nodes_(nodes), order_(boxes.size()) {
+    Builder(std::span<const Box> boxes, std::vector<gpu::BvhNode>& nodes, HierarchyQuality quality)
+        : boxes_(boxes), nodes_(nodes), quality_(quality), order_(boxes.size()) {
         std::iota(order_.begin(), order_.end(), 0u);
     }
 
@@ -119,8 +119,12 @@ private:
     // middle, a half of n needs one level less than n.
     std::size_t partition(Range range, std::uint32_t level) {
         const Bounds centroids = centroid_bounds(range);
+        const glm::dvec3 size = centroids.high - centroids.low;
+        const int longest = size.x >= size.y && size.x >= size.z ? 0 : size.y >= size.z ? 1 : 2;
         Split split;
-        for (int axis = 0; axis < 3; ++axis) try_axis(range, centroids, axis, split);
+        if (quality_ != HierarchyQuality::low)
+            for (int axis = 0; axis < 3; ++axis)
+                if (axis == longest || quality_ == HierarchyQuality::high) try_axis(range, centroids, axis, split);
         if (split.cost < infinity) {
             const double low = centroids.low[split.axis], high = centroids.high[split.axis];
             const auto middle = std::partition(range.begin(), range.end(),
@@ -129,12 +133,10 @@ private:
             const std::size_t larger = std::max(left, range.size() - left);
             if (level + 1 + levels_needed(larger) <= most_bvh_levels) return left;
         }
-        const glm::dvec3 size = centroids.high - centroids.low;
-        const int axis = size.x >= size.y && size.x >= size.z ? 0 : size.y >= size.z ? 1 : 2;
         const std::size_t half = range.size() / 2;
         std::nth_element(range.begin(), range.begin() + static_cast<std::ptrdiff_t>(half), range.end(),
             [&](std::uint32_t a, std::uint32_t b) {
-                return std::pair{centroid(a)[axis], a} < std::pair{centroid(b)[axis], b};
+                return std::pair{centroid(a)[longest], a} < std::pair{centroid(b)[longest], b};
             });
         return half;
     }
@@ -155,14 +157,15 @@ private:
 
     std::span<const Box> boxes_;
     std::vector<gpu::BvhNode>& nodes_;
+    HierarchyQuality quality_;
     std::vector<std::uint32_t> order_;
 };
 
 }  // namespace
 
-std::uint32_t build_bvh(std::span<const Box> boxes, std::vector<gpu::BvhNode>& nodes) {
+std::uint32_t build_bvh(std::span<const Box> boxes, std::vector<gpu::BvhNode>& nodes, HierarchyQuality quality) {
     nodes.reserve(nodes.size() + boxes.size());
-    return Builder(boxes, nodes).build();
+    return Builder(boxes, nodes, quality).build();
 }
 
 }  // namespace tandem

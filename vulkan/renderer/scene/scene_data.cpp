@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "common/error.h"
+#include "common/stopwatch.h"
 #include "vulkan/renderer/scene/light_table.h"
 #include "vulkan/renderer/scene/mesh_places.h"
 #include "vulkan/renderer/scene/world_boxes.h"
@@ -133,29 +134,29 @@ void place_meshes(
 }
 
 // A tree for each mesh, in object space, then one over their places.
-void grow_mesh_trees(
-    const Scene& scene, const PlacedMeshes& placed, const std::vector<MeshPlace>& places, SceneData& data) {
+void grow_mesh_trees(const Scene& scene, const PlacedMeshes& placed, const std::vector<MeshPlace>& places,
+    HierarchyQuality quality, SceneData& data) {
     std::vector<std::uint32_t> roots;
     std::vector<Box> boxes;
     for (const PlacedMeshes::Mesh& mesh : placed.meshes) {
         boxes.clear();
         for (std::uint32_t i = 0; i < mesh.count; ++i)
             boxes.push_back(object_box(scene, scene.primitives[mesh.first + i]));
-        roots.push_back(build_bvh(boxes, data.trees.nodes));
+        roots.push_back(build_bvh(boxes, data.trees.nodes, quality));
     }
     boxes.clear();
     for (std::size_t i = 0; i < places.size(); ++i) {
         boxes.push_back(places[i].box);
         data.sources[data.meshes.first_slot + i].kind = roots[places[i].mesh];
     }
-    data.trees.meshes = build_bvh(boxes, data.trees.nodes);
+    data.trees.meshes = build_bvh(boxes, data.trees.nodes, quality);
 }
 
 // From so many primitives of a kind on, a tree is used. Lavapipe renders a mesh of 98 triangles in 22 ms a sample by
 // the tree, in 37 ms by the loop. The crossover below that has not been measured.
 constexpr std::uint32_t fewest_in_tree = 64;
 
-SceneTrees grow_trees(const Scene& scene, const SceneData& data, Acceleration acceleration) {
+SceneTrees grow_trees(const Scene& scene, const SceneData& data, Acceleration acceleration, HierarchyQuality quality) {
     SceneTrees trees;
     if (acceleration == Acceleration::loops) return trees;
     const std::uint32_t fewest = acceleration == Acceleration::trees ? 1 : fewest_in_tree;
@@ -167,7 +168,7 @@ SceneTrees grow_trees(const Scene& scene, const SceneData& data, Acceleration ac
         std::vector<Box> boxes;
         for (std::uint32_t slot = begin; slot < first; ++slot)
             boxes.push_back(world_box(scene, all[data.placed[slot].id]));
-        return build_bvh(boxes, trees.nodes);
+        return build_bvh(boxes, trees.nodes, quality);
     };
     trees.triangles = grow(data.triangle_count);
     trees.spheres = grow(data.sphere_count);
@@ -261,8 +262,10 @@ SceneData flatten(const Scene& scene, const RenderSettings& settings, Accelerati
     data.header.environment = data.tables.environment;
     data.header.texture_coordinates = data.tables.texture_coordinates;
     data.header.shading_normals = data.tables.shading_normals;
-    data.trees = grow_trees(scene, data, acceleration);
-    if (placed.any()) grow_mesh_trees(scene, placed, places, data);
+    const Stopwatch watch;
+    data.trees = grow_trees(scene, data, acceleration, settings.hierarchy);
+    if (placed.any()) grow_mesh_trees(scene, placed, places, settings.hierarchy, data);
+    if (!data.trees.nodes.empty()) data.trees.seconds = watch.seconds();
     data.passing_emission = has_passing_emission(scene);
     return data;
 }

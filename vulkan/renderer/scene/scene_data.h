@@ -15,6 +15,7 @@ namespace tandem {
 struct SceneTrees {
     std::vector<gpu::BvhNode> nodes;
     std::optional<std::uint32_t> triangles, spheres, cuboids, meshes;
+    double seconds = 0.0;  // that building took
 };
 
 // Meshes that several entities place (shaders/scene/meshes.glsl): their places have sources and Placed of their own
