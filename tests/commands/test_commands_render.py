@@ -128,6 +128,18 @@ class Render(ProgramTest):
                 self.assertEqual(result.returncode, 0, result.stderr)
                 self.assertEqual(json.loads(figures.read_text())["light_sampling"], "tree")
 
+    def test_pixel_filters_are_a_setting_of_every_backend_but_the_first(self):
+        figures = self.folder / "out.json"
+        render = ["render", self.scene, "-o", self.folder / "out.exr", "--size", "8", "--samples", "4", "--json", figures,
+                  "--filter", "gaussian"]
+        for options in [["--backend", "cpu"], ["--backend", "cpu", "--integrator", "bidirectional"], ["--backend", "vulkan"],
+                        ["--backend", "oracle"]]:
+            with self.subTest(options=options):
+                result = tandem(*render, *options)
+                self.assertEqual(result.returncode, 0, result.stderr)
+                self.assertEqual(json.loads(figures.read_text())["filter"], "gaussian")
+        self.refused(tandem(*render, "--backend", "first"), "leave --filter out")
+
     def test_a_target_error_keeps_the_integrator_that_chooses_lights_as_asked(self):
         figures = self.folder / "out.json"
         result = tandem("render", SCENES / "many-lamps.json", "-o", self.folder / "out.pfm", "--size", "16",
