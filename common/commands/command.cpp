@@ -187,6 +187,13 @@ void add_render_options(CLI::App& command, RenderOptions& options) {
         ->capture_default_str()
         ->group(rare_options);
     command
+        .add_option("--filter", options.filter,
+            "What a pixel shows of the film: box (its square), tent (2 pixels wide) or gaussian (3 pixels wide). The "
+            "wider are smoother at edges and another image, not another estimate of the same")
+        ->check(one_of_names(pixel_filter_names))
+        ->capture_default_str()
+        ->group(rare_options);
+    command
         .add_option("--sampling", options.sampling,
             "uniform, or adaptive (noisy pixels get more samples, without bias). Adaptive takes --samples as the mean. "
             "render --target-error tries both (default: uniform)")
@@ -294,6 +301,8 @@ RenderSettings settings_from(const RenderOptions& options, const Scene& scene) {
                          " has no MIS; add --integrator next-event, or leave --mis out");
     settings.light_sampling = static_cast<LightSampling>(
         std::ranges::find(light_sampling_names, options.light_sampling) - light_sampling_names.begin());
+    settings.filter =
+        static_cast<PixelFilter>(std::ranges::find(pixel_filter_names, options.filter) - pixel_filter_names.begin());
     if (options.bounces) settings.bounces = *options.bounces;
     if (options.roulette) settings.roulette_start = *options.roulette == 0 ? no_roulette : *options.roulette;
     // After all that effects depend on.
@@ -321,6 +330,7 @@ std::vector<std::pair<std::string, std::string>> given_options(const RenderOptio
     add("--integrator", options.integrator);
     add("--mis", options.mis, "on");
     add("--light-sampling", options.light_sampling, std::string(light_sampling_names[0]));
+    add("--filter", options.filter, std::string(pixel_filter_names[0]));
     add("--bounces", text(options.bounces));
     add("--roulette", text(options.roulette));
     add("--effects", options.effects, "needed");

@@ -97,6 +97,7 @@ struct RenderOptions {
     std::string integrator;  // empty: the scene's
     std::string mis = "on";
     std::string light_sampling{light_sampling_names[0]};
+    std::string filter{pixel_filter_names[0]};
     std::string effects = "needed";
     std::optional<std::uint32_t> bounces, roulette;
     std::uint64_t seed = 0;

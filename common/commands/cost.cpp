@@ -132,6 +132,7 @@ std::string not_done(const CostReport& report) {
 ExitStatus conclude(
     CostReport report, const CostArguments& arguments, const CommandContext& context, const CommandTime& time) {
     report.asked_error = fraction_from(arguments.error, "--error");
+    report.asked_knobs = arguments.knobs;
     nlohmann::json json = to_json(report);
     json["command"] = context.command_line;
     json["git"] = git_version();

@@ -188,6 +188,7 @@ nlohmann::json json_of(const Result& result, const TraceArguments& arguments) {
         {"seed", result.settings.seed}, {"width", result.settings.width}, {"height", result.settings.height},
         {"integrator", integrator_name(result.settings.integrator)}, {"mis", result.settings.mis},
         {"light_sampling", light_sampling_names[static_cast<std::size_t>(result.settings.light_sampling)]},
+        {"filter", pixel_filter_names[static_cast<std::size_t>(result.settings.filter)]},
         {"bounces", result.settings.bounces}, {"left_out", result.left_out}, {"traces", nlohmann::json::array()},
         {"comparisons", nlohmann::json::array()}};
     for (std::size_t b = 0; b < result.traces.size(); ++b) {

@@ -366,34 +366,34 @@ std::string bad_regions(const ArmFigures& arm) {
     return text;
 }
 
-// The soonest at the asked error; the baseline; and cheap tricks, whose bias must be known before they are used.
+// The settings of the knobs that were asked for; the soonest at the asked error; the baseline; and cheap tricks, whose
+// bias must be known before they are used.
 std::vector<const ArmFigures*> rows_of(const CostReport& report) {
     constexpr std::size_t most_tricks = 3;
     const ArmFigures& baseline = report.figures.front();
-    std::vector<const ArmFigures*> sound, tricks;
+    std::vector<const ArmFigures*> asked{&baseline}, sound, tricks;
     for (const ArmFigures& arm : report.figures) {
-        if (!arm.has_forecasts()) {
-            tricks.push_back(&arm);
-            continue;
-        }
+        if (&arm == &baseline) continue;
         const bool cheap = arm.has_floor && (arm.time_ratio.value < 1.0 || arm.cost_ratio.value < 1.0);
-        if (&arm != &baseline && !arm.arm.keeps_estimate && cheap)
+        if (std::ranges::find(report.asked_knobs, arm.arm.knob) != report.asked_knobs.end())
+            asked.push_back(&arm);
+        else if (!arm.has_forecasts() || (!arm.arm.keeps_estimate && cheap))
             tricks.push_back(&arm);
-        else if (&arm != &baseline && arm.time_to(report.asked_error).seconds && arm.is_safe_at(report.asked_error))
+        else if (arm.time_to(report.asked_error).seconds && arm.is_safe_at(report.asked_error))
             sound.push_back(&arm);
     }
-    std::ranges::stable_sort(
-        sound, {}, [&](const ArmFigures* arm) { return arm->time_to(report.asked_error).seconds->value; });
-    std::ranges::stable_sort(tricks, {}, [](const ArmFigures* arm) {
-        return arm->has_forecasts() ? arm->bias_floor().value : -1.0;  // first, as nothing else shows them
-    });
-    tricks.resize(std::min(tricks.size(), most_tricks));
-    sound.resize(std::min(sound.size(), most_rows - 1 - tricks.size()));
-    sound.push_back(&baseline);
     const auto seconds = [&](const ArmFigures* arm) {
         const TimeToError time = arm->time_to(report.asked_error);
         return time.seconds ? time.seconds->value : std::numeric_limits<double>::infinity();
     };
+    std::ranges::stable_sort(sound, {}, seconds);
+    std::ranges::stable_sort(tricks, {}, [](const ArmFigures* arm) {
+        return arm->has_forecasts() ? arm->bias_floor().value : -1.0;  // first, as nothing else shows them
+    });
+    tricks.resize(std::min(tricks.size(), most_tricks));
+    const std::size_t taken = asked.size() + tricks.size();
+    sound.resize(std::min(sound.size(), most_rows - std::min(most_rows, taken)));
+    sound.insert(sound.end(), asked.begin(), asked.end());
     std::ranges::stable_sort(sound, {}, seconds);
     sound.insert(sound.end(), tricks.begin(), tricks.end());
     return sound;

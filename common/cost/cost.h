@@ -19,8 +19,9 @@ struct CostReport {
     std::vector<SkippedArm> skipped;
     std::vector<Confirmation> confirmations;  // of what is soonest; none for errors that were not measured anew
     double seconds = 0.0;
-    bool whole = true;          // no stop cut the measurements short
-    double asked_error = 0.01;  // that the table is for
+    bool whole = true;                     // no stop cut the measurements short
+    double asked_error = 0.01;             // that the table is for
+    std::vector<std::string> asked_knobs;  // whose settings all stand in the table
 };
 
 // Sentences that a person can act on: what each knob buys and costs, and the command to the errors of cost_errors. They
@@ -32,7 +33,8 @@ struct CostReport {
 [[nodiscard]] const ArmFigures* recommended(const CostReport& report, double relative_error);
 
 [[nodiscard]] nlohmann::json to_json(const CostReport& report);
-// The table of a user: at most `most_rows` settings, the soonest at report.asked_error first.
+// The table of a user: the settings of report.asked_knobs, and others up to `most_rows` in all. The soonest at
+// report.asked_error is first.
 inline constexpr std::size_t most_rows = 10;
 [[nodiscard]] std::string to_text(const CostReport& report);
 // All arms, and a sentence on each.

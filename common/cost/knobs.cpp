@@ -217,6 +217,17 @@ void add_samplings(
     }
 }
 
+// Another filter is another image: what it differs by from the baseline's is a bias, however many samples there are.
+void add_filters(std::vector<KnobSetting>& all, const ArmSettings& baseline) {
+    for (std::size_t i = 0; i < pixel_filter_names.size(); ++i) {
+        const auto filter = static_cast<PixelFilter>(i);
+        if (filter == baseline.render.filter) continue;
+        const std::string name(pixel_filter_names[i]);
+        all.push_back({"filter", name, "--filter " + name, [filter](ArmSettings& arm) { arm.render.filter = filter; },
+            "", false});
+    }
+}
+
 // Not on top of a baseline whose samples do not tell the noise.
 void add_denoising(std::vector<KnobSetting>& all, const ArmSettings& baseline) {
     const bool scattered = baseline.render.generator != Generator::sobol;
@@ -234,6 +245,7 @@ std::vector<KnobSetting> knob_settings(
     add_light_samplings(all, scene, baseline);
     add_path_lengths(all, baseline);
     add_samplings(all, scene, baseline, renderer.accumulation, mean);
+    add_filters(all, baseline);
     add_precisions(all, baseline);
     add_intersections(all, scene, baseline, renderer.backend);
     add_hierarchies(all, scene, baseline);

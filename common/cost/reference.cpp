@@ -71,11 +71,17 @@ std::string key_of(const CostRequest& request, const ArmSettings& settings, cons
     return hash_of(fmt::format("{}\n{}\n{}", request.scene_bytes, text_of(settings, info), request.program));
 }
 
-// Scene, size and range of rays: what an image is of, whatever renders it.
+// Nothing for the box, so that references from before there were others keep their keys.
+std::string filter_of(const RenderSettings& render, const std::string& before = " filter ") {
+    if (render.filter == PixelFilter::box) return "";
+    return before + std::string(pixel_filter_names[static_cast<std::size_t>(render.filter)]);
+}
+
+// Scene, size, range of rays and pixel filter: what an image is of, whatever renders it.
 std::string image_of(const CostRequest& request) {
     const RenderSettings& render = request.baseline.render;
-    return hash_of(fmt::format(
-        "{}\n{}x{} rays {} {}", request.scene_bytes, render.width, render.height, render.ray_min, render.ray_max));
+    return hash_of(fmt::format("{}\n{}x{} rays {} {}{}", request.scene_bytes, render.width, render.height,
+        render.ray_min, render.ray_max, filter_of(render)));
 }
 
 std::optional<CostReference> cached(const std::filesystem::path& file, const std::string& key, std::size_t size) {
@@ -101,12 +107,13 @@ Preparation prepare(const Scene& scene, const CostRequest& request) {
     made.job = made.renderer->prepare(scene, settings.render);
     const RendererInfo info = made.renderer->info();
     made.key = key_of(request, settings, info);
-    made.options = fmt::format("--integrator {} --bounces {} --roulette {} --generator {}{}",
+    made.options = fmt::format("--integrator {} --bounces {} --roulette {} --generator {}{}{}",
         integrator_name(settings.render.integrator), settings.render.bounces, settings.render.roulette_start,
         generator_names[static_cast<std::size_t>(settings.render.generator)],
         settings.backend.precision
             ? " --precision " + std::string(precision_names[static_cast<std::size_t>(*settings.backend.precision)])
-            : "");
+            : "",
+        filter_of(settings.render, " --filter "));
     made.made_by = fmt::format("{}, {}, {}", info.backend, info.device, info.driver);
     return made;
 }
@@ -148,7 +155,8 @@ CostReference given(const CostRequest& request) {
     const RenderSettings& render = request.baseline.render;
     if (reference.image != image_of(request) ||
         reference.mean.size() != std::size_t{render.width} * render.height * channel_count)
-        throw input_error(name, "", "is a reference of another scene, size or range of rays", "name another");
+        throw input_error(
+            name, "", "is a reference of another scene, size, range of rays or pixel filter", "name another");
     check_not_black(reference);
     return reference;
 }
@@ -163,7 +171,7 @@ std::string text_of(const ArmSettings& settings, const RendererInfo& info) {
         more += fmt::format(" hierarchy {}", name_of(render.hierarchy, hierarchy_quality_names));
     return fmt::format(
         "{}x{} seed {} {} bounces {} roulette {} rays {} {} kernels {} {} {} {} on {} {} {} precision {} {} generator "
-        "{} clamp {} fresnel {} mis {} light {} accumulation {} sampling {}{}",
+        "{} clamp {} fresnel {} mis {} light {} accumulation {} sampling {}{}{}",
         render.width, render.height, render.seed, integrator_name(render.integrator), render.bounces,
         render.roulette_start, render.ray_min, render.ray_max, static_cast<int>(meeting.triangles),
         static_cast<int>(meeting.convex), static_cast<int>(meeting.guard), meeting.epsilon, info.backend, info.device,
@@ -172,7 +180,7 @@ std::string text_of(const ArmSettings& settings, const RendererInfo& info) {
         render.fresnel ? static_cast<int>(*render.fresnel) : -1, render.mis,
         light_sampling_names[static_cast<std::size_t>(render.light_sampling)],
         static_cast<int>(render.accumulation.value_or(info.accumulation)),
-        sampling_names[static_cast<std::size_t>(render.sampling)], more);
+        sampling_names[static_cast<std::size_t>(render.sampling)], filter_of(render), more);
 }
 
 InputError other_measurement() {

@@ -105,7 +105,8 @@ Provenance provenance_of(const std::vector<std::string>& inputs, const RenderSet
     const auto number = [](double value) { return std::isfinite(value) ? json(value) : json(nullptr); };
     json all{{"width", settings.width}, {"height", settings.height}, {"seed", settings.seed},
         {"integrator", integrator_name(settings.integrator)}, {"mis", settings.mis},
-        {"light_sampling", name_of(settings.light_sampling, light_sampling_names)}, {"bounces", settings.bounces},
+        {"light_sampling", name_of(settings.light_sampling, light_sampling_names)},
+        {"filter", name_of(settings.filter, pixel_filter_names)}, {"bounces", settings.bounces},
         {"roulette_start", settings.roulette_start}, {"ray_min", settings.ray_min},
         {"ray_max", number(settings.ray_max)},
         {"triangle_test", name_of(settings.intersection.triangles, triangle_kernel_names)},

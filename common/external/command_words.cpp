@@ -18,7 +18,7 @@ namespace tandem {
 namespace {
 
 const std::vector<std::string> known_placeholders{
-    "scene", "width", "height", "samples", "seed", "first_sample", "bounces", "threads", "out"};
+    "scene", "width", "height", "samples", "seed", "first_sample", "bounces", "filter", "threads", "out"};
 
 // Programs that run the one that is meant.
 constexpr const char* interpreters[] = {"python", "pypy", "sh", "bash", "dash", "zsh", "ksh", "perl", "ruby", "node",
@@ -167,6 +167,7 @@ std::vector<std::string> CommandWords::filled(const ImageRequest& request) const
         if (name == "seed") return std::to_string(request.seed);
         if (name == "first_sample") return std::to_string(request.first_sample);
         if (name == "bounces") return std::to_string(request.bounces);
+        if (name == "filter") return std::string(pixel_filter_names[static_cast<std::size_t>(request.filter)]);
         if (name == "threads") return std::to_string(request.threads);
         return request.out.string();
     };

@@ -7,6 +7,8 @@
 #include <string>
 #include <vector>
 
+#include "common/render/renderer.h"
+
 namespace tandem {
 
 // One image that a program is to render.
@@ -16,6 +18,7 @@ struct ImageRequest {
     std::uint64_t samples = 0;            // a pixel
     std::uint64_t seed = 0, first_sample = 0;
     std::uint32_t bounces = 0;  // scattering events at most
+    PixelFilter filter = PixelFilter::box;
     unsigned threads = 1;
     std::filesystem::path out;
 };

@@ -117,6 +117,7 @@ std::optional<NamedImage> ProgramJob::image(SampleRange range, const RenderContr
                        ? settings_.seed
                        : seed_of(settings_.seed, range.begin, samples_per_block / ProgramRenderer::images_a_call);
     request.bounces = settings_.bounces;
+    request.filter = settings_.filter;
     request.threads = std::max(1u, std::thread::hardware_concurrency());
     const auto tick = [&] {
         if (control.progress) control.progress(0.0);
@@ -248,6 +249,8 @@ void ProgramRenderer::check(const Scene& scene, const RenderSettings& settings) 
     if (std::isfinite(settings.clamp)) refuse("--clamp", leave_out);
     if (settings.fresnel) refuse("--fresnel", leave_out);
     if (settings.ray_min != own.ray_min || settings.ray_max != own.ray_max) refuse("the ray interval", leave_out);
+    if (settings.filter != PixelFilter::box && (program_.stays_up() || !program_.is_told("filter")))
+        refuse("--filter", program_.stays_up() ? leave_out : "add {filter}");
     if (settings.generator != Generator::philox) refuse("--generator", leave_out);
     if (settings.sampling == Sampling::adaptive) refuse("--sampling", leave_out);
 }

@@ -110,6 +110,9 @@ enum class PlantedBug : std::uint32_t {
     light_tree_parents_forgotten,    // of light trees the choice between the last two lights alone counts
     light_tree_number_reused,        // ... every node is left by the same number
     light_tree_normal_forgotten,     // ... scattering that hits a light forgets the normal that it came from
+    filter_width_scaled,             // of pixel filters but the box: wider by the fraction `amount`
+    filter_off_centre,               // ... about the pixel's upper left corner
+    filter_even,                     // ... every place within its reach is drawn alike
     // Never tuned for: in the catalogue before it was known which are found.
     throughput_half,           // paths keep their throughput in half precision
     reciprocal_short,          // next event: the reciprocal of the density has 12 bits
@@ -161,12 +164,12 @@ inline constexpr std::array<std::string_view, static_cast<std::size_t>(PlantedBu
     "shadow-limit-long", "background-late-missing", "heuristic-swapped", "emission-scaled", "roulette-late",
     "seed-repeated", "number-exchanged", "sample-lost", "stale-constant", "layouts-apart", "shading-normal-of-corner",
     "shading-normal-transform-wrong", "shading-guard-dropped", "light-tree-parents-forgotten",
-    "light-tree-number-reused", "light-tree-normal-forgotten", "throughput-half", "reciprocal-short", "random-short",
-    "texture-weights-short", "lamp-density-at-rest", "numbers-reused", "seed-high-word-ignored",
-    "sample-high-bits-lost", "workgroup-lost", "row-lost", "pixel-index-short", "tile-offset-wrong",
-    "accumulation-missing", "film-half", "lane-repeated", "block-swizzled", "camera-stale", "vertices-short",
-    "normals-short", "pitch-wrong", "base-vertex-wrong", "material-wrong", "texture-channels-swapped", "texture-short",
-    "last-light-lost", "medium-grey", "motion-halved"};
+    "light-tree-number-reused", "light-tree-normal-forgotten", "filter-width-scaled", "filter-off-centre",
+    "filter-even", "throughput-half", "reciprocal-short", "random-short", "texture-weights-short",
+    "lamp-density-at-rest", "numbers-reused", "seed-high-word-ignored", "sample-high-bits-lost", "workgroup-lost",
+    "row-lost", "pixel-index-short", "tile-offset-wrong", "accumulation-missing", "film-half", "lane-repeated",
+    "block-swizzled", "camera-stale", "vertices-short", "normals-short", "pitch-wrong", "base-vertex-wrong",
+    "material-wrong", "texture-channels-swapped", "texture-short", "last-light-lost", "medium-grey", "motion-halved"};
 
 // A bug and how bad it is, where that can be chosen.
 struct PlantedFault {

@@ -53,6 +53,11 @@ inline constexpr std::array<std::string_view, 3> light_sampling_names{"power", "
 enum class HierarchyQuality : std::uint32_t { high = 0, medium = 1, low = 2 };
 inline constexpr std::array<std::string_view, 3> hierarchy_quality_names{"high", "medium", "low"};
 
+// What a pixel shows of the film about its middle (MODEL.md section 4.1): the mean over its square, or a weighted mean
+// over a wider one.
+enum class PixelFilter : std::uint32_t { box = 0, tent = 1, gaussian = 2 };
+inline constexpr std::array<std::string_view, 3> pixel_filter_names{"box", "tent", "gaussian"};
+
 // Whether triangles that several entities place are kept once (instancing.h). automatic: where that saves much.
 enum class Instancing : std::uint32_t { automatic = 0, never = 1, always = 2 };
 
@@ -69,6 +74,7 @@ struct RenderSettings {
     double ray_max = std::numeric_limits<double>::infinity();
     std::optional<EffectSet> effects;  // what to simulate; empty: what the scene calls for and no more
     IntersectionSettings intersection;
+    PixelFilter filter = PixelFilter::box;
     Generator generator = Generator::philox;                 // MODEL.md section 3
     double clamp = std::numeric_limits<double>::infinity();  // > 0: what a sample's channel may bring at most (11.1)
     std::optional<Fresnel> fresnel;                          // in place of every material's own

@@ -4,6 +4,8 @@
 #include <cmath>
 
 #include "common/render/random.h"
+#include "cpu_ref/bidirectional/pixel_shares.h"
+#include "cpu_ref/path_tracer/pixel_filter.h"
 
 namespace tandem::cpu {
 namespace {
@@ -116,7 +118,10 @@ void BidirectionalSampler::trace_from_camera(Sample& sample) const {
     sample.ahead = glm::normalize(camera_.target + time * camera_.target_motion - sample.position);
     sample.right = glm::normalize(glm::cross(sample.ahead, camera_.up));
     sample.up = glm::cross(sample.right, sample.ahead);
-    const double x = sample.pixel % settings_.width + u[0], y = sample.pixel / settings_.width + u[1];
+    const auto place = [&](double number) {
+        return settings_.filter == PixelFilter::box ? number : place_by_filter(settings_.filter, number);
+    };
+    const double x = sample.pixel % settings_.width + place(u[0]), y = sample.pixel / settings_.width + place(u[1]);
     const dvec3 q = sample.ahead + film_width_ * (2.0 * x / settings_.width - 1.0) * sample.right +
                     film_height_ * (1.0 - 2.0 * y / settings_.height) * sample.up;
     sample.lens.point = sample.position;
@@ -378,7 +383,8 @@ void BidirectionalSampler::project(const Sample& sample, std::size_t s, const Sp
     const dvec3 q = (sample.lens.point + (focus / cosine) * direction - sample.position) / focus;
     const double x = 0.5 * (glm::dot(q, sample.right) / film_width_ + 1.0) * settings_.width;
     const double y_down = 0.5 * (1.0 - glm::dot(q, sample.up) / film_height_) * settings_.height;
-    if (!(x >= 0.0 && x < settings_.width && y_down >= 0.0 && y_down < settings_.height)) return;
+    const PixelShares columns(settings_.filter, x, settings_.width), rows(settings_.filter, y_down, settings_.height);
+    if (columns.all().empty() || rows.all().empty()) return;
     const dvec3 value = scattering_value(y.reached, -direction);
     if (value == dvec3(0.0) || !caster_.sees(y.place, sample.lens, sample.time)) return;
 
@@ -397,8 +403,10 @@ void BidirectionalSampler::project(const Sample& sample, std::size_t s, const Sp
     weighing.light_before = s == 2 && point.light->is_far() ? back : before.over_area(back, y.place.point);
     // Every pixel's sample sends one subpath from the lights, so the mean over them undoes the film's share of a pixel.
     const double geometry = std::abs(glm::dot(direction, y.place.normal)) / square;
-    const auto column = static_cast<std::uint32_t>(x), row = static_cast<std::uint32_t>(y_down);
-    splat(row * settings_.width + column, y.throughput * value * (geometry * film) * weight(sample, weighing));
+    const dvec3 brought = y.throughput * value * (geometry * film) * weight(sample, weighing);
+    for (const PixelShare& row : rows.all())
+        for (const PixelShare& column : columns.all())
+            splat(row.index * settings_.width + column.index, (row.value * column.value) * brought);
 }
 
 dvec3 BidirectionalSampler::radiance(

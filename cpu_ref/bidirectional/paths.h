@@ -54,7 +54,8 @@ private:
 
     [[nodiscard]] double weight(const Sample& sample, const Weighing& way) const;
 
-    // The density over solid angle with which the camera sends rays into the whole film; 0 beyond it.
+    // The density over solid angle with which the camera sends rays into the whole film. Beyond it, where pixel filters
+    // reach, it goes on: so the weights of a path's ways add up to 1 there as well.
     [[nodiscard]] double film_density(const Sample& sample, const glm::dvec3& direction) const;
 
     RenderSettings settings_;

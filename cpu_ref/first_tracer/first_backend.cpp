@@ -30,6 +30,8 @@ void check_choices(const RenderSettings& settings) {
     if (settings.integrator == Integrator::bidirectional) refuse("integrator bidirectional", "the backend cpu does");
     if (settings.light_sampling != LightSampling::power)
         refuse("choice of light sampling", "the backends cpu and vulkan do; or leave --light-sampling out");
+    if (settings.filter != PixelFilter::box)
+        refuse("pixel filter but the box", "the backends cpu and vulkan have others; or leave --filter out");
     if (settings.sampling == Sampling::adaptive)
         refuse("adaptive sampling", "the backends cpu and vulkan do; or leave out --sampling");
     if (settings.intersection != IntersectionSettings{})

@@ -10,6 +10,7 @@
 #include "cpu_ref/oracle/interiors.h"
 #include "cpu_ref/oracle/lights.h"
 #include "cpu_ref/oracle/media.h"
+#include "cpu_ref/oracle/pixel_filter.h"
 #include "cpu_ref/oracle/surfaces.h"
 #include "cpu_ref/oracle/textures.h"
 
@@ -76,8 +77,10 @@ Ray PathSampler::camera_ray(std::uint32_t x, std::uint32_t y, std::uint64_t samp
     const CameraFrame frame = frame_of(camera, time);
     const double width = settings_.width, height = settings_.height;
     const double h = std::tan(0.5 * glm::radians(camera.vertical_field_degrees));
-    const dvec3 q = frame.forward + h * (width / height) * (2.0 * (x + u.first) / width - 1.0) * frame.right +
-                    h * (1.0 - 2.0 * (y + u.second) / height) * frame.upward;
+    const double s_x = x + place_by_filter(settings_.filter, u.first);
+    const double s_y = y + place_by_filter(settings_.filter, u.second);
+    const dvec3 q = frame.forward + h * (width / height) * (2.0 * s_x / width - 1.0) * frame.right +
+                    h * (1.0 - 2.0 * s_y / height) * frame.upward;
     Ray ray{frame.position, glm::normalize(q)};
     ray.time = time;
     if (camera.lens_radius == 0.0) return ray;

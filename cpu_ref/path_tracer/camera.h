@@ -2,6 +2,7 @@
 #pragma once
 
 #include "cpu_ref/path_tracer/arithmetic/sampling.h"
+#include "cpu_ref/path_tracer/pixel_filter.h"
 #include "cpu_ref/path_tracer/tables.h"
 
 namespace tandem::cpu {
@@ -39,7 +40,9 @@ TANDEM_INLINE CameraRay<Real> camera_ray(
     using V = Lanes<Real>;
     using U = UnsignedOf<Real>;
     const CameraForm<Real>& camera = tables.camera;
-    const RandomLanes<Real> u = random_numbers<Real>(tables.settings, id, Ints<Real>(U{dimension::film_and_lens}));
+    RandomLanes<Real> u = random_numbers<Real>(tables.settings, id, Ints<Real>(U{dimension::film_and_lens}));
+    if (const PixelFilter filter = tables.settings.filter; filter != PixelFilter::box) [[unlikely]]
+        for (std::size_t axis = 0; axis < 2; ++axis) u[axis] = place_by_filter(filter, u[axis]);
     Ints<Real> x, y;
     for (int i = 0; i < lane_count<Real>; ++i) {
         const auto pixel = static_cast<std::uint32_t>(id.pixel.v[i]);

@@ -1,8 +1,8 @@
 // Functions for which Vulkan's own may be off by far more than an ulp (its atan by 4096): here by a few.
-#ifndef ELEMENTARY_GLSL
-#define ELEMENTARY_GLSL
-
+// Kernels that go between float and double have both.
 #ifdef IN_DOUBLE
+#ifndef ELEMENTARY_IN_DOUBLE_GLSL
+#define ELEMENTARY_IN_DOUBLE_GLSL
 
 // As below. The polynomial leaves 0.35^15/15! < 2e-19; below 2^-1000 the result is 0. The high part of ln 2 has 33 bits.
 double exp_minus(double x) {
@@ -44,7 +44,10 @@ double turn_of(double y, double x) {
     return y < 0.0 ? -angle : angle;
 }
 
+#endif
 #else
+#ifndef ELEMENTARY_GLSL
+#define ELEMENTARY_GLSL
 
 // e^-x for x >= 0: x = (n + f) ln 2 with n a whole number, |f| <= 1/2; the Taylor polynomial of e^(-f ln 2) leaves
 // 0.35^8/8! < 6e-9. Below 2^-125 the result is 0. ln 2 is split so that n times its high part is exact.

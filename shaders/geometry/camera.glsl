@@ -2,6 +2,7 @@
 // film's width and height at unit distance. A camera in motion has its frame made here, for the moment of each path.
 #ifndef CAMERA_GLSL
 #define CAMERA_GLSL
+#include "geometry/pixel_filter.glsl"
 
 layout(std140, set = 1, binding = 0) uniform Camera {
     vec3 position;
@@ -48,7 +49,8 @@ CameraFrame camera_frame(float time) {
 
 Ray camera_ray(uvec2 pixel, vec4 u, float time) {
     const CameraFrame frame = camera_frame(time);
-    precise vec2 film = vec2(pixel) + PLANT(film_shifted, u.xy - planted_amount, u.xy);
+    const vec2 in_pixel = place_by_filter(u.xy);
+    precise vec2 film = vec2(pixel) + PLANT(film_shifted, in_pixel - planted_amount, in_pixel);
     precise vec2 place = 2.0 * film / vec2(settings.width, settings.height) - 1.0;
     const vec3 q = frame.forward + place.x * frame.film_right - place.y * frame.film_up;
     if (!has_lens || both(camera.lens_radius == 0.0, u.z < 2.0)) return Ray(frame.position, unit_or_zero(q));

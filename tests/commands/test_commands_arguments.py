@@ -25,7 +25,7 @@ class WrongArguments(ProgramTest):
             ("--integrator", "pathh", "path"), ("--integrator", "nextevent", "next-event"), ("--generator", "phylox", "philox"),
             ("--sampling", "adaptiv", "adaptive"), ("--guard", "error_bound", "error-bound"), ("--fresnel", "Exact", "exact"),
             ("--backend", "vulcan", "vulkan"), ("--backend", "gpu", "vulkan"), ("--precision", "doubel", "double"),
-            ("--triangle-test", "watertigth", "watertight"), ("--light-sampling", "trees", "tree"),
+            ("--triangle-test", "watertigth", "watertight"), ("--light-sampling", "trees", "tree"), ("--filter", "gausian", "gaussian"),
         ]:
             with self.subTest(option=option, given=given):
                 self.refused(tandem("render", self.scene, "-o", out, option, given), f"did you mean {meant}?")

@@ -57,7 +57,7 @@ class Parts(PartsTest):
         self.refused(tandem("merge", last, *out), "no part holds samples 128:192")
         other = self.write(json.loads(self.scene.read_text()) | {"background": [0.5, 0.5, 0.51]}, "other.json")
         for options, reason in ((("--bounces", "3"), "bounces 3, not 12"), (("--seed", "9"), "seed 9, not 0"),
-                                (("--precision", "double"), "precision"), (("--size", "8"), "width 8, not 16")):
+                                (("--precision", "double"), "precision"), (("--filter", "tent"), "filter \"tent\", not \"box\""), (("--size", "8"), "width 8, not 16")):
             with self.subTest(options=options):
                 part = self.folder / "other.exr"
                 self.assertEqual(tandem("render", self.scene, "-o", part, "--range", "64:128", *(options if "--size" in options else ("--size", "16", *options))).returncode, 0)

@@ -222,6 +222,7 @@ numpy.save(out, numpy.concatenate([values.mean(0), values.var(0, ddof=1)], axis=
 
     def test_what_a_program_is_not_told_is_refused(self):
         for options, mention in [(["--bounces", 3], "is not told --bounces; add {bounces}"), (["--clamp", 3], "is not told --clamp"),
+                                 (["--filter", "tent"], "is not told --filter; add {filter}"),
                                  (["--integrator", "whitted"], "is not told --integrator"),
                                  (["--precision", "double"], "precisions"), (["--kernel", "stages"], "kernels")]:
             with self.subTest(options=options):

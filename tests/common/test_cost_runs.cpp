@@ -317,6 +317,28 @@ TEST_CASE("cost: qualities of hierarchies are arms where there are primitives en
     CHECK(reference_settings(scene, baseline, "cpu").render.hierarchy == HierarchyQuality::high);
 }
 
+TEST_CASE("cost: pixel filters are arms whose difference is a bias, and the reference has the baseline's own") {
+    ArmSettings baseline;
+    baseline.render.filter = PixelFilter::tent;
+    std::vector<std::string> found;
+    for (const KnobSetting& one : knob_settings(Scene{}, baseline, RendererInfo{}, 1.0)) {
+        if (one.knob != "filter") continue;
+        found.push_back(one.options);
+        CHECK_FALSE(one.keeps_estimate);
+        CHECK(one.reason.empty());
+        ArmSettings arm = baseline;
+        one.apply(arm);
+        CHECK(pixel_filter_names[static_cast<std::size_t>(arm.render.filter)] == one.setting);
+    }
+    CHECK(found == std::vector<std::string>{"--filter box", "--filter gaussian"});
+    CHECK(reference_settings(Scene{}, baseline, "cpu").render.filter == PixelFilter::tent);
+    const RendererInfo info;
+    ArmSettings box = baseline;
+    box.render.filter = PixelFilter::box;
+    CHECK(text_of(box, info).find("filter") == std::string::npos);  // older measurements keep their keys
+    CHECK(text_of(baseline, info).find(" filter tent") != std::string::npos);
+}
+
 TEST_CASE(
     "cost: ways of adding samples up are arms, but for the backend's own, and plain sums are not taken for safe") {
     const auto names = [](Accumulation own) {

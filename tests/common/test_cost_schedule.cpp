@@ -125,6 +125,12 @@ TEST_CASE("cost schedule: the table has at most ten rows, tells measured from fo
     report.asked_error = 1e-4;
     CHECK(to_text(report).find("), forecast") != std::string::npos);
     CHECK(to_text(report).find("settings                ") != std::string::npos);
+    report.asked_knobs = {"bounces"};  // their settings stand there, whatever they cost
+    for (const ArmFigures& figures : report.figures) {
+        CAPTURE(figures.arm.options);
+        if (figures.arm.knob == "bounces")
+            CHECK(to_text(report).find("\n" + figures.arm.options + " ") != std::string::npos);
+    }
 }
 
 }  // namespace

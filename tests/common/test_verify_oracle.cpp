@@ -131,6 +131,9 @@ TEST_CASE("a closed form is left out, with the reason, where it does not hold") 
     settings.fresnel = Fresnel::schlick;
     CHECK(contains(closed_form_of(scene, settings).skipped, "--fresnel"));
     settings = default_settings(scene);
+    settings.filter = PixelFilter::tent;
+    CHECK(contains(closed_form_of(scene, settings).skipped, "--filter box"));
+    settings = default_settings(scene);
     settings.integrator = Integrator::whitted;
     CHECK(contains(closed_form_of(scene, settings).skipped, "whitted"));
 

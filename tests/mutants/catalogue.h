@@ -26,8 +26,8 @@ struct Mutant {
 // Where the bug lies. If it could be said to lie in several places, the one whose code a developer would open.
 [[nodiscard]] Subsystem subsystem_of(PlantedBug bug);
 
-// Whether the bug shows with --light-sampling tree alone.
-[[nodiscard]] bool needs_light_tree(PlantedBug bug);
+// Changes what the bug hides from: some show with --light-sampling tree alone, or with a pixel filter.
+void make_visible(PlantedBug bug, RenderSettings& settings);
 
 // Every bug with each of its amounts in each of its backends, and in both where a closed form knows its effect.
 [[nodiscard]] const std::vector<Mutant>& catalogue();

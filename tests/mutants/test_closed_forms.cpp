@@ -14,23 +14,15 @@ namespace {
 
 // By how many of its own errors a backend with the bug misses the closed form, in the channel where it does so most. An
 // error is a sixth of what tests/suite allows.
-double miss(const Backend& backend, const PlantedFault& bug, const std::string& file, Integrator integrator,
-    std::uint32_t roulette_start = no_roulette) {
-    const Scene scene = load_scene(TANDEM_SOURCE_DIR "/scenes/closed-forms/" + file + ".json");
-    REQUIRE(scene.expect.has_value());
-    RenderSettings settings = default_settings(scene);
-    settings.integrator = integrator;
-    settings.roulette_start = roulette_start;
-    if (needs_light_tree(bug.bug)) settings.light_sampling = LightSampling::tree;
-    settings.width = std::min(settings.width, 12u);
-    settings.height = std::min(settings.height, 12u);
+double miss(const Backend& backend, const PlantedFault& bug, const Scene& scene, const RenderSettings& settings,
+    const dvec3& answer) {
     const std::uint64_t samples = settings.width == 1 || settings.height == 1 ? 4096 : 256;  // few pixels
     const auto renderer = renderer_with(backend, bug);
     const Measured measured = pooled(renderer->prepare(scene, settings)->render({0, samples}).estimate);
     CHECK(measured.invalid == 0);
     double greatest = 0.0;
     for (int channel = 0; channel < 3; ++channel) {
-        const double expected = scene.expect->radiance[channel];
+        const double expected = answer[channel];
         const double rounding = ((8.0 * settings.bounces + 64.0) * 0x1p-24 + summation_error) * std::abs(expected);
         const double difference = std::abs(measured.mean[channel] - expected);
         if (difference > 0.0)
@@ -39,7 +31,54 @@ double miss(const Backend& backend, const PlantedFault& bug, const std::string& 
     return greatest;
 }
 
+double miss(const Backend& backend, const PlantedFault& bug, const std::string& file, Integrator integrator,
+    std::uint32_t roulette_start = no_roulette) {
+    const Scene scene = load_scene(TANDEM_SOURCE_DIR "/scenes/closed-forms/" + file + ".json");
+    REQUIRE(scene.expect.has_value());
+    RenderSettings settings = default_settings(scene);
+    settings.integrator = integrator;
+    settings.roulette_start = roulette_start;
+    make_visible(bug.bug, settings);
+    settings.width = std::min(settings.width, 12u);
+    settings.height = std::min(settings.height, 12u);
+    return miss(backend, bug, scene, settings, scene.expect->radiance);
+}
+
+// A lamp as wide as a pixel, in the middle of a column of them: a Gaussian of standard deviation 1/2 that is cut at
+// three of them shows erf(1/sqrt 2)/erf(3/sqrt 2) of it.
+double miss_of_filter(const Backend& backend, const PlantedFault& bug) {
+    const dvec3 radiance(1.0, 2.0, 4.0);
+    RenderSettings settings = settings_of(1, 1);
+    settings.height = 12;
+    make_visible(bug.bug == PlantedBug::none ? PlantedBug::filter_even : bug.bug, settings);
+    const double half = 1.0 / settings.height;
+    const Scene scene =
+        SceneBuilder()
+            .camera(black, {0.0, 0.0, -1.0}, 90.0)
+            .quad(emitter(radiance), {-half, -9.0, -1.0}, {half, -9.0, -1.0}, {half, 9.0, -1.0}, {-half, 9.0, -1.0})
+            .scene();
+    return miss(backend, bug, scene, settings, std::erf(std::sqrt(0.5)) / std::erf(3.0 * std::sqrt(0.5)) * radiance);
+}
+
 }  // namespace
+
+TEST_CASE("a Gaussian pixel filter without a bug meets its closed form") {
+    CHECK(miss_of_filter(cpu_backend(), {}) < sigmas);
+    CHECK(miss_of_filter(vulkan_backend(), {}) < sigmas);
+}
+
+#define TANDEM_FILTER_MISSES(bug, amount)                                            \
+    TEST_CASE("cpu: " #bug " " #amount " misses a closed form") {                    \
+        CHECK(miss_of_filter(cpu_backend(), {PlantedBug::bug, amount}) > sigmas);    \
+    }                                                                                \
+    TEST_CASE("vulkan: " #bug " " #amount " misses a closed form") {                 \
+        CHECK(miss_of_filter(vulkan_backend(), {PlantedBug::bug, amount}) > sigmas); \
+    }
+
+TANDEM_FILTER_MISSES(filter_width_scaled, 0.3)
+TANDEM_FILTER_MISSES(filter_width_scaled, 0.1)
+TANDEM_FILTER_MISSES(filter_off_centre, 0.0)
+TANDEM_FILTER_MISSES(filter_even, 0.0)
 
 #define TANDEM_MISSES(bug, amount, ...)                                                 \
     TEST_CASE("cpu: " #bug " " #amount " misses a closed form") {                       \

@@ -21,10 +21,11 @@ std::unique_ptr<Renderer> single_with(const Backend& backend, const PlantedFault
     return renderer_with(backend, bug, options);
 }
 
-SceneVerdict verdict_of(const TrialScene& trial, Renderer& reference, Renderer& candidate, bool light_tree = false) {
+// With the settings that show `bug`.
+SceneVerdict verdict_of(const TrialScene& trial, Renderer& reference, Renderer& candidate, PlantedBug bug) {
     VerifyOptions options;
     options.settings = trial.settings;
-    if (light_tree) options.settings->light_sampling = LightSampling::tree;
+    make_visible(bug, *options.settings);
     options.max_samples = 256;  // a pixel: the looks depend on this alone, the budget in seconds is out of reach
     options.max_looks = 2;
     options.budget_seconds = 3600.0;
@@ -35,16 +36,16 @@ SceneVerdict verdict_of(const TrialScene& trial, Renderer& reference, Renderer& 
 
 void check_noticed(const Backend& mutant, const Backend& sound, const PlantedFault& bug, const TrialScene& trial) {
     const auto reference = single_with(sound, PlantedBug::none), candidate = single_with(mutant, bug);
-    const SceneVerdict verdict = verdict_of(trial, *reference, *candidate, needs_light_tree(bug.bug));
+    const SceneVerdict verdict = verdict_of(trial, *reference, *candidate, bug.bug);
     CAPTURE(trial.name);
     CAPTURE(verdict.sentence);
     CHECK(verdict.verdict == Verdict::disagree);
 }
 
-void check_sound(const TrialScene& trial, bool light_tree = false) {
+void check_sound(const TrialScene& trial, PlantedBug shown = PlantedBug::none) {
     const auto reference = single_with(cpu_backend(), PlantedBug::none);
     const auto candidate = single_with(vulkan_backend(), PlantedBug::none);
-    const SceneVerdict verdict = verdict_of(trial, *reference, *candidate, light_tree);
+    const SceneVerdict verdict = verdict_of(trial, *reference, *candidate, shown);
     CAPTURE(verdict.sentence);
     CHECK(verdict.verdict != Verdict::disagree);
 }
@@ -105,6 +106,9 @@ TANDEM_MUTANT(light_tree_normal_forgotten, lamps)
 TANDEM_MUTANT(light_from_behind, lamps)
 TANDEM_MUTANT(dimension_reused, open_sky)
 TANDEM_MUTANT(film_shifted, open_sky, 0.5)
+TANDEM_MUTANT(filter_width_scaled, open_sky, 0.3)
+TANDEM_MUTANT(filter_off_centre, open_sky)
+TANDEM_MUTANT(filter_even, open_sky)
 TANDEM_MUTANT(albedo_scaled, open_sky, 0.03)
 TANDEM_MUTANT(albedo_scaled, open_sky, 0.01)
 TANDEM_MUTANT(self_hit_not_excluded, open_sky)
@@ -119,7 +123,12 @@ TANDEM_MUTANT(alpha_ignored, glass_bodies)
     TEST_CASE("two sound backends do not disagree about " #trial) { check_sound(trial()); }
 
 TANDEM_SOUND(lamps)
-TEST_CASE("two sound backends do not disagree about lamps that a tree chooses") { check_sound(lamps(), true); }
+TEST_CASE("two sound backends do not disagree about lamps that a tree chooses") {
+    check_sound(lamps(), PlantedBug::light_tree_number_reused);
+}
+TEST_CASE("two sound backends do not disagree about bodies that a Gaussian filter shows") {
+    check_sound(open_sky(), PlantedBug::filter_even);
+}
 TANDEM_SOUND(open_sky)
 TANDEM_SOUND(closed_box)
 TANDEM_SOUND(roulette_box)

@@ -46,7 +46,7 @@ SceneVerdict verdict_of(const PlantedFault& fault, Planting planting, const std:
     const auto vulkan = renderer_with(vulkan_backend(), in_vulkan, single);
     VerifyOptions options;
     options.settings = verification_settings(scene, effort.longer_side);
-    if (needs_light_tree(fault.bug)) options.settings->light_sampling = LightSampling::tree;
+    make_visible(fault.bug, *options.settings);
     const std::uint64_t pixels = std::uint64_t{options.settings->width} * options.settings->height;
     constexpr std::uint64_t usual_pixels = 64 * 32;
     options.max_samples = effort.samples * std::max<std::uint64_t>(1, usual_pixels / pixels);
@@ -78,7 +78,7 @@ Needs needs_of(const PlantedFault& fault, Planting planting, const std::string& 
                other = renderer_with(cpu_backend(), in_cpu, precise);
     const auto vulkan = renderer_with(vulkan_backend(), in_vulkan, single);
     RenderSettings settings = verification_settings(scene, signature_effort.longer_side);
-    if (needs_light_tree(fault.bug)) settings.light_sampling = LightSampling::tree;
+    make_visible(fault.bug, settings);
     Needs needs;
     needs.partings = partings_of_paths(
         {.scene = scene,

@@ -69,6 +69,22 @@ TEST_CASE("dispatches over the whole image, and fragments, give the bits of the 
     }
 }
 
+TEST_CASE("every shape of kernel gives the bits of the stages through a pixel filter") {
+    for (const PixelFilter filter : {PixelFilter::tent, PixelFilter::gaussian}) {
+        CAPTURE(pixel_filter_names[static_cast<std::size_t>(filter)]);
+        RenderSettings settings = settings_of(9, 3, Integrator::next_event);
+        settings.filter = filter;
+        const Scene scene = full_scene();
+        const Estimate expected = image("stages", scene, settings, {0, 20});
+        for (const char* kernel : {"megakernel", "image-stages", "fragment", "thesis"}) {
+            CAPTURE(kernel);
+            CHECK(same_bits(image(kernel, scene, settings, {0, 20}), expected));
+        }
+        settings.filter = PixelFilter::box;
+        CHECK_FALSE(same_bits(image("stages", scene, settings, {0, 20}), expected));
+    }
+}
+
 TEST_CASE("a stop leaves the megakernel's whole samples") {
     const auto job = renderer_with_kernel("megakernel").prepare(full_scene(), settings_of(200, 4));
     std::stop_source source;

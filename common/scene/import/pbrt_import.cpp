@@ -67,7 +67,8 @@ private:
         if (name == "PixelFilter") {
             const std::string kind = text("a filter");
             (void)parameters();
-            if (kind != "box") remark("the " + printable(kind) + " filter: Tandem's is a box of one pixel");
+            if (kind != "box")
+                remark("the " + printable(kind) + " filter: Tandem's is a box of one pixel, or what --filter says");
             return;
         }
         if (name == "Sampler" || name == "Option" || name == "ColorSpace" || name == "Accelerator") {

@@ -161,6 +161,7 @@ void without_light_sampling(EditedScene& e) {
     e.settings.light_sampling = LightSampling::power;
 }
 void without_light_tree(EditedScene& e) { e.settings.light_sampling = LightSampling::power; }
+void without_wide_filter(EditedScene& e) { e.settings.filter = PixelFilter::box; }
 void without_roulette(EditedScene& e) { e.settings.roulette_start = no_roulette; }
 void without_long_paths(EditedScene& e) { e.settings.bounces = std::min(e.settings.bounces, 1u); }
 void without_philox(EditedScene& e) { e.settings.generator = Generator::hash; }
@@ -222,6 +223,7 @@ constexpr EffectFeature shape_features[] = {
 };
 constexpr SceneFeature two_ways{S::mis_weights, "weights of two ways to a light", "9.2", without_mis, true};
 constexpr SceneFeature light_tree{S::light_sampling, "a choice of the light by a tree", "9.2", without_light_tree};
+constexpr SceneFeature wide_filter{S::camera, "a pixel filter wider than a pixel", "4.1", without_wide_filter};
 constexpr SceneFeature philox{S::random_numbers, "Philox's numbers", "3", without_philox};
 constexpr SceneFeature long_paths{
     S::roulette, "paths of several bounces", "9", without_long_paths, true, Naming::nobody};
@@ -256,6 +258,7 @@ std::vector<SceneFeature> removable_features(const Scene& scene, const RenderSet
     add_called(effect_features, effects, features);
     add_called(finer_features, effects, features);
     if (settings.light_sampling == LightSampling::tree) features.push_back(light_tree);
+    if (settings.filter != PixelFilter::box) features.push_back(wide_filter);
     const bool two = settings.integrator == Integrator::next_event && settings.mis;
     if (two && effects.has(Effect::light_sampling)) features.push_back(two_ways);
     add_called(plain_features, effects, features);

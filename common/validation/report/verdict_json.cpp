@@ -43,7 +43,7 @@ json settings_json(const RenderSettings& settings) {
         {"integrator", integrator_name(settings.integrator)}, {"mis", settings.mis},
         {"light_sampling", light_sampling_names[static_cast<std::size_t>(settings.light_sampling)]},
         {"hierarchy_quality", hierarchy_quality_names[static_cast<std::size_t>(settings.hierarchy)]},
-        {"bounces", settings.bounces},
+        {"filter", pixel_filter_names[static_cast<std::size_t>(settings.filter)]}, {"bounces", settings.bounces},
         {"roulette_start", settings.roulette_start == no_roulette ? json(nullptr) : json(settings.roulette_start)},
         {"accumulation", settings.accumulation
                              ? json(accumulation_names[static_cast<std::size_t>(*settings.accumulation)])

@@ -19,6 +19,7 @@ std::string why_not(const Scene& scene, const RenderSettings& settings) {
         return fmt::format("it holds at {} bounces, not at {}", file.bounces, settings.bounces);
     if (settings.fresnel || settings.clamp < std::numeric_limits<double>::infinity())
         return "it holds without --fresnel and --clamp";
+    if (settings.filter != PixelFilter::box) return "it holds for --filter box, as another filter shows another image";
     if (settings.accumulation == Accumulation::plain) return "it holds without --accumulation plain, which drifts";
     if (settings.integrator == Integrator::whitted && file.integrator != Integrator::whitted)
         return "it holds with indirect light, which whitted leaves out";

@@ -20,8 +20,8 @@ struct ClosedForm {
 };
 
 // The closed form at these settings, or why there is none to hold a renderer to. It is a mean over the film at the
-// file's own bounces and interval of ray lengths. The shape of the film, --fresnel and --clamp change that mean.
-// Roulette, the number of pixels and an integrator that follows indirect light do not (MODEL.md section 9).
+// file's own bounces and interval of ray lengths. The shape of the film, --filter, --fresnel and --clamp change that
+// mean. Roulette, the number of pixels and an integrator that follows indirect light do not (MODEL.md section 9).
 struct ClosedFormUse {
     std::optional<ClosedForm> form;
     std::string skipped;  // why a scene's closed form is left out; empty where it has none

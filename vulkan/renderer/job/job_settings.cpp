@@ -175,6 +175,7 @@ Specialisation specialise(const Device& device, const Scene& described, const Sc
         .planted_bug = fault,
         .intersection = settings.intersection,
         .clamp = std::isfinite(settings.clamp) ? std::optional(static_cast<float>(settings.clamp)) : std::nullopt,
+        .filter = settings.filter,
         .generator = settings.generator,
         .mis = settings.mis,
         .light_tree = scene.light_tree,

@@ -58,6 +58,7 @@ std::vector<SpecialisationConstant> Specialisation::constants() const {
         constant(Id::clamps, clamp.has_value()),
         constant(Id::clamp_at, clamp.value_or(0.0F)),
         constant(Id::generator, generator),
+        constant(Id::pixel_filter, filter),
         constant(Id::has_mis, mis),
         constant(Id::light_tree_leaves, light_tree.leaves),
         constant(Id::light_tree_first, light_tree.first),

@@ -45,6 +45,7 @@ struct Specialisation {
     IntersectionSettings intersection;
     bool hands_on_floats = false;  // of geometry in double: mixed precision
     std::optional<float> clamp = std::nullopt;
+    PixelFilter filter = PixelFilter::box;
     Generator generator = Generator::philox;
     bool mis = true;
     LightTreePlace light_tree = {};
