@@ -2,6 +2,8 @@
 #pragma once
 
 #include <algorithm>
+#include <charconv>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -33,6 +35,15 @@ namespace tandem {
 
 // "did you mean NAME? " with the nearest candidate, or nothing.
 [[nodiscard]] std::string did_you_mean(std::string_view name, const std::vector<std::string>& candidates);
+
+// Digits and nothing else, in the range of `Number`; else nothing.
+template <class Number>
+[[nodiscard]] std::optional<Number> whole_number(std::string_view text) {
+    Number value = 0;
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+    if (error != std::errc{} || end != text.data() + text.size()) return std::nullopt;
+    return value;
+}
 
 // Whether `names` has the name; an empty list asks for everything.
 [[nodiscard]] inline bool asked_for(std::string_view name, const std::vector<std::string>& names) {
