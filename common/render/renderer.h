@@ -25,7 +25,7 @@
 namespace tandem {
 
 struct PathTrace;     // common/render/path_trace.h
-struct TracedVertex;  // likewise
+struct TracedVertex;  // there, too
 
 // single: every operation rounded by itself. double: all of it. contracted: single, products and sums fused as the
 // driver likes (Vulkan). mixed: single, but for intersections and the points that follow from them.

@@ -115,6 +115,18 @@ TEST_CASE("a fault of the film is told from one of shading, with the side, the k
     CHECK(says(found(vulkan, cpu), "the film of CPU is not the sum"));
 }
 
+TEST_CASE("a film whose paths are cut at one radiance is told as such, one that loses a share of each is not") {
+    Fake cpu(right, right);
+    Fake clamped(right, [](std::uint32_t, std::uint32_t, double v) { return std::min(v, 0.55); });
+    CHECK(says(found(cpu, clamped), "the film of Vulkan is not the sum"));
+    CHECK(says(found(cpu, clamped), "it is that of paths cut at 0.55"));
+    CHECK(says(found(clamped, cpu), "it is that of paths cut at 0.55"));
+    Fake by_row(right, [](std::uint32_t, std::uint32_t y, double v) { return std::min(v, 0.5 + 0.002 * y); });
+    CHECK_FALSE(says(found(cpu, by_row), "paths cut at"));
+    Fake scaled(right, [](std::uint32_t x, std::uint32_t, double v) { return (1.0 - 0.01 * x) * v; });
+    CHECK_FALSE(says(found(cpu, scaled), "paths cut at"));
+}
+
 TEST_CASE("a fault of shading is told by the path that parts, at the pixel of the region that differs most") {
     Fake cpu(right, right);
     Fake vulkan(

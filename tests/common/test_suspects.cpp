@@ -1,5 +1,6 @@
 // Which parts of a path tracer are suspected of a disagreement, and why: what paths, kernels and closed forms say.
 #include <doctest/doctest.h>
+#include <fmt/format.h>
 
 #include <algorithm>
 #include <glm/gtc/matrix_transform.hpp>
@@ -83,6 +84,7 @@ TEST_CASE("a fault that no traced path shows and some kernels lack lies in index
     evidence.level("image", true);
     evidence.place = {.outside_paths = true,
         .candidate_adds = false,
+        .clamped_at = {},
         .kernels_with = {"stages"},
         .kernels_without = {"image-stages", "megakernel"},
         .pattern = ""};
@@ -101,6 +103,12 @@ TEST_CASE("a film that is not the sum of its paths, with every kernel, is accumu
     SUBCASE("and indexing's where the pixels lie in a pattern") {
         evidence.place.pattern = "rows 4 to 5";
         CHECK(evidence.suspects().front().part == Subsystem::indexing);
+    }
+    SUBCASE("but not where its paths are cut, as on a lamp") {
+        evidence.place.pattern = "rows 4 to 5";
+        evidence.place.clamped_at = 10.0;
+        CHECK(evidence.suspects().front().part == Subsystem::accumulation);
+        CHECK(evidence.suspects().front().because == "a film is the sum of its paths, each cut at 10");
     }
 }
 
@@ -191,5 +199,29 @@ TEST_CASE("a closed form that few pixels miss is the film's") {
     CHECK(suspect->part == Subsystem::accumulation);
     CHECK(suspect->because == "1 of 64 pixels are off, and all others have the closed form's value");
     for (PixelStatistics& pixel : side.pixels) pixel.mean *= 1.1;
+    CHECK_FALSE(film_misses(form, side).has_value());
+}
+
+TEST_CASE("a closed form that all pixels miss by one sample's share is the film's") {
+    ClosedForm form;
+    form.radiance = {1.0, 2.0, 4.0};
+    form.rounding = 1e-5;
+    SampledImage side;
+    side.width = side.height = 8;
+    side.samples = 256;
+    for (const auto& [divisor, found] : {std::pair{255.0, true}, {257.0, true}, {254.0, false}}) {
+        CAPTURE(divisor);
+        side.pixels.clear();
+        for (int pixel = 0; pixel < 64; ++pixel)
+            for (const double value : form.radiance) side.pixels.push_back({value * 256.0 / divisor, 0.0, 256.0});
+        const std::optional<Suspect> suspect = film_misses(form, side);
+        REQUIRE(suspect.has_value() == found);
+        if (!found) continue;
+        CHECK(suspect->part == Subsystem::accumulation);
+        CHECK(suspect->because ==
+              fmt::format("all pixels have the closed form's value times 256 / {}, with 256 samples", divisor));
+    }
+    side.samples = 100'000;  // a sample's share is within rounding
+    for (PixelStatistics& pixel : side.pixels) pixel.mean *= 254.0 / 256.0 * (1.0 + 3e-5);
     CHECK_FALSE(film_misses(form, side).has_value());
 }

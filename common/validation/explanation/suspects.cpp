@@ -143,6 +143,9 @@ private:
     void look_outside_paths() {
         const FaultPlace& place = evidence_.place;
         if (!place.outside_paths) return;
+        if (place.clamped_at)
+            return add(S::accumulation, certain,
+                fmt::format("a film is the sum of its paths, each cut at {:.4g}", *place.clamped_at));
         if (!place.kernels_with.empty() && !place.kernels_without.empty())
             return add(S::indexing, certain,
                 fmt::format("no traced path parts, and the kernels {} are without the fault",
@@ -189,19 +192,31 @@ std::vector<Suspect> suspects_of_miss(std::span<const SceneFeature> features, st
 
 std::optional<Suspect> film_misses(const ClosedForm& form, const SampledImage& side) {
     const std::size_t pixels = std::size_t{side.width} * side.height;
-    std::size_t off = 0;
-    for (std::size_t pixel = 0; pixel < pixels; ++pixel) {
+    const double allowed = 2.0 * form.rounding;  // relative: the side's, and the form's
+    const auto is_times = [&](std::size_t pixel, double factor) {
         bool same = true;
         for (std::size_t c = 0; c < channel_count; ++c) {
-            const double expected = form.radiance[c];
-            same = same &&
-                   std::abs(side.pixels[pixel * channel_count + c].mean - expected) <= 2.0 * form.rounding * expected;
+            const double expected = factor * form.radiance[c];
+            same = same && std::abs(side.pixels[pixel * channel_count + c].mean - expected) <= allowed * expected;
         }
-        off += same ? 0 : 1;
+        return same;
+    };
+    std::size_t off = 0;
+    for (std::size_t pixel = 0; pixel < pixels; ++pixel) off += is_times(pixel, 1.0) ? 0 : 1;
+    if (off > 0 && 10 * off <= pixels)
+        return Suspect{S::accumulation,
+            fmt::format("{} of {} pixels are off, and all others have the closed form's value", off, pixels)};
+    const auto samples = static_cast<double>(side.samples);
+    if (off < pixels || pixels == 0 || !(samples > 1.0) || 1.0 / samples < 2.0 * allowed) return std::nullopt;
+    for (const double divisor : {samples - 1.0, samples + 1.0}) {
+        std::size_t right = 0;
+        for (std::size_t pixel = 0; pixel < pixels; ++pixel) right += is_times(pixel, samples / divisor) ? 1 : 0;
+        if (right == pixels)
+            return Suspect{
+                S::accumulation, fmt::format("all pixels have the closed form's value times {} / {}, with {} samples",
+                                     side.samples, divisor, side.samples)};
     }
-    if (off == 0 || 10 * off > pixels) return std::nullopt;
-    return Suspect{S::accumulation,
-        fmt::format("{} of {} pixels are off, and all others have the closed form's value", off, pixels)};
+    return std::nullopt;
 }
 
 std::vector<Suspect> suspects_of_difference(const DifferenceEvidence& evidence, const BugRecord& record) {

@@ -28,8 +28,9 @@ inline constexpr std::size_t most_suspects = 3;
 [[nodiscard]] std::vector<Suspect> suspects_of_miss(
     std::span<const SceneFeature> features, std::span<const SceneFeature> met = {});
 
-// Why the film itself is suspected of a miss: most of the side's pixels have the closed form's value exactly, and few
-// have not. Nothing where the image has noise, or is not one colour.
+// Why the film itself is suspected of a miss. Either most of the side's pixels have the closed form's value exactly,
+// and few have not. Or all are off as if sums were divided by one sample too few or too many. Nothing where the image
+// has noise, or is not one colour.
 [[nodiscard]] std::optional<Suspect> film_misses(const ClosedForm& form, const SampledImage& side);
 
 // Where the two sides differ.

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numeric>
 
 #include "common/error.h"
@@ -33,6 +34,26 @@ struct Sums {
 double greatest(const glm::dvec3& v) { return std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)}); }
 bool differ(const glm::dvec3& a, const glm::dvec3& b) {
     return greatest(a - b) > same_sum * std::max(greatest(a), greatest(b));
+}
+
+struct ClampedSum {
+    double at = 0.0, within = 0.0;  // the clamp, and how well the sum tells it
+};
+
+// The clamp with which the values have this sum; nothing where none has.
+std::optional<ClampedSum> clamp_of(std::vector<double> values, double sum) {
+    std::ranges::sort(values);
+    double below = 0.0;  // the sum of the values that the clamp leaves as they are
+    for (std::size_t k = 0; k < values.size(); ++k) {
+        const auto cut = static_cast<double>(values.size() - k);
+        const double clamp = (sum - below) / cut;
+        if (clamp <= values[k]) {
+            if (clamp < (k == 0 ? 0.0 : values[k - 1])) return std::nullopt;
+            return ClampedSum{clamp, same_sum * sum / cut};
+        }
+        below += values[k];
+    }
+    return std::nullopt;
 }
 
 class FaultSearch {
@@ -97,18 +118,47 @@ private:
         return result;
     }
 
+    // The radiance of the paths that a side traces in a pixel, as its film should have them.
+    [[nodiscard]] std::vector<glm::dvec3> radiances(RenderJob& job, std::size_t i) const {
+        std::vector<glm::dvec3> result;
+        for (const PathTrace& trace :
+            job.trace(static_cast<std::uint32_t>(i % width_), static_cast<std::uint32_t>(i / width_), block)) {
+            const glm::dvec3& r = trace.radiance;
+            if (!std::isfinite(r.x + r.y + r.z) || std::min({r.x, r.y, r.z}) < 0.0) continue;  // MODEL.md 12
+            result.push_back(glm::min(r, glm::dvec3(question_.settings.clamp)));
+        }
+        return result;
+    }
+
     // Whether a side's film is the sum of the paths that it traces, in each of the pixels.
     [[nodiscard]] bool adds_its_paths(RenderJob& job, const Sums& sums, const std::vector<std::size_t>& pixels) const {
         return std::ranges::all_of(pixels, [&](std::size_t i) {
-            glm::dvec3 sum(0.0);
-            for (const PathTrace& trace :
-                job.trace(static_cast<std::uint32_t>(i % width_), static_cast<std::uint32_t>(i / width_), block)) {
-                const glm::dvec3& r = trace.radiance;
-                if (!std::isfinite(r.x + r.y + r.z) || std::min({r.x, r.y, r.z}) < 0.0) continue;  // MODEL.md 12
-                sum += glm::min(r, glm::dvec3(question_.settings.clamp));
-            }
-            return !differ(sum, sums.at(i));
+            const std::vector<glm::dvec3> each = radiances(job, i);
+            return !differ(std::accumulate(each.begin(), each.end(), glm::dvec3(0.0)), sums.at(i));
         });
+    }
+
+    // The one clamp with which the paths add up to the film wherever they do not without.
+    [[nodiscard]] std::optional<double> common_clamp(
+        RenderJob& job, const Sums& sums, const std::vector<std::size_t>& pixels) const {
+        double low = 0.0, high = std::numeric_limits<double>::infinity();
+        std::size_t found = 0;
+        for (const std::size_t i : pixels) {
+            const std::vector<glm::dvec3> each = radiances(job, i);
+            for (int c = 0; c < 3; ++c) {
+                std::vector<double> values;
+                for (const glm::dvec3& one : each) values.push_back(one[c]);
+                const double sum = sums.at(i)[c], all = std::accumulate(values.begin(), values.end(), 0.0);
+                if (std::abs(all - sum) <= same_sum * all) continue;
+                const std::optional<ClampedSum> clamp = clamp_of(std::move(values), sum);
+                if (!clamp) return std::nullopt;
+                low = std::max(low, clamp->at - clamp->within);
+                high = std::min(high, clamp->at + clamp->within);
+                ++found;
+            }
+        }
+        if (found < 2 || low > high) return std::nullopt;
+        return 0.5 * (low + high);
     }
 
     void say_what_lies_outside(const Sums& a, const Sums& b, const std::vector<std::size_t>& pixels) {
@@ -137,6 +187,11 @@ private:
             "; {} of the pixels differ", percent(static_cast<double>(count) / static_cast<double>(touched.size())));
         place_.pattern = pixel_pattern(touched, width_, height_);
         if (!place_.pattern.empty()) text += ", " + place_.pattern;
+        if (reference != candidate) {
+            place_.clamped_at =
+                reference ? common_clamp(*candidate_job_, b, pixels) : common_clamp(*reference_job_, a, pixels);
+            if (place_.clamped_at) text += fmt::format("; it is that of paths cut at {:.4g}", *place_.clamped_at);
+        }
         if (!candidate) say_which_kernels(a);
     }
 

@@ -36,6 +36,8 @@ struct FaultQuestion {
 struct FaultPlace {
     bool outside_paths = false;  // no traced path parts, and the films differ in the traced pixels nevertheless
     bool reference_adds = true, candidate_adds = true;  // each film is the sum of its side's traced paths
+    // Where one is not: it is the sum of its paths, each cut at this radiance, in all pixels that were traced.
+    std::optional<double> clamped_at;
     std::vector<std::string> kernels_with, kernels_without;
     std::string pattern;  // of the pixels that differ (pixel_pattern.h); empty: none
 };
