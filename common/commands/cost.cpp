@@ -279,10 +279,8 @@ void add_cost_command(CLI::App& app, CommandContext& context) {
         "  tandem cost scenes/glass.json --list\n"
         "The baseline is the scene's own settings, changed by the options given. Every other arm changes one knob. "
         "Some arms combine the best knobs. All arms run shortly, then the best run until they reach 5, 1 and 0.3 %. "
-        "Their "
-        "random numbers had no part in the choice. "
+        "Times are of rendering alone. "
         "Errors are against a long reference in double precision on the CPU, without a bounce limit. "
-        "Seconds are of rendering; the arms of hierarchy-quality also say how long building takes, and which pays. "
         "Ctrl-C concludes from what is there.\n"
         "Exit status: 0; 3 where the time was too short for some of the settings.");
     command->callback([&context, arguments] {
