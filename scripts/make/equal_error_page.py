@@ -23,6 +23,7 @@ Made by `scripts/measure/equal_error`; do not edit.
   taken out. An error below twice the reference's uncertainty is not shown.
 - Each time is read between two measured points of a seed, never beyond them. Shown are geometric means over {seeds} seeds, with
   Student's interval at 95 % of the logarithms. A dash: not every seed reached it in renders of up to {most:g} s.
+  *≤*: a shortest render was better than the error already, so that its time is a bound.
 - *Cycles over Tandem* pairs seeds measured next to each other; above 1 Tandem is sooner.
 - Start and load of the scene are not in these times; the second table has them.
 
@@ -59,26 +60,31 @@ def interval(values):
 
 
 def times(row, who, error, seeds):
-    """By seed; None where a seed was not measured or did not reach the error."""
-    found = []
+    """By seed: seconds, None where a seed was not measured or did not reach the error. And whether they are bounds: some seed's
+    shortest render was better than the error already."""
+    found, bounds = [], False
     for seed in range(1, seeds + 1):
-        curve = [(p["seconds"], p["relative_error"]) for p in row["points"] if p["who"] == who and p["seed"] == seed]
-        found.append(seconds_to(curve, error))
-    return found
+        curve = sorted((p["seconds"], p["relative_error"]) for p in row["points"] if p["who"] == who and p["seed"] == seed)
+        better = bool(curve) and curve[0][1] < error
+        bounds = bounds or better
+        found.append(curve[0][0] if better else seconds_to(curve, error))
+    return found, bounds
 
 
-def shown(value):
-    return "–" if value is None else "{:.3g} ({:.3g} to {:.3g})".format(*value)
+def shown(value, sign=""):
+    return "–" if value is None else sign + "{:.3g} ({:.3g} to {:.3g})".format(*value)
 
 
 def comparisons(record):
-    """(scene, error, Cycles' times, Tandem's times, ratios), each an interval or None."""
+    """(scene, error, Cycles' times, Tandem's times, ratios), each an interval or None, and the sign of each: "≤ ", "≥ " or ""."""
     for scene, row in record["scenes"].items():
         for error in row.get("targets", []):
-            both = [times(row, who, error, record["seeds"]) for who in ("cycles", "tandem")]
-            whole = [interval(values) if None not in values else None for values in both]
-            ratio = interval([c / t for c, t in zip(*both)]) if None not in both[0] + both[1] else None
-            yield scene, error, *whole, ratio
+            (cycles, least_c), (tandem, least_t) = (times(row, who, error, record["seeds"]) for who in ("cycles", "tandem"))
+            whole = [interval(values) if None not in values else None for values in (cycles, tandem)]
+            both = None not in cycles + tandem and not (least_c and least_t)
+            ratio = interval([c / t for c, t in zip(cycles, tandem)]) if both else None
+            signs = ["≤ " if least_c else "", "≤ " if least_t else "", "≥ " if least_t else "≤ " if least_c else ""]
+            yield scene, error, *whole, ratio, signs
 
 
 def settings(arm):
@@ -91,12 +97,15 @@ def settings(arm):
 def page_of(record):
     rows, starts = [], []
     sooner = later = alike = missing = 0
-    for scene, error, cycles, tandem, ratio in comparisons(record):
-        rows.append(f"| {scene} | {100 * error:g} % | {shown(cycles)} | {shown(tandem)} | {shown(ratio)} |")
-        sooner += ratio is not None and ratio[1] > 1
-        later += ratio is not None and ratio[2] < 1
-        alike += ratio is not None and ratio[1] <= 1 <= ratio[2]
+    for scene, error, cycles, tandem, ratio, signs in comparisons(record):
+        cells = " | ".join(map(shown, (cycles, tandem, ratio), signs))
+        rows.append(f"| {scene} | {100 * error:g} % | {cells} |")
+        is_sooner = ratio is not None and ratio[1] > 1 and signs[2] != "≤ "
+        is_later = ratio is not None and ratio[2] < 1 and signs[2] != "≥ "
+        sooner += is_sooner
+        later += is_later
         missing += ratio is None
+        alike += ratio is not None and not is_sooner and not is_later
     for scene, row in record["scenes"].items():
         if not row.get("starts"):
             continue
@@ -108,7 +117,7 @@ def page_of(record):
                       f"{100 * reference['relative_uncertainty']:.2g} % |")
     versions = sorted({row["version"] for row in record["scenes"].values() if "version" in row})
     found = (f"Of {sooner + later + alike + missing} pairs of scene and error, Tandem is significantly sooner in {sooner}, Cycles in {later}; "
-             f"{alike} are undecided, {missing} were not reached by both.")
+             f"{alike} are undecided" + (f", {missing} cannot be told." if missing else "."))
     return TEXT.format(found=found, version=", ".join(versions), size=record["size"], processor=record["processor"],
                        commit=record["commit"], seeds=record["seeds"], most=record["most_seconds"], rows="\n".join(rows),
                        starts="\n".join(starts))

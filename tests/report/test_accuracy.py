@@ -96,7 +96,7 @@ class EqualError(unittest.TestCase):
         self.assertIsNone(equal_error_page.seconds_to(curve, 0.02))
 
     def test_the_interval_holds_the_factor_and_what_is_not_reached_is_a_dash(self):
-        found = {error: (cycles, tandem, ratio) for _, error, cycles, tandem, ratio in equal_error_page.comparisons(self.record(3.0))}
+        found = {error: (cycles, tandem, ratio) for _, error, cycles, tandem, ratio, _ in equal_error_page.comparisons(self.record(3.0))}
         for error, seconds in ((0.05, 4), (0.02, 25)):
             cycles, tandem, ratio = found[error]
             self.assertTrue(ratio[1] < 3.0 < ratio[2] and ratio[2] < 3.5, ratio)
@@ -107,10 +107,23 @@ class EqualError(unittest.TestCase):
     def test_a_seed_that_lacks_leaves_the_cell_empty(self):
         record = self.record(1.0)
         record["scenes"]["box"]["points"] = [p for p in record["scenes"]["box"]["points"] if (p["who"], p["seed"]) != ("cycles", 5)]
-        _, _, cycles, tandem, ratio = next(equal_error_page.comparisons(record))
+        _, _, cycles, tandem, ratio, _ = next(equal_error_page.comparisons(record))
         self.assertIsNone(cycles)
         self.assertIsNotNone(tandem)
         self.assertIsNone(ratio)
+
+    def test_the_shortest_render_that_is_better_already_is_a_bound(self):
+        record = self.record(3.0)
+        record["scenes"]["box"]["targets"] = [0.2]  # errors begin at 10 %
+        *_, ratio, signs = next(equal_error_page.comparisons(record))
+        self.assertEqual((ratio, signs[:2]), (None, ["≤ ", "≤ "]))
+        first = [p for p in record["scenes"]["box"]["points"] if p["who"] == "cycles" and p["level"] == 0]
+        for point in first:
+            point["relative_error"] = 0.3
+        _, _, _, tandem, ratio, signs = next(equal_error_page.comparisons(record))
+        self.assertEqual(signs, ["", "≤ ", "≥ "])
+        self.assertAlmostEqual(tandem[0], 1.0, delta=0.1)
+        self.assertGreater(ratio[1], 3.0)  # Cycles reaches it later than its first render, which took three times as long
 
 
 if __name__ == "__main__":
