@@ -79,7 +79,7 @@ std::optional<Candidate> candidate(const ArmFigures& arm, double error) {
     if (!time.seconds || !time.samples || (!arm.arm.keeps_estimate && arm.has_floor && !arm.is_safe_at(error)))
         return std::nullopt;
     double wanted = surely * *time.samples;
-    if (time.extrapolated) wanted *= std::exp(std::min(0.5 * log_half_of(*time.seconds), std::log(2.0)));
+    if (time.extrapolated) wanted *= std::min(std::sqrt(time.seconds->high / time.seconds->value), 2.0);
     if (arm.arm.settings.render.sampling == Sampling::adaptive)
         wanted = std::max(wanted, static_cast<double>(2 * least_alike));  // below it adapts to nothing
     return Candidate{&arm, levels_up_to(wanted), time.seconds->value};
