@@ -1,4 +1,4 @@
-// Rendering of a fixed range of samples, in steps that are kept: what a part, a resumed render and a farm work by.
+// Renders a fixed range of samples in steps, and stores the sums after each. Parts, resumed renders and farms use it.
 #pragma once
 
 #include <functional>

@@ -1,4 +1,4 @@
-// What others claim, as data, and what the readings say of it.
+// Published claims, as data, and the verdicts that readings give on them.
 #pragma once
 
 #include "common/experiment/runner.h"

@@ -1,4 +1,5 @@
-// Which entities' triangles a backend keeps once, in object space, for all that share them (MODEL.md section 6).
+// Instancing: meshes that a backend stores once, in object space, for all entities that place them (MODEL.md section
+// 6).
 #pragma once
 
 #include <vector>

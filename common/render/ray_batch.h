@@ -1,4 +1,4 @@
-// Rays given one by one, and what they hit: the way in for tests of intersection that need no image.
+// Given rays and their hits: the interface for tests of intersection, which need no image.
 #pragma once
 
 #include <cstdint>

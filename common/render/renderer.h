@@ -1,4 +1,4 @@
-// The interface that every backend implements and the only thing that the validation suite knows of one.
+// The interface that every backend implements. The validation suite knows nothing else of a backend.
 #pragma once
 
 #include <array>
@@ -50,7 +50,7 @@ enum class LightSampling : std::uint32_t { power = 0, uniform = 1, tree = 2 };
 inline constexpr std::array<std::string_view, 3> light_sampling_names{"power", "uniform", "tree"};
 
 // How long a backend looks for a good hierarchy over primitives (MODEL.md section 5.3). The image is the same. A better
-// one takes longer to build, and rays are through it sooner. high: the default, what the backend does best.
+// hierarchy takes longer to build, and is faster to traverse. high: the default, the best that the backend can build.
 enum class HierarchyQuality : std::uint32_t { high = 0, medium = 1, low = 2 };
 inline constexpr std::array<std::string_view, 3> hierarchy_quality_names{"high", "medium", "low"};
 

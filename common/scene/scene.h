@@ -1,6 +1,6 @@
-// The scene as plain data, what every backend renders. Its meaning is MODEL.md's; its file format is
-// scenes/format/FORMAT.md's. Lengths are in scene units, colours and radiances in linear Rec. 709 RGB, angles in
-// degrees where the name says so.
+// The scene as plain data, which every backend renders. MODEL.md defines its meaning, and scenes/format/FORMAT.md its
+// file format. Lengths are in scene units, colours and radiances in linear Rec. 709 RGB, angles in degrees where the
+// name says so.
 #pragma once
 
 #include <array>

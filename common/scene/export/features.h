@@ -1,5 +1,5 @@
-// What a scene uses, and what each target of `tandem export` can say of it: one row a feature, in features.cpp. The
-// table of scenes/format/EXPORT.md is made of it.
+// The features that a scene uses, and how well each target of `tandem export` can express them. features.cpp has a row
+// for each feature. The table in scenes/format/EXPORT.md is made from it.
 #pragma once
 
 #include <array>

@@ -1,6 +1,6 @@
-// How far the noise of neighbouring pixels goes together. A renderer may splat samples through a pixel filter wider
-// than a pixel (Gaussian, Blackman-Harris, Mitchell). Then one sample counts in several pixels. The variance of a
-// region's mean is then several times what its pixels' variances add up to.
+// The correlation of the noise of neighbouring pixels. A renderer may splat samples through a pixel filter wider than a
+// pixel (Gaussian, Blackman-Harris, Mitchell). Then one sample counts in several pixels. The variance of a region's
+// mean is then several times what independent pixels would have.
 #pragma once
 
 #include "common/validation/verdict/sampled_image.h"

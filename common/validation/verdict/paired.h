@@ -1,6 +1,6 @@
 // Paired seeds: both sides drew the same random numbers. So paths coincide until rounding parts them, and the
-// difference is known far better than either mean. Two renderers that round differently are never exactly alike, so
-// only a difference larger than a declared negligible one counts. It cannot see what is wrong on both sides.
+// difference is known far better than either mean. Renderers that round differently never agree exactly. So only a
+// difference above a declared negligible one counts. A fault that both sides share is not seen.
 #pragma once
 
 #include <optional>

@@ -1,5 +1,5 @@
-// The main job: one scene, two renderers, one verdict. Independent seeds decide over a few looks at doubling sample
-// counts; paired seeds beside them find what noise would hide. Works on any two Renderers.
+// The verdict on two renderers and one scene. Independent seeds decide, in a few looks at doubling sample counts.
+// Paired seeds find differences that noise would hide. Works on any two Renderers.
 #pragma once
 
 #include <functional>
