@@ -1,5 +1,5 @@
-// The scene as one precision needs it: intersection constants a primitive, and columns that lanes look up by face,
-// material, sphere, light or light patch. Built once from the Scene, in double, then rounded.
+// The scene as tables in one precision. They hold intersection constants for each primitive, and columns that lanes
+// look up by face, material, sphere, light or light patch. They are built once from the Scene, in double, then rounded.
 #pragma once
 
 #include <cstddef>

@@ -1,5 +1,5 @@
-// What a job makes of a scene and of settings before anything is on the device. It is what the job refuses, the tables
-// of the scene, and the constants of its kernels.
+// What a job derives from a scene and settings before it uses the device: refusals, the tables of the scene, and the
+// constants of its kernels.
 #pragma once
 
 #include <optional>

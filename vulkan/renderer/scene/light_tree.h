@@ -1,4 +1,4 @@
-// The tree by which next events choose among near lights (MODEL.md section 9.2, rules 32 to 35), as
+// The tree by which next-event estimation chooses a near light (MODEL.md section 9.2, rules 32 to 35).
 // shaders/light/light_tree.glsl reads it.
 #pragma once
 
