@@ -57,6 +57,10 @@ public:
         if (options.precision == Precision::contracted)
             throw UnsupportedError(
                 "the cpu backend rounds every operation by itself; contracted arithmetic is the vulkan backend's");
+        if (options.precision == Precision::half_storage)
+            throw UnsupportedError(
+                "the cpu backend carries paths in the precision that it computes in; half storage is the vulkan "
+                "backend's");
         if (!device_)
             throw Error(
                 fmt::format("Embree could not be started (error {})", static_cast<int>(rtcGetDeviceError(nullptr))));

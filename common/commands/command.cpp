@@ -88,7 +88,7 @@ std::optional<Precision> precision_from(const std::string& name) {
     if (found == precision_names.end())
         throw InputError("--precision: '" + name + "' is unknown; " +
                          did_you_mean(name, {precision_names.begin(), precision_names.end()}) +
-                         "choose single, double, contracted or mixed");
+                         fmt::format("choose one of {}", fmt::join(precision_names, ", ")));
     return static_cast<Precision>(found - precision_names.begin());
 }
 

@@ -85,7 +85,8 @@ inline constexpr const char* device_help = "Vulkan device: index, UUID, PCI addr
 inline constexpr const char* devices_help =
     "Vulkan device: its index, UUID, PCI address or part of its name (see tandem devices). Several between commas, or "
     "all, share the work; cpu may be one of them";
-inline constexpr const char* precision_help = "single, double, contracted or mixed (default: the backend's)";
+inline constexpr const char* precision_help =
+    "single, double, contracted, mixed or half-storage (default: the backend's)";
 
 // The scene of `file`; on stderr, what of its models is not taken over. `inputs` gets the files read. Throws
 // InputError.

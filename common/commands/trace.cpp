@@ -204,6 +204,10 @@ Traced trace_by(const Backend& backend, const TraceArguments& arguments, const R
     if (backend.name == "vulkan") options.device = arguments.device;
     if (backend.name == "cpu") options.precision = precision_from(arguments.precision);
     if (backend.name == "vulkan") options.precision = precision_from(arguments.vulkan_precision);
+    if (options.precision == Precision::half_storage)
+        throw InputError(
+            "--vulkan-precision: half-storage rounds what is kept between kernels, and a trace follows its path within "
+            "one; leave it out");
     const auto renderer = backend.create(options);
     return {backend.name, renderer->info(),
         renderer->prepare(result.scene, result.settings)

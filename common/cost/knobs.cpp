@@ -167,7 +167,8 @@ void add_precisions(std::vector<KnobSetting>& all, const ArmSettings& baseline) 
         if (precision == baseline.backend.precision.value_or(Precision::single_precision)) continue;
         const std::string name(precision_names[i]);
         all.push_back({"precision", name, "--precision " + name,
-            [precision](ArmSettings& arm) { arm.backend.precision = precision; }, ""});
+            [precision](ArmSettings& arm) { arm.backend.precision = precision; }, "",
+            precision != Precision::half_storage});
     }
 }
 

@@ -53,7 +53,7 @@ inline constexpr double shown_mean = 0.2;  // of images as FLIP sees them, linea
 struct CostStage {
     struct Arm {
         std::string name;
-        std::vector<std::uint64_t> samples;  // ascending powers of two
+        std::vector<std::uint64_t> samples;  // ascending
     };
     std::uint32_t stage = 0;
     std::vector<Arm> arms;

@@ -46,7 +46,7 @@ struct Replicate {
 struct ArmTrials {
     std::string name;                    // "integrator next-event": unique within a stage
     std::uint32_t stage = 0;             // of the schedule (schedule.h)
-    std::vector<std::uint64_t> samples;  // ascending powers of two
+    std::vector<std::uint64_t> samples;  // ascending; of the first stage powers of two
     std::uint64_t first_replicate = 0;   // the number of replicates[0]: what its random numbers are
     std::vector<Replicate> replicates;
     // Sums over replicates of the images at the greatest sample count, less the reference's mean.

@@ -28,13 +28,16 @@ const ArmTrials* trials_at(const CostSamples& samples, const std::string& name, 
     return nullptr;
 }
 
+// Counts up to `wanted`, or a quarter of a power of two beyond it: the last is most of what a replicate takes.
 std::vector<std::uint64_t> levels_up_to(double wanted) {
     const double capped = std::clamp(wanted, 1.0, static_cast<double>(most_samples));
-    const std::uint64_t most = std::bit_ceil(static_cast<std::uint64_t>(std::ceil(capped)));
+    const auto count = static_cast<std::uint64_t>(std::ceil(capped));
+    const std::uint64_t step = std::max(std::bit_floor(count) / 4, std::min(std::bit_ceil(count), samples_per_block));
+    const std::uint64_t most = (count + step - 1) / step * step;
     // Counts below a block's are renders of their own, so only the greatest counts of a long replicate are looked at.
-    const std::uint64_t least = std::max(most >> halvings, std::min(most, samples_per_block));
-    std::vector<std::uint64_t> levels;
-    for (std::uint64_t n = least; n <= most; n *= 2) levels.push_back(n);
+    const std::uint64_t least = std::max(std::bit_ceil(most) >> halvings, samples_per_block);
+    std::vector<std::uint64_t> levels{most};
+    for (std::uint64_t n = std::bit_floor(most * 2 / 3); n >= least; n /= 2) levels.insert(levels.begin(), n);
     return levels;
 }
 

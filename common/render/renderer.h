@@ -27,11 +27,20 @@ namespace tandem {
 struct PathTrace;     // common/render/path_trace.h
 struct TracedVertex;  // there, too
 
-// single: every operation is rounded by itself. double: all arithmetic is in double precision. contracted: single, but
-// the driver may fuse products and sums (Vulkan). mixed: single, but intersections and the points that follow from them
-// are in double.
-enum class Precision : std::uint32_t { single_precision = 0, double_precision = 1, contracted = 2, mixed = 3 };
-inline constexpr std::array<std::string_view, 4> precision_names{"single", "double", "contracted", "mixed"};
+// - single: every operation is rounded by itself.
+// - double: all arithmetic is in double precision.
+// - contracted: single, but the driver may fuse products and sums (Vulkan).
+// - mixed: single, but intersections and the points that follow from them are in double.
+// - half_storage: single, but what a path carries between kernels is kept in half (Vulkan's stages, MODEL.md 5.3).
+enum class Precision : std::uint32_t {
+    single_precision = 0,
+    double_precision = 1,
+    contracted = 2,
+    mixed = 3,
+    half_storage = 4
+};
+inline constexpr std::array<std::string_view, 5> precision_names{
+    "single", "double", "contracted", "mixed", "half-storage"};
 
 // How a pixel's sums are kept over its samples (MODEL.md section 11.2). plain: in single precision, over all samples
 // that a job renders in a row. compensated: over a block, as unevaluated sums of two singles. in_double: over a block,

@@ -28,13 +28,22 @@
 READ_HALF(0, OriginsIn, uvec4, origins_in);
 READ_HALF(1, DirectionsIn, vec4, directions_in);
 READ_HALF(2, ThroughputsIn, uvec4, throughputs_in);
+#ifdef HALF_STATE
+#include "kernels/half_state.glsl"
+READ_HALF(4, ContributionsIn, uvec2, contributions_in);
+#else
 READ_HALF(3, RadiancesIn, vec4, radiances_in);
 READ_HALF(4, ContributionsIn, vec4, contributions_in);
+#endif
 WRITTEN_HALF(5, OriginsOut, uvec4, origins_out);
 WRITTEN_HALF(6, DirectionsOut, vec4, directions_out);
 WRITTEN_HALF(7, ThroughputsOut, uvec4, throughputs_out);
+#ifdef HALF_STATE
+WRITTEN_HALF(9, ContributionsOut, uvec2, contributions_out);
+#else
 WRITTEN_HALF(8, RadiancesOut, vec4, radiances_out);
 WRITTEN_HALF(9, ContributionsOut, vec4, contributions_out);
+#endif
 layout(std430, set = 2, binding = 10) readonly restrict buffer Hits { uvec4 hits[]; };
 layout(std430, set = 2, binding = 11) writeonly restrict buffer Shadows { uvec4 shadows[]; };
 layout(std430, set = 2, binding = 12) writeonly restrict buffer Samples { vec4 samples[]; };
@@ -88,6 +97,35 @@ void finish(uint place, vec3 radiance) {
     leave_place();
 }
 
+// What a path carries besides its ray.
+struct Carried {
+    vec3 throughput, radiance;
+    uint place;
+};
+
+Carried carried_to(uint i, bool lit) {
+    if (settings.segment == 0) return Carried(vec3(1.0), vec3(0.0), settings.first_invocation + i);
+    const uvec4 words = throughputs_in[i];
+#ifdef HALF_STATE
+    Carried carried = Carried(throughput_of(words.xyz), radiance_of(words.xyz), words.w);
+    if (lit) carried.radiance += light_of(contributions_in[i]);
+#else
+    Carried carried = Carried(uintBitsToFloat(words.rgb), vec3(0.0), words.w);
+    if (carries_radiance) carried.radiance = radiances_in[i].rgb;
+    if (lit) carried.radiance += contributions_in[i].rgb;
+#endif
+    return carried;
+}
+
+void carry(uint at, Path path, uint place) {
+#ifdef HALF_STATE
+    throughputs_out[at] = uvec4(in_halves(path.throughput, path.radiance), place);
+#else
+    throughputs_out[at] = uvec4(floatBitsToUint(path.throughput), place);
+    if (carries_radiance) radiances_out[at] = vec4(path.radiance, 0.0);
+#endif
+}
+
 // Ends the path or puts it into the queue of the next segment. place: of the pixel in the tile.
 void depart(uint place, Path path, Departure leaving) {
     const bool onwards = goes_on(leaving), shadow = has_shadow(leaving);
@@ -98,10 +136,13 @@ void depart(uint place, Path path, Departure leaving) {
     const uint at = enqueue();
     const uint word = leaving.word | (shadow ? ray_shadow : 0) | (onwards ? 0 : ray_dead);
     origins_out[at] = uvec4(floatBitsToUint(leaving.origin), word);
-    throughputs_out[at] = uvec4(floatBitsToUint(path.throughput), place);
-    if (carries_radiance) radiances_out[at] = vec4(path.radiance, 0.0);
+    carry(at, path, place);
     if (shadow) {
+#ifdef HALF_STATE
+        contributions_out[at] = in_halves(leaving.contribution);
+#else
         contributions_out[at] = vec4(leaving.contribution, 0.0);
+#endif
         shadows[at] = uvec4(floatBitsToUint(leaving.shadow.offset), leaving.shadow.word);
     }
     if (has_interiors) interiors_out[at] = path.bodies;
@@ -124,20 +165,16 @@ void main() {
         return;
     }
 #endif
-    vec3 radiance = vec3(0.0);
-    if (carries_radiance && k > 0) radiance = radiances_in[i].rgb;
-    if (has_light_sampling && (hit.x & hit_lit) != 0u) radiance += contributions_in[i].rgb;
-    const uvec4 carried =
-        k == 0 ? uvec4(floatBitsToUint(vec3(1.0)), settings.first_invocation + i) : throughputs_in[i];
-    const uint place = carried.w, pixel = pixel_at(place);
+    const Carried carried = carried_to(i, has_light_sampling && (hit.x & hit_lit) != 0u);
+    const uint place = carried.place, pixel = pixel_at(place);
     if (has_light_sampling && slot == hit_ended) {
-        finish(place, radiance);
+        finish(place, carried.radiance);
         return;
     }
     const uvec4 start = keeps_origin ? origins_in[i] : uvec4(0);
     const vec4 arriving = directions_in[i];
     const uvec4 bodies = has_interiors && k > 0 ? interiors_in[i] : in_no_body;
-    Path path = Path(pixel, settings.sample_index, k, uintBitsToFloat(carried.rgb), radiance,
+    Path path = Path(pixel, settings.sample_index, k, carried.throughput, carried.radiance,
         uintBitsToFloat(start.xyz), start.w, arriving.xyz, arriving.w, bodies, no_index);
     const Departure leaving = arrive(path,
         Hit(0.0, slot, (hit.x >> hit_face_shift) & hit_face_mask, uintBitsToFloat(hit.yzw)),

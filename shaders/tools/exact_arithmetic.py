@@ -23,9 +23,10 @@ NO_CONTRACTION = 42
 # OpFNegate, OpFAdd, OpFSub, OpFMul, OpFDiv, OpFRem, OpFMod, products of vectors, scalars and matrices
 ARITHMETIC = {127, 129, 131, 133, 136, 140, 141, 142, 143, 144, 145, 146, 147, 148}
 # Instructions of GLSL.std.450: those below, and those that round once, not at all, or to the device's own accuracy.
-SQRT, INVERSE_SQRT, F_MIX, FMA, PACK_DOUBLE, LENGTH, CROSS, NORMALIZE = 31, 32, 46, 50, 59, 66, 68, 69
+SQRT, INVERSE_SQRT, F_MIX, FMA, PACK_HALF, PACK_DOUBLE, UNPACK_HALF = 31, 32, 46, 50, 58, 59, 62
+LENGTH, CROSS, NORMALIZE = 66, 68, 69
 LIBRARY = set(range(13, 31))  # sin to log2: in planted bugs alone, as a test makes sure
-SIMPLE = LIBRARY | {1, 2, 3, 4, 5, 6, 7, 8, 9, 10, SQRT, INVERSE_SQRT, 37, 38, 39, 40, 41, 42, 43, 44, 45, FMA, 53, PACK_DOUBLE, 73, 74, 75, 79, 80, 81}
+SIMPLE = LIBRARY | {1, 2, 3, 4, 5, 6, 7, 8, 9, 10, SQRT, INVERSE_SQRT, 37, 38, 39, 40, 41, 42, 43, 44, 45, FMA, 53, PACK_HALF, PACK_DOUBLE, UNPACK_HALF, 73, 74, 75, 79, 80, 81}
 
 
 def instructions(words):

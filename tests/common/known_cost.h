@@ -27,7 +27,8 @@ public:
     // Each render takes `start` seconds before its first sample.
     KnownRenderer(BackendOptions options, double bias, double start = 0.0)
         : options_(std::move(options)), bias_(bias), start_(start) {
-        if (options_.precision == Precision::mixed || options_.precision == Precision::contracted)
+        const Precision precision = options_.precision.value_or(Precision::single_precision);
+        if (precision != Precision::single_precision && precision != Precision::double_precision)
             throw UnsupportedError("not here");
     }
     RendererInfo info() const override { return {"known", "no device", "no driver", "C++"}; }

@@ -170,3 +170,80 @@ TEST_CASE("a room far from the origin keeps its image, and geometry in double wh
         }
     }
 }
+
+namespace {
+
+// The nearest half of a normal one, ties to even; 65504 beyond the greatest.
+double nearest_half(double value) {
+    const double step = std::ldexp(1.0, std::ilogb(value) - 10);
+    return std::min(std::nearbyint(value / step) * step, 65504.0);
+}
+
+}  // namespace
+
+TEST_CASE("half storage: the light that waits for its shadow ray is rounded to the nearest half, at most 65504") {
+    SceneBuilder builder;
+    builder.sphere(diffuse(dvec3(0.9, 0.5, 0.2)), {0, 0, 0}, 1.0).camera({0, 0, 4}, {0, 0, 0}, 40.0);
+    Scene ball = builder.scene();
+    PunctualLight sun;
+    sun.kind = PunctualKind::sun;
+    sun.direction = glm::normalize(dvec3(-0.3, -0.4, -1.0));
+    ball.lights.push_back(sun);
+    RenderSettings settings = with_longer_side(default_settings(ball), 16);
+    settings.integrator = Integrator::next_event;
+    settings.bounces = 1;
+    const auto single = make(vulkan_backend(), Precision::single_precision);
+    const auto half = make(vulkan_backend(), Precision::half_storage);
+    for (const double strength : {1.0, 1e6}) {
+        CAPTURE(strength);
+        ball.lights.front().intensity = dvec3(strength);
+        const auto one = [&](Renderer& renderer) {
+            return mean_of(renderer.prepare(ball, settings)->render({0, 1}).estimate);
+        };
+        const std::vector<double> exact = one(*single), rounded = one(*half);
+        std::size_t lit = 0, greatest = 0;
+        for (std::size_t i = 0; i < exact.size(); ++i) {
+            if (exact[i] == 0.0) continue;
+            CHECK(rounded[i] == nearest_half(exact[i]));
+            ++lit;
+            greatest += rounded[i] == 65504.0 ? 1 : 0;
+        }
+        CHECK(lit > 100);
+        CHECK((greatest > 0) == (strength > 1.0));
+    }
+}
+
+TEST_CASE("half storage: paths stay the same, and values err by the roundings of half") {
+    const auto single = make(vulkan_backend(), Precision::single_precision);
+    const auto half = make(vulkan_backend(), Precision::half_storage);
+    for (const std::string name : {"cornell-classic", "nested-glass", "textures", "cloud"}) {
+        CAPTURE(name);
+        const Scene scene = shipped(name);
+        RenderSettings settings = small(scene);
+        settings.integrator = Integrator::next_event;
+        const std::vector<double> expected = image(*single, scene, settings), found = image(*half, scene, settings);
+        // Three roundings of 2^-11 a vertex: throughput, gathered light and pending light.
+        const double bound = 3.0 * (settings.bounces + 1) * 0x1p-11;
+        MESSAGE(name, ": ", root_mean_square(found, expected), " of the mean off, ", apart(found, expected, bound),
+            " of all values by more than ", bound);
+        CHECK(apart(found, expected, bound) <= 0.01);
+        CHECK(root_mean_square(found, expected) > 1e-6);
+        const auto bytes = [&](Renderer& renderer) {
+            return renderer.prepare(scene, settings)->facts().bytes_per_path;
+        };
+        CHECK(bytes(*half) + 24 == bytes(*single));  // of 16 bytes of gathered light none, of 16 of pending light 8
+    }
+}
+
+TEST_CASE("half storage is refused where nothing is kept between kernels") {
+    const Scene scene = shipped("cornell-classic");
+    CHECK_THROWS_AS(static_cast<void>(make(cpu_backend(), Precision::half_storage)), UnsupportedError);
+    for (const std::string kernel : {"megakernel", "image-stages", "fragment", "thesis"}) {
+        CAPTURE(kernel);
+        BackendOptions options;
+        options.precision = Precision::half_storage;
+        options.kernel = kernel;
+        const auto renderer = vulkan_backend().create(options);
+        CHECK_THROWS_AS(static_cast<void>(renderer->prepare(scene, small(scene))), UnsupportedError);
+    }
+}

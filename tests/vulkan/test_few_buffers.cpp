@@ -188,6 +188,12 @@ TEST_CASE("lists of pixels keep their bits with 4 storage buffers") {
     CHECK(same_bits(listed(with_few(4, "megakernel")), expected));
 }
 
+TEST_CASE("half storage keeps its bits with 4 storage buffers") {
+    const auto enough = renderer("stages", Precision::half_storage),
+               few = with_few(4, "stages", Precision::half_storage);
+    CHECK(same_bits(image(*few, foggy_scene(), lit()), image(*enough, foggy_scene(), lit())));
+}
+
 TEST_CASE("paths in mixed and double precision keep their bits with 4 storage buffers, rendered and traced") {
     for (const Precision precision : {Precision::single_precision, Precision::mixed, Precision::double_precision}) {
         if (precision == Precision::mixed && !test::thorough()) continue;

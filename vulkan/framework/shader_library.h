@@ -43,8 +43,8 @@ inline constexpr std::array<const char*, stage_count> stage_names{"pre-process",
 
 // Stages compiled otherwise, as patterns want them (vulkan/patterns.h). Parameters come from elsewhere than push
 // constants, or ray state is in arrays of descriptors. Or rays stay at their pixels' places, alone or as the thesis's
-// frame has them. With triangles that the device tests. Or for another precision (shaders/arithmetic/real.glsl), or
-// with sums in double.
+// frame has them. With path state in half. With triangles that the device tests. Or for another precision
+// (shaders/arithmetic/real.glsl), or with sums in double.
 enum class ShaderVariant : std::uint32_t {
     plain,
     uniform,
@@ -54,6 +54,7 @@ enum class ShaderVariant : std::uint32_t {
     arrays,
     arrays_nonuniform,
     in_place,
+    half_state,
     thesis,
     thesis_double_sums,
     thesis_uniform,

@@ -42,7 +42,8 @@ public:
           instance_(validation_wanted(options.validation)),
           device_(std::make_unique<Device>(instance_, options.device)),
           stages_(std::make_unique<Stages>(*device_, options.precision == Precision::contracted)),
-          geometry_(geometry_of(options)) {
+          geometry_(geometry_of(options)),
+          half_state_(options.precision == Precision::half_storage) {
         if (geometry_ != GeometryPrecision::single_precision && !device_->features().doubles)
             throw UnsupportedError(device_->description().name +
                                    " has no doubles in shaders (shaderFloat64); use --precision single, or the cpu or "
@@ -74,6 +75,7 @@ public:
         JobPatterns patterns;
         patterns.tracer.tile_pixels = tile_pixels;
         patterns.tracer.kernel = shape_for(settings);
+        patterns.tracer.half_state = half_state_;
         return prepare_near_origin(changed ? *changed : given, settings, [&](const Scene& scene) {
             return std::make_unique<VulkanJob>(
                 instance_, *device_, *stages_, scene, settings, acceleration_, planted_bug_, patterns, geometry_);
@@ -100,6 +102,7 @@ private:
     [[nodiscard]] KernelShape shape_for(const RenderSettings& settings) const {
         if (shape_) return *shape_;
         if (in_double()) return KernelShape::megakernel;  // alone has it
+        if (half_state_) return KernelShape::stages;      // alone keeps it
         return fits_whole_paths(settings) ? fastest_shape(device_->description().type) : KernelShape::stages;
     }
 
@@ -110,6 +113,7 @@ private:
     std::unique_ptr<Device> device_;
     std::unique_ptr<Stages> stages_;
     GeometryPrecision geometry_;
+    bool half_state_;
 };
 
 }  // namespace

@@ -52,6 +52,7 @@ struct TracerTuning {
     std::uint32_t tile_pixels = 0;  // in flight at a time; 0: as many as the device takes
     // The job renders the pixels of one of so many parts of the image, row by row; the others stay empty.
     std::uint32_t part = 0, parts = 1;
+    bool half_state = false;  // of Precision::half_storage: the one factor that changes the image
 };
 
 // All that may vary about a job while its image stays.

@@ -81,7 +81,8 @@ private:
     [[nodiscard]] PathTracing& tracing();
     [[nodiscard]] KernelForm form() const {
         return KernelForm(patterns_.vulkan, patterns_.tracer.kernel, precision_,
-            accumulation_ == Accumulation::in_double && precision_ == GeometryPrecision::single_precision);
+            accumulation_ == Accumulation::in_double && precision_ == GeometryPrecision::single_precision,
+            patterns_.tracer.half_state);
     }
 
     const Instance& instance_;

@@ -195,6 +195,7 @@ Specialisation with_patterns(
     if (tuning.pixels == PixelPattern::claimed && tuning.kernel != KernelShape::megakernel)
         throw UnsupportedError("pixels are claimed by the invocations of a megakernel alone");
     specialisation.workgroup = tuning.workgroup;
+    specialisation.path.in_half = tuning.half_state;
     if (brings_trees(tuning.kernel)) {  // kernels hardly loop
         specialisation.unrolled.reset();
         specialisation.few_primitives = false;

@@ -113,10 +113,11 @@ std::array<RayBuffer, ray_buffer_count> ray_list(const std::optional<PathState>&
     if (!kept) return {};
     const PathState path = *kept;
     const auto if_used = [](bool used, std::uint64_t bytes) { return used ? bytes : 0; };
+    // In half the radiance shares the throughput's element (shaders/kernels/half_state.glsl).
     return {{{"ray-origins", element}, {"ray-directions", element}, {"throughputs", element},
-        {"gathered-radiances", if_used(path.radiance, element)},
-        {"next-event-contributions", if_used(path.next_events, element)}, {"hits", element, false},
-        {"shadow-rays", if_used(path.next_events, element)}, {"samples", element, false},
+        {"gathered-radiances", if_used(path.radiance && !path.in_half, element)},
+        {"next-event-contributions", if_used(path.next_events, path.in_half ? element / 2 : element)},
+        {"hits", element, false}, {"shadow-rays", if_used(path.next_events, element)}, {"samples", element, false},
         {"interiors", if_used(path.interiors, interiors_bytes)}}};
 }
 

@@ -75,12 +75,13 @@ std::vector<SpecialisationConstant> Specialisation::constants() const {
 }
 
 KernelForm::KernelForm(
-    const VulkanPatterns& patterns, KernelShape chosen_shape, GeometryPrecision chosen, bool in_double)
+    const VulkanPatterns& patterns, KernelShape chosen_shape, GeometryPrecision chosen, bool in_double, bool in_half)
     : shape(chosen_shape),
       parameters(patterns.parameters),
       descriptors(patterns.descriptors),
       precision(chosen),
-      sums_in_double(in_double) {
+      sums_in_double(in_double),
+      half_state(in_half) {
     // What differs in the host's doing alone.
     if (descriptors == DescriptorPattern::rewritten || descriptors == DescriptorPattern::templates)
         descriptors = DescriptorPattern::per_combination;
@@ -89,6 +90,7 @@ KernelForm::KernelForm(
 ShaderVariant KernelForm::variant() const {
     if (precision == GeometryPrecision::mixed) return ShaderVariant::mixed;
     if (precision == GeometryPrecision::double_precision) return ShaderVariant::in_double;
+    if (half_state) return ShaderVariant::half_state;
     if (shape == KernelShape::image_stages) return ShaderVariant::in_place;
     if (has_device_triangles(shape)) return ShaderVariant::device_triangles;
     if (shape == KernelShape::thesis) return told_by_buffer() ? ShaderVariant::thesis_uniform : ShaderVariant::thesis;
@@ -193,6 +195,9 @@ void check(const Device& device, const KernelForm& form, const std::vector<SetBi
         throw UnsupportedError(
             "paths in mixed and double precision are traced by the megakernel alone: the stages hand rays on in float; "
             "leave --kernel out");
+    if (form.half_state && form.shape != KernelShape::stages)
+        throw UnsupportedError(
+            "the kernels of --kernel stages alone keep path state between them in half; leave --kernel out");
     if (form.sums_in_double && !has.doubles)
         throw UnsupportedError(name + " has no doubles in shaders (shaderFloat64); use --accumulation compensated");
     const bool default_parameters = form.parameters == ParameterPattern::push_constants ||
@@ -204,8 +209,11 @@ void check(const Device& device, const KernelForm& form, const std::vector<SetBi
             "buffers for the thesis's frame too");
     if (form.shape == KernelShape::thesis && !has.stores_any_format)
         throw UnsupportedError(name + " does not write to images of any format (shaderStorageImageWriteWithoutFormat)");
-    if (form.variant() != ShaderVariant::plain && form.parameters != ParameterPattern::push_constants &&
-        form.descriptors != DescriptorPattern::per_combination)
+    const bool varied_parameters = form.parameters != ParameterPattern::push_constants,
+               varied_descriptors = form.descriptors != DescriptorPattern::per_combination;
+    if (form.half_state && !default_form)
+        throw UnsupportedError("patterns of parameters and descriptors are varied with path state in single alone");
+    if (form.variant() != ShaderVariant::plain && varied_parameters && varied_descriptors)
         throw UnsupportedError("patterns of parameters and of descriptors are varied one at a time");
 }
 

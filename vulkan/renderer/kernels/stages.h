@@ -27,6 +27,7 @@ struct PathState {
     bool next_events = false;  // a pending shadow ray and what it would bring
     bool radiance = false;     // it may gather light and go on
     bool interiors = false;    // the bodies that it is in
+    bool in_half = false;      // throughput and light in half precision
     bool operator==(const PathState&) const = default;
 };
 
@@ -81,10 +82,12 @@ struct KernelForm {
     DescriptorPattern descriptors = DescriptorPattern::per_combination;
     GeometryPrecision precision = GeometryPrecision::single_precision;
     bool sums_in_double = false;  // of a single-precision kernel
+    bool half_state = false;      // PathState::in_half
 
     KernelForm() = default;
     explicit KernelForm(const VulkanPatterns& patterns, KernelShape shape = KernelShape::stages,
-        GeometryPrecision precision = GeometryPrecision::single_precision, bool sums_in_double = false);
+        GeometryPrecision precision = GeometryPrecision::single_precision, bool sums_in_double = false,
+        bool half_state = false);
     auto operator<=>(const KernelForm&) const = default;
     [[nodiscard]] bool has_arrays() const {
         return descriptors == DescriptorPattern::arrays || descriptors == DescriptorPattern::arrays_nonuniform;
