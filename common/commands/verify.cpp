@@ -244,7 +244,7 @@ void print_so_far(const SceneVerdict& verdict, bool verbose) {
     if (verdict.verdict != Verdict::undecided || !verdict.failure.empty()) return print_verdict(verdict, verbose);
     fmt::print("{}: undecided after {}{}\n", escaped(verdict.scene), duration(verdict.seconds),
         verdict.forecast_seconds ? fmt::format(", needs about {}", duration(*verdict.forecast_seconds))
-                                 : ", too soon to foretell what it needs");
+                                 : ", too early to forecast what it needs");
     std::fflush(stdout);
 }
 
@@ -300,7 +300,7 @@ void print_what_is_needed(const std::vector<SceneVerdict>& verdicts, double seco
         fmt::print("; they need about {} more: --total-time {:.0f}min\n", duration(*needed),
             std::ceil((seconds + *needed) / 60.0));
     else
-        fmt::print("; some need more than can be foretold, or are black\n");
+        fmt::print("; some need a time that cannot be forecast, or are black\n");
 }
 
 // What all scenes have in common. `arguments` and `backends` must outlive it: other kernels are made on request.
@@ -398,7 +398,7 @@ void add_rare_options(CLI::App& command, VerifyArguments& arguments) {
         fmt::format("Precision of the reference: {}", precision_help));
     command
         .add_option("--among", arguments.among,
-            "Scenes of a run that is split, as tandem plan does. Its false alarms are shared by so many")
+            "Scenes of the whole run, if tandem plan has split it. They share its false alarms")
         ->check(whole_between(1, 1'000'000))
         ->group(rare_options);
     command
