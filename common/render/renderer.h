@@ -42,9 +42,10 @@ enum class Precision : std::uint32_t {
 inline constexpr std::array<std::string_view, 5> precision_names{
     "single", "double", "contracted", "mixed", "half-storage"};
 
-// How a pixel's sums are kept over its samples (MODEL.md section 11.2). plain: in single precision, over all samples
-// that a job renders in a row. compensated: over a block, as unevaluated sums of two singles. in_double: over a block,
-// in double precision.
+// How a pixel's sums are kept over its samples (MODEL.md section 11.2).
+// - plain: in single precision, over all samples that a job renders in a row.
+// - compensated: over a block, as unevaluated sums of two singles.
+// - in_double: over a block, in double precision.
 enum class Accumulation : std::uint32_t { plain = 0, compensated = 1, in_double = 2 };
 inline constexpr std::array<std::string_view, 3> accumulation_names{"plain", "compensated", "double"};
 
@@ -53,8 +54,10 @@ inline constexpr std::array<std::string_view, 3> accumulation_names{"plain", "co
 enum class Sampling : std::uint32_t { uniform = 0, adaptive = 1 };
 inline constexpr std::array<std::string_view, 2> sampling_names{"uniform", "adaptive"};
 
-// How next-event estimation chooses the light (MODEL.md section 9.2). power: in proportion to its power. uniform: all
-// alike. tree: by a tree of the lights, from the place of the receiver and the direction that it faces.
+// How next-event estimation chooses the light (MODEL.md section 9.2).
+// - power: in proportion to its power.
+// - uniform: all alike.
+// - tree: by a tree of the lights, from the place of the receiver and the direction that it faces.
 enum class LightSampling : std::uint32_t { power = 0, uniform = 1, tree = 2 };
 inline constexpr std::array<std::string_view, 3> light_sampling_names{"power", "uniform", "tree"};
 

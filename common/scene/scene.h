@@ -149,9 +149,12 @@ struct Film {
     std::uint32_t height = 512;
 };
 
-// The ways to find light (MODEL.md section 9). path: scattering alone finds it, as in the thesis. next_event: light
-// sampling and scattering, combined by multiple importance sampling unless RenderSettings::mis is off. whitted: direct
-// light and specular chains alone. bidirectional: paths from both ends.
+// The ways to find light (MODEL.md section 9).
+// - path: scattering alone finds it, as in the thesis.
+// - next_event: light sampling and scattering, combined by multiple importance sampling unless RenderSettings::mis
+//   is off.
+// - whitted: direct light and specular chains alone.
+// - bidirectional: paths from both ends.
 enum class Integrator : std::uint32_t { path = 0, next_event = 1, whitted = 2, bidirectional = 3 };
 
 // Value of a roulette start that means: never (MODEL.md section 9.3).

@@ -17,9 +17,11 @@ namespace tandem::scene_export {
 enum class Target : std::uint32_t { gltf = 0, pbrt = 1, mitsuba = 2, blender = 3 };
 inline constexpr std::array<std::string_view, 4> target_names{"gltf", "pbrt", "mitsuba", "blender"};
 
-// exact: the target means what MODEL.md means. near: it is written, and the reason says what differs. kept: the target
-// has no word for it, so it is written into extras. `tandem import` reads these, and other programs ignore them.
-// refused: it is not written.
+// - exact: the target means what MODEL.md means.
+// - near: it is written, and the reason says what differs.
+// - kept: the target has no word for it, so it is written into extras. `tandem import` reads these, and other programs
+//   ignore them.
+// - refused: it is not written.
 enum class Can { exact, near, kept, refused };
 
 struct Saying {

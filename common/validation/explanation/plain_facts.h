@@ -1,5 +1,5 @@
-// Observations on the values of one image, without a fit: rectangles of one value, values clipped at a maximum,
-// channels that are copies of each other. Whether they explain the whole difference is tested elsewhere.
+// Observations on the values of one image, without a fit. These are rectangles of one value, values clipped at a
+// maximum, and channels that are copies of each other. Whether they explain the whole difference is tested elsewhere.
 #pragma once
 
 #include <string>

@@ -64,8 +64,8 @@ private:
 
     // A pixel's differences over two disjoint halves of the blocks have a product of mean 0, with either sign as
     // likely. If the pixel differs, its mean is the square of that. So the sum of the products over a tile sees
-    // differences that cancel in its mean, as of shifted shadows or another filter. symmetric_sum_tail bounds p. A root
-    // mean square up to `negligible` counts as no difference. `relative` is that root.
+    // differences that cancel in its mean, as of shifted shadows or another filter. The bound on p is that of
+    // symmetric_sum_tail. A root mean square up to `negligible` counts as no difference. `relative` is that root.
     [[nodiscard]] LevelResult pixel_level(const Scales& scales, double negligible, double tile_floor) const;
 
     std::uint32_t width_, height_;

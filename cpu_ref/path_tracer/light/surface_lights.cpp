@@ -1,5 +1,5 @@
-// Emitting primitives as sampled lights (MODEL.md section 9.2): their areas and powers, the planar patches on which
-// points are sampled, and the densities of their faces.
+// Emitting primitives as sampled lights (MODEL.md section 9.2): areas, powers, and the planar patches on which points
+// are sampled. Also the densities of their faces.
 #include <array>
 #include <glm/glm.hpp>
 

@@ -1,5 +1,5 @@
-// What a job derives from a scene and settings before it uses the device: refusals, the tables of the scene, and the
-// constants of its kernels.
+// What a job derives from a scene and settings before it uses the device. These are refusals, the scene's tables, and
+// the constants of its kernels.
 #pragma once
 
 #include <optional>

@@ -10,7 +10,7 @@
 namespace tandem {
 
 // lights: in the order of that section, the background last if it is to be one. With a tree, near lights are in the
-// order of its leaves, and the probability of each is the share of all near lights. tree_nodes are those of
+// order of its leaves, and the probability of each is the share of all near lights. The tree_nodes are those of
 // light_tree.h. They are empty without a tree, which needs two near lights.
 template <class Real>
 struct LightTable {
