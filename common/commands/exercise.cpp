@@ -1,4 +1,4 @@
-// tandem exercise: what there is to write, a file to begin with, and its mark.
+// tandem exercise: the list of exercises, a file to begin with, and its mark.
 #include <fmt/format.h>
 
 #include <algorithm>

@@ -1,4 +1,4 @@
-// tandem merge-results: what the items of a plan say together.
+// tandem merge-results: one result from the results of a plan's items.
 #include <fmt/format.h>
 
 #include <algorithm>

@@ -1,5 +1,5 @@
-// Functions for which Vulkan's own may be off by far more than an ulp (its atan by 4096): here by a few.
-// Kernels that go between float and double have both.
+// Elementary functions with an error of a few ulp. Vulkan allows its own far more (atan 4096). Kernels that switch between float
+// and double have both.
 #ifdef IN_DOUBLE
 #ifndef ELEMENTARY_IN_DOUBLE_GLSL
 #define ELEMENTARY_IN_DOUBLE_GLSL

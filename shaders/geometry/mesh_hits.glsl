@@ -1,5 +1,5 @@
-// Rays at meshes that several entities place (scene/meshes.glsl). Boxes of a mesh's tree are met by the ray in object space;
-// triangles are tested in the world. Included by closest_hit.glsl and occlusion.glsl alone.
+// Rays at meshes that several entities place (scene/meshes.glsl). Boxes of a mesh's tree are tested in object space, triangles in
+// world space. Included by closest_hit.glsl and occlusion.glsl alone.
 #ifndef MESH_HITS_GLSL
 #define MESH_HITS_GLSL
 #ifndef DOUBLE_GEOMETRY

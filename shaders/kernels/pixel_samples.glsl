@@ -1,6 +1,6 @@
-// All of a pixel's samples in one invocation, with the path and the sums in registers. Where a path ends, the next
-// sample's begins in the same turn of the loop. After a pixel's last sample comes the first of a pixel that nobody has
-// begun.
+// All of a pixel's samples in one invocation, with the path and the sums in registers. When a path ends, the path of the next
+// sample begins in the same iteration of the loop. After a pixel's last sample comes the first sample of a pixel that no
+// invocation has begun.
 #ifndef PIXEL_SAMPLES_GLSL
 #define PIXEL_SAMPLES_GLSL
 
