@@ -1,4 +1,4 @@
-// Renders a fixed range of samples in steps, and stores the sums after each. Parts, resumed renders and farms use it.
+// Renders a fixed range of samples in steps, and stores the sums at intervals. Parts, resumed renders and farms use it.
 #pragma once
 
 #include <functional>

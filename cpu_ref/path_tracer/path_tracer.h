@@ -1,7 +1,7 @@
 // The estimators of MODEL.md section 9 over a batch of samples. A pool of paths, each a lane of some packet, advances
-// one vertex at a time. New camera rays replace finished paths, so that packets stay full. It is compiled for sets of
-// effects (variants.h): an effect outside the set has no code and no state. Paths begin and end in path_pool.h. The
-// light that they meet is added in path_lights.h, and rarer effects are in path_effects.h.
+// one vertex at a time. New camera rays replace finished paths, so that packets stay full. The path tracer is compiled
+// for sets of effects (variants.h): an effect outside the set has no code and no state. Paths begin and end in
+// path_pool.h. The light that they meet is added in path_lights.h, and rarer effects are in path_effects.h.
 #pragma once
 
 #include <algorithm>
