@@ -1,4 +1,4 @@
-// A stop request that comes with another one, or by itself at some time, and what to do where nothing heeds it.
+// A stop request that follows another one, or comes at a set time. Also what to do if nothing reacts to it.
 #pragma once
 
 #include <condition_variable>

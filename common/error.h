@@ -1,4 +1,4 @@
-// Typed errors of every room. Each carries a reason and the mend. The program maps them to exit statuses (0 fine, 1
+// Typed errors of every room. Each carries a reason and a remedy. The program maps them to exit statuses (0 fine, 1
 // disagree, 2 unusable input, 3 undecided, 4 no usable device). Nothing in a library prints or exits.
 #pragma once
 

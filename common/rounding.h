@@ -7,8 +7,8 @@ namespace tandem {
 
 // To the nearest float, ties to even; infinite beyond the floats' range.
 [[nodiscard]] inline double rounded_to_single(double x) {
-    // Volatile: GCC 12 vectorises two such conversions in a row, to float and back, and then drops both as if they
-    // changed nothing. tests/common/test_rounding.cpp shows it.
+    // Volatile, since GCC 12 vectorises two such conversions in a row, to float and back. It then drops both, as if
+    // they changed nothing. tests/common/test_rounding.cpp shows it.
     volatile float rounded = static_cast<float>(x);
     return static_cast<double>(rounded);
 }

@@ -1,4 +1,4 @@
-// How messages and reports write figures and names, and which of many things a list of names asks for.
+// How messages and reports write figures and names. Also the selection of things by a list of names.
 #pragma once
 
 #include <algorithm>

@@ -1,5 +1,5 @@
-// Loops over oneTBB, and what the thread sanitizer must be told of them. Debian's libtbb is not built for it. So it
-// does not see that the library itself orders a loop's start, parts and end.
+// Parallel loops by oneTBB, with annotations for the thread sanitizer. Debian's libtbb is not built with it. So the
+// sanitizer does not see that the library orders a loop's start, parts and end.
 #pragma once
 
 #include <tbb/parallel_for.h>

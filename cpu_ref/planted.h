@@ -1,5 +1,5 @@
-// Where a planted bug (common/render/planted_bugs.h) changes what this room computes. It is one question, answered when
-// compiling in release builds, so that they hold no trace.
+// Tells whether a planted bug (common/render/planted_bugs.h) is on. In release builds the answer is a constant, so they
+// contain no code of planted bugs.
 #pragma once
 
 #include <algorithm>

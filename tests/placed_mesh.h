@@ -1,5 +1,5 @@
-// A mesh that entities place by maps of all sorts, among other primitives: as tests of instancing hold it to the same
-// scene with every triangle in the world, and rays at it.
+// A mesh that entities place by all kinds of maps, among other primitives, and rays at it. Tests of instancing compare
+// it with the same scene with every triangle in world space.
 #pragma once
 
 #include <algorithm>

@@ -1,4 +1,4 @@
-// What Vulkan devices there are, as plain data, and which of them Tandem can use.
+// The Vulkan devices of this machine, as plain data, and which of them Tandem can use.
 #pragma once
 
 #include <cstdint>

@@ -1,4 +1,4 @@
-// Who opens a window to present in, for those who need not know what windows are made of.
+// The function that opens a window to present in, for code that does not know the window library.
 #pragma once
 
 #include <cstdint>

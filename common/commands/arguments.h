@@ -1,4 +1,5 @@
-// The words of a command line before CLI11 reads them: what it would take for something else, or tell less of.
+// Checks the words of a command line before CLI11 reads them. They are words that CLI11 would misread, or refuse with a
+// less helpful message.
 #pragma once
 
 #include <CLI/CLI.hpp>

@@ -360,8 +360,8 @@ void add_bench_command(CLI::App& app, CommandContext& context) {
         ->type_name("SIZE")
         ->delimiter(',');
     command
-        ->add_option("--time", arguments->seconds,
-            "Seconds for the whole, making arms included. What there is no time for is said")
+        ->add_option(
+            "--time", arguments->seconds, "Seconds for everything, making arms included. What gets no time is listed")
         ->check(above_zero(most_seconds))
         ->type_name("SECONDS")
         ->capture_default_str();

@@ -1,4 +1,4 @@
-// What tandem bench was told on its command line, and what follows from that for all its ways to measure.
+// The arguments of tandem bench, and what follows from them for all its ways to measure.
 #pragma once
 
 #include <string>

@@ -1,5 +1,5 @@
-// tandem bench --arm-library: a user's own arms in a process of their own. So a crash or a hang of his code takes no
-// result with it.
+// tandem bench --arm-library: a user's own arms, in a separate process. So no result is lost if that code crashes or
+// hangs.
 #pragma once
 
 #include <string>

@@ -1,4 +1,4 @@
-// The program once more, in a process of its own, and files to hear from it.
+// Runs this program again in a separate process, and reads its results from files.
 #pragma once
 
 #include <string>

@@ -172,15 +172,8 @@ std::string without_folder(const std::string& argument) {
     return before + argument.substr(argument.rfind('/') + 1);
 }
 
-}  // namespace
-
-int run_program(int argc, char** argv, const Program& program) {
-    StandardStreams streams;
-    InterruptWatch interrupts;
-    CLI::App app{
-        "Tandem renders a scene with two independent path tracers, one on the CPU and one on a Vulkan device. A "
-        "statistical test decides whether their images agree.",
-        "tandem"};
+// What `tandem --help` says, and the options of the program itself.
+void describe_program(CLI::App& app) {
     app.require_subcommand(1);
     app.set_version_flag("--version", "tandem 0.1.0");
     app.formatter(std::make_shared<HelpPage>());
@@ -194,16 +187,9 @@ int run_program(int argc, char** argv, const Program& program) {
         "Exit status: 0 fine or agree, 1 disagree or failed, 2 unusable input, 3 undecided or not done in the "
         "--time, 4 no usable device. A reader that goes away (| head -1) changes neither the status nor files. "
         "No output overwrites a file that was read.");
-    std::string command_line = "tandem";
-    for (int i = 1; i < argc; ++i) command_line += " " + without_folder(argv[i]);
-    FilesRead read;
-    CommandContext context{.program = program,
-        .command_line = command_line,
-        .stop = interrupts.token(),
-        .json_file = {},
-        .action = {},
-        .interrupts = interrupts,
-        .read = read};
+}
+
+void add_commands(CLI::App& app, CommandContext& context) {
     add_render_command(app, context);
     add_view_command(app, context);
     add_verify_command(app, context);
@@ -223,42 +209,68 @@ int run_program(int argc, char** argv, const Program& program) {
     add_judges_command(app, context);
     add_devices_command(app, context);
     add_exercise_command(app, context);
+}
+
+void parse(CLI::App& app, int argc, char** argv) {
+    RenamedArguments renamed = with_new_names(argc, argv);
+    for (const std::string& note : renamed.notes) complain(note);
+    check_arguments(app, renamed.arguments);
+    std::ranges::reverse(renamed.arguments);  // as CLI11 takes them
+    app.parse(std::move(renamed.arguments));
+}
+
+// The chosen command, or its items under mpirun.
+ExitStatus act(const CLI::App& app, CommandContext& context, StandardStreams& streams) {
+    if (std::ranges::find(names_of_standard_output, context.json_file) != names_of_standard_output.end()) {
+        context.json_file = standard_output;
+        context.json_descriptor = streams.take_standard_output();
+    }
+    const CLI::App& command = *app.get_subcommands().front();
+    const bool by_items = has_ranks() && has_items_for_ranks(command.get_name());
+    if (has_ranks() && !by_items && command.get_name() != "render")
+        throw UnsupportedError(
+            "mpirun shares out render, verify and stability; tandem plan splits cost and bench, whose times are "
+            "of one machine each");
+    check_outputs(context, {}, {});
+    const ExitStatus status = by_items ? items_by_ranks(command, context) : context.action();
+    if (const int error = streams.failure(); error != 0)
+        throw Error(std::string("standard output cannot be written (") + std::strerror(error) + ")");
+    return status;
+}
+
+}  // namespace
+
+int run_program(int argc, char** argv, const Program& program) {
+    StandardStreams streams;
+    InterruptWatch interrupts;
+    CLI::App app{
+        "Tandem renders a scene with two independent path tracers, one on the CPU and one on a Vulkan device. A "
+        "statistical test decides whether their images agree.",
+        "tandem"};
+    describe_program(app);
+    std::string command_line = "tandem";
+    for (int i = 1; i < argc; ++i) command_line += " " + without_folder(argv[i]);
+    FilesRead read;
+    CommandContext context{.program = program,
+        .command_line = command_line,
+        .stop = interrupts.token(),
+        .json_file = {},
+        .action = {},
+        .interrupts = interrupts,
+        .read = read};
+    add_commands(app, context);
     // A file that meets its size limit then fails to be written, which is told; else the program would be ended.
     std::signal(SIGXFSZ, SIG_IGN);
-    const auto parse = [&] {
-        RenamedArguments renamed = with_new_names(argc, argv);
-        for (const std::string& note : renamed.notes) complain(note);
-        check_arguments(app, renamed.arguments);
-        std::ranges::reverse(renamed.arguments);  // as CLI11 takes them
-        app.parse(std::move(renamed.arguments));
-    };
-    const auto act = [&] {
-        if (std::ranges::find(names_of_standard_output, context.json_file) != names_of_standard_output.end()) {
-            context.json_file = standard_output;
-            context.json_descriptor = streams.take_standard_output();
-        }
-        const CLI::App& command = *app.get_subcommands().front();
-        const bool by_items = has_ranks() && has_items_for_ranks(command.get_name());
-        if (has_ranks() && !by_items && command.get_name() != "render")
-            throw UnsupportedError(
-                "mpirun shares out render, verify and stability; tandem plan splits cost and bench, whose times are "
-                "of one machine each");
-        check_outputs(context, {}, {});
-        const ExitStatus status = by_items ? items_by_ranks(command, context) : context.action();
-        if (const int error = streams.failure(); error != 0)
-            throw Error(std::string("standard output cannot be written (") + std::strerror(error) + ")");
-        return status;
-    };
     return static_cast<int>(guarded([&] {
         try {
-            parse();
+            parse(app, argc, argv);
         } catch (const CLI::Success& request) {  // --help, --version
             app.exit(request);
             return ExitStatus::fine;
         } catch (const CLI::ParseError& error) {
             throw InputError(parse_failure(app, argc, argv, error));
         }
-        return act();
+        return act(app, context, streams);
     }));
 }
 

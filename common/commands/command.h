@@ -1,5 +1,5 @@
-// The command line: what the subcommands share. A command parses its options with CLI11, works through the libraries
-// and returns an exit status; it alone prints. Errors travel as exceptions to `run_program`.
+// The command line: what the subcommands share. A command parses its options with CLI11, calls the libraries and
+// returns an exit status. Only commands print. Errors are exceptions, which `run_program` catches.
 #pragma once
 
 #include <CLI/CLI.hpp>

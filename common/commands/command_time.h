@@ -1,4 +1,4 @@
-// --time of a command: it holds for all that the command does, from loading the scene on.
+// --time of a command. It covers everything that the command does, from loading the scene on.
 #pragma once
 
 #include <functional>

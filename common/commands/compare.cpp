@@ -108,11 +108,11 @@ void add_compare_command(CLI::App& app, CommandContext& context) {
     };
     variance("--variance-of-a", arguments->variance_of_a,
         "Side A's variance channels hold the variance of one sample, or of the pixel's mean (default: sample)");
-    variance("--variance-of-b", arguments->variance_of_b, "The same of side B (default: sample)");
+    variance("--variance-of-b", arguments->variance_of_b, "The same for side B (default: sample)");
     variance("--variance-of", arguments->variance_of, "Both sides at once, where they are alike")->group(rare_options);
     command
         ->add_option("--layer", arguments->layer,
-            "Layer of both sides to compare, as albedo of the channels albedo.R, .G, .B (default: see below)")
+            "Layer of both sides to compare: albedo for albedo.R, .G and .B, for example (default: see below)")
         ->type_name("NAME");
     command->add_option("--layer-a", arguments->layer_a, "Layer of side A")->type_name("NAME")->group(rare_options);
     command->add_option("--layer-b", arguments->layer_b, "Layer of side B")->type_name("NAME")->group(rare_options);
@@ -132,7 +132,7 @@ void add_compare_command(CLI::App& app, CommandContext& context) {
         ->type_name("FRACTION");
     command
         ->add_option("--bin", arguments->bin,
-            "Compare means of N x N pixels in place of pixels. Files are then read in bands, however large they are")
+            "Compare means of N x N pixels instead of pixels. Files of any size are then read in bands")
         ->check(whole_between(1, 4096))
         ->type_name("N")
         ->group(rare_options);

@@ -1,4 +1,4 @@
-// Terminal manners: a progress line with an estimate of the time left, output that nobody reads, and Ctrl-C as a stop
+// The terminal: a progress line with an estimate of the remaining time, closed output pipes, and Ctrl-C as a stop
 // request.
 #pragma once
 

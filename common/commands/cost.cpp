@@ -217,7 +217,7 @@ ExitStatus cost(const CostArguments& arguments, const CommandContext& context, c
 void add_measuring(CLI::App& command, CostArguments& arguments) {
     command
         .add_option("--time", arguments.seconds,
-            "Seconds for the whole, making kernels and the long reference included. What there is no time for is said")
+            "Seconds for everything, making kernels and the long reference included. What gets no time is listed")
         ->check(above_zero(most_seconds))
         ->type_name("SECONDS")
         ->capture_default_str();
@@ -233,7 +233,7 @@ void add_measuring(CLI::App& command, CostArguments& arguments) {
     command.add_flag("--all", arguments.all, "Print every setting that was measured, and those that were not");
     command
         .add_option("--reference", arguments.reference,
-            "Long reference to measure against, which --reference-only wrote, maybe on another device")
+            "Long reference to measure against, written by --reference-only, maybe on another device")
         ->type_name("FILE")
         ->group(rare_options);
     command
@@ -246,7 +246,8 @@ void add_measuring(CLI::App& command, CostArguments& arguments) {
             "folder)")
         ->type_name("FOLDER")
         ->group(rare_options);
-    command.add_flag("--no-cache", arguments.no_cache, "Neither read nor keep the long reference")->group(rare_options);
+    command.add_flag("--no-cache", arguments.no_cache, "Neither read nor store the long reference")
+        ->group(rare_options);
     command
         .add_option("--reference-backend", arguments.reference_backend, "Backend of the long reference: cpu or vulkan")
         ->capture_default_str()

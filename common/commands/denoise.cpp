@@ -1,4 +1,4 @@
-// tandem denoise: a noisy image with its variances and features to a smooth one, which is biased.
+// tandem denoise: makes a smooth but biased image from a noisy one with variances and features.
 #include "common/image/denoise.h"
 
 #include <fmt/format.h>

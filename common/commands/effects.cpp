@@ -224,7 +224,7 @@ void add_effects_command(CLI::App& app, CommandContext& context) {
     command->add_option("--precision", arguments->precision, precision_help);
     command
         ->add_option(
-            "--time", arguments->seconds, "Seconds for the whole, making kernels included; timing gets a quarter")
+            "--time", arguments->seconds, "Seconds for everything, making kernels included; timing gets a quarter")
         ->check(above_zero(most_seconds))
         ->type_name("SECONDS")
         ->capture_default_str();

@@ -1,4 +1,4 @@
-// tandem exercise: what there is to write, a file to begin with, and its mark.
+// tandem exercise: the list of exercises, a file to begin with, and its mark.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -294,7 +294,7 @@ void add_exercise_command(CLI::App& app, CommandContext& context) {
         ->required();
     command->add_option("EXERCISE", arguments->what,
         "Numbers or names of exercises. check takes files, too; mark takes a folder with a folder for each student");
-    command->add_option("--seed", arguments->seed, "Seed of the arguments that a function is tried with")
+    command->add_option("--seed", arguments->seed, "Seed of the arguments for which a function is tested")
         ->check(whole_between(0, 1'000'000'000))
         ->capture_default_str();
     command
@@ -304,7 +304,7 @@ void add_exercise_command(CLI::App& app, CommandContext& context) {
         ->type_name("NUMBERS");
     command
         ->add_option(
-            "--jobs", arguments->jobs, "So many submissions that mark runs at a time (default: a processor each)")
+            "--jobs", arguments->jobs, "Submissions that mark runs at the same time (default: one a processor)")
         ->check(whole_between(1, 1024));
     command->add_option("--junit", arguments->junit, "Write the marks of a class as JUnit XML")->type_name("FILE");
     command

@@ -91,7 +91,7 @@ ExitStatus run_import(const ImportArguments& arguments, const CommandContext& co
 }  // namespace
 
 void add_export_command(CLI::App& app, CommandContext& context) {
-    CLI::App* command = app.add_subcommand("export", "Write a scene in another renderer's words");
+    CLI::App* command = app.add_subcommand("export", "Write a scene in another renderer's format");
     const auto arguments = std::make_shared<ExportArguments>();
     command->add_option("scene", arguments->scene, scene_help)->required()->transform(scene_name())->type_name("SCENE");
     command->add_option("--to", arguments->target, "gltf, pbrt (version 4), mitsuba (version 3) or blender")
@@ -107,7 +107,7 @@ void add_export_command(CLI::App& app, CommandContext& context) {
             "--bounces", arguments->options.bounces, "Scattering events of a path, at most (default: the scene's)")
         ->check(whole_between(0, 1'000'000));
     command->add_flag("--strict", arguments->strict,
-        "gltf: refuse what the format has no word for, rather than keep it for tandem import");
+        "gltf: refuse what the format cannot express, instead of keeping it for tandem import");
     add_common_options(*command, context,
         "  tandem export scenes/glass.json --to gltf -o glass.gltf\n"
         "  tandem import glass.gltf -o again.json\n"
@@ -129,8 +129,8 @@ void add_import_command(CLI::App& app, CommandContext& context) {
     command->add_option("-o,--output", arguments->out, "Scene file to write")->required()->type_name("FILE");
     add_common_options(*command, context,
         "  tandem import glass.gltf -o again.json\n"
-        "A glTF file keeps its meshes: the scene file names it. Says on stderr what is not taken over.\n"
-        "Exit status: 0; 2 for what Tandem cannot say.");
+        "A glTF file keeps its meshes: the scene file names it. stderr says what is not imported.\n"
+        "Exit status: 0; 2 for scenes that Tandem cannot express.");
     command->callback(
         [&context, arguments] { context.action = [&context, arguments] { return run_import(*arguments, context); }; });
 }

@@ -48,7 +48,7 @@ ExitStatus judges(const JudgesArguments& arguments, const CommandContext& contex
 }  // namespace
 
 void add_judges_command(CLI::App& app, CommandContext& context) {
-    CLI::App* command = app.add_subcommand("judges", "Ask the published rules whether two images are alike");
+    CLI::App* command = app.add_subcommand("judges", "Apply published rules for equal images to two images");
     const auto arguments = std::make_shared<JudgesArguments>();
     command->add_option("a", arguments->a, "The reference: an image, best an .exr of tandem render")
         ->required()

@@ -1,5 +1,5 @@
-// A look at a scene under Vulkan's validation layer, in a process of its own: a layer that aborts takes no verdict with
-// it. What it says of the program's use of Vulkan is an outcome beside the verdict on the images.
+// Renders a scene under Vulkan's validation layer, in a separate process, so that no verdict is lost if the layer
+// aborts. The layer's messages are reported beside the verdict on the images.
 #pragma once
 
 #include <stop_token>

@@ -1,4 +1,4 @@
-// What a command may take of this machine's memory, and what a render will.
+// How much memory a command may use, and the forecast of what a render will use.
 #pragma once
 
 #include <CLI/CLI.hpp>

@@ -95,7 +95,7 @@ ExitStatus merge_parts(const MergeArguments& arguments, const CommandContext& co
 }
 
 void add_merge_command(CLI::App& app, CommandContext& context) {
-    CLI::App* command = app.add_subcommand("merge", "Make one image of parts that were rendered apart");
+    CLI::App* command = app.add_subcommand("merge", "Make one image from parts that were rendered separately");
     const auto arguments = std::make_shared<MergeArguments>();
     command->add_option("parts", arguments->parts, "Files that render --range or --resume wrote")
         ->required()
@@ -103,8 +103,7 @@ void add_merge_command(CLI::App& app, CommandContext& context) {
     command->add_option("-o,--output", arguments->output, "Image to write, as render does")
         ->required()
         ->type_name("FILE");
-    command->add_flag(
-        "--allow-gaps", arguments->allow_gaps, "Make an image of what there is, where samples are missing");
+    command->add_flag("--allow-gaps", arguments->allow_gaps, "Make an image even if samples are missing");
     command->add_flag("--sums", arguments->sums, "Write a part again, to be merged with others");
     command->add_option("--exposure", arguments->exposure, "Factor of a PNG's radiance")
         ->check(above_zero(1e9))

@@ -1,4 +1,4 @@
-// tandem merge-results: what the items of a plan say together.
+// tandem merge-results: one result from the results of a plan's items.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -323,14 +323,13 @@ ExitStatus merge_reports_of(const std::vector<PlanItem>& items, const std::files
 }
 
 void add_merge_results_command(CLI::App& app, CommandContext& context) {
-    CLI::App* command = app.add_subcommand("merge-results", "Make one result of those of a plan's items");
+    CLI::App* command = app.add_subcommand("merge-results", "Make one result from the results of a plan's items");
     const auto arguments = std::make_shared<ResultsArguments>();
     command->add_option("plan", arguments->plan, "File that tandem plan wrote")->required()->type_name("PLAN");
     command->add_option("--results", arguments->results, "Folder of the results (default: the plan's name in .results)")
         ->type_name("FOLDER");
-    command->add_option("-o,--output", arguments->output, "Image to write, where the plan is of render")
-        ->type_name("FILE");
-    command->add_flag("--allow-gaps", arguments->allow_gaps, "Take what there is, where items have no result");
+    command->add_option("-o,--output", arguments->output, "Image to write, for a plan of render")->type_name("FILE");
+    command->add_flag("--allow-gaps", arguments->allow_gaps, "Merge even if items have no result");
     command
         ->add_option("--stage", arguments->stage,
             "Merge only the K-th of N shares of an image's parts, beside them. Without it, shares that are there are "

@@ -1,4 +1,4 @@
-// A command split into items, and one of them done: what plan, work and the ranks of mpirun share.
+// Splits a command into items, and runs one of them. The commands plan and work and the ranks of mpirun share it.
 #pragma once
 
 #include <filesystem>

@@ -1,4 +1,4 @@
-// A command under mpirun: its items, as tandem plan makes them, are done by the ranks as they come free.
+// A command under mpirun. It is split into items, as by tandem plan, and each free rank runs the next one.
 #pragma once
 
 #include <string>

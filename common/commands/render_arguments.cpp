@@ -151,11 +151,11 @@ void add_how_long(CLI::App& command, RenderArguments& arguments) {
         ->group(rare_options);
     command
         .add_option("--resume", arguments.resume,
-            "Keep the sums in FILE, now and then and at the end. If FILE exists, go on from there")
+            "Store the sums in FILE at intervals and at the end. If FILE exists, go on from there")
         ->type_name("FILE");
     command
         .add_option("--keep-every", arguments.keep_seconds,
-            "Seconds of rendering between two times that --resume keeps the sums, at most; the first come sooner")
+            "Most seconds between two times that --resume stores the sums; at first it stores them more often")
         ->check(above_zero(most_seconds))
         ->type_name("SECONDS")
         ->capture_default_str()

@@ -1,4 +1,4 @@
-// What `tandem render` is asked for: its options, what they mean together, and the files that it writes.
+// The arguments of `tandem render`: its options, what they mean together, and the files that it writes.
 #pragma once
 
 #include <optional>

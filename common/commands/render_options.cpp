@@ -143,15 +143,15 @@ void add_render_options(CLI::App& command, RenderOptions& options) {
         ->group(rare_options);
     command
         .add_option("--light-sampling", options.light_sampling,
-            "How next events choose a light: power (in proportion to it), uniform (all alike) or tree (by place and "
-            "direction of light and receiver, for many lights). The mean image is the same")
+            "How light sampling chooses a light: power (in proportion to it), uniform (all alike) or tree (by place "
+            "and direction of light and receiver, for many lights). The mean image is the same")
         ->check(one_of_names(light_sampling_names))
         ->capture_default_str()
         ->group(rare_options);
     command
         .add_option("--filter", options.filter,
-            "What a pixel shows of the film: box (its square), tent (2 pixels wide) or gaussian (3 pixels wide). The "
-            "wider are smoother at edges and another image, not another estimate of the same")
+            "Pixel filter: box (the pixel's square), tent (2 pixels wide) or gaussian (3 pixels wide). Wider filters "
+            "smooth edges. They give another image, not another estimate of the same one")
         ->check(one_of_names(pixel_filter_names))
         ->capture_default_str()
         ->group(rare_options);
@@ -180,7 +180,7 @@ void add_render_options(CLI::App& command, RenderOptions& options) {
     command
         .add_option("--effects", options.effects,
             "needed (what the scene calls for), all (the general kernels), or names, separated by commas, to simulate "
-            "besides. The image is the same")
+            "in addition. The image is the same")
         ->check(known_effects())
         ->capture_default_str()
         ->group(rare_options);
@@ -192,8 +192,8 @@ void add_render_options(CLI::App& command, RenderOptions& options) {
         ->group(rare_options);
     command
         .add_option("--hierarchy-quality", options.hierarchy_quality,
-            "How long to look for a good hierarchy over primitives: high, medium or low. Low is built "
-            "soonest, but rays take longest. The image is the same")
+            "Quality of the hierarchy over primitives: high, medium or low. Low is built fastest, but "
+            "slowest to trace. The image is the same")
         ->check(one_of_names(hierarchy_quality_names))
         ->capture_default_str()
         ->group(rare_options);

@@ -1,4 +1,4 @@
-// What a render tells of itself.
+// What `tandem render` prints and writes about a finished render.
 #pragma once
 
 #include <map>

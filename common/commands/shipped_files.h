@@ -1,4 +1,4 @@
-// The scenes that come with the program: found from any folder, in the source tree as in an installation.
+// Finds the scenes that come with the program, from any folder, in the source tree and in an installation.
 #pragma once
 
 #include <CLI/CLI.hpp>

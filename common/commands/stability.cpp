@@ -273,7 +273,7 @@ void add_stability_command(CLI::App& app, CommandContext& context) {
     command->add_option("--device", arguments->device, device_help);
     command
         ->add_option("--time", arguments->options.seconds,
-            "Seconds for the whole. Slow arms shoot fewer rays. What there is no time for is said")
+            "Seconds for everything. Slow arms trace fewer rays. What gets no time is listed")
         ->check(above_zero(most_seconds))
         ->type_name("SECONDS")
         ->capture_default_str();

@@ -1,4 +1,4 @@
-// What `verify` and `compare` share: options of a verdict, and how one is told.
+// What `verify` and `compare` share: the options of a verdict, and its text.
 #pragma once
 
 #include <string>

@@ -244,7 +244,7 @@ void print_so_far(const SceneVerdict& verdict, bool verbose) {
     if (verdict.verdict != Verdict::undecided || !verdict.failure.empty()) return print_verdict(verdict, verbose);
     fmt::print("{}: undecided after {}{}\n", escaped(verdict.scene), duration(verdict.seconds),
         verdict.forecast_seconds ? fmt::format(", needs about {}", duration(*verdict.forecast_seconds))
-                                 : ", too soon to foretell what it needs");
+                                 : ", too early to forecast what it needs");
     std::fflush(stdout);
 }
 
@@ -300,7 +300,35 @@ void print_what_is_needed(const std::vector<SceneVerdict>& verdicts, double seco
         fmt::print("; they need about {} more: --total-time {:.0f}min\n", duration(*needed),
             std::ceil((seconds + *needed) / 60.0));
     else
-        fmt::print("; some need more than can be foretold, or are black\n");
+        fmt::print("; some need a time that cannot be forecast, or are black\n");
+}
+
+// What all scenes have in common. `arguments` and `backends` must outlive it: other kernels are made on request.
+VerifyOptions options_from(const VerifyArguments& arguments, const Renderer& reference, const Renderer& candidate,
+    const Programs& programs, const BackendList& backends) {
+    VerifyOptions options;
+    options.criteria = criteria_from(arguments.criteria, criteria_for({&reference, &candidate}, programs));
+    options.criteria.strict = arguments.strict;
+    options.max_samples = arguments.samples.value_or(0);
+    options.seed = arguments.render.seed;
+    options.paired = !arguments.no_paired && all_follow_numbers(programs);
+    options.scenes = std::max<std::size_t>(arguments.scenes.size(), arguments.among);
+    if (arguments.candidate == "vulkan") {
+        options.kernels = {"stages", "image-stages", "megakernel"};
+        options.with_kernel = [&arguments, &backends](const std::string& kernel) {
+            return find_backend(backends, "vulkan")
+                .create(
+                    {.device = arguments.device, .precision = precision_from(arguments.precision), .kernel = kernel});
+        };
+    }
+    return options;
+}
+
+// What --total-time leaves undecided, whose lines so far were short.
+void print_undecided(const std::vector<SceneVerdict>& verdicts, double seconds, bool verbose) {
+    for (const SceneVerdict& verdict : verdicts)
+        if (verdict.verdict == Verdict::undecided && verdict.failure.empty()) print_verdict(verdict, verbose);
+    print_what_is_needed(verdicts, seconds);
 }
 
 ExitStatus verify(const VerifyArguments& given, const CommandContext& context) {
@@ -340,33 +368,14 @@ ExitStatus verify(const VerifyArguments& given, const CommandContext& context) {
     std::fflush(stdout);
     starting.end();
 
-    VerifyOptions options;
-    options.criteria = criteria_from(arguments.criteria, criteria_for({reference.get(), candidate.get()}, programs));
-    options.criteria.strict = arguments.strict;
-    options.max_samples = arguments.samples.value_or(0);
-    options.seed = arguments.render.seed;
-    options.paired = !arguments.no_paired && all_follow_numbers(programs);
+    VerifyOptions options = options_from(arguments, *reference, *candidate, programs, backends);
     options.oracle = oracle.get();
     options.other_precision = other_precision.get();
-    options.scenes = std::max<std::size_t>(scenes.size(), arguments.among);
-    if (arguments.candidate == "vulkan") {
-        options.kernels = {"stages", "image-stages", "megakernel"};
-        options.with_kernel = [&](const std::string& kernel) {
-            return find_backend(backends, "vulkan")
-                .create(
-                    {.device = arguments.device, .precision = precision_from(arguments.precision), .kernel = kernel});
-        };
-    }
     Work work{arguments, context, scenes, films, *reference, *candidate, programs, options, {}};
     work.layer.wanted = arguments.candidate == "vulkan" && !arguments.validation && !arguments.no_layer;
     const Stopwatch watch;
     Outcome outcome = total_seconds ? verify_within(work, *total_seconds) : verify_each(work);
-    if (total_seconds) {
-        for (const SceneVerdict& verdict : outcome.verdicts)
-            if (verdict.verdict == Verdict::undecided && verdict.failure.empty())
-                print_verdict(verdict, context.verbose);
-        print_what_is_needed(outcome.verdicts, watch.seconds());
-    }
+    if (total_seconds) print_undecided(outcome.verdicts, watch.seconds(), context.verbose);
     if (compare_misses(outcome.verdicts)) print_common_suspects(outcome.verdicts);
     work.layer.print();
     ExitStatus status = conclude(
@@ -389,7 +398,7 @@ void add_rare_options(CLI::App& command, VerifyArguments& arguments) {
         fmt::format("Precision of the reference: {}", precision_help));
     command
         .add_option("--among", arguments.among,
-            "Scenes of a run that is split, as tandem plan does. Its false alarms are shared by so many")
+            "Scenes of the whole run, if tandem plan has split it. They share its false alarms")
         ->check(whole_between(1, 1'000'000))
         ->group(rare_options);
     command

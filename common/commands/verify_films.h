@@ -1,4 +1,4 @@
-// What `tandem verify` does with a film that does not fit into memory: it judges bins of its pixels.
+// `tandem verify` for a film that does not fit into memory: bins of its pixels are judged.
 #pragma once
 
 #include <optional>

@@ -230,13 +230,13 @@ void add_what(CLI::App& command, ViewArguments& arguments) {
 void add_window(CLI::App& command, ViewArguments& arguments) {
     command.add_flag("--full-screen", arguments.full_screen, "Fill the screen");
     command
-        .add_option("--present-mode", arguments.present_mode,
-            "fifo, fifo-relaxed, mailbox or immediate: how images reach the screen")
+        .add_option(
+            "--present-mode", arguments.present_mode, "Vulkan's present mode: fifo, fifo-relaxed, mailbox or immediate")
         ->check(one_of_names(present_mode_names))
         ->capture_default_str();
     command
         .add_option(
-            "--frames", arguments.frames, "Close after so many frames, and after --samples where given. For scripts")
+            "--frames", arguments.frames, "Close after this many frames, and after --samples if given. For scripts")
         ->check(whole_between(1, std::uint64_t{1} << 40));
     command.add_option("--precision", arguments.precision, precision_help);
     command.add_option("--kernel", arguments.kernel, kernel_help)->group(rare_options);

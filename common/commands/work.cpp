@@ -145,7 +145,7 @@ void add_work_command(CLI::App& app, CommandContext& context) {
         ->type_name("N");
     command->add_option("--results", arguments->results, "Folder of the results (default: the plan's name in .results)")
         ->type_name("FOLDER");
-    command->add_option("--limit", arguments->limit, "End the item after so long, without a result (default: never)")
+    command->add_option("--limit", arguments->limit, "End the item after this time, without a result (default: never)")
         ->check(above_zero(most_seconds))
         ->type_name("SECONDS");
     add_common_options(*command, context,

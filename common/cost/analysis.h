@@ -1,4 +1,4 @@
-// What the samples of `tandem cost` say: MSE(n) = b^2 + V(n), with intervals, and the time that each arm takes to a
+// Analysis of the samples of `tandem cost`: MSE(n) = b^2 + V(n), with intervals, and the time that each arm takes to a
 // given error. Errors are root mean squares over pixels and channels, relative to the mean of the reference image.
 #pragma once
 

@@ -1,4 +1,5 @@
-// What is chosen by the figures of `tandem cost`: the soonest to an error, and what is worth measuring together.
+// Choices by the figures of `tandem cost`: the fastest arm to an error, and the settings that are worth measuring
+// together.
 #include <algorithm>
 
 #include "common/cost/analysis.h"

@@ -1,5 +1,5 @@
-// Which settings bring a scene to an error soonest, by short trials: for `render --target-error`. Only settings that
-// estimate the same image are tried (MODEL.md section 9), so that nothing but time is at stake.
+// Finds the settings that reach an error fastest, by short trials: for `render --target-error`. It tries only settings
+// that estimate the same image (MODEL.md section 9), so the choice affects the time alone.
 #pragma once
 
 #include <functional>

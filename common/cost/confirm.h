@@ -1,6 +1,6 @@
-// Whether what `tandem cost` recommends is the fastest when measured anew. The arm that was found soonest to an error
-// among many was probably lucky. The stages of the schedule measure it and its nearest rivals side by side. Their
-// random numbers and rounds had no part in the choice.
+// Tests whether the recommendation of `tandem cost` is the fastest when measured anew. The fastest of many arms was
+// probably lucky. So further stages of the schedule measure it and its nearest rivals side by side. The random numbers
+// and rounds of these stages had no part in the choice.
 #pragma once
 
 #include <optional>

@@ -366,8 +366,8 @@ std::string bad_regions(const ArmFigures& arm) {
     return text;
 }
 
-// The settings of the knobs that were asked for; the soonest at the asked error; the baseline; and cheap tricks, whose
-// bias must be known before they are used.
+// The rows of the table: the settings of the chosen knobs, the fastest to the asked error, and the baseline. Cheap
+// tricks are there too, since their bias must be known before they are used.
 std::vector<const ArmFigures*> rows_of(const CostReport& report) {
     constexpr std::size_t most_tricks = 3;
     const ArmFigures& baseline = report.figures.front();

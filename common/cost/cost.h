@@ -1,4 +1,4 @@
-// `tandem cost` from its samples to what a person reads: the JSON, the table and the recommendations.
+// The output of `tandem cost`, made from its samples: the JSON, the table and the recommendations.
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>

@@ -1,5 +1,5 @@
-// The film of an arm of `tandem cost` as `tandem denoise` would make it of `tandem render --aov albedo,normal,depth`,
-// with the time that features and filter take.
+// The denoised film of an arm of `tandem cost`, and the time that features and filter take. It is the film that `tandem
+// denoise` makes of `tandem render --aov albedo,normal,depth`.
 #pragma once
 
 #include <memory>

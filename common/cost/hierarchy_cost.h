@@ -1,5 +1,5 @@
-// Which quality of a hierarchy pays for how many samples (the knob hierarchy-quality of `tandem cost`): time to build
-// against time to trace. A render's seconds hold the latter alone.
+// The time to build a hierarchy against the time to trace it (the knob hierarchy-quality of `tandem cost`). It tells
+// which quality is fastest for how many samples. A render's seconds hold the time to trace alone.
 #pragma once
 
 #include <string>

@@ -1,5 +1,5 @@
-// The knobs that trade time for accuracy: each setting as it is given to `tandem render` and as it changes the settings
-// of a render. An arm of `tandem cost` is a set of such settings on top of a baseline.
+// The knobs that trade time for accuracy. Each setting has the option of `tandem render`, and the change of the
+// settings that it makes. An arm of `tandem cost` is a set of such settings on top of a baseline.
 #pragma once
 
 #include <functional>

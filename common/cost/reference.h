@@ -1,5 +1,5 @@
-// The long reference of `tandem cost`: the unlimited transport equation in two independent halves. They are kept in
-// files, to be continued, and to serve measurements on other devices.
+// The long reference of `tandem cost`: the transport equation without a bounce limit, in two independent halves. They
+// are stored in files. So they can be continued, and used for measurements on other devices.
 #pragma once
 
 #include "common/cost/run_cost.h"

@@ -1,6 +1,6 @@
-// Parts of an image where an error may be great while it is small in the mean, told from the reference alone. `dark` is
-// the darkest quarter of the pixels, `bright` the brightest tenth. `edges` is the tenth with the greatest steps of
-// luminance to the right and lower neighbour, relative to the luminance there.
+// Parts of an image in which the error may be large although the mean error is small, found from the reference alone.
+// `dark` is the darkest quarter of the pixels, `bright` the brightest tenth. `edges` is the tenth with the greatest
+// steps of luminance to the right and lower neighbour, relative to the luminance there.
 #pragma once
 
 #include "common/cost/analysis.h"

@@ -122,112 +122,173 @@ std::vector<CostArm> single_arms(const Scene& scene, const CostRequest& request,
     return arms;
 }
 
-CostReport run_cost(const Scene& scene, CostRequest request, const CostControl& control) {
-    const auto now = [&] { return now_by(control); };
-    const double start = now();
-    CostReport report;
-    report.scene_file = request.scene_file;
-    report.given = request.given;
-    report.scene = scene.name;
-    report.backend = request.backend;
-    report.reference_backend = request.reference_backend;
-    report.width = request.baseline.render.width;
-    report.height = request.baseline.render.height;
+namespace {
 
-    CostExperiment experiment(scene, request.make, request.seed);
-    const auto spent = [&] { return now() - start; };
-    if (!experiment.add({"baseline", "", "", request.baseline, true}))
-        throw UnsupportedError(experiment.skipped().back().reason);  // nothing to hold the others against
-    const RendererInfo info = experiment.info();
-    check_knobs(knob_settings(scene, request.baseline, info, 0.0), request.knobs);
-    CostSamples samples;
-    samples.reference =
-        long_reference(scene, request, reference_share * request.seconds, within(control, 0.0, reference_share));
-    samples.key =
-        hash_of(samples.reference.key + request.scene_bytes + request.program + text_of(request.baseline, info));
-    if (request.earlier) {
-        if (request.earlier->key != samples.key) throw other_measurement();
-        samples = std::move(*request.earlier);
+// One run of `tandem cost`. Its stages are called in the order of their declaration.
+class CostRun {
+public:
+    CostRun(const Scene& scene, CostRequest request, const CostControl& control)
+        : scene_(scene),
+          request_(std::move(request)),
+          control_(control),
+          start_(now_by(control)),
+          experiment_(scene, request_.make, request_.seed) {
+        report_.scene_file = request_.scene_file;
+        report_.given = request_.given;
+        report_.scene = scene.name;
+        report_.backend = request_.backend;
+        report_.reference_backend = request_.reference_backend;
+        report_.width = request_.baseline.render.width;
+        report_.height = request_.baseline.render.height;
     }
-    samples.width = report.width;
-    const double mean = samples.reference.image_mean();
+
+    void add_baseline();
+    void render_reference();
+    void add_arms();
+    void measure_short_stage();  // all arms
+    void measure_mixes();        // the best settings together
+    void measure_errors();       // the stages of the schedule
+    [[nodiscard]] CostReport conclude();
+
+private:
+    [[nodiscard]] double spent() const { return now_by(control_) - start_; }
+    [[nodiscard]] double left() const { return std::max(0.0, scheduled_share * request_.seconds - spent()); }
+    [[nodiscard]] bool stopped() const { return control_.stop.stop_requested(); }
+    // The samples, with the seconds that they took.
+    CostSamples& whole() {
+        samples_.seconds = seconds_before_ + spent();
+        return samples_;
+    }
+    [[nodiscard]] CostControl saving(double from, double to);
+    void take_figures();
+
+    const Scene& scene_;
+    CostRequest request_;
+    const CostControl& control_;
+    double start_;
+    CostExperiment experiment_;
+    CostReport report_;
+    RendererInfo info_;
+    CostSamples samples_;
+    double mean_ = 0.0;            // of the reference image
+    double seconds_before_ = 0.0;  // of the measurement that is continued
+    double may_save_ = 0.0;        // many images are saved: no more often than it is worth
+};
+
+void CostRun::add_baseline() {
+    if (!experiment_.add({"baseline", "", "", request_.baseline, true}))
+        throw UnsupportedError(experiment_.skipped().back().reason);  // nothing to hold the others against
+    info_ = experiment_.info();
+    check_knobs(knob_settings(scene_, request_.baseline, info_, 0.0), request_.knobs);
+}
+
+// Then takes the samples of a measurement that is continued.
+void CostRun::render_reference() {
+    samples_.reference =
+        long_reference(scene_, request_, reference_share * request_.seconds, within(control_, 0.0, reference_share));
+    samples_.key =
+        hash_of(samples_.reference.key + request_.scene_bytes + request_.program + text_of(request_.baseline, info_));
+    if (request_.earlier) {
+        if (request_.earlier->key != samples_.key) throw other_measurement();
+        samples_ = std::move(*request_.earlier);
+    }
+    samples_.width = report_.width;
+    mean_ = samples_.reference.image_mean();
+    seconds_before_ = samples_.seconds;
+}
+
+void CostRun::add_arms() {
     // On a GPU the kernels of twenty arms take longer than many a time for measuring.
-    const double making_end = spent() + making_share * std::max(0.0, request.seconds - spent());
-    for (const CostArm& arm : single_arms(scene, request, info, mean, report.skipped)) {
-        if (control.stop.stop_requested() || spent() > making_end)
-            experiment.skip_for_time(arm, "no time was left to make its kernels");
+    const double making_end = spent() + making_share * std::max(0.0, request_.seconds - spent());
+    for (const CostArm& arm : single_arms(scene_, request_, info_, mean_, report_.skipped)) {
+        if (stopped() || spent() > making_end)
+            experiment_.skip_for_time(arm, "no time was left to make its kernels");
         else
-            (void)experiment.add(arm);
+            (void)experiment_.add(arm);
     }
-    experiment.time_hierarchies(std::max(0.0, making_end - spent()), control);
-    report.device = info.device;
-    report.driver = info.driver;
-    const double before = samples.seconds;
-    const auto whole = [&] {
-        samples.seconds = before + now() - start;
-        return samples;
-    };
-    CostControl saving = control;
-    double may_save = 0.0;  // many images are saved: no more often than it is worth
-    if (control.save)
-        saving.save = [&](const CostSamples&) {
-            if (spent() < may_save) return;
+    experiment_.time_hierarchies(std::max(0.0, making_end - spent()), control_);
+    report_.device = info_.device;
+    report_.driver = info_.driver;
+}
+
+// What is said on the way, as a share of the whole; and the samples are saved now and then.
+CostControl CostRun::saving(double from, double to) {
+    CostControl inner = within(control_, from, to);
+    if (control_.save)
+        inner.save = [this](const CostSamples&) {
+            if (spent() < may_save_) return;
             const double begin = spent();
-            (void)whole();
-            control.save(samples);
-            may_save = spent() + (spent() - begin) / saving_share;
+            control_.save(whole());
+            may_save_ = spent() + (spent() - begin) / saving_share;
         };
+    return inner;
+}
 
-    const auto tell = [&] {
-        if (!request.keep) return;
-        CostReport now_known = report;
-        std::ranges::copy(experiment.skipped(), std::back_inserter(now_known.skipped));
-        now_known.whole = false;
-        request.keep(now_known);
-    };
-    const auto take = [&](std::vector<ArmFigures> figures) {
-        report.figures = std::move(figures);
-        report.reference = samples.reference;
-        report.seconds = whole().seconds;
-    };
-
-    const auto left = [&] { return std::max(0.0, scheduled_share * request.seconds - spent()); };
-    const double shortest = left() * short_share;
-    report.whole =
-        experiment.measure(names_of(experiment.arms()), shortest, samples, within(saving, reference_share, 0.5));
-    take(analyse_cost(experiment.arms(), samples));
-    if (report.figures.empty())
+// Figures of all samples so far.
+void CostRun::take_figures() {
+    report_.figures = analyse_cost(experiment_.arms(), samples_);
+    report_.reference = samples_.reference;
+    report_.seconds = whole().seconds;
+    if (report_.figures.empty())
         throw StoppedError(fmt::format(
             "stopped before the baseline had {} replicates; a smaller --size has them sooner", fewest_replicates));
-    tell();
+    if (!request_.keep) return;
+    CostReport now_known = report_;
+    std::ranges::copy(experiment_.skipped(), std::back_inserter(now_known.skipped));
+    now_known.whole = false;
+    request_.keep(now_known);
+}
+
+void CostRun::measure_short_stage() {
+    const double shortest = left() * short_share;
+    report_.whole = experiment_.measure(names_of(experiment_.arms()), shortest, samples_, saving(reference_share, 0.5));
+    take_figures();
+}
+
+void CostRun::measure_mixes() {
     std::vector<std::string> mixed;
     // What is mixed follows from the short stage alone, so that a continued measurement mixes the same.
-    for (const CostArm& mix : mixes(analyse_cost(experiment.arms(), samples, {short_stage, short_stage + 1}),
-             knob_settings(scene, request.baseline, info, mean), request))
-        if (!control.stop.stop_requested() && experiment.add(mix)) mixed.push_back(mix.name());
-    if (!mixed.empty() && !control.stop.stop_requested()) {
-        const double rest = left() * mix_share * static_cast<double>(mixed.size());
-        report.whole = experiment.measure(mixed, rest, samples, within(saving, 0.5, 0.55)) && report.whole;
-        take(analyse_cost(experiment.arms(), samples));
-        tell();
-    }
+    for (const CostArm& mix : mixes(analyse_cost(experiment_.arms(), samples_, {short_stage, short_stage + 1}),
+             knob_settings(scene_, request_.baseline, info_, mean_), request_))
+        if (!stopped() && experiment_.add(mix)) mixed.push_back(mix.name());
+    if (mixed.empty() || stopped()) return;
+    const double rest = left() * mix_share * static_cast<double>(mixed.size());
+    report_.whole = experiment_.measure(mixed, rest, samples_, saving(0.5, 0.55)) && report_.whole;
+    take_figures();
+}
+
+void CostRun::measure_errors() {
     const double later = spent();
-    while (!control.stop.stop_requested()) {
-        const std::optional<CostStage> stage = next_stage(report.figures, samples, left());
+    while (!stopped()) {
+        const std::optional<CostStage> stage = next_stage(report_.figures, samples_, left());
         if (!stage) break;
-        const double done = (spent() - later) / std::max(1e-9, request.seconds - later);
-        const CostControl inner = within(saving, 0.55 + 0.45 * std::min(1.0, done), 1.0);
-        if (!experiment.extend(*stage, left(), samples, inner)) break;
-        take(analyse_cost(experiment.arms(), samples));
-        tell();
+        const double done = (spent() - later) / std::max(1e-9, request_.seconds - later);
+        if (!experiment_.extend(*stage, left(), samples_, saving(0.55 + 0.45 * std::min(1.0, done), 1.0))) break;
+        take_figures();
     }
-    report.whole = report.whole && !control.stop.stop_requested();
-    report.confirmations = confirm(experiment.arms(), samples);
-    leave_out_what_did_not_adapt(report);
-    report.skipped.insert(report.skipped.end(), experiment.skipped().begin(), experiment.skipped().end());
-    report.seconds = whole().seconds;
-    if (control.save) control.save(samples);
-    return report;
+}
+
+CostReport CostRun::conclude() {
+    report_.whole = report_.whole && !stopped();
+    report_.confirmations = confirm(experiment_.arms(), samples_);
+    leave_out_what_did_not_adapt(report_);
+    report_.skipped.insert(report_.skipped.end(), experiment_.skipped().begin(), experiment_.skipped().end());
+    report_.seconds = whole().seconds;
+    if (control_.save) control_.save(samples_);
+    return std::move(report_);
+}
+
+}  // namespace
+
+CostReport run_cost(const Scene& scene, CostRequest request, const CostControl& control) {
+    CostRun run(scene, std::move(request), control);
+    run.add_baseline();
+    run.render_reference();
+    run.add_arms();
+    run.measure_short_stage();
+    run.measure_mixes();
+    run.measure_errors();
+    return run.conclude();
 }
 
 }  // namespace tandem

@@ -1,5 +1,5 @@
-// What `tandem cost` measures, before anything is concluded from it: the long reference and, per arm, the errors and
-// times of independent replicates. Plain data, saved whole so that a measurement can be continued.
+// The raw measurements of `tandem cost`: the long reference and, for each arm, the errors and times of independent
+// replicates. They are plain data, and saved whole, so that a measurement can be continued.
 #pragma once
 
 #include <cstdint>

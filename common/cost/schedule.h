@@ -1,7 +1,7 @@
 // What `tandem cost` measures next: successive halving. All arms have a short stage. Then, error by error from the
-// largest on, the arms that could be there soonest are rendered until they are there. In between, arms whose bias is
-// not bounded get the samples that bound it. Decisions follow from the samples alone, so that a continued measurement
-// goes on where it was stopped.
+// largest on, the arms that could reach it fastest are rendered until they reach it. In between, arms without a bound
+// on their bias get the samples that bound it. Decisions follow from the samples alone, so a continued measurement goes
+// on where it stopped.
 #pragma once
 
 #include <cstdint>

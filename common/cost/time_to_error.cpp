@@ -1,4 +1,4 @@
-// When an arm of `tandem cost` is at an error: between counts that were measured, or by a forecast.
+// The time at which an arm of `tandem cost` reaches an error, between measured counts or by a forecast.
 #include <algorithm>
 #include <cmath>
 #include <limits>

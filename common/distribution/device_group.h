@@ -1,4 +1,4 @@
-// Several renderers as one: their jobs share the sample blocks of a render as they come free.
+// Several renderers as one. A job that becomes free takes the next block of samples of a render.
 #pragma once
 
 #include <functional>

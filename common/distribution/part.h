@@ -1,5 +1,5 @@
-// A part of a render as a file: the sums of some samples to the bit, and what they are sums of. Parts of one image
-// merge to the bits of a render that was never split.
+// A part of a render as a file: the exact sums of some samples, and a description of them. Parts of one image merge to
+// the bits of a render that was never split.
 #pragma once
 
 #include <cstdint>

@@ -1,4 +1,4 @@
-// A command split into items that any engine for farms can run: a line of JSON each, with what makes its result.
+// A command split into items that any job scheduler can run. Each item is a line of JSON that holds all it needs.
 #pragma once
 
 #include <filesystem>

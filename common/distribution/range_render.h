@@ -1,4 +1,4 @@
-// Rendering of a fixed range of samples, in steps that are kept: what a part, a resumed render and a farm work by.
+// Renders a fixed range of samples in steps, and stores the sums at intervals. Parts, resumed renders and farms use it.
 #pragma once
 
 #include <functional>
@@ -21,9 +21,9 @@ struct RangeWork {
     std::function<double()> now = steady_seconds;  // the clock of what `keep` takes
 };
 
-// Seconds of rendering until sums are kept again, by a process that has rendered for `rendered` seconds, and of which
-// keeping them took `cost` seconds last. A kill loses at most this interval, a twenty-fifth of the process's work once
-// that is longer than 6.25 s. Keeping takes at most a tenth of the time, unless `most` wants it more often.
+// Seconds of rendering until sums are kept again. The process has rendered for `rendered` seconds, and keeping its sums
+// last took `cost` seconds. A kill loses at most this interval, a twenty-fifth of the process's work once that is
+// longer than 6.25 s. Keeping takes at most a tenth of the time, unless `most` wants it more often.
 [[nodiscard]] double keep_interval(double rendered, double cost, double most);
 
 struct RangeResult {

@@ -1,4 +1,4 @@
-// The processes of mpirun: as one renderer, whose rank 0 shares out blocks of samples, or as workers that rank 0 asks.
+// The processes of mpirun. They are one renderer, in which rank 0 gives out blocks of samples, or workers for rank 0.
 #pragma once
 
 #include <functional>

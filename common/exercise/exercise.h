@@ -1,5 +1,5 @@
-// An exercise: a function that a student writes in GLSL, and what is known of it. Thirty of them are the rows of
-// cpu_ref/exercises; the marker (marker.h) works on any.
+// An exercise: a function that a student writes in GLSL, and how it is checked. cpu_ref/exercises holds thirty of them,
+// a row each. The marker (marker.h) works on any.
 #pragma once
 
 #include <array>

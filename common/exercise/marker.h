@@ -1,4 +1,4 @@
-// The mark of a submission: right, within what was shown; wrong, with evidence; or neither, with the reason.
+// The mark of a submission: right, to a stated accuracy; wrong, with evidence; or undecided, with the reason.
 #pragma once
 
 #include <cstdint>

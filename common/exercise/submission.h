@@ -1,6 +1,6 @@
-// What a student hands in, and the shader that it becomes part of. A submission is text of someone else. It is read to
-// a limit. Its directives, and all that could reach beyond its own function, are refused. What is compiled is the text
-// that was looked at, without its comments.
+// What a student hands in, and the shader that it becomes part of. A submission is text from a stranger. Its size is
+// limited. Directives are refused, and so are all words that could reach outside the function. The compiler gets
+// exactly the checked text, without its comments.
 #pragma once
 
 #include <filesystem>

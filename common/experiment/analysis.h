@@ -1,4 +1,4 @@
-// What the raw readings of experiments say: effects with intervals, crossovers, and verdicts on claims.
+// Analysis of the raw readings of experiments: effects with intervals, crossovers, and verdicts on claims.
 #pragma once
 
 #include "common/experiment/runner.h"

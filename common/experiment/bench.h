@@ -1,4 +1,4 @@
-// What a room offers to `tandem bench`: families of arms on one device, and the claims that they decide.
+// The interface for `tandem bench`: families of arms on one device, and the claims that they decide.
 #pragma once
 
 #include <functional>

@@ -1,5 +1,5 @@
 // How a campaign shares its time over all experiments of some families. Each arm is made anew in every round, by one
-// process or by several one after another. What a process is started with is the command's affair.
+// process or by several in turn. The command starts the processes.
 #pragma once
 
 #include <functional>

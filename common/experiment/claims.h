@@ -1,4 +1,4 @@
-// What others claim, as data, and what the readings say of it.
+// Published claims, as data, and the verdicts that readings give on them.
 #pragma once
 
 #include "common/experiment/runner.h"
@@ -44,10 +44,12 @@ struct ClaimResult {
     double p = 1.0, p_family = 1.0;              // of no effect; Holm over all claims
 };
 
-// less: confirmed where the effect is significant (Holm over the claims) and its interval reaches beyond what is
-// negligible. It is refuted where the whole interval is above -negligible. more: likewise, mirrored. no_difference:
-// confirmed where the interval lies within ± negligible, refuted where it lies outside. no_more: by the upper side
-// alone. Else below resolution.
+// How each direction of a claim is decided. What is neither confirmed nor refuted is below resolution.
+// - less: confirmed if the effect is significant (Holm over the claims) and its interval reaches below -negligible.
+//   Refuted if the whole interval is above -negligible.
+// - more: the mirror image of less.
+// - no_difference: confirmed if the interval lies within ± negligible, refuted if it lies outside.
+// - no_more: as no_difference, by the upper side alone.
 [[nodiscard]] std::vector<ClaimResult> judge_claims(
     const std::vector<Claim>& claims, const std::vector<ExperimentSamples>& samples);
 

@@ -1,12 +1,12 @@
-// Two results of tandem bench held against each other, arm by arm: another driver, another device, another day.
+// Compares two results of tandem bench, arm by arm: of two drivers, devices or days.
 #pragma once
 
 #include "common/experiment/results.h"
 
 namespace tandem {
 
-// One arm's own time in B over that in A. The runs were not interleaved, so what differs may be the machine's mood:
-// the interval knows only the scatter within each file.
+// One arm's own time in B over that in A. The runs were not interleaved, so the state of the machine may explain a
+// difference. The interval includes only the scatter within each file.
 struct ChangeOfArm {
     std::string family, arm, workload;
     double ratio = 1.0, low = 1.0, high = 1.0;  // 95 %

@@ -1,5 +1,5 @@
-// Arms that compute the same in different ways, and the experiments that hold them against each other. Plain
-// descriptions; nothing here knows of Vulkan, so that the runner is tested on synthetic clocks.
+// Arms that compute the same thing in different ways, and the experiments that compare them. These are plain
+// descriptions. Nothing here knows of Vulkan, so the runner is tested on synthetic clocks.
 #pragma once
 
 #include <cstdint>

@@ -1,6 +1,6 @@
-// Runs the arms of one family at one workload. It makes them, gates them by what they compute, and times them in blocks
-// of random order. It ends when the intervals are narrow or the budget is spent. Raw readings are kept; what they mean
-// is analysis.h.
+// Runs the arms of one family at one workload. It makes them, checks their results, and times them in blocks of random
+// order. It ends when the intervals are narrow or the budget is spent. It keeps raw readings, which analysis.h
+// interprets.
 #pragma once
 
 #include <stop_token>

@@ -1,5 +1,5 @@
-// The thesis's own experiment (Ferreira 2019, tables 4.3 to 4.5 and the sampling sweep), by its protocol, with its
-// figures beside ours.
+// The thesis's experiment by its own protocol (Ferreira 2019, tables 4.3 to 4.5 and the sampling sweep). The thesis's
+// figures are shown beside ours.
 #pragma once
 
 #include <optional>

@@ -1,5 +1,4 @@
-// The text after `exec:`: a command as words, with placeholders for what a request for an image asks. No shell reads
-// it.
+// The text after `exec:`: a command as words, with placeholders for the parameters of an image. No shell reads it.
 #pragma once
 
 #include <cstdint>

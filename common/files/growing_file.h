@@ -1,4 +1,4 @@
-// A file that is too large to be made in memory: it grows beside its place, and appears whole or not at all.
+// A file that is too large for memory. It is written under a temporary name, and appears complete or not at all.
 #pragma once
 
 #include <filesystem>

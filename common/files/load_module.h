@@ -1,5 +1,5 @@
-// Modules: parts of the program in shared libraries of their own, loaded when they are first asked for. Other starts
-// need not wait for the libraries behind them.
+// Modules: parts of the program in separate shared libraries, loaded at first use. So a start that does not need them
+// does not wait for the libraries that they use.
 #pragma once
 
 #include <string>

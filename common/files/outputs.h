@@ -1,4 +1,4 @@
-// The files that a command is to write, held against those that it reads and against each other before it works.
+// Checks the files that a command will write, before it works: against the files that it reads, and against each other.
 #pragma once
 
 #include <filesystem>

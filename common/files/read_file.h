@@ -1,4 +1,4 @@
-// Whole files into memory, for every room that reads: never from a pipe or a device, which might not end.
+// Reads whole files into memory, for every room. It refuses pipes and devices, which might not end.
 #pragma once
 
 #include <cstddef>

@@ -1,4 +1,4 @@
-// Files and folders that appear whole or not at all, for every room that writes.
+// Writes files and folders that appear complete or not at all, for every room.
 #pragma once
 
 #include <cstdint>

@@ -1,6 +1,6 @@
 // A spatial filter for noisy images (MODEL.md section 11.6): joint non-local means, driven by the measured variances
-// and by feature images. It trades variance for a bias, which falls with more samples but is not known. It is no
-// renderer's.
+// and by feature images. It trades variance for a bias, which falls with more samples but is not known. No renderer
+// calls it.
 #pragma once
 
 #include <cstdint>

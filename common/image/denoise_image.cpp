@@ -1,4 +1,4 @@
-// What the filter is given and what becomes of it: films, features and files.
+// The input and output of the filter: films, features and files.
 #include <fmt/format.h>
 
 #include <algorithm>

@@ -13,8 +13,9 @@ struct FeatureImages {
     std::uint64_t samples = 0;
 };
 
-// Adds the chosen features to an image of the same size: albedo.R/G/B, normal.X/Y/Z, position.X/Y/Z, depth.Z,
-// distance.Z, coverage.A. primitive.ID and material.ID are whole numbers (4294967295: nothing was hit).
+// Adds the chosen features to an image of the same size. Channels are albedo.R/G/B, normal.X/Y/Z, position.X/Y/Z,
+// depth.Z, distance.Z and coverage.A. The channels primitive.ID and material.ID are whole numbers (4294967295: nothing
+// was hit).
 void add_layers(Image& image, const FeatureImages& features);
 
 // One feature to look at, R, G and B from 0 to 1. A direction n is (n + 1)/2, a distance the darker the farther. A

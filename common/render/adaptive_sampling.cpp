@@ -85,8 +85,9 @@ std::vector<double> neighbour_deviations(std::uint32_t width, std::uint32_t heig
     return result;
 }
 
-// The minimum has n_i = max(least_i, s deviation_i) [by Lagrange multipliers]. Starting with s of all pixels, those
-// below their least are set to it. s is found anew of the others, which makes it smaller: none is set in vain.
+// The minimum has n_i = max(least_i, s deviation_i) [by Lagrange multipliers]. First s is computed from all pixels, and
+// those below their least are set to it. Then s is computed from the others. It only becomes smaller, so no pixel has
+// been set wrongly.
 std::vector<double> allocate(std::span<const double> deviations, std::span<const double> least, double total) {
     std::vector<double> counts(least.begin(), least.end());
     std::vector<std::size_t> free;  // not set yet

@@ -1,6 +1,6 @@
-// Adaptive sampling (MODEL.md section 11.3). Every pixel has its share of uniform samples, and noisier pixels have more
-// besides. So the mean squared error of the image falls soonest. Without a bias: what decides over a pixel's count is
-// its neighbours' noise, never its own samples.
+// Adaptive sampling (MODEL.md section 11.3). Every pixel gets its share of uniform samples, and noisier pixels get
+// more. So the mean squared error of the image falls fastest. It has no bias: the neighbours' noise decides how many
+// samples a pixel gets, never its own samples.
 #pragma once
 
 #include <optional>
@@ -14,12 +14,12 @@ namespace tandem {
 // The part of all samples that every pixel has alike: no pixel's count falls below this part of the mean.
 inline constexpr double uniform_share = 0.25;
 
-// Up to so many samples a pixel every pixel has as many: of two blocks, how they differ tells how well its variance is
-// known.
+// Up to this many samples a pixel, every pixel has the same number. The difference between two blocks tells how well a
+// pixel's variance is known.
 inline constexpr std::uint64_t least_alike = 2 * samples_per_block;
 
-// From the pixels of a chequerboard's other colour nearby: the root of the weighted mean of their variances, [y * width
-// + x]. 0 where there are none.
+// The root of the weighted mean of the variances of nearby pixels, [y * width + x]. These are pixels of the other
+// colour of a chequerboard. 0 where there are none.
 [[nodiscard]] std::vector<double> neighbour_deviations(
     std::uint32_t width, std::uint32_t height, std::span<const double> variances);
 
@@ -30,8 +30,8 @@ inline constexpr unsigned film_numbers_shift = 44;
 inline constexpr std::uint64_t film_numbers = std::uint64_t{1} << film_numbers_shift;
 inline constexpr std::uint64_t numbers_alike = std::uint64_t{1} << 40;
 
-// Counts n_i >= least_i, of sum `total` (at least that of least), that minimise the sum of deviation_i^2 / n_i. Where
-// all deviations are 0, what is left is shared out evenly.
+// Counts n_i >= least_i with the sum `total` that minimise the sum of deviation_i^2 / n_i. `total` is at least the sum
+// of `least`. If all deviations are 0, the rest is shared out evenly.
 [[nodiscard]] std::vector<double> allocate(
     std::span<const double> deviations, std::span<const double> least, double total);
 

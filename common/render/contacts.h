@@ -1,5 +1,5 @@
-// Bodies in contact are held a hair apart (MODEL.md section 5.2). So rounding cannot decide whether a dielectric and
-// what it stands on are optically coupled.
+// Bodies in contact are kept a small gap apart (MODEL.md section 5.2). So rounding cannot decide whether a dielectric
+// and the body under it are optically coupled.
 #pragma once
 
 #include <optional>

@@ -1,5 +1,5 @@
-// Which effects a scene calls for under given settings. A renderer leaves the others out: their
-// code, their buffers, their state in a path. What is left out never changes the image.
+// Which effects a scene calls for under given settings. A renderer leaves out the code, buffers and path state of all
+// others. This never changes the image.
 #pragma once
 
 #include <bit>

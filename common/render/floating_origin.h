@@ -1,5 +1,5 @@
-// Scenes that stand far from the origin of their coordinates, or go far while the shutter is open. They are rendered
-// where they lose the least by rounding.
+// Scenes that are far from the origin, or that move far while the shutter is open. They are moved near the origin for
+// rendering, where rounding errors are least.
 #pragma once
 
 #include <functional>

@@ -1,4 +1,4 @@
-// What the statistics must know of a job whose samples another program draws, beside its estimates.
+// What the statistics must know about a job of another program, beside its estimates.
 #pragma once
 
 namespace tandem {

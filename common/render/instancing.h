@@ -1,4 +1,5 @@
-// Which entities' triangles a backend keeps once, in object space, for all that share them (MODEL.md section 6).
+// Instancing: meshes that a backend stores once, in object space, for all entities that place them (MODEL.md section
+// 6).
 #pragma once
 
 #include <vector>
@@ -19,10 +20,10 @@ struct PlacedMeshes {
     [[nodiscard]] bool places(std::uint32_t entity) const { return any() && of_entity[entity] != no_index; }
 };
 
-// A mesh has at least 16 triangles and nothing else. Those who place it stand still and emit nothing. There is none in
-// scenes with translucent or boundary surfaces (rules 16 to 33 look at every face), with triangle tests other than the
-// watertight one, and with bidirectional paths. Where `instancing` is automatic, all meshes together save at least 2^20
-// placed triangles, or there is none.
+// A mesh has at least 16 triangles and no other primitives. The entities that place it do not move and do not emit. No
+// mesh is kept once in scenes with translucent or boundary surfaces, as rules 16 to 33 look at every face. Neither is
+// one with triangle tests other than the watertight one, or with bidirectional paths. Automatic `instancing` needs
+// meshes that together save at least 2^20 placed triangles.
 [[nodiscard]] PlacedMeshes placed_meshes(const Scene& scene, const RenderSettings& settings);
 
 }  // namespace tandem

@@ -1,5 +1,5 @@
-// How rays meet surfaces and leave them: the kernels and guards of MODEL.md section 5.3, to be chosen from. The first
-// of each is the default, which the others are measured against (`tandem stability`).
+// The intersection tests and self-intersection guards that can be chosen (MODEL.md section 5.3). The first of each is
+// the default. `tandem stability` compares the others with it.
 #pragma once
 
 #include <array>

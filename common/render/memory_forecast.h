@@ -1,4 +1,4 @@
-// What a Renderer also is if it can say what a scene will cost in memory, before it makes anything of it.
+// Interface of a Renderer that can forecast how much memory a scene will take.
 #pragma once
 
 #include <cstdint>

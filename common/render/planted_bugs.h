@@ -1,8 +1,8 @@
 // Faults that test builds can plant in a backend to prove that the verdict notices them (VALIDATION 6). Release builds
 // of the backends hold no trace of them and refuse any but `none`. Faults of data are planted in the scene or settings
-// (tests/mutants/plant_data.cpp), those of the film in what a job returns (plant_film.cpp). Faults of logic have hooks,
-// by cpu_ref/planted.h and shaders/kernels/planted.glsl (with constants by shaders/tools/planted_bugs.py). Backends,
-// amounts and scenes: tests/mutants/catalogue.cpp.
+// (tests/mutants/plant_data.cpp). Faults of the film are planted in the estimates of a job (plant_film.cpp). Faults of
+// logic need hooks in the code: cpu_ref/planted.h and shaders/kernels/planted.glsl, with constants by
+// shaders/tools/planted_bugs.py. Backends, amounts and scenes: tests/mutants/catalogue.cpp.
 #pragma once
 
 #include <array>

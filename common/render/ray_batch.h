@@ -1,4 +1,4 @@
-// Rays given one by one, and what they hit: the way in for tests of intersection that need no image.
+// Given rays and their hits: the interface for tests of intersection, which need no image.
 #pragma once
 
 #include <cstdint>
@@ -12,8 +12,8 @@
 
 namespace tandem {
 
-// p(t) = origin + t d, t in [t_min, t_max]. d is `direction`, rounded to the renderer's arithmetic, if its length is 1
-// to within 10^-6, else the unit vector along it. A ray without one, or with a NaN or infinite component, misses.
+// p(t) = origin + t d, t in [t_min, t_max]. d is `direction`, rounded to the renderer's arithmetic. If its length is
+// not 1 to within 10^-6, d is the unit vector along it. A ray without one, or with a NaN or infinite component, misses.
 struct GivenRay {
     glm::dvec3 origin{0.0};
     glm::dvec3 direction{0.0, 0.0, -1.0};

@@ -1,4 +1,4 @@
-// The interface that every backend implements and the only thing that the validation suite knows of one.
+// The interface that every backend implements. The validation suite knows nothing else of a backend.
 #pragma once
 
 #include <array>
@@ -27,9 +27,11 @@ namespace tandem {
 struct PathTrace;     // common/render/path_trace.h
 struct TracedVertex;  // there, too
 
-// single: every operation rounded by itself. double: all of it. contracted: single, products and sums fused as the
-// driver likes (Vulkan). mixed: single, but for intersections and the points that follow from them. half_storage:
-// single, but what a path carries between kernels is kept in half (Vulkan's stages, MODEL.md section 5.3).
+// - single: every operation is rounded by itself.
+// - double: all arithmetic is in double precision.
+// - contracted: single, but the driver may fuse products and sums (Vulkan).
+// - mixed: single, but intersections and the points that follow from them are in double.
+// - half_storage: single, but what a path carries between kernels is kept in half (Vulkan's stages, MODEL.md 5.3).
 enum class Precision : std::uint32_t {
     single_precision = 0,
     double_precision = 1,
@@ -40,9 +42,10 @@ enum class Precision : std::uint32_t {
 inline constexpr std::array<std::string_view, 5> precision_names{
     "single", "double", "contracted", "mixed", "half-storage"};
 
-// How a pixel's sums are kept over its samples (MODEL.md section 11.2). plain: in single precision, over all samples
-// that a job renders one after another. compensated: over a block, as unevaluated sums of two singles. in_double: over
-// a block, in double precision.
+// How a pixel's sums are kept over its samples (MODEL.md section 11.2).
+// - plain: in single precision, over all samples that a job renders in a row.
+// - compensated: over a block, as unevaluated sums of two singles.
+// - in_double: over a block, in double precision.
 enum class Accumulation : std::uint32_t { plain = 0, compensated = 1, in_double = 2 };
 inline constexpr std::array<std::string_view, 3> accumulation_names{"plain", "compensated", "double"};
 
@@ -51,18 +54,20 @@ inline constexpr std::array<std::string_view, 3> accumulation_names{"plain", "co
 enum class Sampling : std::uint32_t { uniform = 0, adaptive = 1 };
 inline constexpr std::array<std::string_view, 2> sampling_names{"uniform", "adaptive"};
 
-// How next events choose the light (MODEL.md section 9.2): by its power, all alike, or by a tree of the lights, which
-// asks where the receiver is and which way it faces.
+// How next-event estimation chooses the light (MODEL.md section 9.2).
+// - power: in proportion to its power.
+// - uniform: all alike.
+// - tree: by a tree of the lights, from the place of the receiver and the direction that it faces.
 enum class LightSampling : std::uint32_t { power = 0, uniform = 1, tree = 2 };
 inline constexpr std::array<std::string_view, 3> light_sampling_names{"power", "uniform", "tree"};
 
 // How long a backend looks for a good hierarchy over primitives (MODEL.md section 5.3). The image is the same. A better
-// one takes longer to build, and rays are through it sooner. high: the default, what the backend does best.
+// hierarchy takes longer to build, and is faster to traverse. high: the default, the best that the backend can build.
 enum class HierarchyQuality : std::uint32_t { high = 0, medium = 1, low = 2 };
 inline constexpr std::array<std::string_view, 3> hierarchy_quality_names{"high", "medium", "low"};
 
-// What a pixel shows of the film about its middle (MODEL.md section 4.1): the mean over its square, or a weighted mean
-// over a wider one.
+// The pixel filter (MODEL.md section 4.1). A pixel is the mean of the film over its square, or a weighted mean over a
+// wider square.
 enum class PixelFilter : std::uint32_t { box = 0, tent = 1, gaussian = 2 };
 inline constexpr std::array<std::string_view, 3> pixel_filter_names{"box", "tent", "gaussian"};
 

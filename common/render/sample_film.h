@@ -1,4 +1,4 @@
-// A convergence film: the images of 1, f, f², … samples a pixel on the way to the last one.
+// A convergence film: the images with 1, f, f², … samples a pixel, up to the final one.
 #pragma once
 
 #include "common/render/stopping.h"

@@ -1,5 +1,5 @@
-// An image of Sobol points that knows its error (MODEL.md section 11.4). Its samples are those of a few independent
-// scramblings of the sequence. How their means differ tells the error of all.
+// An image rendered with Sobol points, and an estimate of its error (MODEL.md section 11.4). Its samples come from a
+// few independent scramblings of the sequence. The differences of their means give the error.
 #pragma once
 
 #include <optional>

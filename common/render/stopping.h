@@ -1,4 +1,4 @@
-// Rendering until enough: so many samples, so much time, so small an error, or a stop request, whichever comes first.
+// Renders until a number of samples, a time or an error is reached, or a stop is requested, whichever comes first.
 #pragma once
 
 #include <functional>

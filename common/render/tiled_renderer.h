@@ -1,4 +1,4 @@
-// What a Renderer also is if it cuts images into tiles of pixels when they do not fit its device at once.
+// Interface of a Renderer that cuts images into tiles when they do not fit on its device.
 #pragma once
 
 #include <cstdint>

@@ -6,8 +6,9 @@
 namespace tandem {
 
 // Whether a triangle's or cuboid's face that lets rays through may lie in the plane of another body's face. The
-// tolerance is 2^-16 of their coordinates, eight times what backends make of equal planes in single precision. Where
-// faces lie beside each other or normals are off by less than 10^-3 it may say so too, and where entities move it does.
+// tolerance is 2^-16 of their coordinates, eight times the error of backends for equal planes in single precision. It
+// may also be true for faces that lie beside each other, or with normals that differ by less than 10^-3. It is always
+// true where entities move.
 [[nodiscard]] bool passed_faces_coincide(const Scene& scene);
 
 }  // namespace tandem

@@ -1,5 +1,5 @@
 // The kinds of materials, a row each (MODEL.md section 7). A row has the name in the file format, the fields, the
-// effects that a kind calls for and the bound on what it scatters. How light scatters is the backends' matter.
+// effects that a kind calls for and the bound on what it scatters. The backends implement the scattering itself.
 #pragma once
 
 #include <functional>

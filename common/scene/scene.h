@@ -1,6 +1,6 @@
-// The scene as plain data, what every backend renders. Its meaning is MODEL.md's; its file format is
-// scenes/format/FORMAT.md's. Lengths are in scene units, colours and radiances in linear Rec. 709 RGB, angles in
-// degrees where the name says so.
+// The scene as plain data, which every backend renders. MODEL.md defines its meaning, and scenes/format/FORMAT.md its
+// file format. Lengths are in scene units, colours and radiances in linear Rec. 709 RGB, angles in degrees where the
+// name says so.
 #pragma once
 
 #include <array>
@@ -149,9 +149,12 @@ struct Film {
     std::uint32_t height = 512;
 };
 
-// The ways to find light (MODEL.md section 9). path: scattering alone finds it, as the thesis does. next_event: light
-// sampling, combined with scattering by multiple importance sampling (unless RenderSettings::mis says otherwise).
-// whitted: direct light and specular chains alone. bidirectional: paths from both ends.
+// The ways to find light (MODEL.md section 9).
+// - path: scattering alone finds it, as in the thesis.
+// - next_event: light sampling and scattering, combined by multiple importance sampling unless RenderSettings::mis
+//   is off.
+// - whitted: direct light and specular chains alone.
+// - bidirectional: paths from both ends.
 enum class Integrator : std::uint32_t { path = 0, next_event = 1, whitted = 2, bidirectional = 3 };
 
 // Value of a roulette start that means: never (MODEL.md section 9.3).

@@ -1,5 +1,4 @@
-// Single operations of a device, one at a time: what its self-test asks of it. A backend implements it where the
-// arithmetic is not this program's own.
+// Runs single operations on a device, for its self-test. A backend implements it if it computes on a device.
 #pragma once
 
 #include <array>

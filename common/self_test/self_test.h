@@ -1,5 +1,5 @@
-// The self-test of a device's arithmetic: how exact it is, against what Vulkan allows, and how it treats the cases that
-// Vulkan leaves open. Numerical stability builds on it, so every report says it.
+// The self-test of a device's arithmetic: how exact it is compared with what Vulkan demands, and what it does in cases
+// that Vulkan leaves open. Numerical stability depends on it, so every report states it.
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>

@@ -1,4 +1,4 @@
-// The generators of hard cases, by room: each returns nothing for a name that is not its own.
+// The generators of hard cases, by room. Each returns nothing for a name that it does not know.
 #pragma once
 
 #include "common/stability/hard_case.h"

@@ -1,5 +1,5 @@
-// A hard case of scenes/hard/catalogue.json: what is rendered or shot at, what must come of it, and the bound that it
-// is held to. Cases of rays are made here by generators with a fixed seed; cases of images are scene files.
+// A hard case of scenes/hard/catalogue.json: the scene or the rays, the expected result, and its error bound. Ray cases
+// are made by generators with a fixed seed. Image cases are scene files.
 #pragma once
 
 #include <functional>

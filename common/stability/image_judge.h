@@ -1,4 +1,4 @@
-// One image case on one renderer: a scene file with a closed form, and the image mean (or every pixel) held to it.
+// Judges one image case on one renderer: compares the image mean, or every pixel, with the scene's closed form.
 #pragma once
 
 #include <stop_token>

@@ -1,4 +1,4 @@
-// Scenes changed in ways that must not change their image: what has no closed form can still be held to itself.
+// Scenes changed in ways that must not change their image. So scenes without a closed form can be tested too.
 #pragma once
 
 #include <array>

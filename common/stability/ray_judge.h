@@ -1,4 +1,4 @@
-// One ray case on one renderer: shoots, follows and counts.
+// Judges one ray case on one renderer: traces the rays, checks their hits and counts failures.
 #pragma once
 
 #include <stop_token>

@@ -1,5 +1,5 @@
-// Runs hard cases on arms: backend x precision x kernel (or guard). It holds what they find to the surfaces themselves,
-// in double, and to what each case promises. What fails, and fails by expectation, is told apart.
+// Runs hard cases on arms: backend x precision x kernel (or guard). It compares their hits with the surfaces
+// themselves, in double, and with the promises of each case. Expected failures are told apart from others.
 #pragma once
 
 #include <functional>

@@ -1,4 +1,4 @@
-// Tests on batches: numbers that each sum up many samples, so that little needs to be known of one sample.
+// Tests on batches. A batch sums up many samples, so little needs to be known of the distribution of one sample.
 #pragma once
 
 #include <cstdint>

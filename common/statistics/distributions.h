@@ -1,4 +1,5 @@
-// The distributions that the tests are read off, in double precision. Boost.Math does the work and stays in the .cpp.
+// The distributions from which tests take their p values, in double precision. Boost.Math does the work and stays in
+// the .cpp.
 #pragma once
 
 namespace tandem {

@@ -1,4 +1,4 @@
-// Intervals, and figures that are known to within one.
+// Intervals, and figures with an interval.
 #pragma once
 
 namespace tandem {

@@ -1,5 +1,5 @@
-// Two means held against each other: Welch's test, equivalence, and intervals of the relative difference. Also the
-// smallest difference that a test of given level and power can see.
+// Comparison of two means: Welch's test, the equivalence test, and intervals of the relative difference. Also the
+// smallest difference that a test of given level and power can detect.
 #pragma once
 
 #include "common/statistics/distributions.h"

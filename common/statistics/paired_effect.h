@@ -1,7 +1,7 @@
 // The effect of an arm from paired blocks. In each block every arm ran once, so what drifts slowly cancels in the
 // difference of two arms. Times have stragglers, so means are trimmed: 20 % on either side [Yuen 1974; Wilcox,
-// Introduction to Robust Estimation, ch. 4]. Differences are trimmed, whose distribution is symmetric where the arms
-// are alike.
+// Introduction to Robust Estimation, ch. 4]. The differences are trimmed, as their distribution is symmetric if the
+// arms are equal.
 #pragma once
 
 #include <cstdint>

@@ -1,4 +1,5 @@
-// How a viewer's hand moves a camera (MODEL.md section 4). Its motion over the shutter, its lens and its field stay.
+// How mouse and keys move a camera (MODEL.md section 4). Its motion while the shutter is open, its lens and its field
+// of view stay.
 #pragma once
 
 #include "common/scene/scene.h"

@@ -1,4 +1,4 @@
-// One backend that renders a scene better and better while its camera moves.
+// One backend that renders a scene progressively while its camera moves.
 #pragma once
 
 #include <condition_variable>

@@ -1,4 +1,4 @@
-// What a window shows of a scene, and what its user may do with it: no word of how windows are made.
+// What a window shows of a scene, and what its user can do. How windows are made is not known here.
 #pragma once
 
 #include <filesystem>

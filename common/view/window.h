@@ -1,4 +1,4 @@
-// What a command asks of a window, and what it tells afterwards. Who makes windows implements ShowWindow.
+// What a command asks of a window, and what the window reports afterwards. A window library implements ShowWindow.
 #pragma once
 
 #include <functional>

@@ -1,7 +1,7 @@
-// A sample of a pixel gives light to others too, where its subpath from a light is seen through the lens. So samples
-// are taken by whole images. One sample of every pixel, with all that these give to each other, is one independent
-// sample of the image. Images are made one a thread and added in ascending order, so that the bits do not depend on
-// threads.
+// A sample of a pixel also adds light to other pixels, if its subpath from a light is seen through the lens. So samples
+// are taken by whole images. One sample of every pixel, with all that they add to each other, is one independent sample
+// of the image. Each thread renders an image at a time. Images are added in ascending order, so that the bits do not
+// depend on threads.
 #include "cpu_ref/bidirectional/bidirectional.h"
 
 #include <tbb/global_control.h>

@@ -1,6 +1,6 @@
-// The lights of MODEL.md section 9.6 as both ends of bidirectional path tracing need them. A light is chosen alone,
-// with a ray that leaves it, or for a receiver. Densities of points are over area; of lights infinitely far, which send
-// rays through a disc that covers the scene, over solid angle.
+// The lights of MODEL.md section 9.6 as both ends of bidirectional path tracing need them. A light is chosen with a ray
+// that leaves it, or for a receiver. Densities of points on lights are over area. Lights that are infinitely far send
+// rays through a disc that covers the scene. Their densities are over solid angle.
 #pragma once
 
 #include <array>

@@ -1,5 +1,5 @@
-// Bidirectional path tracing (MODEL.md section 9.6): one sample of one pixel, and what its subpath from a light adds to
-// other pixels. A path of vertices x_0 (on the light) to x_k (on the lens) may be sampled in k + 1 ways. Way s has s
+// Bidirectional path tracing (MODEL.md section 9.6): one sample of one pixel, and the light that its light subpath adds
+// to other pixels. A path of vertices x_0 (on the light) to x_k (on the lens) may be sampled in k + 1 ways. Way s has s
 // vertices from the light, 0 <= s <= k. The power heuristic weighs them [Veach 1995].
 #pragma once
 

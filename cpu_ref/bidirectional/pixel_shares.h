@@ -1,5 +1,5 @@
 // Which pixels see a place on the film, and with what weight (MODEL.md section 4.1). The weight is the filter's value,
-// per square pixel, so that it belongs to densities over the film in pixels.
+// per square pixel, so it goes with densities over the film in pixels.
 #pragma once
 
 #include <algorithm>

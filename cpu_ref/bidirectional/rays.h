@@ -1,4 +1,4 @@
-// Single rays through the room's accelerator, in double: what bidirectional path tracing asks of the geometry.
+// Single rays through the path tracer's accelerator, in double, for bidirectional path tracing.
 #pragma once
 
 #include <glm/glm.hpp>

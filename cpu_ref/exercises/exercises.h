@@ -1,4 +1,4 @@
-// The exercises: what each asks, and the reference backends' answers. No answer is written out where a backend has one.
+// The exercises: their tasks and reference answers. Answers come from the code of a backend wherever one has it.
 #pragma once
 
 #include <span>

@@ -1,4 +1,4 @@
-// Paths that the functions of exercises are a step of, and bodies that they meet (Exercise::path).
+// Paths in which the function of an exercise is one step, and the bodies that they meet (Exercise::path).
 #pragma once
 
 #include <string>

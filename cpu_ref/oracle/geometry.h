@@ -1,5 +1,6 @@
-// The oracle's geometry (MODEL.md sections 5 and 6): every primitive is tried against every ray, in double precision.
-// Written apart from both tracers, by other methods where there is a choice, so that a fault cannot hide in all three.
+// The oracle's geometry (MODEL.md sections 5 and 6): every ray is tested against every primitive, in double precision.
+// It is written independently of both tracers, by other methods where there is a choice. So a fault cannot hide in all
+// three.
 #pragma once
 
 #include <array>

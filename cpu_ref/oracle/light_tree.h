@@ -1,4 +1,4 @@
-// The oracle's tree of near lights (MODEL.md section 9.2, rules 31 to 39), in double but for what rule 35 rounds.
+// The oracle's tree of near lights (MODEL.md section 9.2, rules 31 to 39), in double except where rule 35 rounds.
 #pragma once
 
 #include <array>

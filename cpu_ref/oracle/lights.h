@@ -1,4 +1,4 @@
-// The oracle's lights beyond surfaces (MODEL.md section 8).
+// The oracle's lights that are not surfaces: background, points, spots and suns (MODEL.md section 8).
 #pragma once
 
 #include <glm/glm.hpp>

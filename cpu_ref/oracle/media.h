@@ -1,5 +1,5 @@
-// The oracle's participating media (MODEL.md section 10). A grid is cut at all its planes at once and the pieces
-// sorted: no stepping from cell to cell that could lose one.
+// The oracle's participating media (MODEL.md section 10). A ray is cut at all planes of a grid at once, and the pieces
+// are sorted. Stepping from cell to cell could lose one.
 #pragma once
 
 #include <glm/glm.hpp>

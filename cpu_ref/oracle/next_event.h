@@ -1,5 +1,5 @@
-// Next events of the integrator `whitted` (MODEL.md sections 9.2 and 9.5): which light is sampled, and where on it.
-// The oracle's other integrators sample no light.
+// The oracle's light sampling (MODEL.md sections 9.2 and 9.5): which light is sampled, and which point on it. Only the
+// integrator `whitted` uses it. The oracle's other integrators sample no light.
 #pragma once
 
 #include <cstdint>

@@ -1,6 +1,6 @@
 // The oracle's light transport: camera (MODEL.md section 4) and the estimators `path` (9.1) and `whitted` (9.5), one
-// sample at a time. Lights that scattering cannot find (8.3) are summed at every vertex that receives them. Nothing
-// else is sampled, but for `whitted`, whose mean is next events alone. So `path` and `next_event` are the same here.
+// sample at a time. Lights that scattering cannot find (8.3) are summed at every vertex. Only `whitted` samples lights
+// (next_event.h), as its mean is next-event estimation alone. So `path` and `next_event` are the same here.
 #pragma once
 
 #include <cstdint>

@@ -1,4 +1,4 @@
-// Where within its pixel's filter a sample lies on the film (MODEL.md section 4.1), by solving for it.
+// The place of a sample on the film within its pixel's filter (MODEL.md section 4.1), found by numerical inversion.
 #pragma once
 
 #include <cmath>

@@ -1,4 +1,4 @@
-// What the tables and trees of a scene will take, before they are made.
+// A forecast of the memory that the tables and trees of a scene will take.
 #pragma once
 
 #include "common/render/memory_forecast.h"

@@ -39,8 +39,8 @@ TANDEM_INLINE void PathTracer<Real, effects, Recorder, Shade>::find_place(
         undo_crossing(first, at.place.same_place & !has_bit(at.bits, U{material_bits::transmits}));
 }
 
-// By how much a ray that leaves a face starts before it, 0 for those that start beyond (section 5.2). side: cosine
-// between its direction and the front normal.
+// How far before a face a ray that leaves it starts; 0 for a ray that starts beyond it (section 5.2). `side` is the
+// cosine between its direction and the front normal.
 template <class Real, std::uint64_t effects, class Recorder, class Shade>
 TANDEM_INLINE Lanes<Real> PathTracer<Real, effects, Recorder, Shade>::start_before(
     const Vertex& at, std::uint32_t first, M alive, M crossed, V side) const {

@@ -1,5 +1,5 @@
-// How the path tracer begins paths and ends them: a free slot of the pool takes the camera ray of the next sample
-// (MODEL.md section 4); a finished path hands its radiance to the batch. Included by path_tracer.h alone.
+// How the path tracer begins paths and ends them. A free slot of the pool takes the camera ray of the next sample
+// (MODEL.md section 4). A finished path adds its radiance to the batch. Included by path_tracer.h alone.
 #pragma once
 
 #include <algorithm>

@@ -1,5 +1,5 @@
-// What a path tracer keeps of the paths that it follows (a parameter of PathTracer). It is nothing, at no cost, or one
-// path whole, for `tandem trace`, or the first vertices of many, for feature images.
+// What a path tracer records of its paths (a parameter of PathTracer). Usually it records nothing, at no cost. For
+// `tandem trace` it records one whole path, and for feature images the first vertices of many.
 #pragma once
 
 #include <array>

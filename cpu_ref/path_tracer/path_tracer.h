@@ -1,7 +1,7 @@
 // The estimators of MODEL.md section 9 over a batch of samples. A pool of paths, each a lane of some packet, advances
-// one vertex at a time. New camera rays replace finished paths, so that packets stay full. Compiled for sets of effects
-// (variants.h): what is not in the set has no code and no state. path_pool.h begins paths and ends them, path_lights.h
-// holds the light that they meet, path_effects.h the rarer effects.
+// one vertex at a time. New camera rays replace finished paths, so that packets stay full. The path tracer is compiled
+// for sets of effects (variants.h): an effect outside the set has no code and no state. Paths begin and end in
+// path_pool.h. The light that they meet is added in path_lights.h, and rarer effects are in path_effects.h.
 #pragma once
 
 #include <algorithm>
@@ -222,8 +222,8 @@ struct PathTracer<Real, effects, Recorder, Shade>::Vertex {
     I bits, number;
     Vec3<S> colour, throughput, radiance;
     SampleId<Real> id;
-    // Section 5.2, of rays that started before a face that they go on through: is this where that face is, and is it
-    // the same? way: of the ray, beyond that face.
+    // For rays that started before a face and go on through it (section 5.2). It tells whether this hit is at that
+    // face's place, and whether it is that face. `way` is the ray's way beyond it.
     struct Place {
         M same_place, same_face;
         V way;

@@ -1,4 +1,4 @@
-// Where within its pixel's filter a sample lies on the film (MODEL.md section 4.1). In lanes, or for single numbers.
+// The place of a sample on the film within its pixel's filter (MODEL.md section 4.1), in lanes or for single numbers.
 #pragma once
 
 #include <array>

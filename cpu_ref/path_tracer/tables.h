@@ -1,5 +1,5 @@
-// The scene as one precision needs it: intersection constants a primitive, and columns that lanes look up by face,
-// material, sphere, light or light patch. Built once from the Scene, in double, then rounded.
+// The scene as tables in one precision. They hold intersection constants for each primitive, and columns that lanes
+// look up by face, material, sphere, light or light patch. They are built once from the Scene, in double, then rounded.
 #pragma once
 
 #include <cstddef>
@@ -155,9 +155,9 @@ enum class LightKind : std::uint32_t {
     background = 7
 };
 
-// The tree of near lights (section 9.2, rules 31 to 39): nodes in the order in which one meets them when every first
-// child is gone through before the second. The leaves, in this order, are the first lights of LightTable. A node with m
-// lights has m/2 of them in its first child, which is the next row. Its second child is 2 (m/2) rows further.
+// The tree of near lights (section 9.2, rules 31 to 39), its nodes in depth-first order. The leaves, in this order, are
+// the first lights of LightTable. A node with m lights has m/2 of them in its first child, which is the next row. Its
+// second child is 2 (m/2) rows further.
 template <class Real>
 struct LightTree {
     std::size_t count = 0;  // of leaves; 0: lights are not chosen by a tree
@@ -167,8 +167,8 @@ struct LightTree {
 inline constexpr double light_tree_slack = 0x1p-6;          // of cosines
 inline constexpr double light_tree_least_chance = 0x1p-10;  // of a child that may contribute, beside another
 
-// Lights in order, but near ones as the tree has them, and the planar patches they consist of (a triangle 1, a cuboid
-// 6, all others none).
+// The lights, near ones in the order of the tree, and the planar patches of which they consist. A triangle has 1 patch,
+// a cuboid 6, and all others none.
 template <class Real>
 struct LightTable {
     std::size_t count = 0;

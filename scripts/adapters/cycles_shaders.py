@@ -1,6 +1,7 @@
-# Shader nodes for scripts/adapters/cycles.py: arithmetic on them, and the lobes of common/MODEL.md that Cycles 3.4 lacks.
-# Such a lobe is sampled by nodes. A white noise of the hit point gives the numbers, and a smooth reflection or refraction about a
-# made-up normal sends the path where the nodes say. So Cycles' light sampling does not reach these lobes: more noise, the same mean.
+# Shader nodes for scripts/adapters/cycles.py: arithmetic on them, and the lobes of common/MODEL.md that Cycles 3.4 lacks. Such a
+# lobe is sampled by nodes. White noise of the hit point gives the random numbers. A smooth reflection or refraction about a
+# computed normal sends the path in the direction that the nodes chose. So Cycles' light sampling does not reach these lobes: more
+# noise, the same mean.
 import math
 
 import bpy

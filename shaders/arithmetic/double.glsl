@@ -1,5 +1,5 @@
-// From here on float means double, until single.glsl: what follows computes in double by the same text. Without a guard, as
-// kernels go to and fro. Constants without the suffix lf still round to float, which is enough where they are exact or mere
+// From here on float means double, until single.glsl: the code that follows computes in double. There is no include guard, as
+// kernels switch several times. Constants without the suffix lf still round to float. That is enough for exact ones and for
 // limits.
 #define IN_DOUBLE
 #define float double

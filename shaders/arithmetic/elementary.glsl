@@ -1,5 +1,5 @@
-// Functions for which Vulkan's own may be off by far more than an ulp (its atan by 4096): here by a few.
-// Kernels that go between float and double have both.
+// Elementary functions with an error of a few ulp. Vulkan allows its own far more (atan 4096). Kernels that switch between float
+// and double have both.
 #ifdef IN_DOUBLE
 #ifndef ELEMENTARY_IN_DOUBLE_GLSL
 #define ELEMENTARY_IN_DOUBLE_GLSL
@@ -49,8 +49,8 @@ double turn_of(double y, double x) {
 #ifndef ELEMENTARY_GLSL
 #define ELEMENTARY_GLSL
 
-// e^-x for x >= 0: x = (n + f) ln 2 with n a whole number, |f| <= 1/2; the Taylor polynomial of e^(-f ln 2) leaves
-// 0.35^8/8! < 6e-9. Below 2^-125 the result is 0. ln 2 is split so that n times its high part is exact.
+// e^-x for x >= 0. Let x = (n + f) ln 2 with n a whole number, |f| <= 1/2. The Taylor polynomial of e^(-f ln 2) leaves 0.35^8/8!
+// < 6e-9. Below 2^-125 the result is 0. ln 2 is split so that n times its high part is exact.
 float exp_minus(float x) {
     const float n = floor(min(x, 200.0) * 1.44269504 + 0.5);
     const float y = (n * 0.693145752 - min(x, 200.0)) + n * 1.42860677e-6;  // -f ln 2

@@ -1,4 +1,4 @@
-// Philox4x32-10 (MODEL.md section 3) [Salmon 2011] in 32-bit words, and what takes its place when asked for (3.2).
+// Philox4x32-10 (MODEL.md section 3) [Salmon 2011] in 32-bit words, and the generators that can replace it (3.2).
 #ifndef RANDOM_GLSL
 #define RANDOM_GLSL
 #include "made/constant_ids.glsl"

@@ -1,5 +1,5 @@
-// Where geometry and shading meet, whose arithmetic may differ: mixed precision (MODEL.md section 5.3) is DOUBLE_GEOMETRY
-// alone, double precision DOUBLE_SHADING besides.
+// Conversions between geometry and shading, which may differ in precision. Mixed precision (MODEL.md section 5.3) is
+// DOUBLE_GEOMETRY alone. Double precision is DOUBLE_GEOMETRY and DOUBLE_SHADING.
 #ifndef REAL_GLSL
 #define REAL_GLSL
 

@@ -19,8 +19,8 @@ dvec2 cos_sin_turn(double u) {
 }
 #else
 // (cos 2 pi u, sin 2 pi u) for u in [0, 1). The reduction is exact: u is a multiple of 2^-24, so are q/4 and r. The Taylor
-// polynomials on |x| <= pi/4 leave x^11/11! < 1.8e-9 and x^12/12! < 1.2e-10, far below 2^-24; their evaluation adds less
-// than 1 ulp of 1, whether or not fma rounds once.
+// polynomials on |x| <= pi/4 leave x^11/11! < 1.8e-9 and x^12/12! < 1.2e-10, far below 2^-24. Their evaluation adds less than 1
+// ulp of 1, whether or not fma rounds once.
 vec2 cos_sin_turn(float u) {
     precise float q = floor(4.0 * u + 0.5);
     precise float r = u - 0.25 * q;

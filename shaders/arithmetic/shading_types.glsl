@@ -1,4 +1,4 @@
-// From here on float means what light is computed in: double in kernels of DOUBLE_SHADING.
+// From here on float means the type in which light is computed: double in kernels of DOUBLE_SHADING.
 #ifdef DOUBLE_SHADING
 #include "arithmetic/double.glsl"
 #else

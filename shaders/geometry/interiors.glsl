@@ -1,5 +1,5 @@
-// The bodies that a ray is in (MODEL.md section 9.4): up to eight indices of tracked materials, sixteen bits each, the
-// earliest first.
+// The bodies that a ray is inside (MODEL.md section 9.4): up to eight indices of tracked materials of sixteen bits each, in order
+// of entry.
 #ifndef INTERIORS_GLSL
 #define INTERIORS_GLSL
 

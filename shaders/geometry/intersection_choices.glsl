@@ -1,5 +1,5 @@
-// The kernels and the guard that are chosen (MODEL.md section 5.3); numbers as in common/render/intersection_settings.h; and what
-// kernels made for a scene know of it.
+// The chosen intersection tests and self-intersection guard (MODEL.md section 5.3), with the numbers of
+// common/render/intersection_settings.h. Also the constants of kernels that are made for one scene.
 #ifndef INTERSECTION_CHOICES_GLSL
 #define INTERSECTION_CHOICES_GLSL
 

@@ -1,14 +1,14 @@
-// Rays at meshes that several entities place (scene/meshes.glsl). Boxes of a mesh's tree are met by the ray in object space;
-// triangles are tested in the world. Included by closest_hit.glsl and occlusion.glsl alone.
+// Rays at meshes that several entities place (scene/meshes.glsl). Boxes of a mesh's tree are tested in object space, triangles in
+// world space. Included by closest_hit.glsl and occlusion.glsl alone.
 #ifndef MESH_HITS_GLSL
 #define MESH_HITS_GLSL
 #ifndef DOUBLE_GEOMETRY
 
-// Let a ray o + t d meet a triangle's point w = M q + s in the world. Its test sees w sideways to within gamma(32) of |o| and
-// of R, the greatest sum of terms in M q + s: 16 roundings of the corner and 16 of the test (world_boxes.cpp, bvh.glsl). Mapped
-// by W, the inverse of M, the ray passes W e from q. Mapping rounds s, W and o - s (3), products and sums of three (3), for
-// the origin and for t d, whose coordinates are within |o| + R: gamma(12). So q is passed by at most gamma(44) |W| (|o| + R),
-// a sum over a row of W for each axis; four more roundings are of this bound itself.
+// Let a ray o + t d meet a triangle's point w = M q + s in the world. R is the greatest sum of terms in M q + s. Sideways, the
+// test sees w to within gamma(32) of |o| and R. These are 16 roundings of the corner and 16 of the test (world_boxes.cpp,
+// bvh.glsl). Mapped by W, the inverse of M, the ray passes W e from q. Mapping rounds s, W and o - s (3), and products and sums
+// of three (3). It does so for the origin and for t d, with coordinates within |o| + R: gamma(12). So q is passed by at most
+// gamma(44) |W| (|o| + R), a sum over a row of W for each axis. Four more roundings are those of this bound itself.
 const float gamma_mapped = 2.8610312e-6;  // gamma(48), rounded up
 
 BoxRay mesh_box_ray(Ray ray, EntityTransform m, float reach) {

@@ -1,4 +1,4 @@
-// Where within its pixel's filter a sample lies on the film (MODEL.md section 4.1).
+// The place of a sample on the film within its pixel's filter (MODEL.md section 4.1).
 #ifndef PIXEL_FILTER_GLSL
 #define PIXEL_FILTER_GLSL
 #include "arithmetic/elementary.glsl"

@@ -1,5 +1,5 @@
-// Points and triangles in the world, of those in object space (MODEL.md section 6). The vertex stage fills buffers by this,
-// and triangles of meshes are made by it where rays meet them (scene/meshes.glsl), so that both have the same bits.
+// Points and triangles in the world, of those in object space (MODEL.md section 6). The vertex stage fills buffers by this.
+// Triangles of meshes are also made by it, where rays meet them (scene/meshes.glsl). So both have the same bits.
 #ifndef PLACING_GLSL
 #define PLACING_GLSL
 #include "arithmetic/exact_products.glsl"

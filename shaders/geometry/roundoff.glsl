@@ -1,4 +1,4 @@
-// The unit roundoff of what computes geometry.
+// The unit roundoff of the precision in which geometry is computed.
 #ifndef ROUNDOFF_GLSL
 #define ROUNDOFF_GLSL
 

@@ -1,5 +1,5 @@
-// The moment of a path, from the shutter's opening to its closing (MODEL.md section 4). It is drawn again wherever it
-// counts instead of travelling with the path.
+// The time of a path, from the shutter's opening to its closing (MODEL.md section 4). It is computed again wherever it is needed,
+// and not stored with the path.
 #ifndef TIME_GLSL
 #define TIME_GLSL
 

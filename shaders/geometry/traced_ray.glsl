@@ -2,10 +2,10 @@
 // finds boxes. These stages decide what is hit in them and which hit is the closest. They use the tests and the tie
 // rule of closest_hit.glsl, so that no bit differs.
 //
-// Intersection shaders see no payload. So they do not know the primitive that the ray leaves. For a body they offer
-// both what any ray meets and where a ray that leaves it on its inside gets out. The any-hit shader takes the one that
-// applies. And a pipeline may drop a hit as far away as the last that was taken. So a hit at t is reported as one just
-// beyond t, and a second hit at t as one below that. The any-hit shader sees both, and the lower primitive id wins.
+// Intersection shaders see no payload. So they do not know which primitive the ray leaves. For a body they report two hits: that
+// of any ray, and the exit of a ray that leaves the body on its inside. The any-hit shader takes the one that applies. And a
+// pipeline may drop a hit as far away as the last that was taken. So a hit at t is reported as one just beyond t, and a second
+// hit at t as one below that. The any-hit shader sees both, and the lower primitive id wins.
 #ifndef TRACED_RAY_GLSL
 #define TRACED_RAY_GLSL
 #include "geometry/hit.glsl"

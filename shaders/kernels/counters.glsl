@@ -1,4 +1,4 @@
-// What kernels count, by place in the buffer of set 3; the list of pixels is behind (pixel_list.glsl).
+// The counters of kernels, by their places in the buffer of set 3. The list of pixels follows them (pixel_list.glsl).
 #ifndef COUNTERS_GLSL
 #define COUNTERS_GLSL
 

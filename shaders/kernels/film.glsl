@@ -1,4 +1,4 @@
-// What of a sample enters the sums of its pixel (MODEL.md sections 11 and 12).
+// How a sample enters the sums of its pixel, and which samples are invalid (MODEL.md sections 11 and 12).
 #ifndef FILM_GLSL
 #define FILM_GLSL
 #include "kernels/moments.glsl"

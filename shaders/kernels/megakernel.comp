@@ -1,8 +1,7 @@
-// Ray generation, intersection, scattering and post-processing in one kernel. An invocation renders several samples of
-// one pixel, with the path and the sums of its samples in registers. Where a path ends, the next sample's begins in the
-// same turn of the loop. So no invocation waits for the longest path of its subgroup. Where a dispatch has fewer
-// invocations than pixels, they claim them one by one, so that none waits for the longest pixel either. The arithmetic
-// is that of the stages.
+// Ray generation, intersection, scattering and post-processing in one kernel. An invocation renders several samples of one pixel,
+// with the path and the sums of its samples in registers. When a path ends, the path of the next sample begins in the same
+// iteration of the loop. So no invocation waits for the longest path of its subgroup. If a dispatch has fewer invocations than
+// pixels, they claim pixels one by one. So none waits for the slowest pixel either. The arithmetic is that of the stages.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require

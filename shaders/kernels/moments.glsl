@@ -1,6 +1,6 @@
-// Sums of samples (MODEL.md section 11.2): in double where the device has doubles. Else they are unevaluated sums of
-// two floats, to about 2^-46, the accuracy of double without a double unit. Who asks for it gets float alone. [Dekker
-// 1971; Knuth, The Art of Computer Programming 2, 4.2.2]
+// Sums of samples (MODEL.md section 11.2), in double if the device has doubles. Else they are unevaluated sums of two floats,
+// exact to about 2^-46, nearly the accuracy of double. Plain sums in float are used on request. [Dekker 1971; Knuth, The Art of
+// Computer Programming 2, 4.2.2]
 #ifndef MOMENTS_GLSL
 #define MOMENTS_GLSL
 

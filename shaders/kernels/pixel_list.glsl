@@ -1,5 +1,5 @@
-// Which pixel is at a place of the tile. The pixels come in their order, or as a pass of adaptive sampling lists them
-// (MODEL.md section 11.3).
+// Which pixel is at a place of the tile. Pixels are in their order, or in the list of a pass of adaptive sampling (MODEL.md
+// section 11.3). The host decides which pixels a pass has (common/render/adaptive_sampling.cpp).
 #ifndef PIXEL_LIST_GLSL
 #define PIXEL_LIST_GLSL
 

@@ -1,6 +1,6 @@
-// All of a pixel's samples in one invocation, with the path and the sums in registers. Where a path ends, the next
-// sample's begins in the same turn of the loop. After a pixel's last sample comes the first of a pixel that nobody has
-// begun.
+// All of a pixel's samples in one invocation, with the path and the sums in registers. When a path ends, the path of the next
+// sample begins in the same iteration of the loop. After a pixel's last sample comes the first sample of a pixel that no
+// invocation has begun.
 #ifndef PIXEL_SAMPLES_GLSL
 #define PIXEL_SAMPLES_GLSL
 
@@ -63,8 +63,8 @@ Path begin_path(uint place, uint done, vec4 u) {
     return Path(pixel, sample_index, 0, vec3(1.0), vec3(0.0), ray.origin, no_slot, ray.direction, 0.0, in_no_body, no_index);
 }
 
-// One segment and the vertex at its end; false: the path has ended. next_numbers: of the pixel's next sample's camera ray,
-// where `ended_early`, so that threads that scatter and threads that begin anew compute their numbers together.
+// One segment and the vertex at its end; false: the path has ended. If `ended_early`, next_numbers are those of the camera ray of
+// the pixel's next sample. So threads that scatter and threads that begin a path compute their numbers together.
 bool advance(uint place, uint done, inout Path path, out bool ended_early, out vec4 next_numbers) {
     path.pixel = pixel_at(place);
     path.sample_index = sample_at(place, done);

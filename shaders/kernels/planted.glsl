@@ -1,5 +1,5 @@
-// Where a planted bug (common/render/planted_bugs.h) changes what the shaders compute: one question, which the preprocessor answers
-// in release builds, so that they hold no trace.
+// Tells whether a planted bug (common/render/planted_bugs.h) is on. In release builds the preprocessor removes it, so they
+// contain no code of planted bugs.
 #ifndef PLANTED_GLSL
 #define PLANTED_GLSL
 

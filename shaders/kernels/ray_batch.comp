@@ -1,5 +1,5 @@
-// Rays of the caller (common/render/ray_batch.h): their closest hits, by the code that traces paths, and where the next ray
-// would start. Besides the six stages; one invocation a ray.
+// Rays of the caller (common/render/ray_batch.h): their closest hits, by the code that traces paths, and the origins of next
+// rays. It is not one of the six stages. One invocation a ray.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require

@@ -1,5 +1,5 @@
-// Stage 3: one camera ray for each pixel of the share in hand (MODEL.md section 4). They are the queue of segment 0.
-// The later queues are emptied.
+// Stage 3: one camera ray for each pixel of this submission's share (MODEL.md section 4). They are the queue of segment 0. The
+// later queues are emptied.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "kernels/settings.glsl"

@@ -1,4 +1,4 @@
-// Whole paths, an invocation a pixel: what one of the megakernel computes, but hits are found by ray queries.
+// Whole paths, an invocation a pixel. It computes what an invocation of the megakernel does, but finds hits by ray queries.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require

@@ -1,5 +1,5 @@
-// One operation on given numbers, for the self-test of a device's arithmetic (common/self_test). Compiled without
-// exact_arithmetic.py: what a compiler does where nothing is `precise` is part of the question.
+// One operation on given numbers, for the self-test of a device's arithmetic (common/self_test). It is compiled without
+// exact_arithmetic.py, as the test includes what a compiler does to code that is not `precise`.
 #version 460
 layout(local_size_x = 64) in;
 

@@ -1,5 +1,5 @@
-// What every stage is told: specialisation constants (fixed for a scene and its settings) and push constants (changing
-// from dispatch to dispatch). The thesis's set "Settings".
+// The settings of every stage: specialisation constants (fixed for a scene and its settings) and push constants (changing from
+// dispatch to dispatch). The thesis's set "Settings".
 #ifndef SETTINGS_GLSL
 #define SETTINGS_GLSL
 

@@ -1,6 +1,6 @@
-// What happens where a ray has arrived (MODEL.md sections 7 to 10), for every kernel that shades. The light of the hit
-// is gathered, the path absorbed, scattered or ended, a light sampled. Takes and returns plain structs; where a path is
-// kept between two vertices is the kernel's own matter.
+// The events at a vertex of a path (MODEL.md sections 7 to 10), for every kernel that shades. The light of the hit is added, a
+// light is sampled, and the path is absorbed, scattered or ended. Functions take and return plain structs. Each kernel stores its
+// paths in its own way.
 #ifndef VERTEX_EVENTS_GLSL
 #define VERTEX_EVENTS_GLSL
 #include "geometry/hit.glsl"

@@ -1,4 +1,5 @@
-// What kernels are made of that follow paths to their end and sum up their samples, whatever starts their invocations.
+// The common code of kernels that follow whole paths and sum up their samples, whether compute, fragment or ray-generation
+// shaders.
 #ifndef WHOLE_PATHS_GLSL
 #define WHOLE_PATHS_GLSL
 #include "kernels/settings.glsl"

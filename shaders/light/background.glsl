@@ -1,4 +1,4 @@
-// What rays that leave the scene find, and light sampling towards it (MODEL.md sections 8.1 and 8.2).
+// The background, which rays that leave the scene meet, and its light sampling (MODEL.md sections 8.1 and 8.2).
 #ifndef BACKGROUND_GLSL
 #define BACKGROUND_GLSL
 

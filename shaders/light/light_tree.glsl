@@ -1,5 +1,5 @@
-// Choosing a near light by the tree of them, and the chance of that choice (MODEL.md section 9.2, rules 31 to 39). A node is
-// nine numbers of `tables` (vulkan/renderer/scene/light_tree.h).
+// The choice of a near light by the light tree, and its probability (MODEL.md section 9.2, rules 31 to 39). A node is nine
+// numbers of `tables` (vulkan/renderer/scene/light_tree.h).
 #ifndef LIGHT_TREE_GLSL
 #define LIGHT_TREE_GLSL
 

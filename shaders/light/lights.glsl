@@ -1,4 +1,4 @@
-// Light sampling and its density (MODEL.md section 9.2).
+// Light sampling, its density, and the MIS weight (MODEL.md section 9.2).
 #ifndef LIGHTS_GLSL
 #define LIGHTS_GLSL
 #include "geometry/geometry_types.glsl"

@@ -23,8 +23,8 @@ float relative_index(Material material, bool front, float outside) {
     return front ? outside / index : index / outside;
 }
 
-// 7.4: the direction that leaves a translucent surface before fuzz; zero: none. n is the normal on the side that the ray
-// comes from, c = -d·n.
+// Section 7.4: the direction that leaves a translucent surface before fuzz; zero: none. The normal n is the one on the side that
+// the ray comes from, c = -d·n.
 vec3 translucent_direction(Material material, vec3 d, vec3 n, float c, float eta, float u3, out bool reflects) {
     const vec3 mirrored = d + 2.0 * c * n;
     const float inner = eta * c;

@@ -25,8 +25,8 @@ bool emits_to(Material material, bool front) {
     return front || !(has_one_sided_emission && has_flag(material, flag_front_only));
 }
 
-// The event at a surface. n_f is the normal on the side of the incoming ray, front tells whether that is the front
-// side. c = -d·n_f; outside is the index beyond the material's own.
+// The event at a surface. The normal n_f is on the side of the incoming ray, and `front` tells whether that is the front side.
+// c = -d·n_f. `outside` is the refractive index outside the body (9.4).
 Scattering scatter_at(Material material, vec3 d, vec3 n_f, float c, bool front, float outside, vec4 u) {
     if (PLANTED(dimension_reused)) u.y = u.x;
     if (has_diffuse && material.kind == material_diffuse) return scatter_diffuse(n_f, u);

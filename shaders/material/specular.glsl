@@ -1,4 +1,4 @@
-// Specular surfaces (MODEL.md section 7.3): mirrors and dielectrics (7.4, 7.7), and what fuzz makes of their directions.
+// Specular surfaces (MODEL.md section 7.3): mirrors and dielectrics (7.4, 7.7), and the effect of fuzz on their directions.
 #ifndef SPECULAR_GLSL
 #define SPECULAR_GLSL
 #include "material/dielectric.glsl"

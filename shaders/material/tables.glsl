@@ -1,5 +1,5 @@
-// Reading out of `tables`, one array of floats that holds what has many: texels, shares, texture coordinates, densities.
-// Where each begins stands beside what uses it. The stage (or a test) declares the array.
+// Reads from `tables`, one array of floats for all large tables: texels, distributions, texture coordinates, densities. The
+// structs that use a table hold the place where it begins. The stage (or a test) declares the array.
 #ifndef TABLES_GLSL
 #define TABLES_GLSL
 

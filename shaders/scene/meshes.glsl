@@ -1,6 +1,6 @@
 // Meshes that several entities place (common/render/instancing.h). Their triangles have slots after those of all other
-// primitives, place after place, and are made where they are asked for. A place has a source and a Placed of its own, at
-// first_mesh_slot + its number, and sources of the meshes' triangles, in object space, follow those of places.
+// primitives, place after place, and are made where they are asked for. A place has a source and a Placed at first_mesh_slot +
+// its number. The sources of the meshes' triangles, in object space, follow those of places.
 #ifndef MESHES_GLSL
 #define MESHES_GLSL
 
@@ -19,8 +19,8 @@ layout(constant_id = id_place_count) const uint place_count = 0;
 
 bool in_mesh(uint slot) { return mesh_tree && slot >= first_mesh_slot; }
 
-// kind: the root of the mesh's tree; index0: the source of its first triangle; index1: the slot of that here; radius: the
-// greatest sum of the terms that make up a coordinate of a corner in the world.
+// kind: the root of the mesh's tree. index0: the source of its first triangle. index1: the slot of that triangle at this place.
+// radius: the greatest sum of terms in a coordinate of a corner in the world.
 PrimitiveSource place_source(uint place) { return sources[first_mesh_slot + place]; }
 
 // The place of a slot: the last that begins no later.

@@ -3,7 +3,7 @@
 #ifndef SCENE_STRUCTS_GLSL
 #define SCENE_STRUCTS_GLSL
 
-// What says where things are may be held in double, in double precision also what they are made of.
+// Mixed precision holds geometry, lights and media in double. Double precision holds materials and textures in double too.
 #include "arithmetic/real.glsl"
 #ifdef DOUBLE_GEOMETRY
 #define GEOMETRY_VEC4 dvec4

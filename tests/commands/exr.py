@@ -1,5 +1,4 @@
-# Reads the files of scan lines that Tandem writes, by the OpenEXR format and with no image library: loading one takes longer
-# than what most tests do.
+# Reads the scan-line EXR files that Tandem writes, without an image library. Loading a library takes longer than most tests do.
 import itertools
 import struct
 import zlib

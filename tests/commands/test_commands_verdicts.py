@@ -82,7 +82,7 @@ class Verdicts(ProgramTest):
         self.assertTrue(told, result.stdout)
         for forecast in told:
             self.assertGreater(forecast, 12)
-        needs = r"they need about .* more: --total-time \d+min" if len(told) == 2 else "some need more than can be foretold"
+        needs = r"they need about .* more: --total-time \d+min" if len(told) == 2 else "some need a time that cannot be forecast"
         self.assertRegex(result.stdout, "of 2 scenes are undecided after .*; " + needs)
         self.assertIn("(margin 0.00010 %)", result.stdout)
         self.refused(tandem(*noisy, "--total-time", "8 parsec"), "write 600, 90s, 10min or 2h")

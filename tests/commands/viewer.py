@@ -23,8 +23,8 @@ class ViewTest(ProgramTest):
 
     @classmethod
     def setUpClass(cls):
-        # Xvfb chooses a free display and writes its number. What is on the screen lies in a file (XWD). -noreset: a server
-        # starts anew when its last client leaves, here xdotool, and refuses a window that comes meanwhile.
+        # Xvfb chooses a free display and writes its number. What is on the screen lies in a file (XWD). Without -noreset a server
+        # starts anew when its last client, here xdotool, leaves. Meanwhile it refuses windows.
         read, write = os.pipe()
         cls.screen_folder = tempfile.TemporaryDirectory()
         cls.server = subprocess.Popen(["Xvfb", "-displayfd", str(write), "-noreset", "-screen", "0", "800x600x24", "-fbdir", cls.screen_folder.name],

@@ -1,5 +1,5 @@
-// How much observations count for and against a part: counted over planted bugs, and how often their sum is right for
-// bugs whose kind is left out.
+// How much observations count for and against a part, counted over planted bugs. Also how often their sum is right for
+// bugs of a kind that is left out.
 #include <doctest/doctest.h>
 #include <fmt/format.h>
 

@@ -1,5 +1,5 @@
-// Scene files: what they come to in memory, and that everything else is refused in one line that says where and why.
-// scene_samples.json holds the samples that the JSON Schema is tested with too (check_scenes.py).
+// What scene files become in memory. Everything else is refused in one line that says where and why. scene_samples.json
+// holds the samples that the JSON Schema is tested with too (check_scenes.py).
 #include <doctest/doctest.h>
 
 #include <cmath>

@@ -5,7 +5,8 @@
 
 namespace tandem::test {
 
-// Calls visit(a, b) in lanes for the centres of an n x n grid over the unit square. n is a multiple of the lane count.
+// Calls visit(a, b) in lanes for the centres of an n x n grid over the unit square. The number n is a multiple of the
+// lane count.
 template <class Real, class Visit>
 void for_grid(int n, Visit visit) {
     using cpu::lane_count, cpu::Lanes;

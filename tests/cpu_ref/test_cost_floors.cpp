@@ -15,8 +15,8 @@ namespace {
 
 using namespace tandem::test;
 
-// The CPU's samples, each of which takes so many seconds for all pixels by the clock that is told: so what is measured
-// does not depend on the machine.
+// The CPU's samples. By the test's own clock each takes so many seconds for all pixels, so what is measured does not
+// depend on the machine.
 class TimedCpu : public Renderer {
 public:
     TimedCpu(const BackendOptions& options, double seconds_a_sample, double& now)

@@ -44,8 +44,8 @@ double miss(const Backend& backend, const PlantedFault& bug, const std::string& 
     return miss(backend, bug, scene, settings, scene.expect->radiance);
 }
 
-// A lamp as wide as a pixel, in the middle of a column of them: a Gaussian of standard deviation 1/2 that is cut at
-// three of them shows erf(1/sqrt 2)/erf(3/sqrt 2) of it.
+// A lamp as wide as a pixel, in the middle of a column of pixels. A Gaussian of standard deviation 1/2, cut at three of
+// them, shows erf(1/sqrt 2)/erf(3/sqrt 2) of it.
 double miss_of_filter(const Backend& backend, const PlantedFault& bug) {
     const dvec3 radiance(1.0, 2.0, 4.0);
     RenderSettings settings = settings_of(1, 1);

@@ -77,8 +77,8 @@ std::vector<Tracer> precise_tracers() {
     return made;
 }
 
-// Chi-square over cells of equal share, and every place against the distribution's inverse at the sample's own numbers:
-// so all tracers have the same places, sample by sample.
+// Chi-square over cells of equal share. Every place is also compared with the distribution's inverse at the sample's
+// own numbers. So all tracers have the same places, sample by sample.
 void check_places(Tracer& tracer, PixelFilter filter, Generator generator) {
     CAPTURE(tracer.name);
     CAPTURE(name_of(filter));

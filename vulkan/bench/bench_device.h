@@ -1,4 +1,4 @@
-// What all arms share: one device, its pipelines and the scene; and arms that render.
+// What all arms share: one device, its pipelines and the scene. Also the arms that render.
 #pragma once
 
 #include <functional>

@@ -1,4 +1,4 @@
-// What a device says of itself, kept beside what was measured on it.
+// A device's own description, which is stored beside the measurements made on it.
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>

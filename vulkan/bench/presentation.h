@@ -1,4 +1,5 @@
-// Where the family `presentation` presents: made when its first arm is, so that no window opens for other families.
+// The window of the family `presentation`. It is made with the family's first arm, so that no window opens for other
+// families.
 #pragma once
 
 #include "vulkan/bench/bench_device.h"

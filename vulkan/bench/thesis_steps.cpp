@@ -1,4 +1,5 @@
-// What each of our changes to the thesis's frame is worth: arms from its frame to ours, each with one change more.
+// The gain of each of our changes to the thesis's frame. The arms lead from its frame to ours, each with one more
+// change.
 #include "vulkan/bench/families.h"
 
 namespace tandem {

@@ -1,5 +1,5 @@
-// Bytes on their way between the memories of host and device: written or read in place, or copied, by which queue,
-// alone or beside a frame.
+// Transfers between the memories of host and device. Bytes are written or read in place, or copied by one of the
+// queues, alone or beside a frame.
 #include <fmt/format.h>
 
 #include <cstring>

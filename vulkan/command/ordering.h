@@ -1,4 +1,4 @@
-// Orders dispatches after one another in the manner that the patterns say.
+// Orders dispatches after one another, by the kind of barrier that VulkanPatterns choose.
 #pragma once
 
 #include <atomic>

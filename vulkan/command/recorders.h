@@ -1,4 +1,4 @@
-// Threads that stand ready to record command buffers: woken for each batch, so that a batch pays no thread creation.
+// Threads that record command buffers. They are woken for each batch, so that no batch waits for threads to be created.
 #pragma once
 
 #include <condition_variable>

@@ -1,5 +1,4 @@
-// Recordings gathered, recorded into command buffers, submitted together and waited for, in the manner that
-// VulkanPatterns say; each phase is timed.
+// Records command buffers, submits them together and waits for them, as VulkanPatterns choose. Each phase is timed.
 #pragma once
 
 #include <compare>

@@ -1,4 +1,4 @@
-// Which device a renderer takes: pure functions over descriptions, so that tests can choose among invented ones.
+// Chooses the device of a renderer, by pure functions of descriptions. So tests can choose among invented devices.
 #pragma once
 
 #include <algorithm>

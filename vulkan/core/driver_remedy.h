@@ -1,4 +1,4 @@
-// What helps where there is no Vulkan device.
+// Advice if there is no Vulkan device.
 #pragma once
 
 #include <string>

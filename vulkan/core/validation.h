@@ -1,4 +1,5 @@
-// The Khronos validation layer with core, synchronisation and queue-submit checks: its messages are kept, then thrown.
+// The Khronos validation layer with core, synchronisation and queue-submit checks. Its messages are collected, then
+// thrown.
 #pragma once
 
 #include <mutex>

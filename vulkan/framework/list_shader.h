@@ -1,4 +1,4 @@
-// A compute shader that turns a list of numbers into another, made at run time: what exercises are marked with.
+// A compute shader, compiled at run time, that maps one list of numbers to another. The marker of exercises uses it.
 #pragma once
 
 #include <cstdint>

@@ -1,4 +1,4 @@
-// SPIR-V modules with other decorations.
+// Changes decorations in SPIR-V modules.
 #pragma once
 
 #include <cstdint>

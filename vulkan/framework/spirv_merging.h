@@ -1,4 +1,4 @@
-// SPIR-V modules whose storage buffers are parts of one buffer a set (resources/merged_buffers.h).
+// Rewrites SPIR-V modules so that the storage buffers of a set are parts of one buffer (resources/merged_buffers.h).
 #pragma once
 
 #include <cstdint>

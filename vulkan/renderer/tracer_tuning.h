@@ -1,5 +1,5 @@
-// Ways to trace one and the same image: factors that the pattern benchmarks vary (vulkan/bench). But for the kernel's
-// shape (kernels/kernel_shape.h) the defaults are what `tandem render` does.
+// Ways to trace one and the same image: factors that the pattern benchmarks vary (vulkan/bench). The defaults are what
+// `tandem render` does, except for the kernel's shape (kernels/kernel_shape.h).
 #pragma once
 
 #include <cstdint>

@@ -1,4 +1,4 @@
-// Descriptor sets and what they point to.
+// Descriptor sets and their contents.
 #pragma once
 
 #include <span>

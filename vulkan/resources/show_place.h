@@ -1,4 +1,4 @@
-// Where images can be presented: a window, or what stands for one.
+// Where images can be presented: a window, or a substitute for one.
 #pragma once
 
 #include <vector>

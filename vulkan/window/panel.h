@@ -1,4 +1,4 @@
-// What the user sees over the picture and does with mouse and keys. By Dear ImGui, whose context is one a program.
+// The panel over the picture, and the input of mouse and keys. Dear ImGui has one context for the whole program.
 #pragma once
 
 #include "common/view/window.h"

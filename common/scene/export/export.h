@@ -1,4 +1,4 @@
-// Scenes in the words of other renderers: `tandem export`. features.h says what each can say.
+// `tandem export`: scenes in the formats of other renderers. features.h says what each format can express.
 #pragma once
 
 #include <string>

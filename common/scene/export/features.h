@@ -1,5 +1,5 @@
-// What a scene uses, and what each target of `tandem export` can say of it: one row a feature, in features.cpp. The
-// table of scenes/format/EXPORT.md is made of it.
+// The features that a scene uses, and how well each target of `tandem export` can express them. features.cpp has a row
+// for each feature. The table in scenes/format/EXPORT.md is made from it.
 #pragma once
 
 #include <array>
@@ -17,8 +17,11 @@ namespace tandem::scene_export {
 enum class Target : std::uint32_t { gltf = 0, pbrt = 1, mitsuba = 2, blender = 3 };
 inline constexpr std::array<std::string_view, 4> target_names{"gltf", "pbrt", "mitsuba", "blender"};
 
-// exact: the target means what MODEL.md means. near: written, and the reason says what differs. kept: the target has no
-// word for it; extras hold it, which `tandem import` reads and other programs pass over. refused: not written.
+// - exact: the target means what MODEL.md means.
+// - near: it is written, and the reason says what differs.
+// - kept: the target has no word for it, so it is written into extras. `tandem import` reads these, and other programs
+//   ignore them.
+// - refused: it is not written.
 enum class Can { exact, near, kept, refused };
 
 struct Saying {

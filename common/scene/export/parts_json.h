@@ -1,5 +1,5 @@
-// Parts of a Scene as scene files write them (scenes/format/FORMAT.md): what exports keep for `tandem import`, and what
-// imports write.
+// Parts of a Scene as JSON of a scene file (scenes/format/FORMAT.md). Exports keep such parts for `tandem import`, and
+// imports write them.
 #pragma once
 
 #include <nlohmann/json.hpp>

@@ -1,4 +1,4 @@
-// Scene files out of other programs' scenes: `tandem import`. What is taken over is scenes/format/EXPORT.md's.
+// `tandem import`: scene files from other programs' scenes. scenes/format/EXPORT.md says what is imported.
 #pragma once
 
 #include <filesystem>

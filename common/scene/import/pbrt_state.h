@@ -1,5 +1,5 @@
-// The graphics state of pbrt's scene text: where the next shape or light stands, what it is made of, and the blocks of
-// attributes around it.
+// The graphics state of pbrt's scene text. It holds the transform and the material of the next shape or light, and the
+// blocks of attributes around it.
 #pragma once
 
 #include <glm/mat4x4.hpp>

@@ -1,4 +1,4 @@
-// The materials of glTF models, as scenes/format/FORMAT.md takes them, read from the model's JSON.
+// The materials of glTF models, read from the model's JSON. scenes/format/FORMAT.md says what becomes of them.
 #pragma once
 
 #include <cstdint>

@@ -1,6 +1,6 @@
-// Strict JSON for scene files: text to a document without duplicate keys, overflowing numbers or bombs of depth or
-// size. A view of one value knows its place, so that every refusal names file, JSON pointer, reason and mend.
-// What the fields of a scene mean is not known here.
+// Strict JSON for scene files. Duplicate keys, overflowing numbers, and documents that are too deep or too large are
+// refused. A Value knows its place in the document, so every error names file, JSON pointer, reason and remedy. The
+// meaning of a scene's fields is not known here.
 #pragma once
 
 #include <array>

@@ -1,5 +1,5 @@
-// The triangles and materials of model files: Wavefront OBJ, by tinyobjloader, and glTF 2.0, by tinygltf. What the
-// materials come to is scenes/format/FORMAT.md's. Groups, cameras, lights and animations are passed over.
+// The triangles and materials of model files: Wavefront OBJ, by tinyobjloader, and glTF 2.0, by tinygltf.
+// scenes/format/FORMAT.md says what becomes of the materials. Groups, cameras, lights and animations are ignored.
 #pragma once
 
 #include <array>

@@ -1,4 +1,4 @@
-// Wavefront MTL, the materials of OBJ models, as scenes/format/FORMAT.md takes them.
+// Wavefront MTL, the materials of OBJ models. scenes/format/FORMAT.md says what becomes of them.
 #pragma once
 
 #include <algorithm>

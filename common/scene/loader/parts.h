@@ -1,5 +1,5 @@
-// The parts of a scene file that stand alone. Each function reads one JSON value after scenes/format/FORMAT.md and
-// refuses what the format or MODEL.md forbids. Entities, groups and primitives are geometry.h's.
+// The parts of a scene file that stand alone. Each function reads one JSON value by scenes/format/FORMAT.md and refuses
+// what the format or MODEL.md forbids. geometry.h reads entities, groups and primitives.
 #pragma once
 
 #include <filesystem>

@@ -20,8 +20,9 @@ Channel kind_of(const std::string& name) {
 }
 
 // Pixel i of m has n_i samples, each of variance v_i. The mean of the pixels' means has the variance sum(v_i / n_i) /
-// m^2. N = sum n_i samples stand behind it, each as if of N times that. n_i is left out on both sides where variances
-// are those of pixels' means. It is too where a file says of one number of samples alone what all pixels have.
+// m^2. It comes from N = sum n_i samples, each as if of N times that variance. Where variances are those of pixels'
+// means, n_i is left out on both sides. It is too where a file says of one number of samples alone what all pixels
+// have.
 class Binner {
 public:
     Binner(const Image& header, std::uint32_t edge, VarianceOf variance_of)

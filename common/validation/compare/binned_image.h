@@ -1,4 +1,4 @@
-// Images too large to be compared pixel by pixel: the means of squares of pixels take the pixels' place.
+// Images that are too large to be compared pixel by pixel. The means of squares of pixels are compared instead.
 #pragma once
 
 #include <cstdint>

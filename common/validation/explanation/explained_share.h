@@ -1,4 +1,4 @@
-// How much of the difference of two images a mend takes away, and whether what it leaves is a difference still.
+// How much of the difference of two images a correction removes, and whether the rest is still significant.
 #pragma once
 
 #include "common/validation/explanation/image_pair.h"

@@ -1,5 +1,5 @@
-// What a difference between two images looks like, by name: a flip, a factor, a gamma, a missing rectangle. A name is
-// given only where it is shown to account for the difference; where nothing known does, nothing is said.
+// What a difference between two images looks like, by name: a flip, a factor, a gamma, a missing rectangle. A cause is
+// named only if it is shown to account for the difference. If no known cause does, none is named.
 #pragma once
 
 #include <optional>

@@ -1,5 +1,5 @@
-// Two images, one of them changed so that a supposed fault is undone. What is then left of their difference tells
-// whether it was the fault. Nothing here judges.
+// Two images, one of them changed to undo a supposed fault. The remaining difference tells whether that was the fault.
+// This file judges nothing.
 #pragma once
 
 #include <array>

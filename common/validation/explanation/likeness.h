@@ -1,5 +1,5 @@
-// Which planted bugs a difference is like: the nearest of the stored signatures of planted bugs (signature.h), and
-// their subsystems. It also tells how often such a naming is right. Where nothing is near, nothing is said.
+// The planted bugs that resemble a difference: the nearest of the stored signatures (signature.h), and their
+// subsystems. It also tells how often such a naming is right. If no signature is near, none is named.
 #pragma once
 
 #include <optional>

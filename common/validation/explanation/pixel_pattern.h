@@ -1,5 +1,5 @@
-// Which pixels of an image are touched, in words that lead to a place in a program. Examples: the last rows, every
-// eighth column, the last lanes of each workgroup, all pixels from a power of two on.
+// Describes which pixels of an image are wrong, in words that point to a place in a program. Examples: the last rows,
+// every eighth column, the last lanes of each workgroup, all pixels from a power of two on.
 #pragma once
 
 #include <cstdint>

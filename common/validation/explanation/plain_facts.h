@@ -1,5 +1,5 @@
-// What is seen in one image's values alone, without a fit. These are rectangles of one value, values cut at a ceiling,
-// channels that are copies of each other. They are facts; that they are all the fault is asked elsewhere.
+// Observations on the values of one image, without a fit. These are rectangles of one value, values clipped at a
+// maximum, and channels that are copies of each other. Whether they explain the whole difference is tested elsewhere.
 #pragma once
 
 #include <string>

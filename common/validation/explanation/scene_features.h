@@ -1,4 +1,4 @@
-// What a scene has beyond the plainest one, the part of a path tracer that simulates it, and the scene without it.
+// The features of a scene: the part of a path tracer that simulates each, and the scene without it.
 #pragma once
 
 #include <cstdint>

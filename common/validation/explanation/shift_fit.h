@@ -1,4 +1,5 @@
-// How far the candidate's picture lies beside the reference's: whole pixels by search, the rest by least squares.
+// How far the candidate's picture is shifted against the reference's: whole pixels by search, the rest by least
+// squares.
 #pragma once
 
 #include <optional>

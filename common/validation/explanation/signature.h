@@ -1,6 +1,6 @@
-// The pattern of a difference, as figures that do not depend on the size of the image or on which side errs. They say
-// what parts the paths, where, and by how much. They say how the difference lies in the image, and which looks at
-// single samples see it.
+// The pattern of a difference, as figures that do not depend on the size of the image or on which side is wrong. They
+// say what parts the paths, where, and by how much. They also describe the difference in the image, and the looks at
+// single samples that see it.
 #pragma once
 
 #include <array>

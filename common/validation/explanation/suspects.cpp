@@ -98,8 +98,8 @@ public:
     }
 
 private:
-    // Log-likelihood ratios: more than all that is counted adds up to, for what leaves no other part; and about as much
-    // as the strongest observation of planted bugs, for what the record has no bugs of.
+    // Log-likelihood ratios. `certain` exceeds the sum of all that is counted: the observation leaves no other part.
+    // `strong` is about the strongest observation of planted bugs. It stands for faults that the record does not have.
     static constexpr double certain = 20.0, strong = 4.0;
     // In tests/mutants/catalogue.cpp 5 of 8 kinds of random numbers change no mean, and 2 of 89 others.
     static constexpr double means_agree = 3.1, means_differ = -0.9;

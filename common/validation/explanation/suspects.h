@@ -1,6 +1,6 @@
-// Which parts of a path tracer are suspected, likeliest first, each with the observation that speaks against it. What
-// the pattern, the features taken out and the draws say is added up as it counted for planted bugs (part_evidence.h).
-// Where both sides miss a closed form alike, the scene's own features are the suspects.
+// Which parts of a path tracer are suspected, likeliest first, each with the observation that speaks against it. The
+// evidence of the pattern, the removed features and the draws is added up, weighted as for planted bugs
+// (part_evidence.h). Where both sides miss a closed form alike, the scene's own features are the suspects.
 #pragma once
 
 #include <optional>

@@ -1,5 +1,5 @@
-// Least squares for supposed changes of value: a factor, a power, an offset, a mixing of channels. They fit; whether
-// the change explains the difference is asked elsewhere (explained_share.h).
+// Least squares for supposed changes of value: a factor, a power, an offset, a mixing of channels. Whether a change
+// explains the difference is tested elsewhere (explained_share.h).
 #pragma once
 
 #include "common/validation/explanation/image_pair.h"

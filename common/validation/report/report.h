@@ -1,4 +1,4 @@
-// A folder that a report is made of: report.json and the pictures. scripts/report turns it into one HTML file.
+// The folder of a report: report.json and the pictures. scripts/report turns it into one HTML file.
 #pragma once
 
 #include <filesystem>

@@ -1,4 +1,4 @@
-// Verdicts as JSON: the keys that scripts rely on, and beside them all that the HTML report shows except images.
+// Verdicts as JSON: the keys that scripts rely on, and everything that the HTML report shows, except images.
 #pragma once
 
 #include <nlohmann/json.hpp>

@@ -1,5 +1,5 @@
-// A scene's closed form (Scene::expect) as a reference. Each side's image mean is held to it, so that a fault common to
-// both sides shows as well.
+// A scene's closed form (Scene::expect) as a reference. Each side's image mean is compared with it, so that a fault of
+// both sides shows too.
 #pragma once
 
 #include <optional>

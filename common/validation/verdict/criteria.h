@@ -1,4 +1,5 @@
-// What the verdict is held to: margins, tolerances and error rates, all declared in advance and printed in the report.
+// The criteria of the verdict: margins, tolerances and error rates. All are declared in advance and printed in the
+// report.
 #pragma once
 
 #include <array>

@@ -1,5 +1,5 @@
-// The error measures that the field prints, of the candidate's image against the reference's: shown, never gates, as
-// noise alone makes them large. Over pixels and channels, x the candidate, r the reference.
+// The usual error metrics of the candidate's image against the reference's, over pixels and channels. They are shown,
+// but decide nothing, as noise alone makes them large. x is the candidate, r the reference.
 #pragma once
 
 #include "common/validation/verdict/sampled_image.h"

@@ -1,4 +1,4 @@
-// The most that one sample of a right renderer can be: what a bound on p for any distribution of samples needs.
+// An upper bound on one sample of a correct renderer. Bounds on p that hold for any distribution of samples need it.
 #pragma once
 
 #include <array>

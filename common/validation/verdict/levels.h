@@ -1,5 +1,5 @@
-// The levels on which means are compared: image, tiles and pixels, each channel by itself. One level alone is blind to
-// some faults: the image's mean to local ones, pixels to small ones everywhere.
+// The levels on which means are compared: image, tiles and pixels, each channel by itself. Each level misses some
+// faults. The image's mean misses local faults, and pixels miss small faults that are everywhere.
 #pragma once
 
 #include <string>

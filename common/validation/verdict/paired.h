@@ -1,6 +1,6 @@
 // Paired seeds: both sides drew the same random numbers. So paths coincide until rounding parts them, and the
-// difference is known far better than either mean. Two renderers that round differently are never exactly alike, so
-// only a difference larger than a declared negligible one counts. It cannot see what is wrong on both sides.
+// difference is known far better than either mean. Renderers that round differently never agree exactly. So only a
+// difference above a declared negligible one counts. A fault that both sides share is not seen.
 #pragma once
 
 #include <optional>
@@ -64,8 +64,8 @@ private:
 
     // A pixel's differences over two disjoint halves of the blocks have a product of mean 0, with either sign as
     // likely. If the pixel differs, its mean is the square of that. So the sum of the products over a tile sees
-    // differences that cancel in its mean: shifted shadows, another falloff, another filter. symmetric_sum_tail bounds
-    // p; a root mean square up to `negligible` counts as none. `relative` is that root.
+    // differences that cancel in its mean, as of shifted shadows or another filter. The bound on p is that of
+    // symmetric_sum_tail. A root mean square up to `negligible` counts as no difference. `relative` is that root.
     [[nodiscard]] LevelResult pixel_level(const Scales& scales, double negligible, double tile_floor) const;
 
     std::uint32_t width_, height_;

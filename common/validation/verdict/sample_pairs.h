@@ -1,6 +1,6 @@
-// Single samples held against each other, pixel by pixel. Both sides draw the same random numbers, so a sample is the
-// same but for rounding, or its path has parted. Means may agree where samples do not: numbers reused, pixels not
-// rendered, coarse arithmetic.
+// Comparison of single samples, pixel by pixel. Both sides draw the same random numbers. So a sample is the same up to
+// rounding, or its path has parted. Means may agree where samples do not: if numbers are reused, pixels are not
+// rendered, or arithmetic is coarse.
 #pragma once
 
 #include <cstdint>

@@ -1,5 +1,5 @@
-// A regular cut of an image into tiles of about a given edge. An edge that does not divide the image is evened out, so
-// that no sliver of a tile with few samples arises.
+// Divides an image into tiles with edges of about a given length. If the length does not divide the image, all tiles
+// are made a little larger or smaller, so that none has only few samples.
 #pragma once
 
 #include <cstddef>

@@ -1,4 +1,5 @@
-// The variance of one sample, candidate against reference: the same mean at three times the noise is a fault.
+// Compares the variance of one sample, candidate against reference. The same mean with three times the noise is a
+// fault.
 #include <algorithm>
 #include <cmath>
 

@@ -1,6 +1,6 @@
-// What a disagreement needs. Features are taken out of the scene on both sides, and paired samples tell whether it
-// stays: delta debugging [Zeller, Hildebrandt 2002]. What can go without an end of it stays out, halves first, until
-// every feature that is left is needed. It names no side and changes no verdict.
+// Finds the features that a disagreement needs, by delta debugging [Zeller, Hildebrandt 2002]. Features are taken out
+// of the scene on both sides, halves first. Paired samples tell whether the difference stays. If it does, the features
+// stay out, until every feature that is left is needed. This names no side and changes no verdict.
 #pragma once
 
 #include <functional>

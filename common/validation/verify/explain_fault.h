@@ -1,5 +1,5 @@
-// Where two sides disagree: the pixel and sample to trace, what parts the paths, which features the difference needs,
-// and who is suspected of it. It spends what is left of the time, and changes no verdict.
+// Explains a disagreement: the pixel and sample to trace, what parts the paths, the features that the difference needs,
+// and the suspected parts. It uses the time that is left, and changes no verdict.
 #pragma once
 
 #include <functional>

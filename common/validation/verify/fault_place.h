@@ -1,5 +1,6 @@
-// Where a fault lies, looked for on the same random numbers: the pixel and sample to trace, and whether paths part
-// there. If none does, it tells which stage beyond shading has the fault and which pixels are touched.
+// Looks for the place of a fault, with the same random numbers on both sides. It finds the pixel and sample to trace,
+// and whether paths part there. If none does, it tells which stage outside shading has the fault, and which pixels it
+// changes.
 #pragma once
 
 #include <functional>

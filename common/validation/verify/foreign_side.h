@@ -1,6 +1,6 @@
-// One side of a verdict as a job has sampled it. About another program's job less is known. Whether its pixels go
-// together (a pixel filter) is not, and perhaps not even the variance of a sample, but that of whole images
-// (common/render/foreign_job.h).
+// One side of a verdict, from the samples of a job. Less is known about a job of another program
+// (common/render/foreign_job.h). Its pixels may be correlated by a pixel filter. Perhaps only the variance of whole
+// images is known, not that of a sample.
 #pragma once
 
 #include <vector>

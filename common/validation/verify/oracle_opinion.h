@@ -1,5 +1,5 @@
-// Where two renderers disagree, the reference oracle is asked which of them is wrong. The oracle is a third Renderer;
-// like the rest of the suite this knows Renderers only.
+// If two renderers disagree, the reference oracle decides which of them is wrong. The oracle is a third Renderer. Like
+// the rest of the suite, this file knows Renderers only.
 #pragma once
 
 #include <functional>

@@ -21,8 +21,8 @@ struct SampleLooksRequest {
     RenderSettings settings;
     Renderer& reference;
     Renderer& candidate;
-    // The reference's code in double precision where that is in single, or else in single. nullptr: it is not known how
-    // single precision parts long paths, and only short ones are looked at.
+    // The reference's code in the other precision: double if the reference is single, else single. With nullptr it is
+    // not known how single precision parts long paths, and only short ones are looked at.
     Renderer* other_precision = nullptr;
     double budget_seconds = 12.0;  // a look that would end later leaves out some of its conditions
     std::stop_token stop;

@@ -1,5 +1,5 @@
-// When to look. Sample counts are fixed in advance from speed alone, never from what was seen. So the shares of the
-// error rates add up as declared.
+// When to look, and so where `verify` spends its time. Sample counts are fixed in advance, from speed alone and never
+// from results. So the error rates of all looks add up to the declared ones.
 #pragma once
 
 #include <cstdint>
@@ -10,18 +10,18 @@ namespace tandem {
 struct Schedule {
     std::uint64_t batch_samples = 0;   // a batch is one call of each renderer; a multiple of samples_per_block
     std::vector<std::uint64_t> looks;  // samples a pixel and side at each look, ascending, multiples of batch_samples
-    // Further doublings, taken only where the renderers turn out so much faster than measured that the budget allows
-    // them. That happens when another load on the machine has passed. Up to two, and they have their shares of the
-    // error rates.
+    // Up to two further doublings, which have their shares of the error rates. They are rendered only if the renderers
+    // turn out so much faster than measured that the budget allows them. That happens when another load on the machine
+    // has ended.
     std::vector<std::uint64_t> spare_looks;
     std::uint64_t paired_batches = 0;  // compared with paired seeds before the first look
-    // Paired batches in all at each further look, taken before an agreement while pairs resolve less than declared and
-    // time is left. They have their shares of the false alarms.
+    // Total paired batches at each further look. Such looks come before an agreement, while pairs resolve less than
+    // declared and time is left. They have their shares of the false alarms.
     std::vector<std::uint64_t> paired_looks;
 };
 
-// The part of a budget in which looks end. The rest is for judging, uneven speed, and what tells a disagreement apart:
-// traces, likeness, oracle. They get two seconds, but no less than a tenth and no more than a fifth of the budget.
+// The part of a budget in which looks end. The rest is for judging, for uneven speed, and for explaining a
+// disagreement: traces, likeness, oracle. It is two seconds, but at least a tenth and at most a fifth of the budget.
 [[nodiscard]] double seconds_of_looks(double budget_seconds);
 // The budget whose looks may take so long.
 [[nodiscard]] double budget_of_looks(double seconds);

@@ -1,5 +1,5 @@
-// What leaving out the absent effects is worth on one renderer. The same samples by kernels made for the scene and by
-// the general ones are compared bit by bit and timed in turn.
+// What a renderer gains by leaving out absent effects. The same samples are rendered by kernels specialised for the
+// scene and by the general ones. Both are timed in turn, and compared bit by bit.
 #pragma once
 
 #include <functional>

@@ -1,5 +1,5 @@
-// Many scenes within one budget of seconds. A first round surveys all. Later ones give what is left to those that are
-// undecided, by what each is foretold to need. Knows verdicts only; who renders is the caller's affair.
+// Many scenes within one budget of seconds. A first round looks at all scenes. Later rounds give the rest of the time
+// to undecided scenes, by the forecast of what each needs. This file knows verdicts only; the caller renders.
 #pragma once
 
 #include <functional>

@@ -1,5 +1,5 @@
-// The main job: one scene, two renderers, one verdict. Independent seeds decide over a few looks at doubling sample
-// counts; paired seeds beside them find what noise would hide. Works on any two Renderers.
+// The verdict on two renderers and one scene. Independent seeds decide, in a few looks at doubling sample counts.
+// Paired seeds find differences that noise would hide. Works on any two Renderers.
 #pragma once
 
 #include <functional>
@@ -23,11 +23,11 @@ struct VerifyOptions {
     std::uint64_t seed = 1;  // of the reference and of the paired candidate; the other takes seed + 1
     bool paired = true;
     bool explain = true;  // where the two disagree, look for the place of the fault and for planted bugs alike
-    // The reference's code in double precision where that is in single, or else in single: what rounding alone parts.
-    // nullptr: long paths and the candidate's arithmetic are not held to it.
+    // The reference's code in the other precision: double if the reference is single, else single. It shows which paths
+    // rounding alone parts. With nullptr, long paths and the candidate's arithmetic are not tested.
     Renderer* other_precision = nullptr;
-    // Asked which side is outvoted where the two disagree. It has what is left of the budget, or a twentieth of it
-    // where less is left. nullptr: nobody is asked.
+    // Decides which side is wrong when the two disagree. It gets the rest of the budget, and at least a twentieth of
+    // the whole. With nullptr nobody is asked.
     Renderer* oracle = nullptr;
     // The candidate with other kernels, by their names: which of them have a fault that no traced path shows.
     std::vector<std::string> kernels;

@@ -1,4 +1,4 @@
-// The pixel in which two sides differ most surely, and a sample of it to be traced: where to look after a verdict.
+// The pixel in which two sides differ most significantly, and a sample of it to trace.
 #pragma once
 
 #include <cstdint>

@@ -1,5 +1,5 @@
-// The generators that take Philox's place when asked for (MODEL.md section 3.2), in lanes; checked against
-// common/render/random.h by the tests.
+// The generators that can replace Philox (MODEL.md section 3.2), in lanes. Tests compare them with
+// common/render/random.h.
 #pragma once
 
 #include "common/render/random.h"

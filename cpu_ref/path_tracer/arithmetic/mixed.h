@@ -1,6 +1,6 @@
-// Between the lanes of geometry and those of shading, where their precisions differ (MODEL.md section 5.3, `mixed`).
-// Packets are as wide as geometry's lanes. Where there are more lanes of floats than of doubles, they repeat the
-// doubles, so that every lane computes something meant.
+// Conversion between the lanes of geometry and those of shading, if their precisions differ (MODEL.md section 5.3,
+// `mixed`). Packets are as wide as geometry's lanes. If there are more float lanes than double lanes, the float lanes
+// repeat the doubles. So every lane computes a valid value.
 #pragma once
 
 #include "cpu_ref/path_tracer/arithmetic/vec3.h"

@@ -1,5 +1,5 @@
-// The kernels that settings may choose in place of the defaults (MODEL.md section 5.3), one ray at a time. They are for
-// seeing what the textbooks' tests cost and lose, not for speed.
+// The intersection tests that settings may choose instead of the defaults (MODEL.md section 5.3), one ray at a time.
+// They show what the textbooks' tests cost and lose, and are not made for speed.
 #pragma once
 
 #include "cpu_ref/path_tracer/tables.h"

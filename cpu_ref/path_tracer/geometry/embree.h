@@ -1,4 +1,5 @@
-// Embree 3.13 or 4 behind one face: RAII for its objects, and the query context that carries our own state through it.
+// One interface to Embree 3.13 and 4: RAII for its objects, and the query context that carries our own state through
+// it.
 #pragma once
 
 #if TANDEM_EMBREE_MAJOR >= 4

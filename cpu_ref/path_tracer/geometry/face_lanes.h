@@ -1,5 +1,5 @@
-// Rows of FaceTable (tables.h) a lane, where some lanes hit triangles of meshes, which have none: made where they are
-// met.
+// Rows of FaceTable (tables.h), one for each lane, if some lanes hit triangles of placed meshes. These triangles have
+// no row in the table, so the row is made at the hit.
 #pragma once
 
 #include "cpu_ref/path_tracer/tables.h"

@@ -1,7 +1,7 @@
 // What Embree holds of a scene (MODEL.md section 5). A scene of few primitives is one leaf of user geometry. Otherwise
-// plain triangles are native, in single precision and slightly widened, so that Embree's own test loses none. All else
-// is user geometry, and a box for each place of a mesh (mesh_hierarchies.h). Primitives in motion have bounds over the
-// whole shutter. What becomes of rays is accelerator.h's.
+// plain triangles are Embree's own, in single precision and slightly widened, so that Embree's test loses none. All
+// other primitives are user geometry, and so is a box for each place of a mesh (mesh_hierarchies.h). Primitives in
+// motion have bounds over the whole shutter time. Rays are traced in accelerator.h.
 #pragma once
 
 #include <cmath>

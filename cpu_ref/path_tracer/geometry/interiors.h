@@ -1,4 +1,4 @@
-// The bodies that a path is inside of, and which of them rules (MODEL.md section 9.4).
+// The bodies that contain a path's end, and which of them has priority (MODEL.md section 9.4).
 #pragma once
 
 #include <algorithm>

@@ -21,11 +21,11 @@ double greatest_row(const dmat3& m) {
     return sum;
 }
 
-// How far, a coordinate, a ray may pass a point q of the mesh in object space, which it meets in the world: the point
-// w = M q + s of that place is rounded there by u of its size |w|, and W is the computed inverse of M. The mapped ray
-// passes W (w + e - s) = q + (W M - I) q + W e. With v = 2^-53, W M - I is itself computed to 8 v |W||M|, and a ray's
-// origin o and direction are mapped by one difference, products and sums of three: 8 v |W| times the size of o - s,
-// and of the way to w. Neither is larger than twice `reach` and |s| together.
+// A ray meets the point w = M q + s of a place in the world. This is how far, for each coordinate, its mapped ray may
+// pass the mesh's point q in object space. The point w is rounded by u of its size |w|, and W is the computed inverse
+// of M. The mapped ray passes W (w + e - s) = q + (W M - I) q + W e. With v = 2^-53, W M - I is itself computed to 8 v
+// |W||M|. A ray's origin o and its direction are mapped by one difference, and by products and sums of three. These err
+// by 8 v |W| times the size of o - s, and of the way to w. Neither is larger than twice `reach` and |s| together.
 template <class Real>
 double passed_by(const MeshTable::Place& place, double object_size, double reach) {
     constexpr double u = sizeof(Real) == 4 ? 0x1p-24 : 0x1p-53, v = 0x1p-53;

@@ -1,5 +1,5 @@
-// What Embree holds of meshes that several entities place (mesh_table.h): a hierarchy a mesh, in object space about its
-// middle, and one box a place in the scene's own. What becomes of rays there is mesh_traversal.h's.
+// What Embree holds of meshes that several entities place (mesh_table.h). Each mesh has a hierarchy, in object space
+// about its middle. Each place is one box in the scene's hierarchy. Rays are traced in mesh_traversal.h.
 #pragma once
 
 #include <array>

@@ -1,5 +1,6 @@
-// Rays at meshes that several entities place: mapped to the mesh's own space to find triangles, which are then tested
-// in the world as all others are. So a hit has the bits that it would have if the place's triangles stood in tables.
+// Rays at meshes that several entities place. A ray is mapped to the mesh's object space to find triangles. These are
+// then tested in world space, as all others are. So a hit has the bits that it would have if the place's triangles
+// stood in tables.
 #pragma once
 
 #include "cpu_ref/path_tracer/geometry/mesh_hierarchies.h"

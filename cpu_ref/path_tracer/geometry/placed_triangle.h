@@ -1,6 +1,6 @@
 // A triangle in the world, of its corners in object space and its entity's map (MODEL.md section 6): computed in
-// double, then rounded. Tables are filled by this, and triangles of meshes that several entities place are made by it
-// where rays meet them, so that both have the same bits.
+// double, then rounded. It fills the tables. It also makes the triangles of meshes that several entities place, where
+// rays meet them. So both have the same bits.
 #pragma once
 
 #include <array>

@@ -1,4 +1,4 @@
-// Whether a ray passes a triangle, where rounding leaves that in doubt (kernels.h): for few rays, one by one.
+// Decides whether a ray hits a triangle if rounding leaves that in doubt (kernels.h). This is for few rays, one by one.
 #pragma once
 
 #include "cpu_ref/path_tracer/arithmetic/vec3.h"

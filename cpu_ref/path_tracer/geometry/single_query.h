@@ -1,4 +1,4 @@
-// One ray on its way through Embree. Embree hands the context back to the callbacks.
+// One ray that Embree traces. Embree passes its context to the callbacks.
 #pragma once
 
 #include "cpu_ref/path_tracer/geometry/embree.h"

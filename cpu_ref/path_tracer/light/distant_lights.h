@@ -1,5 +1,5 @@
-// Sampling all lights of MODEL.md section 9.2, a lane a path. They are those of light_sampling.h, ellipsoids, lights
-// that move, and those without a surface (sections 8.2 and 8.3).
+// Sampling of all lights of MODEL.md section 9.2; each lane is a path. They are those of light_sampling.h, ellipsoids,
+// moving lights, and lights without a surface (sections 8.2 and 8.3).
 #pragma once
 
 #include "cpu_ref/path_tracer/light/ellipsoid_lights.h"

@@ -1,5 +1,5 @@
-// Spheres that their maps stretch, as sampled lights (MODEL.md section 9.2), a lane a path. They are sampled as the
-// unit sphere that they are in their own coordinates. N takes directions of these into the world.
+// Spheres stretched by their maps, as sampled lights (MODEL.md section 9.2); each lane is a path. They are sampled as
+// unit spheres in their own coordinates. N maps directions from there to the world.
 #pragma once
 
 #include "cpu_ref/path_tracer/light/light_sampling.h"

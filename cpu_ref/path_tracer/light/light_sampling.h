@@ -1,4 +1,5 @@
-// Choosing a light and a point on it, and the density of that choice (MODEL.md section 9.2), a lane a path.
+// The choice of a light and of a point on it, the density of that choice, and the MIS weight (MODEL.md section 9.2).
+// Each lane is a path.
 #pragma once
 
 #include <limits>

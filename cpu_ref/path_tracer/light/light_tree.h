@@ -1,5 +1,5 @@
-// Choosing a near light by the tree of them, and the chance of that choice (MODEL.md section 9.2, rules 31 to 39), a
-// lane a path.
+// The choice of a near light by the light tree, and its probability (MODEL.md section 9.2, rules 31 to 39). Each lane
+// is a path.
 #pragma once
 
 #include "cpu_ref/path_tracer/arithmetic/vec3.h"

@@ -1,4 +1,4 @@
-// Specular surfaces (MODEL.md section 7.3): mirrors and smooth dielectrics, and what fuzz makes of their directions.
+// Specular surfaces (MODEL.md section 7.3): mirrors and smooth dielectrics, and the effect of fuzz on their directions.
 #pragma once
 
 #include "cpu_ref/path_tracer/material/dielectric.h"

@@ -1,5 +1,5 @@
-// A user's own arms: a shared library as tandem/arm.h says, loaded and checked. What its functions do is its affair;
-// who calls one says so first, so that a crash has a name.
+// A user's own arms: a shared library with the interface of tandem/arm.h, loaded and checked. Each call of its
+// functions is recorded first, so that the report of a crash names the function.
 #pragma once
 
 #include <functional>

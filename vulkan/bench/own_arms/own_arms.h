@@ -1,4 +1,4 @@
-// `tandem bench --arm-library`: the arms of a user's library as a family of their own.
+// `tandem bench --arm-library`: the arms of a user's library, as a family.
 #pragma once
 
 #include "common/experiment/bench.h"

@@ -22,9 +22,10 @@ public:
     [[nodiscard]] std::vector<PathTrace> trace(std::uint32_t x, std::uint32_t y, SampleRange samples) override;
     [[nodiscard]] bool first_vertices(
         FilmSize film, SampleRange samples, const RenderControl& control, const FirstVertexVisitor& visit) override;
-    // What a window would show next: `samples` samples of every pixel from sample 0 on, left on the device. render()
-    // would fetch sums block by block. `fresh`: scene and camera are sent anew. Throws UnsupportedError where the image
-    // does not fit on the device at once. The thesis's frame goes on with later samples (thesis_recorder.h).
+    // Renders what a window would show next: `samples` samples of every pixel from sample 0 on. They stay on the
+    // device, while render() fetches sums block by block. `fresh`: scene and camera are sent anew. Throws
+    // UnsupportedError where the image does not fit on the device at once. The thesis's frame goes on with later
+    // samples (thesis_recorder.h).
     [[nodiscard]] SubmissionTimes frame(std::uint64_t samples, bool fresh = false);
     // Later frames end in this image (FrameRecorder::set_target).
     void show_in(const FrameTarget& target) { recorder_->set_target(target); }

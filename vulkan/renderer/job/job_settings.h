@@ -1,5 +1,5 @@
-// What a job makes of a scene and of settings before anything is on the device. It is what the job refuses, the tables
-// of the scene, and the constants of its kernels.
+// What a job derives from a scene and settings before it uses the device. These are refusals, the scene's tables, and
+// the constants of its kernels.
 #pragma once
 
 #include <optional>
@@ -11,12 +11,12 @@
 
 namespace tandem {
 
-// The same, never keeping meshes once where kernels cannot: in more than single precision, and where `shape` brings
-// trees of its own. nullopt: kernels for rays that are given.
+// The settings, without instancing where kernels cannot do it. These are kernels in more than single precision, and
+// those of a `shape` with its own trees. nullopt: kernels for given rays.
 [[nodiscard]] RenderSettings with_possible_instancing(
     RenderSettings settings, GeometryPrecision precision, std::optional<KernelShape> shape);
 
-// The same with the accumulation that is left open (own_accumulation), and with_possible_instancing.
+// The settings with the accumulation chosen where it is left open (own_accumulation), and with_possible_instancing.
 // Throws UnsupportedError where no job has such settings.
 [[nodiscard]] RenderSettings checked_settings(
     const Device& device, const Scene& scene, RenderSettings settings, GeometryPrecision precision, KernelShape shape);

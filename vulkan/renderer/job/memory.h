@@ -1,4 +1,4 @@
-// What a scene will take on a device and of this machine, before anything is made of it.
+// A forecast of the memory that a scene will take on a device and on the host.
 #pragma once
 
 #include "common/render/memory_forecast.h"

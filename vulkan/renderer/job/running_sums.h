@@ -1,4 +1,4 @@
-// Plain sums stay on the device from block to block, so that what is fetched after a block holds those before too.
+// Plain sums stay on the device from block to block. So the sums fetched after a block include all earlier blocks.
 #pragma once
 
 #include <limits>

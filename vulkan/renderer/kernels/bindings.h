@@ -1,4 +1,4 @@
-// What a dispatch is given, descriptor sets, and told, parameters, in the manner that VulkanPatterns say.
+// Binds the descriptor sets and parameters of a dispatch, as VulkanPatterns choose.
 #pragma once
 
 #include <atomic>

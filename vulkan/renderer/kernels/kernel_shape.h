@@ -1,4 +1,4 @@
-// Names of kernel shapes, and which is the fastest where.
+// Names of kernel shapes, and which is the fastest for a device and scene.
 #pragma once
 
 #include <optional>

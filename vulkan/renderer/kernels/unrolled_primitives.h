@@ -1,5 +1,4 @@
-// What kernels whose loops over primitives are unrolled know of the primitives when they are built
-// (shaders/kernels/settings.glsl).
+// The constants from which kernels with unrolled loops over primitives are built (shaders/kernels/settings.glsl).
 #pragma once
 
 #include <array>

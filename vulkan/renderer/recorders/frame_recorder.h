@@ -1,5 +1,5 @@
-// What is recorded of the samples of a tile: an interface with one implementation a kernel shape. A job says which tile
-// and which samples, submits, and decides when to stop.
+// Records the commands for samples of a tile: an interface with one implementation for each kernel shape. A job chooses
+// tile and samples, submits, and decides when to stop.
 #pragma once
 
 #include <memory>

@@ -1,5 +1,6 @@
-// What host and shaders exchange, as the shaders lay it out (shaders/scene/scene_set.glsl, camera.glsl, settings.glsl).
-// The build reads offsets and strides back out of the SPIR-V and checks them against these structs (gpu_layout.cpp).
+// The structs that host and shaders exchange, in the shaders' layout (shaders/scene/scene_set.glsl, camera.glsl,
+// settings.glsl). The build reads offsets and strides back out of the SPIR-V and checks them against these structs
+// (gpu_layout.cpp).
 #pragma once
 
 #include <array>

@@ -10,8 +10,8 @@
 namespace tandem {
 
 // lights: in the order of that section, the background last if it is to be one. With a tree, near lights are in the
-// order of its leaves, and the probability of each is the share of all of them. tree_nodes: light_tree.h; empty without
-// a tree, which takes two near lights.
+// order of its leaves, and the probability of each is the share of all near lights. The tree_nodes are those of
+// light_tree.h. They are empty without a tree, which needs two near lights.
 template <class Real>
 struct LightTable {
     std::vector<gpu::LightOf<Real>> lights;

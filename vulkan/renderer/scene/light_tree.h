@@ -1,4 +1,4 @@
-// The tree by which next events choose among near lights (MODEL.md section 9.2, rules 32 to 35), as
+// The tree by which next-event estimation chooses a near light (MODEL.md section 9.2, rules 32 to 35).
 // shaders/light/light_tree.glsl reads it.
 #pragma once
 
@@ -17,9 +17,9 @@ struct LightLeaf {
 
 inline constexpr std::size_t floats_per_light_node = 9;
 
-// nodes: 2 n - 1 of them for n leaves, floats_per_light_node each. These are the middle of the ball and its radius, the
-// axis of the cone and the cosine of its half angle, and the share of the strength. The first child of a node with m
-// leaves is the next node; the second is 2 (m / 2) nodes after its parent. order: which leaf is where in the tree.
+// nodes: 2 n - 1 of them for n leaves, floats_per_light_node each. A node has a ball (centre, radius), a cone (axis,
+// cosine of the half angle) and its share of the strength. The first child of a node with m leaves is the next node.
+// The second is 2 (m / 2) nodes after its parent. `order` says which leaf is where in the tree.
 struct LightTree {
     std::vector<float> nodes;
     std::vector<std::uint32_t> order;

@@ -1,4 +1,4 @@
-// Where entities place meshes that they share (common/render/instancing.h): what trees and rays know of a place.
+// The places of meshes that entities share (common/render/instancing.h), with the data that trees and rays need.
 #pragma once
 
 #include <vector>

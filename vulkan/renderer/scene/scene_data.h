@@ -18,8 +18,8 @@ struct SceneTrees {
     double seconds = 0.0;  // that building took
 };
 
-// Meshes that several entities place (shaders/scene/meshes.glsl): their places have sources and Placed of their own
-// after those of primitives, their triangles sources after those of places, and slots from `first_slot` on.
+// Meshes that several entities place (shaders/scene/meshes.glsl). Their places have a source and a Placed each, after
+// those of primitives. Their triangles have sources after those of places, and slots from `first_slot` on.
 struct SceneMeshes {
     std::uint32_t first_slot = 0, places = 0, triangles = 0;  // triangles: of meshes, each once
     std::uint32_t placed_triangles = 0;

@@ -1,5 +1,6 @@
-// What a scene has much of: texels, shares of the background's image, texture coordinates, densities. All lie in one
-// array of floats on the device (shaders/material/tables.glsl); textures and media say where theirs begin.
+// The large tables of a scene: texels, the distribution of the background's image, texture coordinates, densities. All
+// lie in one array of floats on the device (shaders/material/tables.glsl). Textures and media hold the places where
+// theirs begin.
 #pragma once
 
 #include <span>

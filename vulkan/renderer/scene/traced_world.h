@@ -1,4 +1,4 @@
-// The primitives of a scene as the device's own traversal of acceleration structures finds them.
+// The primitives of a scene as acceleration structures, for the device's own traversal.
 #pragma once
 
 #include "vulkan/framework/pipeline.h"

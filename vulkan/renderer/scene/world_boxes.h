@@ -1,4 +1,4 @@
-// Boxes in the world around primitives as the device places and intersects them.
+// Boxes in world space around primitives, widened by the rounding of the device's placing and intersection.
 #pragma once
 
 #include <span>
