@@ -35,15 +35,25 @@ struct Trial {
     std::uint64_t least = samples_per_block;  // samples that a render has at least
     unsigned scramblings = 1;
     std::optional<Foretold> adaptive;
+    std::uint64_t samples = 0;  // of independent trials
+    double points = 0.0;        // of each scrambling, else 0
 
     [[nodiscard]] double share_of(std::size_t some) const {
         return static_cast<double>(some) / static_cast<double>(pixels);
     }
+    // Of seconds_to, relative: a standard error, at most. How even Sobol points are follows from the same error, so
+    // that it is the less known the further its fall is followed.
+    [[nodiscard]] double uncertainty_at(double relative_error) const {
+        if (points == 0.0) return uncertainty;
+        const double fall = 1.0 + gain, squared = error_of_one / std::pow(points, fall);
+        const double further = std::log(std::max(1.0, squared / (scramblings * relative_error * relative_error)));
+        return uncertainty * (1.0 / fall + further / (fall * fall * std::log(points)));
+    }
     [[nodiscard]] double seconds_to(double relative_error) const {
         if (!(error_of_one > 0.0)) return 0.0;
-        const double points =
+        const double each =
             std::pow(error_of_one / (scramblings * relative_error * relative_error), 1.0 / (1.0 + gain));
-        return std::max(static_cast<double>(least), scramblings * points) * seconds_a_sample;
+        return std::max(static_cast<double>(least), scramblings * each) * seconds_a_sample;
     }
 };
 
@@ -76,6 +86,7 @@ std::optional<Trial> independent_trial(RenderJob& job, std::uint64_t samples, st
     trial.seconds_a_sample = std::max(result.seconds / static_cast<double>(samples), 1e-12);
     trial.pixels = result.estimate.pixel_count();
     trial.adaptive = foretell(result.estimate);
+    trial.samples = samples;
     return trial;
 }
 
@@ -101,6 +112,7 @@ std::optional<Trial> scrambled_trial(RenderJob& job, std::uint64_t samples, std:
         trial.gain = std::clamp(std::log(within / (n * error)) / std::log(n), 0.0, steepest);
     trial.error_of_one = error * std::pow(n, 1.0 + trial.gain) / (mean * mean);
     trial.uncertainty = uncertainty_of(between);
+    trial.points = n;
     trial.seconds_a_sample = std::max((a.seconds + b.seconds) / (2.0 * n), 1e-12);
     trial.pixels = a.estimate.pixel_count();
     trial.scramblings = scramblings_for(trial.pixels);
@@ -108,8 +120,24 @@ std::optional<Trial> scrambled_trial(RenderJob& job, std::uint64_t samples, std:
     return trial;
 }
 
+// What an alternative is held against.
+struct Rival {
+    double relative_error;
+    double seconds;      // to that error
+    double uncertainty;  // of them, relative
+};
+
+// Whether a trial leaves no doubt, at two standard errors, that it is better or not. That Sobol points are not better
+// may be for want of points.
+bool is_clear(const Trial& trial, const Rival& rival) {
+    const double doubt = 1.0 + 2.0 * std::hypot(trial.uncertainty_at(rival.relative_error), rival.uncertainty);
+    const double ratio = trial.seconds_to(rival.relative_error) / rival.seconds;
+    return ratio * doubt < clearly_better || (trial.points == 0.0 && ratio > clearly_better * doubt);
+}
+
 // As short a trial as tells enough, but of no more than so many seconds where more than the least.
-std::optional<Trial> trial_of(const RenderSettings& settings, RenderJob& job, double seconds, std::stop_token stop) {
+std::optional<Trial> trial_of(const RenderSettings& settings, RenderJob& job, double seconds, std::stop_token stop,
+    const std::optional<Rival>& rival = std::nullopt) {
     const bool scrambled = settings.generator == Generator::sobol;
     const Stopwatch watch;
     if (job.render({trial_begin, trial_begin + 1}, {.stop = stop, .progress = {}}).estimate.count() == 0)
@@ -119,7 +147,9 @@ std::optional<Trial> trial_of(const RenderSettings& settings, RenderJob& job, do
     for (;; samples *= growth) {
         std::optional<Trial> trial =
             scrambled ? scrambled_trial(job, samples, stop) : independent_trial(job, samples, stop);
-        if (!trial || trial->uncertainty <= known_enough || growth * samples > most_samples) return trial;
+        if (!trial || trial->uncertainty <= known_enough || growth * samples > most_samples ||
+            (rival && is_clear(*trial, *rival)))
+            return trial;
         const double next = static_cast<double>(growth * samples) * trial->seconds_a_sample;
         if (watch.seconds() + next > seconds) return trial;
     }
@@ -208,21 +238,46 @@ public:
     void try_with(const Change& change, std::size_t others) {
         RenderSettings settings = choice_.settings;
         change(settings);
-        if (settings.effects) settings.effects = settings.effects->united(needed_effects(scene_, settings));
         const std::uint64_t least = settings.generator == Generator::sobol ? 2 * least_points : least_samples;
         const double needed = preparation_ + static_cast<double>(least + 1) * best_->seconds_a_sample;
         const double left = seconds_left();
         if (needed > left || stop_.stop_requested()) return;
         const double each = std::max(needed, left / static_cast<double>(others + 1));
         const Stopwatch watch;
-        try {
-            std::unique_ptr<RenderJob> job = renderer_.prepare(scene_, settings);
-            std::optional<Trial> trial = trial_of(settings, *job, each - watch.seconds(), stop_);
-            spent_ += watch.seconds();
-            if (trial) take(settings, std::move(job), std::move(*trial));
-        } catch (const UnsupportedError&) {
-            spent_ += watch.seconds();  // not an alternative here
+        std::unique_ptr<RenderJob> job = prepared(settings);
+        std::optional<Trial> trial;
+        if (job)
+            trial = trial_of(settings, *job, each - watch.seconds(), stop_,
+                Rival{goal_.relative_error, best_seconds_, best_->uncertainty_at(goal_.relative_error)});
+        spent_ += watch.seconds();
+        if (!trial) return;
+        const double seconds = trial->seconds_to(goal_.relative_error);
+        take(settings, std::move(job), std::move(*trial), seconds);
+    }
+
+    // Roulette spares what dim paths take, for more variance. It is held against the best so far on the same random
+    // numbers, where the bright paths of both are the same. Sobol points and adaptive sampling then come on top.
+    void try_roulette(std::uint32_t start) {
+        RenderSettings settings = choice_.settings;
+        settings.roulette_start = start;
+        if (best_->samples == 0) {
+            try_with([&](RenderSettings& changed) { changed.roulette_start = start; }, 0);
+            return;
         }
+        const double needed = preparation_ + static_cast<double>(best_->samples + 1) * best_->seconds_a_sample;
+        if (needed > seconds_left() || stop_.stop_requested()) return;
+        const Stopwatch watch;
+        std::unique_ptr<RenderJob> job = prepared(settings);
+        std::optional<Trial> trial;
+        if (job) {
+            (void)job->render({trial_begin, trial_begin + 1}, {.stop = stop_, .progress = {}});  // warms up
+            trial = independent_trial(*job, best_->samples, stop_);
+        }
+        spent_ += watch.seconds();
+        if (!trial) return;
+        const double variance = best_->error_of_one > 0.0 ? trial->error_of_one / best_->error_of_one : 1.0;
+        const double seconds = best_seconds_ * variance * trial->seconds_a_sample / best_->seconds_a_sample;
+        take(settings, std::move(job), std::move(*trial), seconds);
     }
 
     void try_adaptive() {
@@ -240,11 +295,8 @@ public:
         const double least = preparation_ + 2.0 * one;
         if (factor < clearly_better && least <= left && !stop_.stop_requested()) {
             const Stopwatch watch;
-            try {
-                job = renderer_.prepare(scene_, settings);
-            } catch (const UnsupportedError&) {
-                return;  // not an alternative here
-            }
+            job = prepared(settings);
+            if (!job) return;
             const double each = std::clamp(0.25 * (left - preparation_), one, 32.0 * one);
             const std::optional<double> slowness = slowness_of_passes(*job, *best_, each, stop_);
             spent_ += watch.seconds();
@@ -271,12 +323,16 @@ private:
         const double hope = hoped ? std::min(1.0, best_->adaptive->squared_error) : 1.0;
         return std::min(goal_.most_seconds, trials_share * hope * best_seconds_) - spent_;
     }
-    void take(const RenderSettings& settings, std::unique_ptr<RenderJob> job, Trial trial) {
-        // What adaptive sampling gained of the best so far, it is taken to gain of its like.
-        const double gained = settings.sampling == Sampling::adaptive && choice_.settings.sampling == Sampling::adaptive
-                                  ? best_seconds_ / best_->seconds_to(goal_.relative_error)
-                                  : 1.0;
-        const double seconds = gained * trial.seconds_to(goal_.relative_error);
+    // Nothing: the renderer has no such settings.
+    [[nodiscard]] std::unique_ptr<RenderJob> prepared(RenderSettings& settings) {
+        if (settings.effects) settings.effects = settings.effects->united(needed_effects(scene_, settings));
+        try {
+            return renderer_.prepare(scene_, settings);
+        } catch (const UnsupportedError&) {
+            return nullptr;
+        }
+    }
+    void take(const RenderSettings& settings, std::unique_ptr<RenderJob> job, Trial trial, double seconds) {
         choice_.trials.push_back({settings, options_of(settings, given()), seconds});
         if (!(seconds < clearly_better * best_seconds_)) return;
         best_ = std::move(trial);
@@ -326,6 +382,7 @@ SettingsChoice choose_settings(const Scene& scene, const RenderSettings& given, 
                 settings.mis = true;
             },
             others);
+    for (const std::uint32_t start : starts) choosing.try_roulette(start);
     // Adaptive sampling and Sobol points exclude each other; the sooner is chosen.
     if (open.sampling) choosing.try_adaptive();
     if (generators)
@@ -334,10 +391,7 @@ SettingsChoice choose_settings(const Scene& scene, const RenderSettings& given, 
                 settings.generator = Generator::sobol;
                 settings.sampling = Sampling::uniform;
             },
-            starts.size());
-    for (std::size_t i = 0; i < starts.size(); ++i)
-        choosing.try_with(
-            [&](RenderSettings& settings) { settings.roulette_start = starts[i]; }, starts.size() - i - 1);
+            0);
     return choosing.taken();
 }
 

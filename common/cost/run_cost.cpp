@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <iterator>
+#include <sstream>
 #include <utility>
 
 #include "common/cost/reference.h"
@@ -39,7 +40,7 @@ void add_to(CostArm& mix, const CostArm& arm, const std::vector<KnobSetting>& kn
     knob->apply(mix.settings);
     mix.keeps_estimate = mix.keeps_estimate && knob->keeps_estimate;
     mix.setting += (mix.setting.empty() ? "" : " + ") + arm.name();
-    mix.options += (mix.options.empty() ? "" : " ") + arm.options;
+    mix.options = with_options(mix.options, arm.options);
 }
 
 // The best settings together; and, as these pay off at many samples, each with Sobol points and with adaptive sampling.
@@ -86,6 +87,22 @@ void check_knobs(const std::vector<KnobSetting>& all, const std::vector<std::str
 }
 
 }  // namespace
+
+std::string with_options(const std::string& before, const std::string& more) {
+    std::vector<std::pair<std::string, std::string>> all;
+    std::istringstream words(before + " " + more);
+    for (std::string word; words >> word;) {
+        if (word.starts_with("--") || all.empty()) {
+            std::erase_if(all, [&](const auto& one) { return one.first == word; });
+            all.emplace_back(word, "");
+        } else {
+            all.back().second += " " + word;
+        }
+    }
+    std::string text;
+    for (const auto& [option, value] : all) text += (text.empty() ? "" : " ") + option + value;
+    return text;
+}
 
 std::vector<CostArm> single_arms(const Scene& scene, const CostRequest& request, const RendererInfo& renderer,
     double mean, std::vector<SkippedArm>& skipped) {

@@ -27,6 +27,9 @@ struct CostRequest {
     std::function<void(const CostReport&)> keep;  // what is known after a stage
 };
 
+// The options of two command lines in one. What both say is said once, as `more` has it.
+[[nodiscard]] std::string with_options(const std::string& before, const std::string& more);
+
 // The single arms of a request, and those that cannot matter. `renderer`: the baseline's. `mean` of the image, 0: not
 // known yet.
 [[nodiscard]] std::vector<CostArm> single_arms(const Scene& scene, const CostRequest& request,

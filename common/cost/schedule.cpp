@@ -28,19 +28,6 @@ const ArmTrials* trials_at(const CostSamples& samples, const std::string& name, 
     return nullptr;
 }
 
-// Counts up to `wanted`, or a quarter of a power of two beyond it: the last is most of what a replicate takes.
-std::vector<std::uint64_t> levels_up_to(double wanted) {
-    const double capped = std::clamp(wanted, 1.0, static_cast<double>(most_samples));
-    const auto count = static_cast<std::uint64_t>(std::ceil(capped));
-    const std::uint64_t step = std::max(std::bit_floor(count) / 4, std::min(std::bit_ceil(count), samples_per_block));
-    const std::uint64_t most = (count + step - 1) / step * step;
-    // Counts below a block's are renders of their own, so only the greatest counts of a long replicate are looked at.
-    const std::uint64_t least = std::max(std::bit_ceil(most) >> halvings, samples_per_block);
-    std::vector<std::uint64_t> levels{most};
-    for (std::uint64_t n = std::bit_floor(most * 2 / 3); n >= least; n /= 2) levels.insert(levels.begin(), n);
-    return levels;
-}
-
 double seconds_of(const ArmFigures& arm, const std::vector<std::uint64_t>& levels) {
     return arm.seconds_at(static_cast<double>(levels.back())).value;
 }
@@ -92,7 +79,7 @@ std::optional<Candidate> candidate(const ArmFigures& arm, double error) {
     if (!time.seconds || !time.samples || (!arm.arm.keeps_estimate && arm.has_floor && !arm.is_safe_at(error)))
         return std::nullopt;
     double wanted = surely * *time.samples;
-    if (time.extrapolated) wanted *= std::exp(std::min(0.5 * log_half_of(*time.seconds), std::log(2.0)));
+    if (time.extrapolated) wanted *= std::min(std::sqrt(time.seconds->high / time.seconds->value), 2.0);
     if (arm.arm.settings.render.sampling == Sampling::adaptive)
         wanted = std::max(wanted, static_cast<double>(2 * least_alike));  // below it adapts to nothing
     return Candidate{&arm, levels_up_to(wanted), time.seconds->value};
@@ -244,6 +231,18 @@ std::optional<CostStage> floors(const std::vector<ArmFigures>& figures, const Co
 }
 
 }  // namespace
+
+std::vector<std::uint64_t> levels_up_to(double wanted) {
+    const double capped = std::clamp(wanted, 1.0, static_cast<double>(most_samples));
+    const auto count = static_cast<std::uint64_t>(std::ceil(capped));
+    const std::uint64_t step = std::max(std::bit_floor(count) / 4, std::min(std::bit_ceil(count), samples_per_block));
+    const std::uint64_t most = (count + step - 1) / step * step;
+    // Counts below a block's are renders of their own, so only the greatest counts of a long replicate are looked at.
+    const std::uint64_t least = std::max(std::bit_ceil(most) >> halvings, samples_per_block);
+    std::vector<std::uint64_t> levels{most};
+    for (std::uint64_t n = std::bit_floor(most * 2 / 3); n >= least; n /= 2) levels.insert(levels.begin(), n);
+    return levels;
+}
 
 double seconds_a_replicate(const ArmTrials& trials, const CostSamples& samples) {
     const ArmTrials* longest = nullptr;

@@ -4,7 +4,10 @@
 // on where it stopped.
 #pragma once
 
+#include <cstdint>
 #include <optional>
+#include <string>
+#include <vector>
 
 #include "common/cost/analysis.h"
 
@@ -21,6 +24,10 @@ inline constexpr double floor_bound = 0.01;
 
 // Arms that take part in a goal: fewer for smaller errors. The best adaptive and Sobol arms come besides.
 inline constexpr std::array<std::size_t, cost_errors.size()> goal_arms{12, 6, 4};
+
+// Sample counts of a later stage, ascending. The last is `wanted`, or beyond it by a quarter or a block: most of what a
+// replicate takes. It is 2^30 at most.
+[[nodiscard]] std::vector<std::uint64_t> levels_up_to(double wanted);
 
 // Seconds that a replicate of these trials takes, by what the arm's longest replicates took.
 [[nodiscard]] double seconds_a_replicate(const ArmTrials& trials, const CostSamples& samples);

@@ -104,6 +104,13 @@ TimeToError ArmFigures::time_to(double relative_error) const {
             one->low *= samples_for(std::max(0.0, squared_bias.low)) / samples_needed;
             one->high *= samples_for(squared_bias.high) / samples_needed;
         }
+    if (arm.settings.render.generator == Generator::sobol) {
+        // Their errors fall at least as fast as those of independent samples. But for smooth integrands they fall no
+        // faster than 1/n [Owen 1997]. How long they go on as between the measured counts is not known.
+        const double fastest = slope ? std::clamp(-slope->low, 0.5, 1.0) : 1.0;
+        const double fewest = std::max(most, most * std::pow(samples_needed / most, 0.5 / fastest));
+        for (Estimated* one : {&time, &count}) one->low *= fewest / samples_needed;
+    }
     result.seconds = time;
     result.samples_interval = count;
     return result;

@@ -12,10 +12,10 @@ namespace {
 
 constexpr double seconds_of_sample = 1e-6;
 
-// Next events have `ratio` times the variance of paths at the same time; roulette is ten times slower.
+// Next events have `ratio` times the variance of paths at the same time. Roulette takes `roulette` times as long.
 class TrialRenderer : public Renderer {
 public:
-    TrialRenderer(double ratio, bool even) : ratio_(ratio), even_(even) {}
+    TrialRenderer(double ratio, bool even, double roulette) : ratio_(ratio), even_(even), roulette_(roulette) {}
     RendererInfo info() const override { return {"trial", "no device", "no driver", "C++"}; }
     std::unique_ptr<RenderJob> prepare(const Scene&, const RenderSettings& settings) override {
         if (settings.roulette_start == 4) throw UnsupportedError("no roulette from 4 here");
@@ -34,7 +34,7 @@ public:
             const double value = 5.0 + scale * random.triangular();
             return Radiance{value, value, value};
         });
-        if (settings.roulette_start != no_roulette) job->factor = 10.0;
+        if (settings.roulette_start != no_roulette) job->factor = roulette_;
         return job;
     }
 
@@ -66,11 +66,13 @@ private:
                         }
                     }
                 result.estimate.add_block(range, plane);
-                result.seconds = seconds_of_sample * static_cast<double>(range.count());
+                result.seconds = factor * seconds_of_sample * static_cast<double>(range.count());
                 return result;
             }
+            double factor = 1.0;
         };
         auto job = std::make_unique<Job>();
+        if (settings.roulette_start != no_roulette) job->factor = roulette_;
         job->settings = settings;
         job->even = even_;
         job->scale = settings.integrator == Integrator::next_event ? std::sqrt(ratio_) : 1.0;
@@ -79,11 +81,12 @@ private:
 
     double ratio_;
     bool even_;
+    double roulette_;
 };
 
-SettingsChoice chosen(
-    double ratio, const OpenSettings& open, const Scene& scene = {}, bool even = false, double error = 1e-5) {
-    TrialRenderer renderer(ratio, even);
+SettingsChoice chosen(double ratio, const OpenSettings& open, const Scene& scene = {}, bool even = false,
+    double error = 1e-5, double roulette = 10.0) {
+    TrialRenderer renderer(ratio, even, roulette);
     RenderSettings settings;
     settings.width = settings.height = 16;
     return choose_settings(scene, settings, open, renderer, {.relative_error = error}, {});
@@ -121,6 +124,16 @@ TEST_CASE(
     CHECK(choice.trials.at(choice.chosen).seconds_to_error < 0.1 * choice.trials.front().seconds_to_error);
     CHECK(chosen(1.0, {.generator = false}, {}, true).settings.generator == Generator::philox);
     CHECK(chosen(1.0, {}, {}, false).settings.generator == Generator::philox);
+}
+
+TEST_CASE("roulette that saves time is chosen, and Sobol points on top of it") {
+    for (const bool even : {false, true}) {
+        const SettingsChoice choice = chosen(1.0, {}, {}, even, 1e-5, 0.5);
+        CHECK(choice.settings.roulette_start == 1);
+        CHECK((choice.settings.generator == Generator::sobol) == even);
+        CHECK(choice.trials.at(choice.chosen).options == (even ? "--generator sobol --roulette 1" : "--roulette 1"));
+    }
+    CHECK(chosen(1.0, {}, {}, true, 1e-5, 0.95).settings.roulette_start == no_roulette);
 }
 
 TEST_CASE("trials take a small part of what the render is forecast to take, and none is tried for a short render") {

@@ -333,6 +333,26 @@ TEST_CASE("cost: kernels that take long to be made leave time for measuring, and
     CHECK(report.seconds < 1.1 * request.seconds);
 }
 
+TEST_CASE("cost: a forecast of Sobol points reaches down to where their errors go on falling as measured") {
+    ArmFigures arm;
+    CostPoint point;
+    point.samples = 64;
+    point.seconds = {1.0, 1.0, 1.0};
+    point.rmse = {0.1, 0.1, 0.1};
+    arm.points.push_back(point);
+    arm.variance = 0.01;
+    const auto samples = [&] { return *arm.time_to(0.01).samples_interval; };
+    const double independent = 64 * 100.0;  // a tenth of the error
+    CHECK(samples().low == doctest::Approx(independent));
+    arm.arm.settings.render.generator = Generator::sobol;
+    CHECK(samples().value == doctest::Approx(independent));
+    CHECK(samples().high == doctest::Approx(independent));
+    CHECK(samples().low == doctest::Approx(640.0));  // as 1/n
+    arm.slope = Estimated{-0.75, -0.8, -0.7};
+    CHECK(samples().low == doctest::Approx(64.0 * std::pow(10.0, 1.0 / 0.8)));
+    CHECK(arm.time_to(0.01).seconds->low == doctest::Approx(std::pow(10.0, 1.0 / 0.8)));
+}
+
 TEST_CASE("cost: a stop is told wherever it comes, and what was measured before it stays") {
     bool nothing = false, part = false, whole = false;
     for (int at = 1; at < 1200 && !whole; at += 29) {

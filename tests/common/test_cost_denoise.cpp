@@ -90,7 +90,7 @@ TEST_CASE("cost: detail that the noise hides is told as the bias of denoising, a
 }
 
 TEST_CASE("cost: denoising has no forecast, no efficiency, and is never what is recommended") {
-    const CostReport report = report_of(0.0);
+    const CostReport report = report_of(0.04, true, Generator::philox, 3.0);
     const ArmFigures& denoised = arm(report, "denoise on");
     CHECK_FALSE(denoised.has_forecasts());
     CHECK_FALSE(denoised.efficiency);

@@ -357,6 +357,14 @@ TEST_CASE(
     CHECK(names(Accumulation::compensated) == std::vector<std::string>{"plain", "double"});
 }
 
+TEST_CASE("cost: a mix names an option once that several of its settings bring") {
+    CHECK(with_options("", "--bounces 8") == "--bounces 8");
+    CHECK(with_options("--integrator next-event", "--integrator next-event --light-sampling tree") ==
+          "--integrator next-event --light-sampling tree");
+    CHECK(
+        with_options("--roulette 4 --bounces 256 --mis off", "--bounces 16") == "--roulette 4 --mis off --bounces 16");
+}
+
 TEST_CASE("cost: the best settings of several knobs are measured together") {
     CostRequest request = request_for(0.0);
     request.knobs = {"integrator", "bounces"};

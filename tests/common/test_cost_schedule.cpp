@@ -1,6 +1,7 @@
 // The schedule of `tandem cost`: which arms it renders until which error is measured.
 #include <nlohmann/json.hpp>
 
+#include "common/cost/schedule.h"
 #include "tests/common/known_cost.h"
 #include "tests/temporary_folder.h"
 
@@ -35,6 +36,22 @@ TEST_CASE("cost schedule: every asked error is reached and measured where there 
     for (const nlohmann::json& one : json.at("arms"))
         if (one.at("setting") == "next-event" && one.at("knob") == "integrator")
             for (const nlohmann::json& time : one.at("seconds_to")) CHECK(time.at("measured").get<bool>());
+}
+
+TEST_CASE("cost schedule: no replicate has many more samples than its error asks for") {
+    for (const double wanted : {0.0, 1.0, 2.5, 63.0, 64.0, 65.0, 129.0, 1000.0, 1100.0, 1537.0, 1e6, 7e8}) {
+        CAPTURE(wanted);
+        const std::vector<std::uint64_t> levels = levels_up_to(wanted);
+        const auto most = static_cast<double>(levels.back());
+        CHECK(most >= wanted);
+        CHECK(most <= std::max(1.0, 2.0 * wanted));
+        if (wanted >= 4.0 * samples_per_block) CHECK(most <= 1.25 * wanted);
+        for (std::size_t i = 1; i < levels.size(); ++i) {
+            CHECK(levels[i] % samples_per_block == 0);  // goes on where the level before ended
+            CHECK(2 * levels[i] >= 3 * levels[i - 1]);
+        }
+    }
+    CHECK(levels_up_to(1e12).back() == std::uint64_t{1} << 30);
 }
 
 TEST_CASE("cost schedule: what there is no time to measure is called a forecast") {
