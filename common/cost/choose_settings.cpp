@@ -41,8 +41,8 @@ struct Trial {
     [[nodiscard]] double share_of(std::size_t some) const {
         return static_cast<double>(some) / static_cast<double>(pixels);
     }
-    // Of seconds_to, relative: a standard error, at most. How even Sobol points are follows from the same error, so
-    // that it is the less known the further its fall is followed.
+    // An upper bound on the relative standard error of seconds_to. How even Sobol points are follows from the same
+    // error. So the further the fall is extrapolated, the less is known.
     [[nodiscard]] double uncertainty_at(double relative_error) const {
         if (points == 0.0) return uncertainty;
         const double fall = 1.0 + gain, squared = error_of_one / std::pow(points, fall);
