@@ -1,5 +1,6 @@
 // Where two sides disagree: the pixel and sample to trace, what parts the paths, which features the difference needs,
-// and who is suspected of it. It spends what is left of the time, and changes no verdict.
+// and who is suspected of it. Where both miss a closed form alike: what that tells. It spends what is left of the time,
+// and changes no verdict.
 #pragma once
 
 #include <functional>
@@ -23,8 +24,8 @@ struct FaultRequest {
     std::function<void(const std::string& what)> report;
 };
 
-// Sets the verdict's worst pixel, fault_place, signature, likeness, partings, elimination and suspects. A device that
-// is lost meanwhile takes no verdict back: what is known by then stays.
+// Sets the verdict's worst pixel, fault_place, signature, likeness, partings, elimination, suspects and missed_form. A
+// device that is lost meanwhile takes no verdict back: what is known by then stays.
 void explain_fault(SceneVerdict& verdict, const FaultRequest& request);
 
 }  // namespace tandem
