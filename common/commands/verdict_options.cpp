@@ -74,6 +74,7 @@ void print_verdict(const SceneVerdict& verdict, bool verbose) {
     }
     if (!verdict.suspects.empty()) fmt::print("    {}\n", told(verdict.suspects));
     if (verdict.elimination) fmt::print("    {}\n", told(*verdict.elimination));
+    if (verdict.missed_form) fmt::print("    {}\n", told(*verdict.missed_form));
     if (verdict.likeness) fmt::print("    {}\n", told(*verdict.likeness));
     if (!verdict.closed_form.skipped.empty())
         fmt::print("    the scene's closed form is left out: {}\n", verdict.closed_form.skipped);

@@ -1,5 +1,6 @@
 // Which features a disagreement needs, on renderers whose fault is known: it is in what a scene or settings have.
 #include <doctest/doctest.h>
+#include <fmt/format.h>
 
 #include <algorithm>
 
@@ -178,6 +179,26 @@ TEST_CASE("a difference that stays in the plainest scene needs nothing, and clea
         CHECK(std::ranges::find(cleared, part) != cleared.end());
     for (const Subsystem part : {Subsystem::camera, Subsystem::bsdf, Subsystem::geometry, Subsystem::random_numbers})
         CHECK(std::ranges::find(cleared, part) == cleared.end());
+}
+
+TEST_CASE("a limit of bounces that is one off is told by the samples, which are the same again") {
+    for (const int off : {-1, 1}) {
+        CAPTURE(off);
+        // What a bounce adds: so many samples have other numbers.
+        Trial trial([off](const Scene&, const RenderSettings& settings) {
+            return Wrong{.strays = settings.bounces + static_cast<std::uint32_t>(off) == 6 ? 0.0 : 0.3};
+        });
+        const Elimination elimination = trial.run();
+        REQUIRE(elimination.bounces_off);
+        CHECK(*elimination.bounces_off == -off);
+        const std::vector<Suspect> suspects = suspects_of(elimination);
+        REQUIRE(!suspects.empty());
+        CHECK(suspects[0].part == Subsystem::roulette);
+        CHECK(suspects[0].because == fmt::format("with one bounce {} the candidate has the samples of the reference",
+                                         off < 0 ? "more" : "fewer"));
+    }
+    Trial other([](const Scene&, const RenderSettings&) { return Wrong{.strays = 0.3}; });
+    CHECK_FALSE(other.run().bounces_off);
 }
 
 TEST_CASE("two sides that are right have no feature taken out, which is told") {

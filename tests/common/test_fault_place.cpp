@@ -145,6 +145,22 @@ TEST_CASE("sides that have the same sums in their first samples differ later, or
     CHECK(says(found(cpu, vulkan), "it shows in later samples, or with another seed"));
 }
 
+TEST_CASE("a film that is not the mean of its own paths is told without another side") {
+    const Scene scene = test::SceneBuilder().scene();
+    RenderSettings settings;
+    settings.width = settings.height = side;
+    Fake sound(right, right);
+    CHECK(film_against_paths(sound, scene, settings).empty());
+    Fake dim(right, [](std::uint32_t x, std::uint32_t y, double v) { return x + y == 0 ? 0.5 * v : v; });
+    CHECK(film_against_paths(dim, scene, settings).starts_with("the film has 0.27"));
+    CHECK(film_against_paths(dim, scene, settings).find(" in red at (0, 0), and its traced paths have the mean 0.5") !=
+          std::string::npos);
+    Fake clamped(right, [](std::uint32_t, std::uint32_t, double v) { return std::min(v, 0.55); });
+    CHECK_FALSE(film_against_paths(clamped, scene, settings).empty());
+    settings.clamp = 0.55;  // as was asked for
+    CHECK(film_against_paths(clamped, scene, settings).empty());
+}
+
 TEST_CASE("patterns of pixels are named, through what rounding touches beside them") {
     CHECK(pattern(127, 83, [](auto, auto y) { return y == 82; }) == "the last row");
     CHECK(pattern(127, 83, [](auto x, auto) { return x >= 120; }) == "the last 7 columns");

@@ -166,11 +166,12 @@ TEST_CASE("of a closed form that both sides miss the scene's most particular fea
     builder.camera({0.0, 1.0, 4.0}, {0.0, 0.0, 0.0}).floor(diffuse(dvec3(0.5)), 0.0, 2.0).background(dvec3(1.0));
     Scene scene = builder.scene();
     const RenderSettings settings = default_settings(scene);
-    CHECK_FALSE(names(suspects_of_miss(features_of(scene, settings)), Subsystem::camera));
+    const std::vector<SceneFeature> plain = features_of(scene, settings);
+    CHECK_FALSE(names(suspects_of_miss({.features = plain}), Subsystem::camera));
     scene.camera.lens_radius = 0.1;
     scene.entities[0].object_to_world = glm::rotate(glm::dmat4(1.0), 0.5, glm::dvec3(0.0, 1.0, 0.0));
     const std::vector<SceneFeature> features = features_of(scene, settings);
-    const std::vector<Suspect> suspects = suspects_of_miss(features);
+    const std::vector<Suspect> suspects = suspects_of_miss({.features = features});
     REQUIRE(suspects.size() == most_suspects);
     CHECK(suspects[0].part == Subsystem::camera);
     CHECK(suspects[0].because == "the scene has a lens, MODEL.md 4");
@@ -178,10 +179,48 @@ TEST_CASE("of a closed form that both sides miss the scene's most particular fea
 
     // A scene with a lens meets its closed form.
     scene.entities[0].object_to_world = glm::dmat4(1.0);
-    const std::vector<Suspect> others = suspects_of_miss(features, features_of(scene, settings));
+    const std::vector<SceneFeature> met = features_of(scene, settings);
+    const std::vector<Suspect> others = suspects_of_miss({.features = features, .met = met});
     CHECK(others[0].part == Subsystem::scene_data);
     CHECK(
         others[0].because == "no scene that meets its closed form has an entity that is turned or scaled, MODEL.md 6");
+}
+
+TEST_CASE("what was tried on a closed form that both sides miss comes before the scene's features, or clears them") {
+    const std::vector<SceneFeature> features{{Subsystem::camera, "a lens", "4"},
+        {Subsystem::light_sampling, "lights that are sampled", "9.2"}, {Subsystem::bsdf, "a diffuse surface", "7.2"}};
+    MissedForm tried;
+    tried.whole = {256, -0.02, 0.001};
+    FormTrial trial;
+    trial.part = Subsystem::mis_weights;
+    trial.change = "without weights of two ways to a light";
+    trial.outcome = FormOutcome::met;
+    trial.look = {256, 1e-4, 1e-4};
+    tried.trials.push_back(trial);
+    const auto suspects = [&] { return suspects_of_miss({.features = features, .tried = &tried}); };
+    CHECK(suspects()[0].part == Subsystem::mis_weights);
+    CHECK(suspects()[0].because ==
+          "the closed form is met without weights of two ways to a light: off by +0.010 % ± 0.020 %, else by -2.0 %");
+    CHECK(suspects()[1].part == Subsystem::camera);
+
+    trial.part = Subsystem::light_sampling;
+    trial.change = "without lights that are sampled";
+    trial.whole = true;
+    trial.outcome = FormOutcome::missed;
+    tried.trials = {trial};
+    CHECK(cleared_parts(tried) == std::vector{Subsystem::light_sampling});
+    REQUIRE(suspects().size() == 3);
+    CHECK(suspects()[1].part == Subsystem::bsdf);
+    CHECK(suspects()[2].part == Subsystem::light_sampling);
+    tried.trials.push_back(trial);
+    tried.trials.back().outcome = FormOutcome::unknown;  // a background may be what is sampled wrongly
+    CHECK(cleared_parts(tried).empty());
+
+    tried.data = "lights";
+    CHECK(suspects()[0].part == Subsystem::scene_data);
+    tried.film = "the film has 2 in red at (0, 0), and its traced paths have the mean 1";
+    CHECK(suspects()[0].part == Subsystem::accumulation);
+    CHECK(suspects()[1].part == Subsystem::scene_data);
 }
 
 TEST_CASE("a closed form that few pixels miss is the film's") {

@@ -12,7 +12,7 @@
 #include "common/image/image_io.h"
 #include "common/render/renderer.h"
 #include "common/scene/loader/scene_loader.h"
-#include "tests/fuzz/sound_scene.h"
+#include "common/scene/sound_scene.h"
 #include "tests/temporary_folder.h"
 
 namespace tandem::fuzz {
@@ -109,7 +109,7 @@ void load(const std::string& name) {
     const std::filesystem::path file = folder() / name;
     try {
         const Scene scene = load_scene(file);
-        const std::string fault = fault_of(scene);
+        const std::string fault = unsound_part(scene);
         if (!fault.empty()) fail("an unsound scene was accepted", fault);
         (void)needed_effects(scene, default_settings(scene));
     } catch (const InputError& error) {

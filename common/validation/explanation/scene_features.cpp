@@ -200,17 +200,17 @@ constexpr EffectFeature plain_features[] = {
     {Effect::background_gradient, {S::emission, "a background that varies with height", "8.1", without_gradient}},
     {Effect::specular, {S::bsdf, "a mirror", "7.3", without_mirrors}},
     {Effect::light_sampling,
-        {S::light_sampling, "lights that are sampled", "9.2", without_light_sampling, true, Naming::general}},
+        {S::light_sampling, "lights that are sampled", "9.2", without_light_sampling, true, Naming::general, true}},
     {Effect::emission, {S::emission, "a surface that emits", "7.5"}},
     {Effect::diffuse, {S::bsdf, "a diffuse surface", "7.2"}},
     {Effect::background, {S::emission, "a background", "8.1", without_background, false, Naming::general}},
-    {Effect::roulette, {S::roulette, "Russian roulette", "9.3", without_roulette, true}},
+    {Effect::roulette, {S::roulette, "Russian roulette", "9.3", without_roulette, true, Naming::particular, true}},
 };
 // That no miss of a closed form is laid to.
 constexpr EffectFeature finer_features[] = {
     {Effect::one_sided_emission, {S::emission, "a surface that emits to one side", "7.5", without_one_sided_lights}},
-    {Effect::sampled_background,
-        {S::light_sampling, "a background that is sampled", "8.2", without_sampled_background, false, Naming::general}},
+    {Effect::sampled_background, {S::light_sampling, "a background that is sampled", "8.2", without_sampled_background,
+                                     false, Naming::general, true}},
 };
 // Walls and bodies keep paths in the scene, so what else is needed says more.
 constexpr EffectFeature shape_features[] = {
@@ -221,10 +221,13 @@ constexpr EffectFeature shape_features[] = {
     {Effect::triangles, {S::geometry, "triangles that do not emit", "5.2", without_shapes<PrimitiveKind::triangle>,
                             false, Naming::shape}},
 };
-constexpr SceneFeature two_ways{S::mis_weights, "weights of two ways to a light", "9.2", without_mis, true};
-constexpr SceneFeature light_tree{S::light_sampling, "a choice of the light by a tree", "9.2", without_light_tree};
+constexpr SceneFeature two_ways{
+    S::mis_weights, "weights of two ways to a light", "9.2", without_mis, true, Naming::particular, true};
+constexpr SceneFeature light_tree{
+    S::light_sampling, "a choice of the light by a tree", "9.2", without_light_tree, false, Naming::particular, true};
 constexpr SceneFeature wide_filter{S::camera, "a pixel filter wider than a pixel", "4.1", without_wide_filter};
-constexpr SceneFeature philox{S::random_numbers, "Philox's numbers", "3", without_philox};
+constexpr SceneFeature philox{
+    S::random_numbers, "Philox's numbers", "3", without_philox, false, Naming::particular, true};
 constexpr SceneFeature long_paths{
     S::roulette, "paths of several bounces", "9", without_long_paths, true, Naming::nobody};
 

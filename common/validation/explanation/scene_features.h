@@ -33,6 +33,7 @@ struct SceneFeature {
     void (*take_out)(EditedScene& edited) = nullptr;
     bool whole = false;  // without all such features of the part, the scene calls for nothing of it
     Naming naming = Naming::particular;
+    bool keeps_mean = false;  // without it every pixel has the same mean still (MODEL.md sections 3 and 9)
     bool operator==(const SceneFeature&) const = default;
 };
 

@@ -81,6 +81,7 @@ public:
 
     std::vector<Suspect> ranked() {
         look_at_needs();
+        look_at_bounces();
         look_at_numbers();
         look_at_levels();
         look_outside_paths();
@@ -126,6 +127,11 @@ private:
             add(trial.feature.part, -before, told(*evidence_.elimination, trial));
             before += later;
         }
+    }
+
+    void look_at_bounces() {
+        if (evidence_.elimination == nullptr || !evidence_.elimination->bounces_off) return;
+        add(S::roulette, certain, told_of_bounces(*evidence_.elimination));
     }
 
     // Nothing differs but under one condition, which is the work of one part.
@@ -178,15 +184,29 @@ private:
 
 }  // namespace
 
-std::vector<Suspect> suspects_of_miss(std::span<const SceneFeature> features, std::span<const SceneFeature> met) {
+std::vector<Suspect> suspects_of_miss(const MissEvidence& evidence) {
     std::vector<Suspect> suspects;
-    for (const bool excused : {false, true})
-        for (const SceneFeature& feature : features) {
-            if ((std::ranges::find(met, feature) != met.end()) != excused) continue;
-            if (std::ranges::any_of(suspects, [&](const Suspect& one) { return one.part == feature.part; })) continue;
-            if (suspects.size() == most_suspects) return suspects;
-            suspects.push_back({feature.part, clause_of(feature, met.empty() || excused)});
-        }
+    const auto add = [&](Subsystem part, std::string because) {
+        if (suspects.size() < most_suspects && std::ranges::find(suspects, part, &Suspect::part) == suspects.end())
+            suspects.push_back({part, std::move(because)});
+    };
+    std::vector<Subsystem> cleared;
+    if (evidence.film) add(evidence.film->part, evidence.film->because);
+    if (const MissedForm* const tried = evidence.tried) {
+        cleared = cleared_parts(*tried);
+        if (!tried->film.empty()) add(S::accumulation, tried->film);
+        if (!tried->data.empty())
+            add(S::scene_data,
+                fmt::format("{} that were read are not what common/scene/scene.h promises", tried->data));
+        for (const FormTrial& trial : tried->trials)
+            if (trial.outcome == FormOutcome::met) add(trial.part, told(*tried, trial));
+    }
+    const auto is_in = [](const auto& list, const auto& one) { return std::ranges::find(list, one) != list.end(); };
+    for (const bool last : {false, true})
+        for (const bool excused : {false, true})
+            for (const SceneFeature& feature : evidence.features)
+                if (is_in(evidence.met, feature) == excused && is_in(cleared, feature.part) == last)
+                    add(feature.part, clause_of(feature, evidence.met.empty() || excused));
     return suspects;
 }
 

@@ -1,6 +1,7 @@
 // Which parts of a path tracer are suspected, likeliest first, each with the observation that speaks against it. The
 // evidence of the pattern, the removed features and the draws is added up, weighted as for planted bugs
-// (part_evidence.h). Where both sides miss a closed form alike, the scene's own features are the suspects.
+// (part_evidence.h). Where both sides miss a closed form alike, changes that were tried name the part. Else the scene's
+// own features are the suspects.
 #pragma once
 
 #include <optional>
@@ -14,6 +15,7 @@
 #include "common/validation/verdict/closed_form.h"
 #include "common/validation/verify/elimination.h"
 #include "common/validation/verify/fault_place.h"
+#include "common/validation/verify/missed_form.h"
 
 namespace tandem {
 
@@ -23,10 +25,16 @@ struct Suspect {
 };
 inline constexpr std::size_t most_suspects = 3;
 
-// Where both sides miss a closed form: the scene's features. First come those that none of `met` has, the features of
-// scenes that meet their closed forms.
-[[nodiscard]] std::vector<Suspect> suspects_of_miss(
-    std::span<const SceneFeature> features, std::span<const SceneFeature> met = {});
+// Where both sides miss a closed form.
+struct MissEvidence {
+    std::span<const SceneFeature> features;  // of the scene, the most particular first
+    std::span<const SceneFeature> met{};     // of scenes that meet their closed forms
+    const MissedForm* tried = nullptr;       // where changes were tried
+    std::optional<Suspect> film{};           // film_misses
+};
+// First comes what leaves nothing else: the film, data that are not sound, a change with which the form is met. Then
+// come the features, those before that no scene of `met` has, and last those of parts that are cleared.
+[[nodiscard]] std::vector<Suspect> suspects_of_miss(const MissEvidence& evidence);
 
 // Why the film itself is suspected of a miss. Either most of the side's pixels have the closed form's value exactly,
 // and few have not. Or all are off as if sums were divided by one sample too few or too many. Nothing where the image

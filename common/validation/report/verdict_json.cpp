@@ -133,7 +133,27 @@ json elimination_json(const std::optional<Elimination>& elimination) {
             {"need", need_names.at(static_cast<std::size_t>(trial.need))},
             {"without", trial.without ? paired_look_json(*trial.without) : json(nullptr)}});
     return {{"text", told(*elimination)}, {"scenes", elimination->scenes}, {"seconds", elimination->seconds},
-        {"whole", paired_look_json(elimination->whole)}, {"features", trials}, {"left_out", elimination->left_out}};
+        {"whole", paired_look_json(elimination->whole)}, {"features", trials},
+        {"bounces_off", elimination->bounces_off ? json(*elimination->bounces_off) : json(nullptr)},
+        {"left_out", elimination->left_out}};
+}
+
+json form_look_json(const FormLook& look) {
+    return {{"samples", look.samples}, {"relative_difference", number(look.relative)},
+        {"relative_error", number(look.error)}};
+}
+
+json missed_form_json(const std::optional<MissedForm>& missed) {
+    if (!missed) return nullptr;
+    json changes = json::array();
+    for (const FormTrial& trial : missed->trials)
+        changes.push_back({{"change", trial.change}, {"subsystem", name_of(trial.part)},
+            {"outcome", form_outcome_names.at(static_cast<std::size_t>(trial.outcome))},
+            {"with", form_look_json(trial.look)}});
+    const auto text = [](const std::string& s) { return s.empty() ? json(nullptr) : json(s); };
+    return {{"text", told(*missed)}, {"seconds", missed->seconds}, {"whole", form_look_json(missed->whole)},
+        {"changes", changes}, {"film", text(missed->film)}, {"unsound_data", text(missed->data)},
+        {"left_out", missed->left_out}};
 }
 
 // Figures that are not 0: with them a naming can be tried anew without rendering.
@@ -267,6 +287,7 @@ json to_json(const SceneVerdict& v) {
     for (const Suspect& suspect : v.suspects)
         result["suspects"].push_back({{"subsystem", name_of(suspect.part)}, {"because", suspect.because}});
     result["elimination"] = elimination_json(v.elimination);
+    result["missed_form"] = missed_form_json(v.missed_form);
     result["signature"] = signature_json(v.signature);
     result["outvoted"] = outvoted_json(v.outvoted);
     result["closed_form"] = closed_form_json(v);

@@ -127,6 +127,7 @@ public:
     Elimination run() {
         if (look_at_whole()) {
             out_.assign(features_.size(), false);
+            move_limit();
             reduce_all();
             look_longer();
             if (late_) result_.left_out = "no time was left for the rest";
@@ -191,8 +192,11 @@ private:
         const EditedScene& edited, double until, std::uint64_t most, const Decided& decided) {
         if (question_.progress) question_.progress(fmt::format("features taken out, scene {}", result_.scenes + 1));
         const double start = since_start();
+        RenderSettings of_candidate = edited.settings;
+        of_candidate.bounces =
+            static_cast<std::uint32_t>(static_cast<std::int64_t>(of_candidate.bounces) + candidate_bounces_);
         Jobs jobs{question_.reference.prepare(edited.scene, edited.settings),
-            question_.candidate.prepare(edited.scene, edited.settings)};
+            question_.candidate.prepare(edited.scene, of_candidate)};
         PairedSums sums(edited.settings, question_.criteria);
         PairedLook look;
         std::uint64_t invalid = 0;
@@ -250,6 +254,27 @@ private:
         result_.by_samples = parts(*look);
         by_means_ = look->p < false_difference;
         return true;
+    }
+
+    // Whether the candidate's limit of bounces is one off. Samples tell that are the same again, as hardly another
+    // fault is undone by other paths. So means do not.
+    void move_limit() {
+        if (!result_.by_samples) return;
+        for (const int by : {1, -1}) {
+            if ((by < 0 && question_.settings.bounces == 0) || !in_time(1.2 * last_seconds_)) continue;
+            candidate_bounces_ = by;
+            try {
+                const auto same = [&](const PairedLook& one) {
+                    return one.invalid == 0 && one.p >= false_difference && parts_no_more(one);
+                };
+                const double until = since_start() + last_seconds_;
+                const std::optional<PairedLook> look = look_at(without({}), until, fewest_batches, same);
+                if (look && same(*look)) result_.bounces_off = by;
+            } catch (const UnsupportedError&) {  // a limit that a side does not have
+            }
+            candidate_bounces_ = 0;
+            if (result_.bounces_off) return;
+        }
     }
 
     // More samples part than rounding can explain.
@@ -360,6 +385,7 @@ private:
     double rounding_ = 0.0;
     double last_seconds_ = 0.0;  // of the last scene, to its first look
     bool by_means_ = false, late_ = false, longer_ = false;
+    int candidate_bounces_ = 0;  // more than the reference's
     std::vector<bool> out_;
     PairedLook with_;  // the plainest scene yet that differs
     Elimination result_;
@@ -396,6 +422,11 @@ std::string told(const Elimination& elimination, const FeatureTrial& needed) {
         figures(elimination, needed.with, false));
 }
 
+std::string told_of_bounces(const Elimination& elimination) {
+    return fmt::format("with one bounce {} the candidate has the samples of the reference",
+        elimination.bounces_off.value_or(0) > 0 ? "more" : "fewer");
+}
+
 std::string told(const Elimination& elimination) {
     if (elimination.scenes <= 1 || elimination.trials.empty())
         return fmt::format("no feature was taken out: {}", elimination.left_out);
@@ -408,6 +439,7 @@ std::string told(const Elimination& elimination) {
         if (!words.empty())
             text += fmt::format("; {}: {}", need_names.at(static_cast<std::size_t>(need)), fmt::join(words, ", "));
     }
+    if (elimination.bounces_off) text += "; " + told_of_bounces(elimination);
     if (!elimination.left_out.empty()) text += "; " + elimination.left_out;
     return text;
 }

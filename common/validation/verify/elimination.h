@@ -43,7 +43,9 @@ struct Elimination {
     std::size_t scenes = 0;            // that were rendered
     double seconds = 0.0;
     bool by_samples = false;  // samples that part told, or else means
-    std::string left_out;     // why nothing, or not all, was tried; empty: all was
+    // The candidate draws the reference's samples again with one bounce more (1) or fewer (-1).
+    std::optional<int> bounces_off;
+    std::string left_out;  // why nothing, or not all, was tried; empty: all was
 };
 
 struct EliminationQuestion {
@@ -70,6 +72,8 @@ struct EliminationQuestion {
 
 // "the sides agree without it: 128 pairs a pixel, difference 0.02 % ± 0.05 %; with it 2.1 %"
 [[nodiscard]] std::string told(const Elimination& elimination, const FeatureTrial& needed);
+// "with one bounce more the candidate has the samples of the reference"; where bounces_off is set.
+[[nodiscard]] std::string told_of_bounces(const Elimination& elimination);
 // "features taken out on both sides (7 scenes in 3.2 s): needed: a lens; not needed: ...; not known: ..."
 [[nodiscard]] std::string told(const Elimination& elimination);
 

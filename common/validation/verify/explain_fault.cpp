@@ -8,6 +8,7 @@
 #include "common/render/effects.h"
 #include "common/validation/verify/elimination.h"
 #include "common/validation/verify/fault_place.h"
+#include "common/validation/verify/missed_form.h"
 #include "common/validation/verify/path_partings.h"
 
 namespace tandem {
@@ -25,6 +26,7 @@ public:
 
     void explain() {
         find_place();
+        if (misses_on_both_sides(verdict_)) look_into_the_miss();
         if (!sides_differ(verdict_)) return;
         compare_with_planted_bugs();
         suspect();
@@ -78,13 +80,33 @@ private:
             suspects_of_difference(evidence(), {.patterns = verdict_.signature ? planted_signatures() : no_patterns});
     }
 
+    // What is left of the time, beside the oracle's part.
+    [[nodiscard]] double budget() const {
+        const VerifyOptions& options = request_.options;
+        return (options.oracle != nullptr ? part_beside_oracle : 1.0) *
+               (options.budget_seconds - request_.watch.seconds());
+    }
+
+    void look_into_the_miss() {
+        constexpr std::uint64_t longer = 16;  // as many samples as the verdict took
+        verdict_.missed_form = look_into_miss({.scene = request_.scene,
+            .settings = settings_,
+            .renderer = request_.reference,
+            .form = *verdict_.closed_form.form,
+            .criteria = verdict_.criteria,
+            .most_samples = longer * verdict_.reference.samples,
+            .budget_seconds = budget(),
+            .expected_seconds = request_.prepare_seconds + 2.0 * samples_per_block * request_.seconds_per_sample,
+            .stop = request_.options.stop,
+            .progress = request_.report});
+    }
+
     void take_features_out() {
         if (!request_.follow_numbers) {
             verdict_.elimination.emplace().left_out = "the sides do not draw the same random numbers";
             return;
         }
         const VerifyOptions& options = request_.options;
-        const double left = options.budget_seconds - request_.watch.seconds();
         constexpr double samples = 16.0;  // of the first scene
         std::vector<double> suspicion;
         if (verdict_.signature) {
@@ -99,7 +121,7 @@ private:
             .criteria = verdict_.criteria,
             .same_samples = request_.same_samples,
             .suspicion = std::move(suspicion),
-            .budget_seconds = (options.oracle != nullptr ? part_beside_oracle : 1.0) * left,
+            .budget_seconds = budget(),
             .expected_seconds = request_.prepare_seconds + samples * request_.seconds_per_sample,
             .stop = options.stop,
             .progress = request_.report});

@@ -1,5 +1,6 @@
 // Explains a disagreement: the pixel and sample to trace, what parts the paths, the features that the difference needs,
-// and the suspected parts. It uses the time that is left, and changes no verdict.
+// and the suspected parts. Where both sides miss a closed form alike, it says what that tells. It uses the time that is
+// left, and changes no verdict.
 #pragma once
 
 #include <functional>
@@ -23,8 +24,8 @@ struct FaultRequest {
     std::function<void(const std::string& what)> report;
 };
 
-// Sets the verdict's worst pixel, fault_place, signature, likeness, partings, elimination and suspects. A device that
-// is lost meanwhile takes no verdict back: what is known by then stays.
+// Sets the verdict's worst pixel, fault_place, signature, likeness, partings, elimination, suspects and missed_form. A
+// device that is lost meanwhile takes no verdict back: what is known by then stays.
 void explain_fault(SceneVerdict& verdict, const FaultRequest& request);
 
 }  // namespace tandem

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <numeric>
@@ -34,6 +35,20 @@ struct Sums {
 double greatest(const glm::dvec3& v) { return std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)}); }
 bool differ(const glm::dvec3& a, const glm::dvec3& b) {
     return greatest(a - b) > same_sum * std::max(greatest(a), greatest(b));
+}
+
+// The radiance of the paths that a side traces in a pixel, as its film should have them.
+std::vector<glm::dvec3> radiances_of(
+    RenderJob& job, const RenderSettings& settings, std::size_t pixel, SampleRange samples) {
+    std::vector<glm::dvec3> result;
+    const auto x = static_cast<std::uint32_t>(pixel % settings.width),
+               y = static_cast<std::uint32_t>(pixel / settings.width);
+    for (const PathTrace& trace : job.trace(x, y, samples)) {
+        const glm::dvec3& r = trace.radiance;
+        if (!std::isfinite(r.x + r.y + r.z) || std::min({r.x, r.y, r.z}) < 0.0) continue;  // MODEL.md 12
+        result.push_back(glm::min(r, glm::dvec3(settings.clamp)));
+    }
+    return result;
 }
 
 struct ClampedSum {
@@ -118,16 +133,8 @@ private:
         return result;
     }
 
-    // The radiance of the paths that a side traces in a pixel, as its film should have them.
     [[nodiscard]] std::vector<glm::dvec3> radiances(RenderJob& job, std::size_t i) const {
-        std::vector<glm::dvec3> result;
-        for (const PathTrace& trace :
-            job.trace(static_cast<std::uint32_t>(i % width_), static_cast<std::uint32_t>(i / width_), block)) {
-            const glm::dvec3& r = trace.radiance;
-            if (!std::isfinite(r.x + r.y + r.z) || std::min({r.x, r.y, r.z}) < 0.0) continue;  // MODEL.md 12
-            result.push_back(glm::min(r, glm::dvec3(question_.settings.clamp)));
-        }
-        return result;
+        return radiances_of(job, question_.settings, i, block);
     }
 
     // Whether a side's film is the sum of the paths that it traces, in each of the pixels.
@@ -241,5 +248,44 @@ std::optional<Rectangle> fired_region(const Judgement& judgement) {
 }
 
 FaultPlace find_fault(WorstPixel& pixel, const FaultQuestion& question) { return FaultSearch(pixel, question).run(); }
+
+std::string film_against_paths(
+    Renderer& renderer, const Scene& scene, const RenderSettings& settings, std::stop_token stop) {
+    constexpr std::array blocks{block, SampleRange{samples_per_block, 2 * samples_per_block}};
+    const std::unique_ptr<RenderJob> job = renderer.prepare(scene, settings);
+    const std::size_t middle = std::size_t{settings.height / 2} * settings.width + settings.width / 2;
+    const std::array pixels{std::size_t{0}, middle, std::size_t{settings.width} * settings.height - 1};
+    std::array<glm::dvec3, 3> of_paths{};
+    Estimate film(settings.width, settings.height);
+    RenderControl control;
+    control.stop = std::move(stop);
+    try {
+        for (const SampleRange& samples : blocks)
+            for (std::size_t k = 0; k < pixels.size(); ++k)
+                for (const glm::dvec3& radiance : radiances_of(*job, settings, pixels[k], samples))
+                    of_paths[k] += radiance;
+    } catch (const UnsupportedError&) {
+        return {};
+    }
+    for (const SampleRange& samples : blocks) {
+        RenderResult part = job->render(samples, control);
+        if (part.estimate.count() != samples.count()) return {};
+        film.merge(std::move(part.estimate));
+    }
+    const std::vector<PixelStatistics> shown = pixel_statistics(film);
+    constexpr std::array channel_names{"red", "green", "blue"};
+    for (std::size_t k = 0; k < pixels.size(); ++k) {
+        const PixelStatistics* const mean = &shown[pixels[k] * channel_count];
+        const glm::dvec3 of_film(mean[0].mean, mean[1].mean, mean[2].mean),
+            expected = of_paths[k] / static_cast<double>(film.count());
+        if (!differ(of_film, expected)) continue;
+        const glm::dvec3 apart = glm::abs(of_film - expected);
+        const int channel = apart.x >= std::max(apart.y, apart.z) ? 0 : apart.y >= apart.z ? 1 : 2;
+        return fmt::format("the film has {:.6g} in {} at ({}, {}), and its traced paths have the mean {:.6g}",
+            of_film[channel], channel_names.at(static_cast<std::size_t>(channel)), pixels[k] % settings.width,
+            pixels[k] / settings.width, expected[channel]);
+    }
+    return {};
+}
 
 }  // namespace tandem

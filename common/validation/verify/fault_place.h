@@ -48,4 +48,10 @@ struct FaultPlace {
 // trace paths, or where a stop was requested before the block was done.
 FaultPlace find_fault(WorstPixel& pixel, const FaultQuestion& question);
 
+// "the film has 1.00794 in red at (0, 0), and its traced paths have the mean 1": over two blocks that are merged and
+// divided as a verdict's are, in the first, a middle and the last pixel. Empty where they have the same means, where
+// paths cannot be traced, or after a stop.
+[[nodiscard]] std::string film_against_paths(
+    Renderer& renderer, const Scene& scene, const RenderSettings& settings, std::stop_token stop = {});
+
 }  // namespace tandem

@@ -36,12 +36,10 @@ void add_votes(SceneVerdict& verdict) {
 // What the closed form alone can tell: the sides miss it alike.
 void suspect_features(SceneVerdict& verdict, std::span<const SceneFeature> met) {
     if (!misses_on_both_sides(verdict)) return;
-    verdict.suspects = suspects_of_miss(verdict.features, met);
-    const std::optional<Suspect> film = film_misses(*verdict.closed_form.form, verdict.candidate);
-    if (!film) return;
-    std::erase_if(verdict.suspects, [&](const Suspect& one) { return one.part == film->part; });
-    verdict.suspects.insert(verdict.suspects.begin(), *film);
-    if (verdict.suspects.size() > most_suspects) verdict.suspects.resize(most_suspects);
+    verdict.suspects = suspects_of_miss({.features = verdict.features,
+        .met = met,
+        .tried = verdict.missed_form ? &*verdict.missed_form : nullptr,
+        .film = film_misses(*verdict.closed_form.form, verdict.candidate)});
 }
 
 }  // namespace

@@ -49,6 +49,7 @@ struct SceneVerdict {
     std::optional<PathPartings> partings;          // of the traced paths, with the signature
     FaultPlace fault_place;                        // where the sides disagree
     std::optional<Elimination> elimination;        // ... from each other
+    std::optional<MissedForm> missed_form;         // where both miss the closed form alike
     std::vector<Suspect> suspects;                 // likeliest first; of a disagreement, where anything is known
     std::vector<SceneFeature> features;            // of the scene
     ClosedFormUse closed_form;                     // of the scene, at these settings

@@ -1,11 +1,11 @@
-#include "tests/fuzz/sound_scene.h"
+#include "common/scene/sound_scene.h"
 
 #include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <glm/matrix.hpp>
 
-namespace tandem::fuzz {
+namespace tandem {
 
 namespace {
 
@@ -84,7 +84,7 @@ bool sound(const Entity& entity, const Scene& scene) {
 
 }  // namespace
 
-std::string fault_of(const Scene& scene) {
+std::string unsound_part(const Scene& scene) {
     const auto all = [](const auto& list, const auto& check) { return std::ranges::all_of(list, check); };
     if (scene.film.width == 0 || scene.film.height == 0) return "film";
     if (!sound(scene.camera)) return "camera";
@@ -105,4 +105,4 @@ std::string fault_of(const Scene& scene) {
     return {};
 }
 
-}  // namespace tandem::fuzz
+}  // namespace tandem
