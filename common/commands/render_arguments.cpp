@@ -150,8 +150,8 @@ void add_how_long(CLI::App& command, RenderArguments& arguments) {
         ->type_name("RANGE")
         ->group(rare_options);
     command
-        .add_option("--resume", arguments.resume,
-            "Store the sums in FILE at intervals and at the end. If FILE exists, go on from there")
+        .add_option(
+            "--resume", arguments.resume, "Store the sums in FILE at intervals, and go on from FILE if it exists")
         ->type_name("FILE");
     command
         .add_option("--keep-every", arguments.keep_seconds,
