@@ -22,8 +22,8 @@ constexpr std::uint64_t seed_of_miss = 4;  // beside those of the verdict and of
 constexpr double false_miss = 1e-4;        // a look's chance
 constexpr double deviations = 3.0;
 constexpr double part_of_budget = 0.25;  // for the scene as it is
-// Of the miss, where the form is met. A change that has nothing to do with the fault moves the mean, too, and may bring
-// it near the form: the less is allowed to remain, the more seldom.
+// What is left of the miss at most where the form is met. A change that has nothing to do with the fault moves the
+// mean, too, and may bring it near the form: the less is allowed to remain, the more seldom.
 constexpr double part_that_remains = 0.1;
 
 struct Change {
