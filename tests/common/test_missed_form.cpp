@@ -157,7 +157,7 @@ TEST_CASE("data that are not what the loader promises are told") {
 
 TEST_CASE("verify looks into a miss that both sides share, and into no other") {
     const Scene scene = lit_scene();
-    const auto early = [](const RenderSettings& settings) { return std::pow(1.03, settings.bounces - 7.0); };
+    const auto early = [](const RenderSettings& settings) { return std::pow(1.3, settings.bounces - 7.0); };
     Lit a(early, "cpu"), b(early, "vulkan"), right([](const RenderSettings&) { return 1.0; }, "vulkan");
     VerifyOptions options;
     options.settings = default_settings(scene);

@@ -200,7 +200,7 @@ TEST_CASE("what was tried on a closed form that both sides miss comes before the
     const auto suspects = [&] { return suspects_of_miss({.features = features, .tried = &tried}); };
     CHECK(suspects()[0].part == Subsystem::mis_weights);
     CHECK(suspects()[0].because ==
-          "the closed form is met without weights of two ways to a light: off by +0.010 % ± 0.020 %, else by -2.0 %");
+          "the closed form is met without weights of two ways to a light: off by +0.01 % ± 0.020 %, else by -2 %");
     CHECK(suspects()[1].part == Subsystem::camera);
 
     trial.part = Subsystem::light_sampling;

@@ -42,7 +42,7 @@ void name_each(Right& by_features, Right& by_trials) {
         if (mutant.planting != Planting::both || !kinds.insert(mutant.fault.bug).second) continue;
         CAPTURE(mutant.id());
         const Scene scene = load_scene(scene_file(mutant.scenes.front()));
-        constexpr std::uint32_t longer_side = 32;
+        constexpr std::uint32_t longer_side = 64;
         RenderSettings settings = verification_settings(scene, longer_side);
         make_visible(mutant.fault.bug, settings);
         const ClosedFormUse use = closed_form_of(scene, settings);
@@ -57,8 +57,8 @@ void name_each(Right& by_features, Right& by_trials) {
             .renderer = *renderer,
             .form = *use.form,
             .criteria = {},
-            .most_samples = 1u << 16,
-            .budget_seconds = 8.0,
+            .most_samples = 1u << 14,
+            .budget_seconds = 3.0,
             .stop = {},
             .progress = {}});
         const std::vector<SceneFeature> features = features_of(scene, settings);
@@ -71,7 +71,7 @@ void name_each(Right& by_features, Right& by_trials) {
         by_trials.add(after, part);
         const std::string line = fmt::format("{} on {} ({}): {}; then {}; {}", mutant.id(), mutant.scenes.front(),
             name_of(part), names_of(before), names_of(after), told(tried));
-        MESSAGE(line);
+        CAPTURE(line);
     }
 }
 

@@ -96,7 +96,8 @@ private:
             .criteria = verdict_.criteria,
             .most_samples = longer * verdict_.reference.samples,
             .budget_seconds = budget(),
-            .expected_seconds = request_.prepare_seconds + 2.0 * samples_per_block * request_.seconds_per_sample,
+            .expected_seconds =
+                request_.prepare_seconds + 2.0 * samples_per_block * request_.reference_seconds_per_sample,
             .stop = request_.options.stop,
             .progress = request_.report});
     }

@@ -20,7 +20,8 @@ struct FaultRequest {
     bool follow_numbers = false;                             // both sides draw the same numbers
     bool same_samples = false;                               // ... and their samples part by rounding alone
     double prepare_seconds = 0.0, seconds_per_sample = 0.0;  // of both sides
-    const Stopwatch& watch;                                  // since the verdict began
+    double reference_seconds_per_sample = 0.0;
+    const Stopwatch& watch;  // since the verdict began
     std::function<void(const std::string& what)> report;
 };
 

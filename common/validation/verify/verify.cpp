@@ -420,6 +420,7 @@ void Verification::look_for_the_fault() {
             .same_samples = same_paths(),
             .prepare_seconds = prepare_seconds_,
             .seconds_per_sample = (reference_.seconds + candidate_.seconds) / samples,
+            .reference_seconds_per_sample = reference_.seconds / samples,
             .watch = watch_,
             .report = [&](const std::string& text) { report(watch_.seconds() / options_.budget_seconds, text); }});
 }
