@@ -90,11 +90,6 @@ std::array<std::size_t, 3> row_of(const std::string& by) {
     return counts;
 }
 
-// What is borderline may come out otherwise where another processor rounds otherwise.
-constexpr std::size_t borderline = 3;
-
-bool is_near(std::size_t a, std::size_t b) { return std::max(a, b) - std::min(a, b) <= borderline; }
-
 }  // namespace
 
 TEST_CASE("bugs planted in both sides are named as often as the room's page says" * doctest::test_suite("full")) {
@@ -106,7 +101,7 @@ TEST_CASE("bugs planted in both sides are named as often as the room's page says
         const auto [first, among_three, of] = row_of(by);
         MESSAGE(fmt::format("| {} | {} of {} | {} of {} |", by, right.first, right.of, right.among_three, right.of));
         CHECK(of == right.of);
-        CHECK(is_near(first, right.first));
-        CHECK(is_near(among_three, right.among_three));
+        CHECK(first == right.first);
+        CHECK(among_three == right.among_three);
     }
 }
