@@ -66,7 +66,10 @@ private:
 
 double right(std::uint32_t, std::uint32_t, double v) { return v; }
 
-WorstPixel found(Fake& reference, Fake& candidate, const Fake* megakernel = nullptr) {
+struct Found : WorstPixel {
+    FaultPlace place;
+};
+Found found(Fake& reference, Fake& candidate, const Fake* megakernel = nullptr) {
     const Scene scene = test::SceneBuilder().scene();
     FaultQuestion question{.scene = scene,
         .settings = {},
@@ -85,8 +88,8 @@ WorstPixel found(Fake& reference, Fake& candidate, const Fake* megakernel = null
             return std::make_unique<Fake>(kernel == "megakernel" ? *megakernel : candidate);
         };
     }
-    WorstPixel pixel;
-    find_fault(pixel, question);
+    Found pixel;
+    pixel.place = find_fault(pixel, question);
     return pixel;
 }
 
@@ -126,6 +129,35 @@ TEST_CASE("a film whose paths are cut at one radiance is told as such, one that 
     CHECK_FALSE(says(found(by_pixel, cpu), "paths cut at"));
     Fake scaled(right, [](std::uint32_t x, std::uint32_t, double v) { return (1.0 - 0.01 * x) * v; });
     CHECK_FALSE(says(found(cpu, scaled), "paths cut at"));
+}
+
+TEST_CASE("light in other pixels is told from light that is lost, and a factor from what differs by place") {
+    Fake cpu(right, right);
+    const auto place = [&](const Touch& film) {
+        Fake vulkan(right, film);
+        return found(cpu, vulkan).place;
+    };
+    // Each row begins a pixel early: the film has the same values elsewhere, but for an edge.
+    Fake even([](std::uint32_t x, std::uint32_t, double) { return x % 2 == 0 ? 1.0 : 3.0; }, right);
+    Fake shifted([](std::uint32_t x, std::uint32_t, double) { return x % 2 == 0 ? 1.0 : 3.0; },
+        [](std::uint32_t, std::uint32_t, double v) { return 4.0 - v; });
+    CHECK(found(even, shifted).place.moved);
+    const FaultPlace factor = place([](std::uint32_t, std::uint32_t, double v) { return 0.75 * v; });
+    CHECK(factor.scaled);
+    CHECK_FALSE(factor.moved);
+    const FaultPlace half = place([](std::uint32_t, std::uint32_t y, double v) { return y >= 16 ? 0.5 * v : v; });
+    CHECK_FALSE(half.scaled);
+    CHECK_FALSE(half.moved);
+}
+
+TEST_CASE("pixels that are black on both sides make no pattern of the others") {
+    const auto lit = [](std::uint32_t x, std::uint32_t, double v) { return x >= 8 ? v : 0.0; };
+    Fake cpu(lit, right);
+    Fake darker(lit, [](std::uint32_t, std::uint32_t, double v) { return 0.75 * v; });
+    CHECK(found(cpu, darker).place.pattern == every_pixel);
+    Fake right_half(right, [](std::uint32_t x, std::uint32_t, double v) { return x >= 8 ? 0.75 * v : v; });
+    Fake sound(right, right);
+    CHECK(found(sound, right_half).place.pattern != every_pixel);
 }
 
 TEST_CASE("a fault of shading is told by the path that parts, at the pixel of the region that differs most") {

@@ -103,7 +103,7 @@ TEST_CASE("partings are counted by cause, by what is met and by depth, with the 
     other.vertices[1].light *= 0.5;
     other.vertices[1].radiance -= 0.125;
     const PathPartings counts =
-        counted(scene, {parting_of(path(), other), parting_of(path(), other), parting_of(path(), path())});
+        counted(scene, 8, {parting_of(path(), other), parting_of(path(), other), parting_of(path(), path())});
     CHECK(counts.paths == 3);
     CHECK(counts.parted == 2);
     CHECK(counts.by[static_cast<std::size_t>(PartsBy::light)] == 1.0);
@@ -112,6 +112,21 @@ TEST_CASE("partings are counted by cause, by what is met and by depth, with the 
     CHECK(counts.depth[1] == 1.0);
     CHECK(counts.ratio == doctest::Approx(1.0));  // one octave
     CHECK(counts.ratio_spread == doctest::Approx(0.0));
+}
+
+TEST_CASE("ends are counted where roulette ends one path alone, and at the limit of bounces") {
+    const Scene scene = SceneBuilder().sphere(diffuse({0.5, 0.5, 0.5}), {0.0, 0.0, 0.0}, 1.0).scene();
+    const auto ended = [&](PathEnd end, std::uint32_t bounces) {
+        PathTrace other = path();
+        other.vertices[0].end = end;
+        return counted(scene, bounces, {parting_of(path(), other)});
+    };
+    CHECK(ended(PathEnd::roulette, 8).by_roulette == 1.0);
+    CHECK(ended(PathEnd::roulette, 8).at_limit == 0.0);
+    CHECK(ended(PathEnd::absorbed, 1).at_limit == 1.0);  // event 0 is the last, and one path ends at it
+    CHECK(ended(PathEnd::absorbed, 0).at_limit == 1.0);  // one path goes on beyond the limit
+    CHECK(ended(PathEnd::absorbed, 2).at_limit == 0.0);
+    CHECK(ended(PathEnd::absorbed, 1).by_roulette == 0.0);
 }
 
 TEST_CASE("the nearest kinds are named, of subsystems that have work in the scene, and what is far is not") {

@@ -112,6 +112,39 @@ TEST_CASE("a film that is not the sum of its paths, with every kernel, is accumu
     }
 }
 
+TEST_CASE("light that lies in other pixels is indexing's, and a film that is darker alike everywhere accumulation's") {
+    Evidence evidence;
+    evidence.level("image", true);
+    evidence.place.outside_paths = true;
+    evidence.place.candidate_adds = false;
+    evidence.place.moved = true;
+    CHECK(evidence.suspects().front().part == Subsystem::indexing);
+    CHECK(evidence.suspects().front().because == "no traced path parts, and the film's light lies in other pixels");
+    evidence.place.moved = false;
+    evidence.place.scaled = true;
+    evidence.place.pattern = "rows 4 to 5";
+    CHECK(evidence.suspects().front().part == Subsystem::accumulation);
+}
+
+TEST_CASE("paths that roulette or the limit of bounces ends on one side alone are path length's") {
+    Evidence evidence;
+    evidence.level("image", true);
+    evidence.partings.at_limit = 0.8;
+    evidence.partings.by_roulette = 0.2;
+    CHECK(evidence.suspects().front().part == Subsystem::light_sampling);
+    SUBCASE("the limit") {
+        evidence.partings.at_limit = 0.95;
+        CHECK(evidence.suspects().front().because ==
+              "one path ends at the limit of bounces where the other does not in 95 % of the paths that part");
+    }
+    SUBCASE("roulette") {
+        evidence.partings.by_roulette = 1.0;
+        CHECK(evidence.suspects().front().because == "roulette ends one path alone in 100 % of the paths that part");
+    }
+    if (evidence.partings.at_limit > 0.9 || evidence.partings.by_roulette > 0.9)
+        CHECK(evidence.suspects().front().part == Subsystem::roulette);
+}
+
 TEST_CASE("without traced paths the place of the fault alone is told, or nothing") {
     Evidence evidence;
     evidence.signature = {};

@@ -34,14 +34,28 @@ private:
 
 Subsystem part_at(std::size_t i) { return static_cast<Subsystem>(i); }
 
+constexpr bool is_needed(PartNeed need) { return need >= PartNeed::needed && need <= PartNeed::needed_beside; }
+
+// Where one part is needed and no other.
+constexpr void mark_alone(PartNeeds& needs) {
+    PartNeed* only = nullptr;
+    for (PartNeed& need : needs) {
+        if (!is_needed(need)) continue;
+        if (only != nullptr) return;
+        only = &need;
+    }
+    if (only != nullptr && *only == PartNeed::needed) *only = PartNeed::needed_alone;
+}
+
 constexpr PlantedNeeds row(std::string_view bug, std::string_view planting, std::string_view subsystem,
     std::string_view needs, bool independent_draws) {
-    constexpr std::string_view letters = "ungsboc";  // of PartNeed
+    constexpr std::string_view letters = "unagsboc";  // of PartNeed
     PlantedNeeds result{bug, planting, Subsystem::count, {}, independent_draws};
     for (std::size_t i = 0; i < subsystem_names.size(); ++i) {
         if (subsystem_names[i] == subsystem) result.subsystem = part_at(i);
         result.needs[i] = static_cast<PartNeed>(letters.find(needs[i]));
     }
+    mark_alone(result.needs);  // the record's letters are of each part by itself
     return result;
 }
 
@@ -50,7 +64,7 @@ constexpr PlantedNeeds row(std::string_view bug, std::string_view planting, std:
 PartNeeds needs_by_part(const Elimination& elimination) {
     PartNeeds needs{};
     const auto rank = [](PartNeed need) {  // what is told of two features of a part
-        constexpr std::array<int, part_need_names.size()> ranks{0, 4, 3, 2, 2, 1, 0};
+        constexpr std::array<int, part_need_names.size()> ranks{0, 4, 4, 3, 2, 2, 1, 0};
         return ranks.at(static_cast<std::size_t>(need));
     };
     for (const FeatureTrial& trial : elimination.trials) {
@@ -67,6 +81,7 @@ PartNeeds needs_by_part(const Elimination& elimination) {
             if (need == PartNeed::needed_generally || need == PartNeed::needed_shape) need = PartNeed::needed_beside;
     for (const Subsystem part : cleared_parts(elimination))
         needs.at(static_cast<std::size_t>(part)) = PartNeed::cleared;
+    mark_alone(needs);
     return needs;
 }
 

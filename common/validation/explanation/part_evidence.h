@@ -19,14 +19,15 @@ namespace tandem {
 enum class PartNeed : std::uint8_t {
     unknown,
     needed,            // a feature of it that few faults of other parts need (Naming::particular)
+    needed_alone,      // the same, and no feature of any other part is needed
     needed_generally,  // one that many need, and no particular one of another part is needed
     needed_shape,      // the same of a shape alone
     needed_beside,     // general or a shape, beside a particular one of another part
     not_needed,        // some of its features are not, and none is known to be
     cleared,           // nothing of it is left in a scene that differs
 };
-inline constexpr std::array<std::string_view, 7> part_need_names{
-    "unknown", "needed", "needed generally", "needed shape", "needed beside", "not needed", "cleared"};
+inline constexpr std::array<std::string_view, 8> part_need_names{
+    "unknown", "needed", "needed alone", "needed generally", "needed shape", "needed beside", "not needed", "cleared"};
 using PartNeeds = std::array<PartNeed, subsystem_names.size()>;
 [[nodiscard]] PartNeeds needs_by_part(const Elimination& elimination);
 

@@ -82,6 +82,7 @@ public:
     std::vector<Suspect> ranked() {
         look_at_needs();
         look_at_bounces();
+        look_at_ends();
         look_at_numbers();
         look_at_levels();
         look_outside_paths();
@@ -134,6 +135,18 @@ private:
         add(S::roulette, certain, told_of_bounces(*evidence_.elimination));
     }
 
+    void look_at_ends() {
+        constexpr double nearly_all = 0.9;
+        const PathPartings& partings = evidence_.partings;
+        if (partings.parted == 0 || evidence_.place.outside_paths) return;
+        const auto add_end = [&](double share, std::string_view what) {
+            if (share < nearly_all) return;
+            add(S::roulette, certain, fmt::format("{} in {} of the paths that part", what, percent(share)));
+        };
+        add_end(partings.by_roulette, "roulette ends one path alone");
+        add_end(partings.at_limit, "one path ends at the limit of bounces where the other does not");
+    }
+
     // Nothing differs but under one condition, which is the work of one part.
     void look_at_levels() {
         std::string_view only;
@@ -156,6 +169,10 @@ private:
             return add(S::indexing, certain,
                 fmt::format("no traced path parts, and the kernels {} are without the fault",
                     fmt::join(place.kernels_without, ", ")));
+        if (place.moved)
+            return add(S::indexing, certain, "no traced path parts, and the film's light lies in other pixels");
+        if (place.scaled)
+            return add(S::accumulation, certain, "no traced path parts, and the film differs by one factor everywhere");
         if (!place.pattern.empty() && place.pattern != every_pixel)
             return add(S::indexing, certain, "no traced path parts, and the pixels that differ lie in a pattern");
         if (place.reference_adds && place.candidate_adds) return;

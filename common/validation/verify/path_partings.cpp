@@ -88,7 +88,10 @@ private:
         // A difference of sums that are rounded.
         if (apart(found_a, found_b) && greatest(found_a - found_b) > 0x1p-18 * all)
             set(PartsBy::emission, found_a, found_b);
-        if (a.end != b.end) return set(PartsBy::end);
+        if (a.end != b.end) {
+            parting_.by_roulette = a.end == PathEnd::roulette || b.end == PathEnd::roulette;
+            return set(PartsBy::end);
+        }
         if (a.end != PathEnd::goes_on) return;
         if (apart(a.next_direction, b.next_direction)) set(PartsBy::direction);
         if (a.pdf > 0.0 && b.pdf > 0.0 && apart(dvec3(a.pdf), dvec3(b.pdf))) set(PartsBy::density);
@@ -206,7 +209,7 @@ public:
             paths.insert(paths.end(), partings.begin(), partings.end());
             film_apart += differ(sum_of(a), sum(0, pixel)) || differ(sum_of(b), sum(1, pixel)) ? 1 : 0;
         }
-        PathPartings counts = counted(question_.scene, paths);
+        PathPartings counts = counted(question_.scene, question_.settings.bounces, paths);
         counts.film_apart = static_cast<double>(film_apart) / static_cast<double>(pixels.size());
         counts.touched = static_cast<double>(std::ranges::count(touched, true)) / static_cast<double>(touched.size());
         counts.pattern = !pixel_pattern(touched, width_, height_).empty();
@@ -292,7 +295,7 @@ double Draws::independence() const {
     return std::min(1.0, between_sides_ / between_samples_);
 }
 
-PathPartings counted(const Scene& scene, const std::vector<std::optional<Parting>>& paths) {
+PathPartings counted(const Scene& scene, std::uint32_t bounces, const std::vector<std::optional<Parting>>& paths) {
     PathPartings counts;
     counts.paths = paths.size();
     const PlacedPrimitives placed = placed_primitives(scene);
@@ -302,6 +305,9 @@ PathPartings counted(const Scene& scene, const std::vector<std::optional<Parting
         for (std::size_t i = 0; i < counts.by.size(); ++i) counts.by[i] += parting->by[i] ? 1.0 : 0.0;
         counts.at[static_cast<std::size_t>(meeting_of(scene, *parting))] += 1.0;
         counts.depth[depth_class(parting->vertex)] += 1.0;
+        counts.by_roulette += parting->by_roulette ? 1.0 : 0.0;
+        const bool last = parting->vertex + 1 == bounces || parting->vertex == bounces;
+        counts.at_limit += parting->by[static_cast<std::size_t>(PartsBy::end)] && last ? 1.0 : 0.0;
         if (parting->primitive < placed.size() && !parting->in_medium)
             counts.shape[static_cast<std::size_t>(scene.primitives[placed[parting->primitive].primitive].kind)] += 1.0;
         if (parting->material < scene.materials.size() && scene.materials[parting->material].colour_texture != no_index)
@@ -315,7 +321,7 @@ PathPartings counted(const Scene& scene, const std::vector<std::optional<Parting
     share(counts.at);
     share(counts.shape);
     share(counts.depth);
-    counts.textured /= n;
+    for (double* const one : {&counts.textured, &counts.by_roulette, &counts.at_limit}) *one /= n;
     add_ratios(counts, paths);
     return counts;
 }

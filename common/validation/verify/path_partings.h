@@ -55,6 +55,7 @@ struct Parting {
     std::uint32_t material = no_index;  // met there, by the reference
     std::uint32_t primitive = no_index;
     bool in_medium = false;
+    bool by_roulette = false;  // one path alone is ended by roulette
     // log2 of candidate over reference, of the first of light, emission, weight, throughput and sum that differs; by
     // channel where both are above 0.
     std::array<std::optional<double>, 3> ratio{};
@@ -68,6 +69,8 @@ struct PathPartings {
     std::array<double, static_cast<std::size_t>(Meeting::count)> at{};
     std::array<double, 3> shape{};  // of PrimitiveKind
     double textured = 0.0;
+    double by_roulette = 0.0;  // one path alone is ended by roulette
+    double at_limit = 0.0;     // one path ends at the last scattering event that the settings allow, or just after it
     std::array<double, depth_classes> depth{};
     // Log2 ratios: their mean size, their spread about the mean, the spread of their channels.
     double ratio = 0.0, ratio_spread = 0.0, ratio_colour = 0.0;
@@ -92,8 +95,9 @@ private:
     std::size_t pairs_ = 0;
 };
 
-// The counts over a list, without what needs the film.
-[[nodiscard]] PathPartings counted(const Scene& scene, const std::vector<std::optional<Parting>>& paths);
+// The counts over a list, without what needs the film. `bounces`: of the settings.
+[[nodiscard]] PathPartings counted(
+    const Scene& scene, std::uint32_t bounces, const std::vector<std::optional<Parting>>& paths);
 
 struct PartingsQuestion {
     const Scene& scene;
