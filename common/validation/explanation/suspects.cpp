@@ -83,6 +83,7 @@ public:
         look_at_needs();
         look_at_bounces();
         look_at_ends();
+        look_at_data();
         look_at_numbers();
         look_at_levels();
         look_outside_paths();
@@ -102,7 +103,8 @@ public:
 private:
     // Log-likelihood ratios. `certain` exceeds the sum of all that is counted: the observation leaves no other part.
     // `strong` is about the strongest observation of planted bugs. It stands for faults that the record does not have.
-    static constexpr double certain = 20.0, strong = 4.0;
+    // What is `weak` may be another part's as well.
+    static constexpr double certain = 20.0, strong = 4.0, weak = 1.0;
     // In tests/mutants/catalogue.cpp 5 of 8 kinds of random numbers change no mean, and 2 of 89 others.
     static constexpr double means_agree = 3.1, means_differ = -0.9;
 
@@ -145,6 +147,12 @@ private:
         };
         add_end(partings.by_roulette, "roulette ends one path alone");
         add_end(partings.at_limit, "one path ends at the limit of bounces where the other does not");
+    }
+
+    void look_at_data() {
+        if (evidence_.elimination == nullptr || evidence_.elimination->data_fault == nullptr) return;
+        const bool sure = evidence_.elimination->data_fault->of_data_alone;
+        add(S::scene_data, sure ? strong : weak, told_of_data(*evidence_.elimination));
     }
 
     // Nothing differs but under one condition, which is the work of one part.

@@ -135,6 +135,10 @@ json elimination_json(const std::optional<Elimination>& elimination) {
     return {{"text", told(*elimination)}, {"scenes", elimination->scenes}, {"seconds", elimination->seconds},
         {"whole", paired_look_json(elimination->whole)}, {"features", trials},
         {"bounces_off", elimination->bounces_off ? json(*elimination->bounces_off) : json(nullptr)},
+        {"data_fault", elimination->data_fault != nullptr
+                           ? json{{"fault", elimination->data_fault->words},
+                                 {"side", elimination->candidate_has_fault ? "candidate" : "reference"}}
+                           : json(nullptr)},
         {"left_out", elimination->left_out}};
 }
 

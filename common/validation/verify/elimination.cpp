@@ -130,6 +130,7 @@ public:
             move_limit();
             reduce_all();
             look_longer();
+            try_data_faults();
             if (late_) result_.left_out = "no time was left for the rest";
         }
         result_.seconds = since_start();
@@ -195,8 +196,10 @@ private:
         RenderSettings of_candidate = edited.settings;
         of_candidate.bounces =
             static_cast<std::uint32_t>(static_cast<std::int64_t>(of_candidate.bounces) + candidate_bounces_);
-        Jobs jobs{question_.reference.prepare(edited.scene, edited.settings),
-            question_.candidate.prepare(edited.scene, of_candidate)};
+        const bool wrong = wrong_scene_.has_value();
+        Jobs jobs{
+            question_.reference.prepare(wrong && !wrong_to_candidate_ ? *wrong_scene_ : edited.scene, edited.settings),
+            question_.candidate.prepare(wrong && wrong_to_candidate_ ? *wrong_scene_ : edited.scene, of_candidate)};
         PairedSums sums(edited.settings, question_.criteria);
         PairedLook look;
         std::uint64_t invalid = 0;
@@ -256,6 +259,42 @@ private:
         return true;
     }
 
+    // One look tells. False as well where a side refuses the scene.
+    [[nodiscard]] bool same_samples(const EditedScene& edited) {
+        const auto same = [&](const PairedLook& one) {
+            return one.invalid == 0 && one.p >= false_difference && parts_no_more(one);
+        };
+        try {
+            const std::optional<PairedLook> look = look_at(edited, since_start() + last_seconds_, fewest_batches, same);
+            return look && same(*look);
+        } catch (const UnsupportedError&) {
+            return false;
+        }
+    }
+
+    // In the plainest scene that differs, so that few faults change it.
+    void try_data_faults() {
+        if (!result_.by_samples || result_.bounces_off || late_) return;
+        for (const DataFault& fault : data_faults()) {
+            EditedScene edited = without(out_);
+            wrong_scene_ = edited.scene;
+            if (!fault.plant(*wrong_scene_)) continue;
+            if (edited.settings.effects)
+                edited.settings.effects =
+                    edited.settings.effects->united(needed_effects(*wrong_scene_, edited.settings));
+            for (const bool to_candidate : {false, true}) {
+                if (!in_time(1.2 * last_seconds_)) break;
+                wrong_to_candidate_ = to_candidate;
+                if (!same_samples(edited)) continue;
+                result_.data_fault = &fault;
+                result_.candidate_has_fault = !to_candidate;
+                break;
+            }
+            if (result_.data_fault != nullptr) break;
+        }
+        wrong_scene_.reset();
+    }
+
     // Whether the candidate's limit of bounces is one off. Samples tell that are the same again, as hardly another
     // fault is undone by other paths. So means do not.
     void move_limit() {
@@ -263,15 +302,7 @@ private:
         for (const int by : {1, -1}) {
             if ((by < 0 && question_.settings.bounces == 0) || !in_time(1.2 * last_seconds_)) continue;
             candidate_bounces_ = by;
-            try {
-                const auto same = [&](const PairedLook& one) {
-                    return one.invalid == 0 && one.p >= false_difference && parts_no_more(one);
-                };
-                const double until = since_start() + last_seconds_;
-                const std::optional<PairedLook> look = look_at(without({}), until, fewest_batches, same);
-                if (look && same(*look)) result_.bounces_off = by;
-            } catch (const UnsupportedError&) {  // a limit that a side does not have
-            }
+            if (same_samples(without({}))) result_.bounces_off = by;
             candidate_bounces_ = 0;
             if (result_.bounces_off) return;
         }
@@ -385,7 +416,9 @@ private:
     double rounding_ = 0.0;
     double last_seconds_ = 0.0;  // of the last scene, to its first look
     bool by_means_ = false, late_ = false, longer_ = false;
-    int candidate_bounces_ = 0;  // more than the reference's
+    int candidate_bounces_ = 0;         // more than the reference's
+    std::optional<Scene> wrong_scene_;  // of one side, in place of the edited one
+    bool wrong_to_candidate_ = false;
     std::vector<bool> out_;
     PairedLook with_;  // the plainest scene yet that differs
     Elimination result_;
@@ -427,6 +460,12 @@ std::string told_of_bounces(const Elimination& elimination) {
         elimination.bounces_off.value_or(0) > 0 ? "more" : "fewer");
 }
 
+std::string told_of_data(const Elimination& elimination) {
+    const bool candidate = elimination.candidate_has_fault;
+    return fmt::format("the {} draws the {}'s samples where {}", candidate ? "reference" : "candidate",
+        candidate ? "candidate" : "reference", elimination.data_fault->words);
+}
+
 std::string told(const Elimination& elimination) {
     if (elimination.scenes <= 1 || elimination.trials.empty())
         return fmt::format("no feature was taken out: {}", elimination.left_out);
@@ -440,6 +479,7 @@ std::string told(const Elimination& elimination) {
             text += fmt::format("; {}: {}", need_names.at(static_cast<std::size_t>(need)), fmt::join(words, ", "));
     }
     if (elimination.bounces_off) text += "; " + told_of_bounces(elimination);
+    if (elimination.data_fault != nullptr) text += "; " + told_of_data(elimination);
     if (!elimination.left_out.empty()) text += "; " + elimination.left_out;
     return text;
 }
