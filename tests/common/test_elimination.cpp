@@ -78,6 +78,8 @@ struct Trial {
     RenderSettings settings = settings_of(32, 6, Integrator::next_event);
     Faulty reference{right}, candidate;
     double budget_seconds = 30.0;
+    Renderer* other_precision = nullptr;
+    std::function<std::unique_ptr<Renderer>()> in_double;
     Trial(Fault fault) : candidate(std::move(fault)) {}
 
     [[nodiscard]] Elimination run() {
@@ -87,6 +89,9 @@ struct Trial {
             .settings = settings,
             .reference = reference,
             .candidate = candidate,
+            .other_precision = other_precision,
+            .candidate_in_double = in_double,
+            .other_is_double = true,
             .criteria = criteria,
             .suspicion = {},
             .budget_seconds = budget_seconds,
@@ -235,6 +240,30 @@ TEST_CASE("data of one side that went wrong are told by the other's samples of t
     Trial formula(
         [](const Scene& scene, const RenderSettings&) { return Wrong{.factor = has_texture(scene) ? 1.5 : 1.0}; });
     CHECK(formula.run().data_fault == nullptr);
+}
+
+TEST_CASE("a side that is right in double precision errs in its arithmetic") {
+    for (const bool candidate : {false, true}) {
+        CAPTURE(candidate);
+        const Fault off = [](const Scene&, const RenderSettings&) { return Wrong{.factor = 1.02}; };
+        Trial trial(candidate ? off : Fault(right));
+        if (!candidate) trial.reference = Faulty(off);
+        Faulty in_double(right);
+        trial.other_precision = &in_double;
+        trial.in_double = [] { return std::make_unique<Faulty>(right); };
+        const Elimination elimination = trial.run();
+        REQUIRE(elimination.right_in_double);
+        CHECK((*elimination.right_in_double == EliminationSide::candidate) == candidate);
+        const std::vector<Suspect> suspects = suspects_of(elimination);
+        REQUIRE(!suspects.empty());
+        CHECK(suspects[0].part == Subsystem::arithmetic);
+        CHECK(suspects[0].because == fmt::format("the sides agree where the {} computes in double precision",
+                                         candidate ? "candidate" : "reference"));
+    }
+    const Fault off = [](const Scene&, const RenderSettings&) { return Wrong{.factor = 1.02}; };
+    Trial formula(off);
+    formula.in_double = [&] { return std::make_unique<Faulty>(off); };
+    CHECK_FALSE(formula.run().right_in_double);
 }
 
 TEST_CASE("faults of data leave a scene sound") {

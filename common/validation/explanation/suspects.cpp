@@ -83,6 +83,7 @@ public:
         look_at_needs();
         look_at_bounces();
         look_at_ends();
+        look_at_precision();
         look_at_data();
         look_at_numbers();
         look_at_levels();
@@ -147,6 +148,17 @@ private:
         };
         add_end(partings.by_roulette, "roulette ends one path alone");
         add_end(partings.at_limit, "one path ends at the limit of bounces where the other does not");
+    }
+
+    // An offset of rays that is too short does no harm in double precision either: then rays go elsewhere.
+    void look_at_precision() {
+        if (evidence_.elimination == nullptr || !evidence_.elimination->right_in_double) return;
+        const auto& by = evidence_.partings.by;
+        double elsewhere = 0.0;
+        for (const PartsBy what : {PartsBy::spawned, PartsBy::met, PartsBy::place, PartsBy::shadow})
+            elsewhere = std::max(elsewhere, by.at(static_cast<std::size_t>(what)));
+        const bool same_way = elsewhere < 0.5;
+        add(S::arithmetic, same_way ? certain : weak, told_of_precision(*evidence_.elimination));
     }
 
     void look_at_data() {

@@ -116,6 +116,8 @@ class Experiments {
 public:
     explicit Experiments(const EliminationQuestion& question)
         : question_(question),
+          reference_(&question.reference),
+          candidate_(&question.candidate),
           start_(question.now()),
           features_(removable_features(question.scene, question.settings)) {
         for (const SceneFeature& feature : features_)
@@ -129,6 +131,7 @@ public:
             out_.assign(features_.size(), false);
             move_limit();
             reduce_all();
+            try_double_precision();
             look_longer();
             try_data_faults();
             if (late_) result_.left_out = "no time was left for the rest";
@@ -197,9 +200,8 @@ private:
         of_candidate.bounces =
             static_cast<std::uint32_t>(static_cast<std::int64_t>(of_candidate.bounces) + candidate_bounces_);
         const bool wrong = wrong_scene_.has_value();
-        Jobs jobs{
-            question_.reference.prepare(wrong && !wrong_to_candidate_ ? *wrong_scene_ : edited.scene, edited.settings),
-            question_.candidate.prepare(wrong && wrong_to_candidate_ ? *wrong_scene_ : edited.scene, of_candidate)};
+        Jobs jobs{reference_->prepare(wrong && !wrong_to_candidate_ ? *wrong_scene_ : edited.scene, edited.settings),
+            candidate_->prepare(wrong && wrong_to_candidate_ ? *wrong_scene_ : edited.scene, of_candidate)};
         PairedSums sums(edited.settings, question_.criteria);
         PairedLook look;
         std::uint64_t invalid = 0;
@@ -272,9 +274,34 @@ private:
         }
     }
 
+    // Formulas are the same in both precisions, elementary functions and conversions are not.
+    void try_double_precision() {
+        if (late_) return;
+        std::unique_ptr<Renderer> in_double;
+        const auto agree = [&] {
+            std::optional<PairedLook> look;
+            return without_these({}, look) == Stays::no;
+        };
+        try {
+            if (question_.other_precision != nullptr && question_.other_is_double) {
+                reference_ = question_.other_precision;
+                if (agree()) result_.right_in_double = EliminationSide::reference;
+                reference_ = &question_.reference;
+            }
+            if (!result_.right_in_double && question_.candidate_in_double && in_time(1.2 * last_seconds_) &&
+                (in_double = question_.candidate_in_double())) {
+                candidate_ = in_double.get();
+                if (agree()) result_.right_in_double = EliminationSide::candidate;
+            }
+        } catch (const Error&) {  // not on this device
+        }
+        reference_ = &question_.reference;
+        candidate_ = &question_.candidate;
+    }
+
     // In the plainest scene that differs, so that few faults change it.
     void try_data_faults() {
-        if (!result_.by_samples || result_.bounces_off || late_) return;
+        if (!result_.by_samples || result_.bounces_off || result_.right_in_double || late_) return;
         for (const DataFault& fault : data_faults()) {
             EditedScene edited = without(out_);
             wrong_scene_ = edited.scene;
@@ -409,6 +436,7 @@ private:
     }
 
     const EliminationQuestion& question_;
+    Renderer *reference_, *candidate_;  // double precision for a while
     double start_;
     std::vector<SceneFeature> features_;
     EffectSet effects_;
@@ -466,6 +494,11 @@ std::string told_of_data(const Elimination& elimination) {
         candidate ? "candidate" : "reference", elimination.data_fault->words);
 }
 
+std::string told_of_precision(const Elimination& elimination) {
+    return fmt::format("the sides agree where the {} computes in double precision",
+        elimination_side_names.at(static_cast<std::size_t>(*elimination.right_in_double)));
+}
+
 std::string told(const Elimination& elimination) {
     if (elimination.scenes <= 1 || elimination.trials.empty())
         return fmt::format("no feature was taken out: {}", elimination.left_out);
@@ -479,6 +512,7 @@ std::string told(const Elimination& elimination) {
             text += fmt::format("; {}: {}", need_names.at(static_cast<std::size_t>(need)), fmt::join(words, ", "));
     }
     if (elimination.bounces_off) text += "; " + told_of_bounces(elimination);
+    if (elimination.right_in_double) text += "; " + told_of_precision(elimination);
     if (elimination.data_fault != nullptr) text += "; " + told_of_data(elimination);
     if (!elimination.left_out.empty()) text += "; " + elimination.left_out;
     return text;

@@ -38,6 +38,9 @@ struct FeatureTrial {
     std::optional<PairedLook> without;  // that scene without it, and without others if those are not needed either
 };
 
+enum class EliminationSide : std::uint8_t { reference, candidate };
+inline constexpr std::array<std::string_view, 2> elimination_side_names{"reference", "candidate"};
+
 struct Elimination {
     std::vector<FeatureTrial> trials;  // the most particular feature first
     PairedLook whole;                  // the scene as it is
@@ -49,6 +52,8 @@ struct Elimination {
     // One side draws the other's samples from a scene with this fault, so that the other's data may have it.
     const DataFault* data_fault = nullptr;
     bool candidate_has_fault = false;
+    // The sides agree where this one computes in double precision.
+    std::optional<EliminationSide> right_in_double;
     std::string left_out;  // why nothing, or not all, was tried; empty: all was
 };
 
@@ -58,6 +63,9 @@ struct EliminationQuestion {
     Renderer& reference;
     Renderer& candidate;
     Renderer* other_precision = nullptr;  // of the reference: what rounding alone parts; nullptr: not known
+    // The sides in double precision, where they compute in single; empty, or nullptr from it: not to be had.
+    std::function<std::unique_ptr<Renderer>()> candidate_in_double{};
+    bool other_is_double = false;  // other_precision
     Criteria criteria;
     bool same_samples = true;       // samples part by rounding alone (MODEL.md section 3)
     std::vector<double> suspicion;  // by Subsystem: what is suspected least is taken out first; empty: all alike
@@ -80,6 +88,8 @@ struct EliminationQuestion {
 [[nodiscard]] std::string told_of_bounces(const Elimination& elimination);
 // "the reference draws the candidate's samples where motion is lost"; where data_fault is set.
 [[nodiscard]] std::string told_of_data(const Elimination& elimination);
+// "the sides agree where the candidate computes in double precision"; where right_in_double is set.
+[[nodiscard]] std::string told_of_precision(const Elimination& elimination);
 // "features taken out on both sides (7 scenes in 3.2 s): needed: a lens; not needed: ...; not known: ..."
 [[nodiscard]] std::string told(const Elimination& elimination);
 

@@ -119,6 +119,8 @@ private:
             .reference = request_.reference,
             .candidate = request_.candidate,
             .other_precision = options.other_precision,
+            .candidate_in_double = options.candidate_in_double,
+            .other_is_double = options.other_is_double,
             .criteria = verdict_.criteria,
             .same_samples = request_.same_samples,
             .suspicion = std::move(suspicion),
