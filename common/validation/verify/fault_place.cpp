@@ -192,7 +192,8 @@ private:
             left += glm::abs(regions_b[k] - factor * regions_a[k]);
             differences += glm::abs(regions_b[k] - regions_a[k]);
         }
-        place_.moved = glm::all(glm::lessThanEqual(glm::abs(all_b - all_a), lost * apart));
+        const auto sum = [](const glm::dvec3& v) { return v.x + v.y + v.z; };
+        place_.moved = sum(glm::abs(all_b - all_a)) <= lost * sum(apart);
         place_.scaled = !place_.moved && glm::all(glm::lessThanEqual(left, unexplained * differences));
     }
 
@@ -231,8 +232,8 @@ private:
             "; {} of the pixels differ", percent(static_cast<double>(count) / static_cast<double>(touched.size())));
         place_.pattern = pattern_of(touched, a, b);
         if (!place_.pattern.empty()) text += ", " + place_.pattern;
+        if (!reference || !candidate) compare_films(a, b);
         if (reference != candidate) {
-            compare_films(a, b);
             place_.clamped_at =
                 reference ? common_clamp(*candidate_job_, b, pixels) : common_clamp(*reference_job_, a, pixels);
             if (place_.clamped_at) text += fmt::format("; it is that of paths cut at {:.4g}", *place_.clamped_at);
