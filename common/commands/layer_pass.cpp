@@ -14,9 +14,9 @@ namespace tandem {
 
 namespace {
 
-constexpr std::string_view report = "the Vulkan validation layer reports:";  // vulkan/core/validation.cpp
+constexpr std::string_view layer_report = "the Vulkan validation layer reports:";  // vulkan/core/validation.cpp
 
-std::string last_line(std::string text) {
+std::string error_line(std::string text) {
     while (!text.empty() && text.back() == '\n') text.pop_back();
     text = text.substr(text.rfind('\n') + 1);
     constexpr std::string_view program = "tandem: ";
@@ -51,13 +51,13 @@ const char* name_of(LayerPass::Outcome outcome) {
 
 LayerPass layer_pass_from(int status, const std::string& errors) {
     if (status == static_cast<int>(ExitStatus::fine)) return {LayerPass::Outcome::clean, ""};
-    if (const std::size_t at = errors.find(report); at != std::string::npos) {
-        return {LayerPass::Outcome::messages, in_lines(errors.substr(at + report.size()))};
+    if (const std::size_t at = errors.find(layer_report); at != std::string::npos) {
+        return {LayerPass::Outcome::messages, in_lines(errors.substr(at + layer_report.size()))};
     }
     if (status >= 128)
         return {LayerPass::Outcome::messages,
-            fmt::format("the program was ended by signal {}; {}", status - 128, last_line(errors))};
-    return {LayerPass::Outcome::not_run, last_line(errors)};
+            fmt::format("the program was ended by signal {}; {}", status - 128, error_line(errors))};
+    return {LayerPass::Outcome::not_run, error_line(errors)};
 }
 
 LayerPass look_under_layer(

@@ -33,7 +33,9 @@ std::string no_tiles(const RenderArguments& arguments, const RenderSettings& set
     return {};
 }
 
-std::string size_of(const RenderSettings& settings) { return fmt::format("{}x{}", settings.width, settings.height); }
+std::string text_of_size(const RenderSettings& settings) {
+    return fmt::format("{}x{}", settings.width, settings.height);
+}
 
 // As many tiles at once as the limit leaves room for.
 std::vector<PixelRectangle> regions_within(std::uint64_t limit, const RenderSettings& settings,
@@ -48,7 +50,7 @@ std::vector<PixelRectangle> regions_within(std::uint64_t limit, const RenderSett
         throw InputError(
             fmt::format("--memory: a film of {} in tiles takes at least {}, and the limit is {}; give "
                         "more --memory or a simpler scene",
-                size_of(settings), least.text(), shown_bytes(limit)));
+                text_of_size(settings), least.text(), shown_bytes(limit)));
     std::uint64_t fits = 1, too_many = std::uint64_t{1} << 32 >> 13;  // more tiles than a film has
     while (fits + 1 < too_many) {
         const std::uint64_t middle = fits + (too_many - fits) / 2;
@@ -128,7 +130,7 @@ MemoryPlan plan_memory(const RenderArguments& arguments, const RenderSettings& s
         throw InputError(
             fmt::format("a film of {} takes {} of memory, and the limit is {}; {}, give more --memory, or "
                         "choose a smaller --size",
-                size_of(settings), shown_bytes(plan.need.total()), shown_bytes(plan.limit), obstacle));
+                text_of_size(settings), shown_bytes(plan.need.total()), shown_bytes(plan.limit), obstacle));
     plan.regions = regions_within(plan.limit, settings, rule, scene, renderer);
     plan.need = memory_need(
         renderer, scene, settings, {.pixels = plan.region_pixels(), .samples = *rule.samples, .whole = false});

@@ -39,7 +39,7 @@ double per_billion(std::uint64_t count, std::uint64_t rays) {
 }
 
 nlohmann::json to_json(const CaseResult& result) {
-    nlohmann::json json{{"id", result.id}, {"name", result.name}, {"backend", result.backend},
+    nlohmann::json written{{"id", result.id}, {"name", result.name}, {"backend", result.backend},
         {"precision", result.precision}, {"kernel", result.kernel}, {"rays", result.rays}, {"misses", result.misses},
         {"false_hits", result.false_hits}, {"self_hits", result.self_hits},
         {"misses_per_billion", per_billion(result.misses, result.rays)},
@@ -48,8 +48,8 @@ nlohmann::json to_json(const CaseResult& result) {
         {"bound", result.bound}, {"bound_derivation", result.bound_text},
         {"nanoseconds_per_ray", result.nanoseconds_per_ray}, {"aimed_at_seams", result.aimed},
         {"outcome", stability::outcome_names[static_cast<std::size_t>(result.outcome)]}};
-    if (!result.remark.empty()) json["remark"] = result.remark;
-    return json;
+    if (!result.remark.empty()) written["remark"] = result.remark;
+    return written;
 }
 
 // The self-test of the device that the benches share; nothing where all compute as this program does.
@@ -189,11 +189,11 @@ std::vector<std::string> files_of(const std::vector<stability::HardCase>& cases,
 
 ExitStatus conclude(const StabilityReport& report, const std::vector<stability::Bench>& benches,
     const std::optional<DeviceSelfTest>& test, const CommandContext& context, const CommandTime& time) {
-    nlohmann::json json = to_json(report, benches);
-    json["device_self_test"] = to_json(test);
+    nlohmann::json written = to_json(report, benches);
+    written["device_self_test"] = to_json(test);
     print_report(report, context.verbose);
     if (test) fmt::print("Self-test of {}: {}\n", test->device, in_short(test->result));
-    write_json(context, json);
+    write_json(context, written);
     const bool failed =
         std::ranges::any_of(report.results, [](const CaseResult& r) { return r.outcome == Outcome::fail; });
     if (report.not_run == 0) return failed ? ExitStatus::disagree : ExitStatus::fine;

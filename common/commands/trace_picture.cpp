@@ -17,9 +17,8 @@ namespace tandem {
 namespace {
 
 using Point = glm::dvec2;
-using Place = glm::dvec3;
 
-constexpr double side = 480.0, gap = 30.0, top = 60.0;  // of a panel, in SVG's pixels
+constexpr double panel_side = 480.0, gap = 30.0, top = 60.0;  // of a panel, in SVG's pixels
 constexpr const char* colours[] = {"#d33", "#06c", "#2a2", "#a60"};
 
 std::string escaped_for_xml(const std::string& text) {
@@ -35,25 +34,26 @@ std::string escaped_for_xml(const std::string& text) {
 }
 
 struct Line {
-    Place a, b;
+    glm::dvec3 a, b;
 };
 
-void add_box(std::vector<Line>& lines, const glm::dmat4& map, const Place& low, const Place& high) {
+void add_box(std::vector<Line>& lines, const glm::dmat4& map, const glm::dvec3& low, const glm::dvec3& high) {
     const auto corner = [&](int i) {
-        return Place(map * glm::dvec4(i & 1 ? high.x : low.x, i & 2 ? high.y : low.y, i & 4 ? high.z : low.z, 1.0));
+        return glm::dvec3(
+            map * glm::dvec4(i & 1 ? high.x : low.x, i & 2 ? high.y : low.y, i & 4 ? high.z : low.z, 1.0));
     };
     for (int i = 0; i < 8; ++i)
         for (const int bit : {1, 2, 4})
             if (!(i & bit)) lines.push_back({corner(i), corner(i | bit)});
 }
 
-void add_sphere(std::vector<Line>& lines, const glm::dmat4& map, const Place& centre, double radius, int steps) {
+void add_sphere(std::vector<Line>& lines, const glm::dmat4& map, const glm::dvec3& centre, double radius, int steps) {
     for (int axis = 0; axis < 3; ++axis) {
         const auto at = [&](int i) {
             const double angle = 2.0 * std::numbers::pi * i / steps;
-            Place p = centre;
+            glm::dvec3 p = centre;
             p[axis] += radius * std::cos(angle), p[(axis + 1) % 3] += radius * std::sin(angle);
-            return Place(map * glm::dvec4(p, 1.0));
+            return glm::dvec3(map * glm::dvec4(p, 1.0));
         };
         for (int i = 0; i < steps; ++i) lines.push_back({at(i), at(i + 1)});
     }
@@ -62,17 +62,17 @@ void add_sphere(std::vector<Line>& lines, const glm::dmat4& map, const Place& ce
 // Edges of triangles. One that two triangles of a plane share is no edge of the body, and is left out.
 class TriangleEdges {
 public:
-    void add(const std::array<Place, 3>& corners) {
-        const Place normal = glm::normalize(glm::cross(corners[1] - corners[0], corners[2] - corners[0]));
+    void add(const std::array<glm::dvec3, 3>& corners) {
+        const glm::dvec3 normal = glm::normalize(glm::cross(corners[1] - corners[0], corners[2] - corners[0]));
         for (std::size_t k = 0; k < 3; ++k) {
-            const Place &a = corners[k], &b = corners[(k + 1) % 3];
+            const glm::dvec3 &a = corners[k], &b = corners[(k + 1) % 3];
             const auto key = std::minmax({std::array{a.x, a.y, a.z}, std::array{b.x, b.y, b.z}});
             faces_[key].push_back(normal);
         }
     }
 
     void draw(std::vector<Line>& lines) const {
-        const auto place = [](const std::array<double, 3>& p) { return Place(p[0], p[1], p[2]); };
+        const auto place = [](const std::array<double, 3>& p) { return glm::dvec3(p[0], p[1], p[2]); };
         for (const auto& [edge, normals] : faces_)
             if (normals.size() != 2 || !(std::abs(glm::dot(normals[0], normals[1])) > 1.0 - flat))
                 lines.push_back({place(edge.first), place(edge.second)});
@@ -80,7 +80,7 @@ public:
 
 private:
     static constexpr double flat = 1e-6;  // planes that turn by less than a twelfth of a degree
-    std::map<std::pair<std::array<double, 3>, std::array<double, 3>>, std::vector<Place>> faces_;
+    std::map<std::pair<std::array<double, 3>, std::array<double, 3>>, std::vector<glm::dvec3>> faces_;
 };
 
 // A body of more primitives than this is drawn as the box around it: its edges would cover the path.
@@ -96,9 +96,9 @@ int steps_of_circles(const Scene& scene) {
 
 void add_entity(std::vector<Line>& lines, const Scene& scene, const Entity& entity, int steps) {
     const auto vertex = [&](const Primitive& primitive, std::size_t i) {
-        return Place(scene.vertices[primitive.index[i]]);
+        return glm::dvec3(scene.vertices[primitive.index[i]]);
     };
-    Place low(std::numeric_limits<double>::infinity()), high = -low;
+    glm::dvec3 low(std::numeric_limits<double>::infinity()), high = -low;
     TriangleEdges edges;
     for (std::uint32_t i = 0; i < entity.primitive_count; ++i) {
         const Primitive& p = scene.primitives[entity.first_primitive + i];
@@ -110,7 +110,7 @@ void add_entity(std::vector<Line>& lines, const Scene& scene, const Entity& enti
             }
         } else if (p.kind == PrimitiveKind::triangle) {
             const auto world = [&](std::size_t k) {
-                return Place(entity.object_to_world * glm::dvec4(vertex(p, k), 1.0));
+                return glm::dvec3(entity.object_to_world * glm::dvec4(vertex(p, k), 1.0));
             };
             edges.add({world(0), world(1), world(2)});
         } else if (p.kind == PrimitiveKind::cuboid) {
@@ -127,18 +127,18 @@ void add_entity(std::vector<Line>& lines, const Scene& scene, const Entity& enti
 using View = std::function<std::optional<std::pair<Point, Point>>(const Line&)>;
 
 View view_of_camera(const Camera& camera, const RenderSettings& settings, double scale) {
-    const Place f = glm::normalize(camera.target - camera.position), r = glm::normalize(glm::cross(f, camera.up)),
-                v = glm::cross(r, f);
+    const glm::dvec3 f = glm::normalize(camera.target - camera.position), r = glm::normalize(glm::cross(f, camera.up)),
+                     v = glm::cross(r, f);
     const double h = std::tan(camera.vertical_field_degrees * std::numbers::pi / 360.0);
     const double width = settings.width, height = settings.height;
     return [=](const Line& line) -> std::optional<std::pair<Point, Point>> {
-        Place a = line.a - camera.position, b = line.b - camera.position;
+        glm::dvec3 a = line.a - camera.position, b = line.b - camera.position;
         // What is behind the camera has no image. The part before it ends at a thousandth of the line's depth.
         const double in_a = glm::dot(a, f), in_b = glm::dot(b, f), least = 1e-3 * std::max(in_a, in_b);
         if (!(least > 0.0)) return std::nullopt;
         if (in_a < least) a += (least - in_a) / (in_b - in_a) * (b - a);
         if (in_b < least) b += (least - in_b) / (in_a - in_b) * (a - b);
-        const auto image = [&](const Place& p) {
+        const auto image = [&](const glm::dvec3& p) {
             const double depth = glm::dot(p, f) * h;
             return scale * Point(0.5 * width + 0.5 * height * glm::dot(p, r) / depth,
                                0.5 * height - 0.5 * height * glm::dot(p, v) / depth);
@@ -148,14 +148,14 @@ View view_of_camera(const Camera& camera, const RenderSettings& settings, double
 }
 
 // Shows all of `places` with a margin of a tenth.
-View view_from_above(const std::vector<Place>& places) {
+View view_from_above(const std::vector<glm::dvec3>& places) {
     Point low(places.front().x, places.front().z), high = low;
-    for (const Place& p : places) low = glm::min(low, Point(p.x, p.z)), high = glm::max(high, Point(p.x, p.z));
+    for (const glm::dvec3& p : places) low = glm::min(low, Point(p.x, p.z)), high = glm::max(high, Point(p.x, p.z));
     const double extent = std::max({high.x - low.x, high.y - low.y, std::numeric_limits<double>::min()});
-    const double scale = 0.8 * side / extent;
+    const double scale = 0.8 * panel_side / extent;
     const Point centre = 0.5 * (low + high);
     return [=](const Line& line) {
-        const auto plan = [&](const Place& p) { return scale * (Point(p.x, p.z) - centre) + 0.5 * side; };
+        const auto plan = [&](const glm::dvec3& p) { return scale * (Point(p.x, p.z) - centre) + 0.5 * panel_side; };
         return std::optional(std::pair{plan(line.a), plan(line.b)});
     };
 }
@@ -182,7 +182,7 @@ public:
         if (!way.empty()) out_ += fmt::format("<path d=\"{}\" {}/>\n", way, style);
     }
 
-    void vertex(const Place& place, std::size_t number, const char* colour) {
+    void vertex(const glm::dvec3& place, std::size_t number, const char* colour) {
         const auto seen = view_({place, place});
         if (!seen) return;
         out_ += fmt::format("<circle class=\"{}-{}\" cx=\"{:.3f}\" cy=\"{:.3f}\" r=\"3\" fill=\"{}\"/>", name_, number,
@@ -190,7 +190,7 @@ public:
         label(seen->first, std::to_string(number));
     }
 
-    void name(const Place& place, const char* words) {
+    void name(const glm::dvec3& place, const char* words) {
         if (const auto seen = view_({place, place})) label(seen->first, words);
     }
 
@@ -206,7 +206,7 @@ private:
             });
         };
         // To the left where the panel ends.
-        const double aside = 6.0 + 0.5 * size.x, towards = point.x + aside + 0.5 * size.x > side ? -1.0 : 1.0;
+        const double aside = 6.0 + 0.5 * size.x, towards = point.x + aside + 0.5 * size.x > panel_side ? -1.0 : 1.0;
         Point at = point + Point(towards * aside, -10.0);
         for (int i = 0; i < 12 && !free(at); ++i)
             at = point + Point(towards * (aside + a_letter * (i / 2)), i % 2 == 0 ? -10.0 : 12.0);
@@ -248,34 +248,34 @@ std::string trace_picture(const Scene& scene, const RenderSettings& settings, co
     std::vector<Line> outlines;
     const int steps = steps_of_circles(scene);
     for (const Entity& entity : scene.entities) add_entity(outlines, scene, entity, steps);
-    std::vector<Place> places{scene.camera.position};
+    std::vector<glm::dvec3> places{scene.camera.position};
     for (const DrawnPath& drawn : paths)
         for (const TracedVertex& v : drawn.path->vertices)
             if (std::isfinite(v.t)) places.push_back(v.position);
     if (places.size() == 1) places.push_back(scene.camera.target);
     double extent = 0.0;
-    for (const Place& place : places) extent = std::max(extent, glm::distance(place, places.front()));
+    for (const glm::dvec3& place : places) extent = std::max(extent, glm::distance(place, places.front()));
     // What stands around the path is shown whole; a floor without end is not.
     const std::size_t own = places.size();
     for (const Line& line : outlines)
         if (std::max(glm::distance(line.a, places[own - 1]), glm::distance(line.b, places[own - 1])) < extent)
             places.insert(places.end(), {line.a, line.b});
 
-    const double scale = side / std::max(settings.width, settings.height);
+    const double scale = panel_side / std::max(settings.width, settings.height);
     const double wide = scale * settings.width, high = scale * settings.height;
     std::string out = fmt::format(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{0:.0f}\" height=\"{1:.0f}\" viewBox=\"0 0 {0:.0f} "
         "{1:.0f}\" "
         "font-family=\"sans-serif\" font-size=\"13\">\n"
         "<rect width=\"100%\" height=\"100%\" fill=\"#fff\"/>\n<text x=\"{2}\" y=\"20\">{3}</text>\n",
-        2.0 * side + 3.0 * gap, side + top + gap, gap, escaped_for_xml(title));
+        2.0 * panel_side + 3.0 * gap, panel_side + top + gap, gap, escaped_for_xml(title));
     for (std::size_t i = 0; i < paths.size(); ++i)
         out += fmt::format("<text x=\"{}\" y=\"42\" fill=\"{}\">{}</text>\n", gap + 90.0 * static_cast<double>(i),
             colours[i % std::size(colours)], escaped_for_xml(paths[i].name));
     out += fmt::format(
         "<text x=\"{}\" y=\"42\" fill=\"#666\" text-anchor=\"end\">dashed: meets nothing; dotted: towards a "
         "light</text>\n",
-        2.0 * (side + gap));
+        2.0 * (panel_side + gap));
     const auto panel = [&](const char* name, const char* caption, double x, double width, double height, View view,
                            CameraRay camera_ray) {
         out += fmt::format(
@@ -292,10 +292,11 @@ std::string trace_picture(const Scene& scene, const RenderSettings& settings, co
         if (camera_ray == CameraRay::drawn) drawing.name(scene.camera.position, "camera");
     };
     out += "<g fill=\"#222\">\n";
-    panel("plan", "from above: x to the right, z down", gap, side, side, view_from_above(places), CameraRay::drawn);
+    panel("plan", "from above: x to the right, z down", gap, panel_side, panel_side, view_from_above(places),
+        CameraRay::drawn);
     out += "</svg>\n";
-    panel("image", "as the camera sees it", 2.0 * gap + side, wide, high, view_of_camera(scene.camera, settings, scale),
-        CameraRay::left_out);
+    panel("image", "as the camera sees it", 2.0 * gap + panel_side, wide, high,
+        view_of_camera(scene.camera, settings, scale), CameraRay::left_out);
     out += fmt::format(
         "<rect id=\"pixel\" x=\"{:.3f}\" y=\"{:.3f}\" width=\"{:.3f}\" height=\"{:.3f}\" stroke=\"#000\" "
         "stroke-width=\"0.5\"/>\n</svg>\n</g>\n</svg>\n",

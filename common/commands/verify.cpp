@@ -213,14 +213,14 @@ struct Work {
     }
 };
 
-struct Outcome {
+struct Verified {
     std::vector<SceneVerdict> verdicts;
     std::vector<std::string> not_run;
     std::exception_ptr failure;  // a device that is lost takes no earlier scene's verdict with it
 };
 
-Outcome verify_each(Work& work) {
-    Outcome outcome;
+Verified verify_each(Work& work) {
+    Verified outcome;
     const std::size_t scenes = work.scenes.size();
     const double seconds = work.arguments.seconds.value_or(default_seconds);
     for (std::size_t i = 0; i < scenes && !work.context.stop.stop_requested() && !outcome.failure; ++i) {
@@ -248,7 +248,7 @@ void print_so_far(const SceneVerdict& verdict, bool verbose) {
     std::fflush(stdout);
 }
 
-Outcome verify_within(Work& work, double seconds) {
+Verified verify_within(Work& work, double seconds) {
     const Stopwatch watch;
     const Deadline end(work.context.stop, with_overrun(seconds));
     const std::uint64_t seed = work.options.seed;
@@ -267,7 +267,7 @@ Outcome verify_within(Work& work, double seconds) {
         return verdict;
     };
     std::vector<std::optional<SceneVerdict>> last;
-    Outcome outcome;
+    Verified outcome;
     try {
         verify_within(budget, last);
     } catch (const std::exception&) {
@@ -384,7 +384,7 @@ ExitStatus verify(const VerifyArguments& given, const CommandContext& context) {
     Work work{arguments, context, scenes, films, *reference, *candidate, programs, options, {}};
     work.layer.wanted = arguments.candidate == "vulkan" && !arguments.validation && !arguments.no_layer;
     const Stopwatch watch;
-    Outcome outcome = total_seconds ? verify_within(work, *total_seconds) : verify_each(work);
+    Verified outcome = total_seconds ? verify_within(work, *total_seconds) : verify_each(work);
     if (total_seconds) print_undecided(outcome.verdicts, watch.seconds(), context.verbose);
     if (compare_misses(outcome.verdicts)) print_common_suspects(outcome.verdicts);
     work.layer.print();

@@ -196,9 +196,9 @@ ExitStatus view(ViewArguments arguments, const CommandContext& context) {
     session.stop();
 
     if (!arguments.output.empty()) write_output(arguments.output, session, report.appearance, context.read);
-    const nlohmann::json json = to_json(session, report);
-    write_json(context, json);
-    print_report(json);
+    const nlohmann::json written = to_json(session, report);
+    write_json(context, written);
+    print_report(written);
     for (std::size_t i = 0; i < session.view_count(); ++i)
         if (!session.view(i).state().failure.empty()) return ExitStatus::no_device;
     return ExitStatus::fine;

@@ -22,7 +22,7 @@ constexpr std::uint64_t trial_begin = std::uint64_t{1} << 62;      // samples th
 constexpr std::uint64_t next_scrambling = std::uint64_t{1} << 32;  // MODEL.md section 3.2
 constexpr double clearly_better = 0.9;
 constexpr double trials_share = 0.12;  // of the seconds that the best settings so far are forecast to take
-constexpr std::uint64_t least_samples = 8, most_samples = 4096, least_points = 16;
+constexpr std::uint64_t least_trial_samples = 8, most_trial_samples = 4096, least_points = 16;
 constexpr double known_enough = 0.05;  // how far a trial's squared error may be off, relatively
 
 // What a trial showed of settings. Sobol points: the squared error of n points falls as n^-(1 + gain).
@@ -121,7 +121,7 @@ std::optional<Trial> scrambled_trial(RenderJob& job, std::uint64_t samples, std:
 }
 
 // What an alternative is held against.
-struct Rival {
+struct TrialRival {
     double relative_error;
     double seconds;      // to that error
     double uncertainty;  // of them, relative
@@ -129,7 +129,7 @@ struct Rival {
 
 // Whether a trial leaves no doubt, at two standard errors, that it is better or not. That Sobol points are not better
 // may be for want of points.
-bool is_clear(const Trial& trial, const Rival& rival) {
+bool is_clear(const Trial& trial, const TrialRival& rival) {
     const double doubt = 1.0 + 2.0 * std::hypot(trial.uncertainty_at(rival.relative_error), rival.uncertainty);
     const double ratio = trial.seconds_to(rival.relative_error) / rival.seconds;
     return ratio * doubt < clearly_better || (trial.points == 0.0 && ratio > clearly_better * doubt);
@@ -137,17 +137,17 @@ bool is_clear(const Trial& trial, const Rival& rival) {
 
 // As short a trial as tells enough, but of no more than so many seconds where more than the least.
 std::optional<Trial> trial_of(const RenderSettings& settings, RenderJob& job, double seconds, std::stop_token stop,
-    const std::optional<Rival>& rival = std::nullopt) {
+    const std::optional<TrialRival>& rival = std::nullopt) {
     const bool scrambled = settings.generator == Generator::sobol;
     const Stopwatch watch;
     if (job.render({trial_begin, trial_begin + 1}, {.stop = stop, .progress = {}}).estimate.count() == 0)
         return std::nullopt;  // else it is warm now
     constexpr std::uint64_t growth = 4;
-    std::uint64_t samples = scrambled ? 2 * least_points : least_samples;
+    std::uint64_t samples = scrambled ? 2 * least_points : least_trial_samples;
     for (;; samples *= growth) {
         std::optional<Trial> trial =
             scrambled ? scrambled_trial(job, samples, stop) : independent_trial(job, samples, stop);
-        if (!trial || trial->uncertainty <= known_enough || growth * samples > most_samples ||
+        if (!trial || trial->uncertainty <= known_enough || growth * samples > most_trial_samples ||
             (rival && is_clear(*trial, *rival)))
             return trial;
         const double next = static_cast<double>(growth * samples) * trial->seconds_a_sample;
@@ -238,7 +238,7 @@ public:
     void try_with(const Change& change, std::size_t others) {
         RenderSettings settings = choice_.settings;
         change(settings);
-        const std::uint64_t least = settings.generator == Generator::sobol ? 2 * least_points : least_samples;
+        const std::uint64_t least = settings.generator == Generator::sobol ? 2 * least_points : least_trial_samples;
         const double needed = preparation_ + static_cast<double>(least + 1) * best_->seconds_a_sample;
         const double left = seconds_left();
         if (needed > left || stop_.stop_requested()) return;
@@ -248,7 +248,7 @@ public:
         std::optional<Trial> trial;
         if (job)
             trial = trial_of(settings, *job, each - watch.seconds(), stop_,
-                Rival{goal_.relative_error, best_seconds_, best_->uncertainty_at(goal_.relative_error)});
+                TrialRival{goal_.relative_error, best_seconds_, best_->uncertainty_at(goal_.relative_error)});
         spent_ += watch.seconds();
         if (!trial) return;
         const double seconds = trial->seconds_to(goal_.relative_error);

@@ -12,7 +12,7 @@ namespace tandem {
 
 namespace {
 
-constexpr double level = 0.05;
+constexpr double rejection_level = 0.05;
 
 const ArmFigures* named(const std::vector<ArmFigures>& figures, const std::string& name) {
     const auto found = std::ranges::find_if(figures, [&](const ArmFigures& one) { return one.arm.name() == name; });
@@ -82,7 +82,8 @@ bool ran_together(const ArmTrials& a, const ArmTrials& b) {
 Rival compare(const Renewed& rival, const Renewed& best, std::size_t rivals) {
     const PairedEffect paired = paired_seconds(*rival.trials, *best.trials);
     const double ratio = std::log(rival.time.seconds->value / best.time.seconds->value);
-    const double widened = normal_quantile(1.0 - 0.5 * level / static_cast<double>(rivals)) / normal_quantile(0.975);
+    const double widened =
+        normal_quantile(1.0 - 0.5 * rejection_level / static_cast<double>(rivals)) / normal_quantile(0.975);
     // Not hypot of three, which in libstdc++ is NaN where one is infinite.
     const double noise =
         std::hypot(log_half_of_noise(rival.figures, rival.time), log_half_of_noise(best.figures, best.time));

@@ -21,7 +21,7 @@ namespace {
 using nlohmann::json;
 
 // An error that is aimed at, which is a round number: "0.5 %".
-std::string level(double error) { return fmt::format("{:g} %", 100.0 * error); }
+std::string words_of_error(double error) { return fmt::format("{:g} %", 100.0 * error); }
 
 std::string factor(double ratio) { return ratio >= 10.0 ? fmt::format("{:.0f}", ratio) : fmt::format("{:.2f}", ratio); }
 
@@ -257,12 +257,12 @@ std::string sentence_to(const CostReport& report, double error) {
             std::ranges::any_of(report.figures, [&](const ArmFigures& arm) { return arm.time_to(error).unknown; });
         return unknown
                    ? fmt::format("To {}: not known, as errors of 100 % and more foretell nothing; give more --time.",
-                         level(error))
-                   : fmt::format("No setting here reaches {}.", level(error));
+                         words_of_error(error))
+                   : fmt::format("No setting here reaches {}.", words_of_error(error));
     }
     const TimeToError time = best->time_to(error);
-    return fmt::format("To {}: `{} --samples {:.0f}`, {}{}. {}", level(error), render_command(report, best->arm),
-        std::ceil(*time.samples), words_of(time),
+    return fmt::format("To {}: `{} --samples {:.0f}`, {}{}. {}", words_of_error(error),
+        render_command(report, best->arm), std::ceil(*time.samples), words_of(time),
         time.floor_unknown ? "; a bias as great is not excluded, and none assumed" : "",
         confirmation == nullptr ? not_confirmed(report, *best, error) : sentence_on(*confirmation));
 }
@@ -404,7 +404,7 @@ std::vector<const ArmFigures*> rows_of(const CostReport& report) {
 std::string to_text(const CostReport& report) {
     if (report.figures.empty()) return head_of(report);
     std::string text = head_of(report);
-    text += fmt::format("\n{:44} {:36} {}\n", "settings", "to " + level(report.asked_error), "bias");
+    text += fmt::format("\n{:44} {:36} {}\n", "settings", "to " + words_of_error(report.asked_error), "bias");
     for (const ArmFigures* arm : rows_of(report)) {
         const TimeToError time = arm->time_to(report.asked_error);
         const bool baseline = arm == report.figures.data();
@@ -427,7 +427,7 @@ std::string all_to_text(const CostReport& report) {
         "is "
         "on the Pareto front.\n\n");
     text += fmt::format("  {:32} {:>9} {:>22} {:>22}", "arm", "time", "floor", "slope");
-    for (const double error : cost_errors) text += fmt::format(" {:>9}", level(error));
+    for (const double error : cost_errors) text += fmt::format(" {:>9}", words_of_error(error));
     text += "\n";
     for (const ArmFigures& arm : report.figures) {
         const std::string slope =

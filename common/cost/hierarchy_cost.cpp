@@ -10,7 +10,7 @@ namespace tandem {
 
 namespace {
 
-std::string duration(double seconds) {
+std::string short_duration(double seconds) {
     return seconds < 1.0 ? fmt::format("{:.3g} ms", 1e3 * seconds) : fmt::format("{:.3g} s", seconds);
 }
 
@@ -76,8 +76,8 @@ std::string sentence_on_building(const ArmFigures& arm, const ArmFigures& baseli
             cost.build_seconds < cost.baseline_build_seconds ? "it" : "the baseline", samples(at.low));
     };
     return fmt::format("{} builds its hierarchy in {}, the baseline in {}; a sample of the image takes {} and {}: {}",
-        arm.arm.name(), duration(cost.build_seconds), duration(cost.baseline_build_seconds),
-        duration(cost.seconds_a_sample), duration(cost.baseline_seconds_a_sample), judgement());
+        arm.arm.name(), short_duration(cost.build_seconds), short_duration(cost.baseline_build_seconds),
+        short_duration(cost.seconds_a_sample), short_duration(cost.baseline_seconds_a_sample), judgement());
 }
 
 }  // namespace tandem

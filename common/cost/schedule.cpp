@@ -19,7 +19,7 @@ constexpr double floor_share = 0.35;
 // Where nothing else is left to do, a goal is begun that so many measurements as long as this one would finish.
 constexpr double pieces = 8.0;
 constexpr double surely = 1.15;  // samples beyond the forecast, as it may be too low by chance
-constexpr std::uint64_t most_samples = std::uint64_t{1} << 30;
+constexpr std::uint64_t most_samples_at_once = std::uint64_t{1} << 30;
 constexpr unsigned halvings = 12;  // of the sample counts that a replicate is looked at
 
 const ArmTrials* trials_at(const CostSamples& samples, const std::string& name, std::uint32_t stage) {
@@ -233,7 +233,7 @@ std::optional<CostStage> floors(const std::vector<ArmFigures>& figures, const Co
 }  // namespace
 
 std::vector<std::uint64_t> levels_up_to(double wanted) {
-    const double capped = std::clamp(wanted, 1.0, static_cast<double>(most_samples));
+    const double capped = std::clamp(wanted, 1.0, static_cast<double>(most_samples_at_once));
     const auto count = static_cast<std::uint64_t>(std::ceil(capped));
     const std::uint64_t step = std::max(std::bit_floor(count) / 4, std::min(std::bit_ceil(count), samples_per_block));
     const std::uint64_t most = (count + step - 1) / step * step;

@@ -18,7 +18,9 @@ std::string in_quotes(const std::string& value) {
 }
 
 // What is not known stays empty.
-std::string number(double value) { return std::isfinite(value) ? fmt::format("{:.7g}", value) : std::string(); }
+std::string finite_or_empty(double value) {
+    return std::isfinite(value) ? fmt::format("{:.7g}", value) : std::string();
+}
 
 std::string row(std::vector<std::string> values) {
     for (std::string& value : values) value = in_quotes(value);
@@ -37,19 +39,21 @@ std::string row_of(const ArmResult& arm, const std::string& along) {
     std::vector<std::string> values = place_of(arm.family, arm.workload, along, arm.arm, arm.baseline, arm.clock);
     const bool compared = arm.timed() && arm.arm != arm.baseline;
     const auto seconds = arm.seconds.find(arm.clock);
-    const auto told = [&](double value) { return compared ? number(value) : std::string(); };
-    values.insert(values.end(),
-        {"all", std::to_string(arm.log_ratio.blocks), seconds == arm.seconds.end() ? "" : number(1e3 * seconds->second),
-            told(arm.ratio()), told(arm.ratio_low()), told(arm.ratio_high()), told(1e3 * arm.difference.value),
-            told(1e3 * arm.difference.low), told(1e3 * arm.difference.high), told(arm.p_family),
-            compared ? name_of(arm.verdict()) : "", name_of(arm.identity), arm.reason});
+    const auto told = [&](double value) { return compared ? finite_or_empty(value) : std::string(); };
+    values.insert(
+        values.end(), {"all", std::to_string(arm.log_ratio.blocks),
+                          seconds == arm.seconds.end() ? "" : finite_or_empty(1e3 * seconds->second), told(arm.ratio()),
+                          told(arm.ratio_low()), told(arm.ratio_high()), told(1e3 * arm.difference.value),
+                          told(1e3 * arm.difference.low), told(1e3 * arm.difference.high), told(arm.p_family),
+                          compared ? name_of(arm.verdict()) : "", name_of(arm.identity), arm.reason});
     return row(values);
 }
 
 std::string row_of(const ReplicateResult& one, const std::string& along) {
     std::vector<std::string> values = place_of(one.family, one.workload, along, one.arm, one.baseline, one.clock);
-    values.insert(values.end(), {std::to_string(one.replicate), std::to_string(one.blocks), number(1e3 * one.seconds),
-                                    number(one.ratio), "", "", "", "", "", "", "", "", ""});
+    values.insert(
+        values.end(), {std::to_string(one.replicate), std::to_string(one.blocks), finite_or_empty(1e3 * one.seconds),
+                          finite_or_empty(one.ratio), "", "", "", "", "", "", "", "", ""});
     return row(values);
 }
 

@@ -20,7 +20,7 @@ double shortened(double value) {
     return std::stod(fmt::format("{:.7g}", value));
 }
 
-json number(double value) { return std::isfinite(value) ? json(shortened(value)) : json(); }
+json finite_or_null(double value) { return std::isfinite(value) ? json(shortened(value)) : json(); }
 
 json milliseconds(const std::vector<double>& seconds) {
     json list = json::array();
@@ -52,21 +52,21 @@ json to_json(const ArmResult& result) {
         {"warm_up_blocks", result.warm_up}};
     if (!result.reason.empty()) entry["reason"] = result.reason;
     json clocks = json::object();
-    for (const auto& [clock, seconds] : result.seconds) clocks[clock] = number(1e3 * seconds);
+    for (const auto& [clock, seconds] : result.seconds) clocks[clock] = finite_or_null(1e3 * seconds);
     entry["milliseconds"] = clocks;
     entry["replicate_milliseconds"] = milliseconds(result.replicate_seconds);
     if (!result.timed()) return entry;
-    entry["ratio"] = number(result.ratio());
-    entry["ratio_low"] = number(result.ratio_low());
-    entry["ratio_high"] = number(result.ratio_high());
+    entry["ratio"] = finite_or_null(result.ratio());
+    entry["ratio_low"] = finite_or_null(result.ratio_low());
+    entry["ratio_high"] = finite_or_null(result.ratio_high());
     if (result.arm == result.baseline) return entry;
     entry["verdict"] = name_of(result.verdict());
     entry["p"] = result.log_ratio.p;
     entry["p_family"] = result.p_family;
-    entry["smallest_detectable_relative"] = number(result.smallest_detectable_relative());
-    entry["difference_milliseconds"] = number(1e3 * result.difference.value);
-    entry["difference_milliseconds_low"] = number(1e3 * result.difference.low);
-    entry["difference_milliseconds_high"] = number(1e3 * result.difference.high);
+    entry["smallest_detectable_relative"] = finite_or_null(result.smallest_detectable_relative());
+    entry["difference_milliseconds"] = finite_or_null(1e3 * result.difference.value);
+    entry["difference_milliseconds_low"] = finite_or_null(1e3 * result.difference.low);
+    entry["difference_milliseconds_high"] = finite_or_null(1e3 * result.difference.high);
     return entry;
 }
 
@@ -76,7 +76,7 @@ json to_json(const ClaimResult& result) {
         {"against", result.claim.contrast.against}, {"verdict", name_of(result.verdict)},
         {"negligible_relative", result.claim.negligible_relative}};
     const bool measured = result.verdict != ClaimVerdict::not_applicable;
-    const auto figure = [&](double value) { return measured ? number(value) : json(); };
+    const auto figure = [&](double value) { return measured ? finite_or_null(value) : json(); };
     entry["effect"] = figure(result.effect);
     entry["effect_low"] = figure(result.low);
     entry["effect_high"] = figure(result.high);
@@ -97,7 +97,7 @@ json to_json(const Crossover& crossover) {
     if (crossover.exists) {
         entry["faster_above"] = crossover.faster_above;
         entry["below"] = crossover.below;
-        entry["at"] = number(crossover.at);
+        entry["at"] = finite_or_null(crossover.at);
         entry["above"] = crossover.above;
     }
     return entry;

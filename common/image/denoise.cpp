@@ -21,7 +21,7 @@ constexpr double albedo_offset = 0.01;       // so that light on black surfaces 
 constexpr double normal_bandwidth = 0.15;    // of |n_p - n_q|, which is an angle where it is small
 constexpr double depth_bandwidth = 0.02;     // relative
 constexpr double depth_slope = 0.5;          // of what a slope foretells
-constexpr double farthest = 20.0;            // exponents beyond it weigh nothing: e^-20
+constexpr double greatest_exponent = 20.0;   // exponents beyond it weigh nothing: e^-20
 constexpr double unknown_variance = 1e76;    // the square of the greatest float
 constexpr std::uint32_t rows_per_band = 16;  // fixed, so that bits do not depend on the number of threads
 
@@ -132,7 +132,7 @@ double feature_distance(const Guides& guides, std::size_t p, std::size_t q, int 
     const double foretold = guides.slope_x[p] * dx + guides.slope_y[p] * dy;
     const double off = there - here - foretold;
     const double width = depth_bandwidth * here + depth_slope * std::abs(foretold);
-    const double of_depth = off == 0.0 ? 0.0 : width > 0.0 ? off * off / (width * width) : 2.0 * farthest;
+    const double of_depth = off == 0.0 ? 0.0 : width > 0.0 ? off * off / (width * width) : 2.0 * greatest_exponent;
     return std::max(of_normal / guides.normal_scale[p], of_depth);
 }
 
@@ -226,10 +226,10 @@ private:
         for (int j = first; j < last; ++j) sum += across_[place(x, j)];
         const double colour =
             sum / static_cast<double>(channel_count * static_cast<std::uint32_t>(columns * (last - first)));
-        if (!(colour < farthest)) return;
+        if (!(colour < greatest_exponent)) return;
         const std::size_t p = pixel(x, y), q = pixel(x + dx, y + dy), own = p - pixel(0, static_cast<int>(begin_));
         const double distance = std::max({0.0, colour, feature_distance(guides_, p, q, dx, dy)});
-        if (!(distance < farthest)) return;
+        if (!(distance < greatest_exponent)) return;
         const double weight = std::exp(-distance);
         weights_[own] += weight;
         for (std::size_t c = 0; c < channel_count; ++c)

@@ -25,13 +25,13 @@ constexpr double touching = 0x1p-16, hair = 0x1p-15;
 constexpr double most_of_body = 0.25;      // of its thickness, that a face is drawn back
 constexpr double least_overlap = 0x1p-20;  // of coordinates, of faces that do not only share an edge
 
-struct Box {
+struct FaceBox {
     dvec3 low{INFINITY}, high{-INFINITY};
     void add(const dvec3& point) {
         low = glm::min(low, point);
         high = glm::max(high, point);
     }
-    [[nodiscard]] bool meets(const Box& other, double margin) const {
+    [[nodiscard]] bool meets(const FaceBox& other, double margin) const {
         return glm::all(glm::lessThanEqual(low, other.high + margin)) &&
                glm::all(glm::greaterThanEqual(high, other.low - margin));
     }
@@ -48,7 +48,7 @@ struct Face {
     std::uint32_t corner_count = 3;
     std::array<dvec3, 4> corner{};
     dvec3 normal{0.0};  // unit, outwards
-    Box box{};
+    FaceBox box{};
     [[nodiscard]] std::span<const dvec3> corners() const { return {corner.data(), corner_count}; }
 };
 
@@ -58,7 +58,7 @@ struct Body {
     bool passes = false;  // a dielectric
     bool ranked = false;  // that is meant to overlap others (section 9.4)
     std::vector<Face> faces;
-    Box box;
+    FaceBox box;
 
     [[nodiscard]] double thickness(const dvec3& normal) const {
         double least = INFINITY, greatest = -INFINITY;
@@ -138,7 +138,7 @@ std::vector<Body> bodies_of(const Scene& scene, const dvec3& origin) {
 
 // Calls `meet` with each pair of boxes that meet, to within the margin, the lower index first.
 void for_each_meeting(
-    std::span<const Box> boxes, double margin, const std::function<void(std::size_t, std::size_t)>& meet) {
+    std::span<const FaceBox> boxes, double margin, const std::function<void(std::size_t, std::size_t)>& meet) {
     std::vector<std::size_t> order(boxes.size());
     for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
     std::ranges::sort(order, {}, [&](std::size_t i) { return boxes[i].low.x; });
@@ -200,7 +200,7 @@ public:
     [[nodiscard]] std::optional<Scene> apart() {
         const auto passes = [](const Body& body) { return body.passes; };
         if (std::ranges::none_of(bodies_, passes)) return std::nullopt;
-        std::vector<Box> boxes;
+        std::vector<FaceBox> boxes;
         double size = 0.0;
         for (const Body& body : bodies_) {
             boxes.push_back(body.box);
@@ -226,7 +226,7 @@ private:
     void look_at(const Body& a, const Body& b) {
         const double margin = 4.0 * touching * std::max(a.box.size(), b.box.size());
         std::vector<const Face*> faces;
-        std::vector<Box> boxes;
+        std::vector<FaceBox> boxes;
         std::size_t of_a = 0;
         for (const Body* body : {&a, &b}) {
             for (const Face& face : body->faces) {

@@ -139,8 +139,6 @@ bool holds_places(const Scene& scene) {
            std::ranges::any_of(scene.media, [](const Medium& medium) { return medium.grid != nullptr; });
 }
 
-double largest(const dvec3& v) { return std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)}); }
-
 class MovedJob final : public RenderJob {
 public:
     MovedJob(std::unique_ptr<RenderJob> job, const dvec3& origin, const dvec3& motion, const RenderSettings& settings)
@@ -232,9 +230,10 @@ std::optional<Scene> seen_from(const Scene& scene, const dvec3& origin) {
 std::optional<dvec3> floating_motion(const Scene& scene) {
     const dvec3& motion = scene.camera.position_motion;
     if (motion == dvec3(0.0) || holds_places(scene)) return std::nullopt;
-    if (!(largest(motion) > 4.0 * half_extent(box_of(scene, 0.0)))) return std::nullopt;
+    if (!(largest_coordinate(motion) > 4.0 * half_extent(box_of(scene, 0.0)))) return std::nullopt;
     const bool shared = std::ranges::any_of(scene.entities, [&](const Entity& entity) {
-        return entity.primitive_count > 0 && largest(entity.motion - motion) <= 0.25 * largest(motion);
+        return entity.primitive_count > 0 &&
+               largest_coordinate(entity.motion - motion) <= 0.25 * largest_coordinate(motion);
     });
     if (!shared) return std::nullopt;
     return motion;

@@ -41,8 +41,6 @@ void add_face(std::vector<Face>& faces, const dvec3& normal, const dvec3& point,
 
 dvec3 placed(const glm::dmat4& map, const dvec3& p) { return dvec3(map * glm::dvec4(p, 1.0)); }
 
-double largest(const dvec3& p) { return std::max({std::abs(p.x), std::abs(p.y), std::abs(p.z)}); }
-
 std::vector<Face> faces_of(const Scene& scene) {
     std::vector<Face> faces;
     std::uint64_t body = scene.entities.size();
@@ -55,14 +53,15 @@ std::vector<Face> faces_of(const Scene& scene) {
         const dvec3 a = scene.vertices[primitive.index[0]], b = scene.vertices[primitive.index[1]];
         if (primitive.kind == PrimitiveKind::triangle) {
             const dvec3 p = placed(map, a), q = placed(map, b), r = placed(map, scene.vertices[primitive.index[2]]);
-            add_face(faces, glm::cross(q - p, r - p), p, std::max({largest(p), largest(q), largest(r)}), place.entity,
-                passes, true);
+            add_face(faces, glm::cross(q - p, r - p), p,
+                std::max({largest_coordinate(p), largest_coordinate(q), largest_coordinate(r)}), place.entity, passes,
+                true);
             continue;
         }
         ++body;
         const glm::dmat3 normals = glm::transpose(glm::inverse(glm::dmat3(map)));
-        const double size =
-            std::max(largest(placed(map, a)), largest(placed(map, b))) + largest(placed(map, b) - placed(map, a));
+        const double size = std::max(largest_coordinate(placed(map, a)), largest_coordinate(placed(map, b))) +
+                            largest_coordinate(placed(map, b) - placed(map, a));
         for (int axis = 0; axis < 3; ++axis)
             for (const dvec3& corner : {a, b})
                 add_face(faces, normals[axis], placed(map, corner), size, body, passes, false);

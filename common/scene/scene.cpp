@@ -20,6 +20,8 @@ PlacedPrimitive PlacedPrimitives::operator[](std::uint32_t id) const {
     return {entity, (*entities_)[entity].first_primitive + id - firsts_[entity]};
 }
 
+double largest_coordinate(const glm::dvec3& v) { return std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)}); }
+
 bool is_similarity(const glm::dmat4& map) {
     const glm::dmat3 linear(map), gram = glm::transpose(linear) * linear;
     const double mean = (gram[0][0] + gram[1][1] + gram[2][2]) / 3.0;

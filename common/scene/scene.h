@@ -251,4 +251,7 @@ private:
 // Whether an affine map leaves spheres spheres, to a relative 10^-5 (MODEL.md section 9.2).
 [[nodiscard]] bool is_similarity(const glm::dmat4& map);
 
+// The largest magnitude of a coordinate.
+[[nodiscard]] double largest_coordinate(const glm::dvec3& v);
+
 }  // namespace tandem

@@ -13,7 +13,7 @@ bool finite(const glm::dvec3& v) { return std::isfinite(v.x) && std::isfinite(v.
 bool within(const glm::dvec3& v, double least, double greatest) {
     return v.x >= least && v.x <= greatest && v.y >= least && v.y <= greatest && v.z >= least && v.z <= greatest;
 }
-bool radiance(const glm::dvec3& v) { return within(v, 0.0, 1e18); }
+bool sound_radiance(const glm::dvec3& v) { return within(v, 0.0, 1e18); }
 bool index(std::uint32_t i, std::size_t size) { return i == no_index || i < size; }
 
 bool sound(const Pixels& pixels, double greatest) {
@@ -30,13 +30,14 @@ bool sound(const Camera& camera) {
 }
 
 bool sound(const Background& background) {
-    return radiance(background.down) && radiance(background.up) && background.image_scale > 0.0 &&
+    return sound_radiance(background.down) && sound_radiance(background.up) && background.image_scale > 0.0 &&
            std::isfinite(background.image_scale) && std::isfinite(background.rotation_degrees) &&
            (!background.image || sound(*background.image, 1e18));
 }
 
 bool sound(const Medium& medium) {
-    if (!radiance(medium.absorption) || !radiance(medium.scattering) || !(std::abs(medium.anisotropy) <= 0.99))
+    if (!sound_radiance(medium.absorption) || !sound_radiance(medium.scattering) ||
+        !(std::abs(medium.anisotropy) <= 0.99))
         return false;
     if (!medium.grid) return true;
     const DensityGrid& grid = *medium.grid;
@@ -53,7 +54,7 @@ bool sound(const Texture& texture) {
 
 bool sound(const Material& material, const Scene& scene) {
     const double g = material.roughness, least_roughness = material.kind == MaterialKind::rough_diffuse ? 0.0 : 0.03;
-    return within(material.colour, 0.0, 1.0) && radiance(material.radiance) && material.alpha >= 0.0 &&
+    return within(material.colour, 0.0, 1.0) && sound_radiance(material.radiance) && material.alpha >= 0.0 &&
            material.alpha <= 1.0 && material.fuzz >= 0.0 && material.fuzz <= 1.0 && material.refractive_index > 0.0 &&
            material.refractive_index <= 1e3 && (g == 0.0 || (g >= least_roughness && g <= 1.0)) &&
            within(material.k, 0.0, 1e3) && within(material.eta, 1e-3, 1e3) &&
@@ -61,8 +62,9 @@ bool sound(const Material& material, const Scene& scene) {
 }
 
 bool sound(const PunctualLight& light) {
-    return finite(light.position) && std::abs(glm::length(light.direction) - 1.0) < 1e-9 && radiance(light.intensity) &&
-           light.inner_degrees >= 0.0 && light.inner_degrees < light.outer_degrees && light.outer_degrees <= 90.0;
+    return finite(light.position) && std::abs(glm::length(light.direction) - 1.0) < 1e-9 &&
+           sound_radiance(light.intensity) && light.inner_degrees >= 0.0 && light.inner_degrees < light.outer_degrees &&
+           light.outer_degrees <= 90.0;
 }
 
 bool sound(const Primitive& primitive, const Scene& scene) {
@@ -101,7 +103,7 @@ std::string unsound_part(const Scene& scene) {
         return "normals";
     if (!all(scene.primitives, [&](const Primitive& p) { return sound(p, scene); })) return "primitives";
     if (!all(scene.entities, [&](const Entity& e) { return sound(e, scene); })) return "entities";
-    if (scene.expect && !radiance(scene.expect->radiance)) return "expect";
+    if (scene.expect && !sound_radiance(scene.expect->radiance)) return "expect";
     return {};
 }
 

@@ -13,8 +13,6 @@ namespace {
 constexpr std::uint64_t batch_rays = 16384;
 constexpr std::uint64_t first_batch_rays = 2048;  // in any case
 
-double largest(const glm::dvec3& v) { return std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)}); }
-
 bool is_finite(const glm::dvec3& v) { return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z); }
 
 // The unit in the last place of 1.
@@ -57,9 +55,9 @@ private:
         const double length = glm::length(ray.direction);
         const glm::dvec3 d = std::abs(length - 1.0) <= 1e-6 ? ray.direction : ray.direction / length;
         const glm::dvec3 on_ray = ray.origin + hit.t * d;
-        const double scale =
-            scale_ > 0.0 ? scale_
-                         : std::max({largest(ray.origin), largest(on_ray), hit.t, surfaces_.reach(hit.primitive)});
+        const double scale = scale_ > 0.0 ? scale_
+                                          : std::max({largest_coordinate(ray.origin), largest_coordinate(on_ray), hit.t,
+                                                surfaces_.reach(hit.primitive)});
         double worst = 0.0;
         for (const glm::dvec3& point : {on_ray, hit.point}) {
             const SurfaceOffset off = surfaces_.offset(hit.primitive, point);

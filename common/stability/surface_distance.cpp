@@ -12,8 +12,6 @@ using glm::dmat4;
 using glm::dvec3;
 using glm::dvec4;
 
-double largest(const dvec3& v) { return std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)}); }
-
 dvec3 nearest_on_segment(const dvec3& a, const dvec3& b, const dvec3& p) {
     const dvec3 e = b - a;
     const double length2 = glm::dot(e, e);
@@ -53,7 +51,7 @@ Surfaces::Surfaces(const Scene& scene) {
         if (primitive.kind == PrimitiveKind::triangle) {
             for (std::size_t i = 0; i < 3; ++i) {
                 placed.corners[i] = dvec3(m * dvec4(scene.vertices[primitive.index[i]], 1.0));
-                placed.reach = std::max(placed.reach, largest(placed.corners[i]));
+                placed.reach = std::max(placed.reach, largest_coordinate(placed.corners[i]));
             }
         } else {
             dvec3 centre = a, half(primitive.radius);
@@ -68,7 +66,8 @@ Surfaces::Surfaces(const Scene& scene) {
             placed.to_unit = glm::inverse(placed.to_world);
             const dmat3 linear(placed.to_world);
             const dvec3 middle(placed.to_world[3]);
-            placed.reach = largest(glm::abs(middle) + glm::abs(linear[0]) + glm::abs(linear[1]) + glm::abs(linear[2]));
+            placed.reach =
+                largest_coordinate(glm::abs(middle) + glm::abs(linear[0]) + glm::abs(linear[1]) + glm::abs(linear[2]));
         }
         reach_ = std::max(reach_, placed.reach);
         placed_.push_back(placed);

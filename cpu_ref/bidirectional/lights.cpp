@@ -11,11 +11,7 @@ namespace {
 
 using glm::dvec3;
 
-constexpr double pi = std::numbers::pi;
-
 dvec3 point_by(const glm::dmat4& m, const dvec3& p) { return dvec3(m * glm::dvec4(p, 1.0)); }
-
-double luminance(const dvec3& colour) { return colour.x + colour.y + colour.z; }  // Y of section 9.2
 
 double outer_cosine(const PunctualLight& light) { return std::cos(glm::radians(light.outer_degrees)); }
 
@@ -52,7 +48,7 @@ std::optional<Emitter> surface_of(const Scene& scene, const Entity& entity, cons
             light.kind = EmitterKind::sphere;
             light.corners[0] = point_by(m, vertex(0));
             light.radius = scale_of(m) * primitive.radius;
-            light.area = 4.0 * pi * light.radius * light.radius;
+            light.area = 4.0 * std::numbers::pi * light.radius * light.radius;
             return light;
         }
         case PrimitiveKind::cuboid: {
@@ -248,7 +244,7 @@ double Emitters::density_for(const Place& from, const LightPoint& at) const {
     if (!cone) return density(at);
     const dvec3 way = at.place.point - from.point;
     const double square = glm::dot(way, way), cosine = std::abs(glm::dot(way, at.place.normal)) / std::sqrt(square);
-    return at.light->chance / (2.0 * pi * cone->height) * cosine / square;
+    return at.light->chance / (2.0 * std::numbers::pi * cone->height) * cosine / square;
 }
 
 Emitters::Emission Emitters::emit(const LightPoint& at, const dvec3& u) const {
@@ -284,17 +280,19 @@ double Emitters::emission_density(const LightPoint& at, const dvec3& direction) 
     const Emitter& light = *at.light;
     switch (light.kind) {
         case EmitterKind::point:
-            return 1.0 / (4.0 * pi);
+            return 1.0 / (4.0 * std::numbers::pi);
         case EmitterKind::spot: {
             const double outer = outer_cosine(light.punctual);
-            return glm::dot(direction, light.punctual.direction) >= outer ? 1.0 / (2.0 * pi * (1.0 - outer)) : 0.0;
+            return glm::dot(direction, light.punctual.direction) >= outer
+                       ? 1.0 / (2.0 * std::numbers::pi * (1.0 - outer))
+                       : 0.0;
         }
         case EmitterKind::sun:
         case EmitterKind::sky:
-            return 1.0 / (pi * caster_.radius() * caster_.radius());
+            return 1.0 / (std::numbers::pi * caster_.radius() * caster_.radius());
         default: {
             const double cosine = glm::dot(direction, at.place.normal);
-            return std::abs(cosine) / pi * (cosine > 0.0 ? light.front_share : light.back_share);
+            return std::abs(cosine) / std::numbers::pi * (cosine > 0.0 ? light.front_share : light.back_share);
         }
     }
 }

@@ -7,11 +7,6 @@
 #include "cpu_ref/bidirectional/surfaces.h"
 
 namespace tandem::cpu {
-namespace {
-
-double luminance(const glm::dvec3& colour) { return colour.x + colour.y + colour.z; }  // Y of section 8.2
-
-}  // namespace
 
 Sky::Sky(const Background& background) : down_(background.down), up_(background.up), is_light_(background.sampled) {
     if (background.image) image_.emplace(background);

@@ -8,6 +8,9 @@
 
 namespace tandem::cpu {
 
+// Y (sections 8.2 and 9.2).
+[[nodiscard]] inline double luminance(const glm::dvec3& colour) { return colour.x + colour.y + colour.z; }
+
 // What is known of a material's lobe. A connection needs a known one. A lobe that is only sampled, from the camera's
 // side, has no known transpose: a subpath from a light ends there.
 enum class Lobe { known, delta, sampled_only };

@@ -11,8 +11,6 @@
 namespace tandem::oracle {
 namespace {
 
-constexpr double infinity = std::numeric_limits<double>::infinity();
-
 glm::dvec3 point_by(const glm::dmat4& m, const glm::dvec3& p) { return glm::dvec3(m * glm::dvec4(p, 1.0)); }
 glm::dvec3 vector_by(const glm::dmat4& m, const glm::dvec3& v) { return glm::dvec3(m * glm::dvec4(v, 0.0)); }
 
@@ -209,7 +207,7 @@ std::optional<World::Candidate> World::cuboid_hit(
     const Placed& cuboid, const Ray& ray, bool leaving, double t_min, double t_max) {
     const glm::dvec3 origin = point_by(cuboid.world_to_object, ray.origin);
     const glm::dvec3 direction = vector_by(cuboid.world_to_object, ray.direction);
-    double entry = -infinity, exit = infinity;
+    double entry = -std::numeric_limits<double>::infinity(), exit = -entry;
     int entry_face = 0, exit_face = 0;  // in the order -x +x -y +y -z +z
     for (int face = 0; face < 6; ++face) {
         const int axis = face / 2;

@@ -33,7 +33,7 @@ double decoded(double code) {  // IEC 61966-2-1
 }
 
 // From which mean on a channel is 1, 2, … 255.
-std::array<float, codes - 1> steps() {
+std::array<float, codes - 1> code_steps() {
     std::array<float, codes - 1> list{};
     for (std::size_t i = 0; i < list.size(); ++i)
         list[i] = static_cast<float>(decoded((static_cast<double>(i) + 0.5) / (codes - 1)));
@@ -84,7 +84,7 @@ FrameImage::FrameImage(const Device& device, const ImagePattern& pattern, const 
       words_{shown.size.width, shown.size.width * shown.size.height, 1.0f / static_cast<float>(samples)},
       steps_(device, MemoryDomain::mapped,
           std::array{BufferSpec{(codes - 1) * sizeof(float), vk::BufferUsageFlagBits::eStorageBuffer}}) {
-    const auto list = steps();
+    const auto list = code_steps();
     std::memcpy(steps_.mapped(0), list.data(), sizeof list);
     if (draws()) check_queue(device);
     if (stores_directly() && !device.features().stores_any_format)
@@ -351,7 +351,7 @@ std::vector<std::uint8_t> FetchedImage::pixels() const {
 }
 
 std::vector<std::uint8_t> shown_pixels(const Estimate& estimate) {
-    const auto list = steps();
+    const auto list = code_steps();
     const Estimate::Plane totals = estimate.totals();
     const double share = 1.0 / static_cast<double>(estimate.count());
     std::vector<std::uint8_t> pixels;

@@ -6,12 +6,12 @@ namespace tandem {
 
 namespace {
 
-struct Layout {
+struct NamedLayout {
     const char *name, *text;
     MemoryLayout layout;
 };
 
-constexpr std::array<Layout, 7> layouts{{
+constexpr std::array<NamedLayout, 7> layouts{{
     {"per-set", "one allocation a descriptor set: the thesis's cohesive memory", MemoryLayout::per_set},
     {"per-buffer", "one allocation a buffer: the thesis's split memory", MemoryLayout::per_buffer},
     {"dedicated", "one dedicated allocation a buffer (VkMemoryDedicatedAllocateInfo)", MemoryLayout::dedicated},
@@ -22,7 +22,7 @@ constexpr std::array<Layout, 7> layouts{{
     {"others-per-set", "the reverse: ray state and sums split, the rest cohesive", MemoryLayout::others_per_set},
 }};
 
-JobPatterns patterns_of(const Layout& layout) {
+JobPatterns patterns_of(const NamedLayout& layout) {
     JobPatterns patterns;
     patterns.vulkan.memory = layout.layout;
     return patterns;
@@ -134,7 +134,7 @@ Family memory_family(const SharedDevice& device) {
     for (const ImageSize& size : device->sizes()) family.workloads.push_back(workload_of({size, 1, device->bounces()}));
     family.arms = [device](const Workload& workload) {
         std::vector<Arm> arms;
-        for (const Layout& layout : layouts)
+        for (const NamedLayout& layout : layouts)
             arms.push_back(render_arm(device, workload, layout.name, layout.text, patterns_of(layout)));
         for (const Placement& placement : placements) arms.push_back(placement_arm(device, workload, placement));
         arms.push_back({"sent-each-frame", "Scene and Camera sent before each frame, whose vertex stage runs again",
@@ -157,7 +157,7 @@ Family fresh_memory_family(const SharedDevice& device) {
     for (const ImageSize& size : device->sizes()) family.workloads.push_back(workload_of({size, 1, device->bounces()}));
     family.arms = [device](const Workload& workload) {
         std::vector<Arm> arms;
-        for (const Layout& layout : layouts)
+        for (const NamedLayout& layout : layouts)
             arms.push_back(first_frame_arm(device, workload, layout.name, layout.text, patterns_of(layout)));
         arms.push_back(first_frame_arm(device, workload, "thesis-cohesive",
             "the thesis's frame, Scene, Camera and Settings host-visible, an allocation a descriptor set",

@@ -12,6 +12,17 @@
 
 namespace tandem {
 
+// What the arms vary.
+struct Showing {
+    std::optional<PresentMode> mode;  // none: the one that waits for no refresh, of those that there are
+    std::uint32_t images = 0;         // of the swapchain; 0: one more than the surface keeps
+    std::uint32_t in_flight = 2;
+    WaitPattern wait = WaitPattern::fence;
+    bool acquires_by_fence = false;  // the host waits for an image, not the device
+    bool waits_for_present = false;  // the host begins a frame when the one before is shown
+    ImagePattern pattern;
+};
+
 namespace {
 
 constexpr std::uint64_t forever = std::numeric_limits<std::uint64_t>::max();
@@ -35,17 +46,6 @@ public:
     }
     void resize(vk::Extent2D) override {}
     void poll() override {}
-};
-
-// What the arms vary.
-struct Showing {
-    std::optional<PresentMode> mode;  // none: the one that waits for no refresh, of those that there are
-    std::uint32_t images = 0;         // of the swapchain; 0: one more than the surface keeps
-    std::uint32_t in_flight = 2;
-    WaitPattern wait = WaitPattern::fence;
-    bool acquires_by_fence = false;  // the host waits for an image, not the device
-    bool waits_for_present = false;  // the host begins a frame when the one before is shown
-    ImagePattern pattern;
 };
 
 PresentMode mode_of(const SurfaceAbilities& abilities, const Showing& showing) {

@@ -15,7 +15,7 @@ namespace {
 enum class Way { staging, staged_before, transfer_queue, mapped };
 enum class WayBack { cached, copied_alone, uncached, transfer_queue, mapped };
 
-using Usage = vk::BufferUsageFlagBits;
+using BufferUsage = vk::BufferUsageFlagBits;
 
 // The families of the queues that share what is copied.
 std::vector<std::uint32_t> families_of(const Device& device, bool transfer_queue) {
@@ -58,13 +58,14 @@ public:
           way_(way),
           source_(words_of(bytes)),
           target_(device_->device(), way == Way::mapped ? MemoryDomain::mapped : MemoryDomain::device,
-              std::array{BufferSpec{bytes, Usage::eTransferDst | Usage::eTransferSrc | Usage::eStorageBuffer,
-                  families_of(device_->device(), way == Way::transfer_queue)}}),
+              std::array{
+                  BufferSpec{bytes, BufferUsage::eTransferDst | BufferUsage::eTransferSrc | BufferUsage::eStorageBuffer,
+                      families_of(device_->device(), way == Way::transfer_queue)}}),
           submission_(device_->device(), on_queue(way == Way::transfer_queue)) {
         if (way == Way::mapped) check_mapped(device_->device());
         if (way != Way::mapped)
             staging_.emplace(
-                device_->device(), MemoryDomain::upload, std::array{BufferSpec{bytes, Usage::eTransferSrc}});
+                device_->device(), MemoryDomain::upload, std::array{BufferSpec{bytes, BufferUsage::eTransferSrc}});
         if (way == Way::staged_before) write(*staging_);
         if (beside) frame_ = device_->job(device_->sizes()[device_->sizes().size() / 2], device_->bounces(), {});
     }
@@ -93,7 +94,7 @@ public:
     [[nodiscard]] std::optional<ArmOutput> output() override {
         (void)run();
         const BufferGroup fetched(
-            device_->device(), MemoryDomain::readback, std::array{BufferSpec{bytes(), Usage::eTransferDst}});
+            device_->device(), MemoryDomain::readback, std::array{BufferSpec{bytes(), BufferUsage::eTransferDst}});
         Submission fetch(device_->device(), {});
         fetch.add({}, [&](const vk::raii::CommandBuffer& commands) {
             commands.copyBuffer(target_[0], fetched[0], vk::BufferCopy(0, 0, bytes()));
@@ -136,13 +137,14 @@ public:
           way_(way),
           words_(bytes / sizeof(std::uint64_t)),
           source_(device_->device(), way == WayBack::mapped ? MemoryDomain::mapped : MemoryDomain::device,
-              std::array{BufferSpec{bytes, Usage::eTransferDst | Usage::eTransferSrc | Usage::eStorageBuffer,
-                  families_of(device_->device(), way == WayBack::transfer_queue)}}),
+              std::array{
+                  BufferSpec{bytes, BufferUsage::eTransferDst | BufferUsage::eTransferSrc | BufferUsage::eStorageBuffer,
+                      families_of(device_->device(), way == WayBack::transfer_queue)}}),
           submission_(device_->device(), on_queue(way == WayBack::transfer_queue)) {
         if (way == WayBack::mapped) check_mapped(device_->device());
         if (way == WayBack::uncached) check_uncached(device_->device());
         if (way != WayBack::mapped)
-            landed_.emplace(device_->device(), landing(way), std::array{BufferSpec{bytes, Usage::eTransferDst}});
+            landed_.emplace(device_->device(), landing(way), std::array{BufferSpec{bytes, BufferUsage::eTransferDst}});
         fill();
     }
 
@@ -174,7 +176,7 @@ private:
     void fill() const {
         const std::vector<std::uint64_t> words = words_of(bytes());
         const BufferGroup staging(
-            device_->device(), MemoryDomain::upload, std::array{BufferSpec{bytes(), Usage::eTransferSrc}});
+            device_->device(), MemoryDomain::upload, std::array{BufferSpec{bytes(), BufferUsage::eTransferSrc}});
         std::memcpy(staging.mapped(0), words.data(), bytes());
         Submission send(device_->device(), {});
         send.add({}, [&](const vk::raii::CommandBuffer& commands) {

@@ -14,8 +14,8 @@ namespace tandem {
 
 namespace {
 
-const SetBindings two_buffers(2, vk::DescriptorType::eStorageBuffer);
-constexpr std::uint32_t group_size = 64;  // local_size_x of the shader
+const SetBindings list_buffers(2, vk::DescriptorType::eStorageBuffer);
+constexpr std::uint32_t list_group_size = 64;  // local_size_x of the shader
 
 std::string software_device() {
     for (const DeviceDescription& device : list_devices())
@@ -29,7 +29,7 @@ std::vector<float> run_list_shader(
     std::span<const std::uint32_t> code, std::span<const float> arguments, std::uint32_t count, std::uint32_t results) {
     const Instance instance(false);
     const Device device(instance, software_device());
-    const PipelineLayout layout(device, std::array{two_buffers}, sizeof(std::uint32_t));
+    const PipelineLayout layout(device, std::array{list_buffers}, sizeof(std::uint32_t));
     const vk::raii::Pipeline pipeline = make_compute_pipeline(device, nullptr, layout.handle(), code, {});
     std::vector<float> answers(std::size_t{count} * results);
     constexpr auto storage = vk::BufferUsageFlagBits::eStorageBuffer;
@@ -40,13 +40,13 @@ std::vector<float> run_list_shader(
     // What the shader leaves out is NaN.
     std::memset(output.mapped(0), 0xFF, answers.size() * sizeof(float));
     const DescriptorSets sets(
-        device, std::array{DescriptorSets::Request{layout.set(0), two_buffers, {input.info(0), output.info(0)}}});
+        device, std::array{DescriptorSets::Request{layout.set(0), list_buffers, {input.info(0), output.info(0)}}});
     Submission submission(device, {});
     submission.add({}, [&](const vk::raii::CommandBuffer& commands) {
         commands.bindPipeline(vk::PipelineBindPoint::eCompute, *pipeline);
         commands.bindDescriptorSets(vk::PipelineBindPoint::eCompute, layout.handle(), 0, sets[0], {});
         commands.pushConstants<std::uint32_t>(layout.handle(), vk::ShaderStageFlagBits::eCompute, 0, count);
-        commands.dispatch((count + group_size - 1) / group_size, 1, 1);
+        commands.dispatch((count + list_group_size - 1) / list_group_size, 1, 1);
         barrier(commands, compute_write, host_read);
     });
     (void)submission.run();

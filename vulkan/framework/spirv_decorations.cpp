@@ -14,13 +14,13 @@ using spirv::opcode_of;
 
 namespace {
 
-constexpr std::uint32_t op_decorate = 71, no_contraction = 42;
+constexpr std::uint32_t decorate = 71, no_contraction = 42;
 // OpFNegate, OpFAdd, OpFSub, OpFMul, OpFDiv, OpFRem, OpFMod, products of vectors, scalars and matrices, OpDot.
 constexpr std::array<std::uint32_t, 14> arithmetic{
     127, 129, 131, 133, 136, 140, 141, 142, 143, 144, 145, 146, 147, 148};
 
 bool forbids_contraction(std::span<const std::uint32_t> instruction) {
-    return opcode_of(instruction) == op_decorate && instruction.size() >= 3 && instruction[2] == no_contraction;
+    return opcode_of(instruction) == decorate && instruction.size() >= 3 && instruction[2] == no_contraction;
 }
 
 }  // namespace

@@ -16,7 +16,7 @@ namespace {
 
 // Calls visit(words of the instruction, whether it is within a function) for all in order.
 template <class Visit>
-void for_each_instruction(std::span<const std::uint32_t> code, Visit visit) {
+void for_each_with_place(std::span<const std::uint32_t> code, Visit visit) {
     constexpr std::uint32_t function = 54, function_end = 56;  // OpFunction, OpFunctionEnd
     bool within = false;
     spirv::for_each_instruction(code, [&](std::span<const std::uint32_t> instruction) {
@@ -74,7 +74,7 @@ std::vector<std::uint32_t> optimised_spirv(
 
 std::uint64_t count_instructions(std::span<const std::uint32_t> code) {
     std::uint64_t count = 0;
-    for_each_instruction(code, [&](std::span<const std::uint32_t>, bool within) { count += within ? 1 : 0; });
+    for_each_with_place(code, [&](std::span<const std::uint32_t>, bool within) { count += within ? 1 : 0; });
     return count;
 }
 
@@ -82,7 +82,7 @@ std::uint64_t count_bindings(std::span<const std::uint32_t> code) {
     constexpr std::uint32_t decorate = 71, binding = 33, descriptor_set = 34;
     std::map<std::uint32_t, std::pair<std::uint32_t, std::uint32_t>> bound;  // set and binding by variable
     std::set<std::pair<std::uint32_t, std::uint32_t>> used;  // a literal equal to a variable's number counts it as used
-    for_each_instruction(code, [&](std::span<const std::uint32_t> words, bool within) {
+    for_each_with_place(code, [&](std::span<const std::uint32_t> words, bool within) {
         if (spirv::opcode_of(words) == decorate && words[2] == descriptor_set) bound[words[1]].first = words[3];
         if (spirv::opcode_of(words) == decorate && words[2] == binding) bound[words[1]].second = words[3];
         if (!within) return;

@@ -15,7 +15,8 @@ namespace {
 // Values are encoded as sRGB before they come here: the format must not encode them again.
 constexpr std::array formats{vk::Format::eB8G8R8A8Unorm, vk::Format::eR8G8B8A8Unorm};
 
-constexpr vk::ImageUsageFlags viewed = vk::ImageUsageFlagBits::eStorage | vk::ImageUsageFlagBits::eColorAttachment;
+constexpr vk::ImageUsageFlags image_viewed =
+    vk::ImageUsageFlagBits::eStorage | vk::ImageUsageFlagBits::eColorAttachment;
 
 vk::Extent2D within(vk::Extent2D size, const vk::SurfaceCapabilitiesKHR& limits) {
     constexpr std::uint32_t free_choice = std::numeric_limits<std::uint32_t>::max();
@@ -103,7 +104,7 @@ Swapchain::Swapchain(const Device& device, const vk::raii::SurfaceKHR& surface, 
     for (const VkImage image : swapchain_.getImages()) {
         images_.emplace_back(image);
         views_.push_back(nullptr);
-        if (!(spec.usage & viewed)) continue;
+        if (!(spec.usage & image_viewed)) continue;
         views_.back() = vk::raii::ImageView(
             device.handle(), vk::ImageViewCreateInfo({}, images_.back(), vk::ImageViewType::e2D, spec.format.format, {},
                                  {vk::ImageAspectFlagBits::eColor, 0, 1, 0, 1}));

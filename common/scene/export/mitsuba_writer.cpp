@@ -31,14 +31,16 @@ std::string plain(const std::string& text) {
 }
 
 std::string triple(const glm::dvec3& v) { return fmt::format("{}, {}, {}", v.x, v.y, v.z); }
-std::string rgb(const char* name, const glm::dvec3& v) {
+std::string rgb_element(const char* name, const glm::dvec3& v) {
     return fmt::format("<rgb name=\"{}\" value=\"{}\"/>", name, triple(v));
 }
-std::string real(const char* name, double v) { return fmt::format("<float name=\"{}\" value=\"{}\"/>", name, v); }
+std::string real_element(const char* name, double v) {
+    return fmt::format("<float name=\"{}\" value=\"{}\"/>", name, v);
+}
 
 // Mitsuba's images of the sky begin and end with a row at a pole, and their columns run the other way. With rows half
 // as far apart as the texels' middles, its bilinear values are those of MODEL.md 8.1.
-Pixels sky(const Pixels& image) {
+Pixels sky_image(const Pixels& image) {
     Pixels made{std::max(2U, image.width), 2 * image.height + 1, {}};
     const auto texel = [&](std::uint32_t x, std::uint32_t y, std::size_t c) {
         return image.rgb[3 * (std::size_t{y} * image.width + x % image.width) + c];
@@ -53,7 +55,7 @@ Pixels sky(const Pixels& image) {
 }
 
 // The mix of two colours; between rows it is off by (π/1024)²/8 of half their difference.
-Pixels sky(const Background& background) {
+Pixels sky_image(const Background& background) {
     constexpr std::uint32_t steps = 1024;
     Pixels made{2, steps + 1, {}};
     for (std::uint32_t y = 0; y <= steps; ++y) {
@@ -100,10 +102,12 @@ private:
         const Camera& camera = scene_.camera;
         const double distance = glm::length(camera.target - camera.position);
         line(fmt::format("<sensor type=\"{}\">", camera.lens_radius > 0.0 ? "thinlens" : "perspective"));
-        line(real("fov", camera.vertical_field_degrees) + "<string name=\"fov_axis\" value=\"y\"/>", 2);
-        line(real("near_clip", 1e-4 * distance) + real("far_clip", 1e6 * distance), 2);
+        line(real_element("fov", camera.vertical_field_degrees) + "<string name=\"fov_axis\" value=\"y\"/>", 2);
+        line(real_element("near_clip", 1e-4 * distance) + real_element("far_clip", 1e6 * distance), 2);
         if (camera.lens_radius > 0.0)
-            line(real("aperture_radius", camera.lens_radius) + real("focus_distance", camera.focus_distance), 2);
+            line(real_element("aperture_radius", camera.lens_radius) +
+                     real_element("focus_distance", camera.focus_distance),
+                2);
         line(fmt::format("<transform name=\"to_world\"><lookat origin=\"{}\" target=\"{}\" up=\"{}\"/></transform>",
                  triple(camera.position), triple(camera.target), triple(camera.up)),
             2);
@@ -131,23 +135,24 @@ private:
         for (int c = 0; c < 3; ++c)
             if (extinction[c] > 0.0) albedo[c] = medium.scattering[c] / extinction[c];
         line(fmt::format("<medium type=\"homogeneous\" id=\"medium {}\">", plain(names_.media[i])));
-        line(rgb("sigma_t", extinction) + rgb("albedo", albedo), 2);
-        if (medium.anisotropy != 0.0) line("<phase type=\"hg\">" + real("g", medium.anisotropy) + "</phase>", 2);
+        line(rgb_element("sigma_t", extinction) + rgb_element("albedo", albedo), 2);
+        if (medium.anisotropy != 0.0)
+            line("<phase type=\"hg\">" + real_element("g", medium.anisotropy) + "</phase>", 2);
         line("</medium>");
     }
 
     // -- Materials
 
     std::string colour(const Material& material, const char* name) {
-        if (material.colour_texture == no_index) return rgb(name, material.colour);
+        if (material.colour_texture == no_index) return rgb_element(name, material.colour);
         const Texture& texture = scene_.textures[material.colour_texture];
         if (texture.kind == TextureKind::checker)
             // Mitsuba's has 2 × 2 cells a unit, and it turns the v of OBJ files round.
             return fmt::format(
                 "<texture type=\"checkerboard\" name=\"{}\">{}{}<transform name=\"to_uv\"><scale x=\"{}\" "
                 "y=\"{}\"/><translate y=\"{}\"/></transform></texture>",
-                name, rgb("color0", texture.first), rgb("color1", texture.second), texture.frequency.x / 2.0,
-                -texture.frequency.y / 2.0, texture.frequency.y / 2.0);
+                name, rgb_element("color0", texture.first), rgb_element("color1", texture.second),
+                texture.frequency.x / 2.0, -texture.frequency.y / 2.0, texture.frequency.y / 2.0);
         std::string& file = images_[&texture];
         if (file.empty()) {
             file = beside(options_.name, fmt::format(".image{}.pfm", images_.size() - 1));
@@ -166,16 +171,16 @@ private:
         };
         const bool rough = material.roughness > 0.0;
         const std::string lobe = rough ? "<string name=\"distribution\" value=\"ggx\"/>" +
-                                             real("alpha", material.roughness * material.roughness)
+                                             real_element("alpha", material.roughness * material.roughness)
                                        : "";
         switch (material.kind) {
             case MaterialKind::emissive:
-                return made("diffuse", rgb("reflectance", glm::dvec3(0.0)));
+                return made("diffuse", rgb_element("reflectance", glm::dvec3(0.0)));
             case MaterialKind::boundary:
                 return made("null", "");
             case MaterialKind::conductor:
                 return made("twosided", made(rough ? "roughconductor" : "conductor",
-                                            rgb("eta", material.eta) + rgb("k", material.k) + lobe));
+                                            rgb_element("eta", material.eta) + rgb_element("k", material.k) + lobe));
             case MaterialKind::specular: {
                 if (!material.translucent)
                     return made("twosided", made("conductor", "<string name=\"material\" value=\"none\"/>" +
@@ -184,7 +189,7 @@ private:
                 tint.colour = 1.0 - material.alpha * (1.0 - material.colour);
                 if (material.alpha == 0.0) tint.colour_texture = no_index;
                 return made(rough ? "roughdielectric" : "dielectric",
-                    real("int_ior", material.refractive_index) + real("ext_ior", 1.0) + lobe +
+                    real_element("int_ior", material.refractive_index) + real_element("ext_ior", 1.0) + lobe +
                         colour(tint, "specular_reflectance") + colour(tint, "specular_transmittance"));
             }
             case MaterialKind::diffuse:
@@ -206,15 +211,15 @@ private:
         const Background& background = scene_.background;
         if (!background.image && background.down == background.up) {
             if (background.up != glm::dvec3(0.0))
-                line("<emitter type=\"constant\">" + rgb("radiance", background.up) + "</emitter>");
+                line("<emitter type=\"constant\">" + rgb_element("radiance", background.up) + "</emitter>");
             return;
         }
         const std::string file = beside(options_.name, ".sky.pfm");
-        files_.push_back({file, pfm_bytes(background.image ? sky(*background.image) : sky(background))});
+        files_.push_back({file, pfm_bytes(background.image ? sky_image(*background.image) : sky_image(background))});
         line(
             fmt::format("<emitter type=\"envmap\"><string name=\"filename\" value=\"{}\"/>{}<transform "
                         "name=\"to_world\"><rotate y=\"1\" angle=\"{}\"/></transform></emitter>",
-                plain(file), real("scale", background.image ? background.image_scale : 1.0),
+                plain(file), real_element("scale", background.image ? background.image_scale : 1.0),
                 90.0 + background.rotation_degrees));
     }
 
@@ -223,10 +228,10 @@ private:
         for (const PunctualLight& light : scene_.lights)
             if (light.kind == PunctualKind::point)
                 line(fmt::format("<emitter type=\"point\"><point name=\"position\" value=\"{}\"/>{}</emitter>",
-                    triple(light.position), rgb("intensity", light.intensity)));
+                    triple(light.position), rgb_element("intensity", light.intensity)));
             else
                 line(fmt::format("<emitter type=\"directional\"><vector name=\"direction\" value=\"{}\"/>{}</emitter>",
-                    triple(light.direction), rgb("irradiance", light.intensity)));
+                    triple(light.direction), rgb_element("irradiance", light.intensity)));
     }
 
     // -- Shapes
@@ -240,7 +245,7 @@ private:
         const bool tracked = material.interior != no_index || material.kind == MaterialKind::boundary;
         if (tracked && scene_.medium != no_index) line(medium_reference(scene_.medium, "exterior"), 2);
         if (material.radiance != glm::dvec3(0.0))
-            line("<emitter type=\"area\">" + rgb("radiance", material.radiance) + "</emitter>", 2);
+            line("<emitter type=\"area\">" + rgb_element("radiance", material.radiance) + "</emitter>", 2);
         line("</shape>");
     }
 
@@ -256,7 +261,7 @@ private:
             const glm::dvec3 centre(map * glm::dvec4(first, 1.0));
             write_shape(entity, "sphere",
                 fmt::format("<point name=\"center\" value=\"{}\"/>", triple(centre)) +
-                    real("radius", primitive.radius * glm::length(glm::dvec3(map[0]))));
+                    real_element("radius", primitive.radius * glm::length(glm::dvec3(map[0]))));
         }
     }
 

@@ -19,8 +19,10 @@ namespace tandem::scene_export {
 namespace {
 
 std::string numbers(const glm::dvec3& v) { return fmt::format("{} {} {}", v.x, v.y, v.z); }
-std::string rgb(const char* name, const glm::dvec3& v) { return fmt::format(" \"rgb {}\" [ {} ]", name, numbers(v)); }
-std::string real(const char* name, double v) { return fmt::format(" \"float {}\" [ {} ]", name, v); }
+std::string rgb_parameter(const char* name, const glm::dvec3& v) {
+    return fmt::format(" \"rgb {}\" [ {} ]", name, numbers(v));
+}
+std::string real_parameter(const char* name, double v) { return fmt::format(" \"float {}\" [ {} ]", name, v); }
 
 // Names stand in quotation marks, on one line.
 std::string in_quotes(const std::string& name) {
@@ -66,7 +68,7 @@ glm::dvec3 on_sphere(double s, double t) {
 }
 
 // pbrt looks up the nearest texel; each is the mean of 4 × 4 places.
-Pixels sky(const Background& background) {
+Pixels equal_area_sky(const Background& background) {
     constexpr std::uint32_t side = 512, places = 4 * side;
     Pixels made{side, side, std::vector<float>(std::size_t{3} * side * side)};
     for (std::uint32_t y = 0; y < places; ++y)
@@ -112,9 +114,10 @@ private:
             write_media();
             text_ += fmt::format("MediumInterface \"\" {}\n", in_quotes(names_.media[scene_.medium]));
         }
-        text_ += "Camera \"perspective\"" + real("fov", field);
+        text_ += "Camera \"perspective\"" + real_parameter("fov", field);
         if (camera.lens_radius > 0.0)
-            text_ += real("lensradius", camera.lens_radius) + real("focaldistance", camera.focus_distance);
+            text_ += real_parameter("lensradius", camera.lens_radius) +
+                     real_parameter("focaldistance", camera.focus_distance);
         text_ += " \"float shutteropen\" [ 0 ] \"float shutterclose\" [ 1 ]\n";
         text_ += fmt::format(
             "Film \"rgb\" \"integer xresolution\" [ {} ] \"integer yresolution\" [ {} ] \"string "
@@ -132,8 +135,8 @@ private:
         for (std::size_t i = 0; i < scene_.media.size(); ++i) {
             const Medium& medium = scene_.media[i];
             text_ += fmt::format("MakeNamedMedium {} \"string type\" [ \"homogeneous\" ]", in_quotes(names_.media[i]));
-            text_ += rgb("sigma_a", medium.absorption) + rgb("sigma_s", medium.scattering) +
-                     real("g", medium.anisotropy) + "\n";
+            text_ += rgb_parameter("sigma_a", medium.absorption) + rgb_parameter("sigma_s", medium.scattering) +
+                     real_parameter("g", medium.anisotropy) + "\n";
         }
     }
 
@@ -142,17 +145,18 @@ private:
     void write_background() {
         const Background& background = scene_.background;
         if (!background.image && background.down == background.up) {
-            if (background.up != glm::dvec3(0.0)) text_ += "LightSource \"infinite\"" + rgb("L", background.up) + "\n";
+            if (background.up != glm::dvec3(0.0))
+                text_ += "LightSource \"infinite\"" + rgb_parameter("L", background.up) + "\n";
             return;
         }
         const std::string file = beside(options_.name, ".sky.pfm");
-        files_.push_back({file, pfm_bytes(sky(background))});
+        files_.push_back({file, pfm_bytes(equal_area_sky(background))});
         const bool image = background.image != nullptr;
         text_ += fmt::format(
             "AttributeBegin\nRotate {} 0 1 0\nLightSource \"infinite\" \"string filename\" [ {} ]{}\n"
             "AttributeEnd\n",
             image ? background.rotation_degrees : 0.0, in_quotes(file),
-            real("scale", image ? background.image_scale : 1.0));
+            real_parameter("scale", image ? background.image_scale : 1.0));
     }
 
     void write_lights() {
@@ -160,16 +164,16 @@ private:
         for (const PunctualLight& light : scene_.lights) {
             const glm::dvec3 to = light.position + light.direction;
             if (light.kind == PunctualKind::point)
-                text_ += "LightSource \"point\"" + rgb("I", light.intensity) +
+                text_ += "LightSource \"point\"" + rgb_parameter("I", light.intensity) +
                          fmt::format(" \"point3 from\" [ {} ]\n", numbers(light.position));
             else if (light.kind == PunctualKind::spot)
                 text_ +=
-                    "LightSource \"spot\"" + rgb("I", light.intensity) +
+                    "LightSource \"spot\"" + rgb_parameter("I", light.intensity) +
                     fmt::format(" \"point3 from\" [ {} ] \"point3 to\" [ {} ]", numbers(light.position), numbers(to)) +
-                    real("coneangle", light.outer_degrees) +
-                    real("conedeltaangle", light.outer_degrees - light.inner_degrees) + "\n";
+                    real_parameter("coneangle", light.outer_degrees) +
+                    real_parameter("conedeltaangle", light.outer_degrees - light.inner_degrees) + "\n";
             else
-                text_ += "LightSource \"distant\"" + rgb("L", light.intensity) +
+                text_ += "LightSource \"distant\"" + rgb_parameter("L", light.intensity) +
                          fmt::format(" \"point3 from\" [ 0 0 0 ] \"point3 to\" [ {} ]\n", numbers(light.direction));
         }
     }
@@ -183,11 +187,12 @@ private:
             case MaterialKind::rough_diffuse:  // of roughness 0
                 return "\"diffuse\"" + colour;
             case MaterialKind::emissive:
-                return "\"diffuse\"" + rgb("reflectance", glm::dvec3(0.0));
+                return "\"diffuse\"" + rgb_parameter("reflectance", glm::dvec3(0.0));
             case MaterialKind::conductor:
-                return "\"conductor\"" + rgb("eta", material.eta) + rgb("k", material.k) + roughness(material);
+                return "\"conductor\"" + rgb_parameter("eta", material.eta) + rgb_parameter("k", material.k) +
+                       roughness(material);
             case MaterialKind::specular:
-                return "\"dielectric\"" + real("eta", material.refractive_index) + roughness(material);
+                return "\"dielectric\"" + real_parameter("eta", material.refractive_index) + roughness(material);
             case MaterialKind::boundary:
                 break;
         }
@@ -195,11 +200,12 @@ private:
     }
 
     static std::string roughness(const Material& material) {
-        return real("roughness", material.roughness * material.roughness) + " \"bool remaproughness\" [ false ]";
+        return real_parameter("roughness", material.roughness * material.roughness) +
+               " \"bool remaproughness\" [ false ]";
     }
 
     void write_named_material(const Material& material, const std::string& name) {
-        std::string text = material_text(material, rgb("reflectance", material.colour));
+        std::string text = material_text(material, rgb_parameter("reflectance", material.colour));
         const std::size_t kind_end = text.find('"', 1) + 1;
         text_ += fmt::format("MakeNamedMaterial {} \"string type\" [ {} ]{}\n", in_quotes(name),
             text.substr(0, kind_end), text.substr(kind_end));
@@ -221,8 +227,10 @@ private:
         const bool object = texture.space == TextureSpace::object;
         std::string text = fmt::format(
             "Texture {} \"spectrum\" \"checkerboard\" \"integer dimension\" [ {} ]", in_quotes(name), object ? 3 : 2);
-        text += rgb("tex1", texture.first) + rgb("tex2", texture.second);
-        if (!object) return text + real("uscale", texture.frequency.x) + real("vscale", texture.frequency.y) + "\n";
+        text += rgb_parameter("tex1", texture.first) + rgb_parameter("tex2", texture.second);
+        if (!object)
+            return text + real_parameter("uscale", texture.frequency.x) +
+                   real_parameter("vscale", texture.frequency.y) + "\n";
         // An axis of frequency 0 lies in the middle of a cell; 2⁻⁴⁰ keeps the matrix invertible.
         glm::dmat4 cells(1.0);
         for (int axis = 0; axis < 3; ++axis) {
@@ -256,7 +264,7 @@ private:
                      material_text(material, fmt::format(" \"texture reflectance\" [ {} ]", in_quotes(name))) + "\n";
         }
         if (material.radiance != glm::dvec3(0.0))
-            text_ += "AreaLightSource \"diffuse\"" + rgb("L", material.radiance) +
+            text_ += "AreaLightSource \"diffuse\"" + rgb_parameter("L", material.radiance) +
                      fmt::format(" \"bool twosided\" [ {} ]\n", material.sides == EmittingSides::both);
         write_shapes(entity);
         text_ += "AttributeEnd\n";

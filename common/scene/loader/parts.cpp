@@ -14,7 +14,7 @@ namespace tandem::scene_json {
 namespace {
 
 // A pixel's index must fit the random generator's 32 bits (MODEL.md section 3).
-constexpr std::uint32_t greatest_side = 65536;
+constexpr std::uint32_t greatest_film_side = 65536;
 constexpr double greatest_pixel_count = 4294967295.0;
 constexpr std::uint32_t greatest_bounces = 4096;
 
@@ -95,8 +95,8 @@ void check_view(const Value& value, const Camera& camera) {
 
 Film read_film(const Value& value) {
     value.only({"width", "height"});
-    const Film film{
-        value.required("width").integer(1, greatest_side), value.required("height").integer(1, greatest_side)};
+    const Film film{value.required("width").integer(1, greatest_film_side),
+        value.required("height").integer(1, greatest_film_side)};
     if (double{1.0} * film.width * film.height > greatest_pixel_count)
         value.refuse("the image has more than 2^32 - 1 pixels", "make it smaller");
     return film;

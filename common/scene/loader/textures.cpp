@@ -13,7 +13,7 @@ namespace tandem::scene_json {
 namespace {
 
 // 16384 is the least side that every desktop GPU of today offers; 2²⁴ texels are 192 MiB.
-constexpr std::uint32_t greatest_side = 16384;
+constexpr std::uint32_t greatest_image_side = 16384;
 constexpr std::uint64_t greatest_texels = std::uint64_t{1} << 24;
 constexpr std::uint64_t greatest_channels = 4;  // of a file that is to be refused for its fourth, with the reason
 
@@ -58,10 +58,10 @@ Image read_sound_image(const PixelSource& source) {
         refuse(line.substr(prefix.size(), split - prefix.size()),
             split == std::string::npos ? "name another image" : line.substr(split + 2));
     }
-    if (std::max(image.width, image.height) > greatest_side ||
+    if (std::max(image.width, image.height) > greatest_image_side ||
         std::uint64_t{image.width} * image.height > greatest_texels)
         refuse(fmt::format("has {} x {} pixels", image.width, image.height),
-            fmt::format("keep the sides to {} pixels and all to 2^24", greatest_side));
+            fmt::format("keep the sides to {} pixels and all to 2^24", greatest_image_side));
     if (image.data_x != image.full_x || image.data_y != image.full_y || image.width != image.full_width ||
         image.height != image.full_height)
         refuse("is a part of a larger picture: its data window is not its display window", "write it whole");

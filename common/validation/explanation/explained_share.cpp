@@ -14,7 +14,6 @@ namespace tandem {
 namespace {
 
 constexpr std::uint32_t least_block = 4, usual_block = 16;
-constexpr double floor_share = 0.01;  // of the channel's mean
 
 // A pixel's variance is the mean of its 8x8 tile's: its own goes with its value, and weights must not.
 Misfit::Scale misfit_at(const ImagePair& pair, std::uint32_t edge, std::uint32_t block, double both_correlations) {
@@ -34,7 +33,7 @@ Misfit::Scale misfit_at(const ImagePair& pair, std::uint32_t edge, std::uint32_t
     }
     std::array<double, channel_count> floors{};
     for (std::size_t i = 0; i < a.pixels.size(); ++i) floors[i % channel_count] += std::abs(a.pixels[i].mean);
-    for (double& floor : floors) floor *= floor_share * channel_count / static_cast<double>(a.pixels.size());
+    for (double& floor : floors) floor *= misfit_floor * channel_count / static_cast<double>(a.pixels.size());
 
     Misfit::Scale scale{edge, std::vector<double>(blocks.size(), 0.0)};
     const auto add = [&](std::size_t to, double difference, double variance, std::size_t c) {

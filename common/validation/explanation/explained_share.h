@@ -16,6 +16,7 @@ struct Misfit {
     };
     std::vector<Scale> scales;
 };
+inline constexpr double misfit_floor = 0.01;                                   // f, of the channel's mean
 [[nodiscard]] std::vector<std::uint32_t> misfit_edges(const ImagePair& pair);  // the scales, pixels first
 [[nodiscard]] Misfit::Scale misfit_of(const ImagePair& pair, std::uint32_t edge);
 [[nodiscard]] Misfit misfit_of(const ImagePair& pair);

@@ -125,7 +125,7 @@ Whole whole_shift(const ImagePair& pair) {
     return best;
 }
 
-constexpr double sigmas = 5.0, least_shift = 0.05;
+constexpr double shift_sigmas = 5.0, least_shift = 0.05;
 
 // What is left in each quarter is no shift of its own.
 bool same_in_all_quarters(const ImagePair& mended, double length) {
@@ -135,8 +135,8 @@ bool same_in_all_quarters(const ImagePair& mended, double length) {
         const std::optional<Registration> left = register_images(part_of(mended, quarter));
         if (!left) continue;  // nothing there by which to tell
         const double allowed = std::max(least_shift, 0.25 * length);
-        if (std::abs(left->x) > sigmas * left->x_error + allowed ||
-            std::abs(left->y) > sigmas * left->y_error + allowed)
+        if (std::abs(left->x) > shift_sigmas * left->x_error + allowed ||
+            std::abs(left->y) > shift_sigmas * left->y_error + allowed)
             return false;
     }
     return true;
@@ -161,7 +161,7 @@ std::optional<Shift> find_shift(const ImagePair& pair) {
     Shift shift{whole.x + x, whole.y + y, first->x_error, first->y_error, {}, met_halfway(laid, x, y),
         met_halfway(smooth, x, y)};
     const auto found = [](double value, double error) {
-        return std::abs(value) > std::max(sigmas * error, least_shift);
+        return std::abs(value) > std::max(shift_sigmas * error, least_shift);
     };
     if (!found(shift.x, shift.x_error) && !found(shift.y, shift.y_error)) return std::nullopt;
     if (!same_in_all_quarters(shift.mended_smooth, std::hypot(shift.x, shift.y))) return std::nullopt;

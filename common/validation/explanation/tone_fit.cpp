@@ -7,12 +7,12 @@
 #include <glm/vec3.hpp>
 
 #include "common/statistics/sample_moments.h"
+#include "common/validation/explanation/explained_share.h"
 
 namespace tandem {
 
 namespace {
 
-constexpr double floor_share = 0.01;  // as in explained_share.cpp
 constexpr std::uint32_t tile_edge = 8;
 constexpr std::size_t enough_tiles = 1024;  // of a large image
 
@@ -48,7 +48,7 @@ TileMeans tile_means(const SampledImage& a, const SampledImage& b) {
             mean += std::abs(one.a);
             result[c].push_back(one);
         }
-        const double floor = floor_share * mean / static_cast<double>(result[c].size());
+        const double floor = misfit_floor * mean / static_cast<double>(result[c].size());
         for (TileMean& one : result[c]) one.weight = 1.0 / (one.variance_a + one.variance_b + floor * floor + 1e-300);
     }
     return result;

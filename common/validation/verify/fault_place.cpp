@@ -19,7 +19,6 @@ namespace tandem {
 
 namespace {
 
-constexpr SampleRange block{0, samples_per_block};
 constexpr std::size_t most_pixels = 3;  // traced before it is said that no path parts
 
 // Sums of 64 samples in single precision are off by at most 64 ulp, 2^-18. A path that rounding sends elsewhere changes
@@ -33,11 +32,6 @@ struct Sums {
         return {m[0].sum, m[1].sum, m[2].sum};
     }
 };
-
-double greatest(const glm::dvec3& v) { return std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)}); }
-bool differ(const glm::dvec3& a, const glm::dvec3& b) {
-    return greatest(a - b) > same_sum * std::max(greatest(a), greatest(b));
-}
 
 // The radiance of the paths that a side traces in a pixel, as its film should have them.
 std::vector<glm::dvec3> radiances_of(
@@ -112,8 +106,8 @@ private:
     [[nodiscard]] std::optional<Sums> sums_of(RenderJob& job) const {
         RenderControl control;
         control.stop = question_.stop;
-        RenderResult result = job.render(block, control);
-        if (result.estimate.count() != block.count()) return std::nullopt;
+        RenderResult result = job.render(first_block, control);
+        if (result.estimate.count() != first_block.count()) return std::nullopt;
         return Sums{result.estimate.totals()};
     }
 
@@ -122,7 +116,7 @@ private:
         std::vector<std::size_t> pixels;
         for (std::uint32_t y = r.y0; y < r.y1; ++y)
             for (std::uint32_t x = r.x0; x < r.x1; ++x) pixels.push_back(std::size_t{y} * width_ + x);
-        const auto apart = [&](std::size_t i) { return greatest(a.at(i) - b.at(i)); };
+        const auto apart = [&](std::size_t i) { return largest_coordinate(a.at(i) - b.at(i)); };
         const auto count = std::min(most_pixels, pixels.size());
         std::ranges::partial_sort(pixels, pixels.begin() + static_cast<std::ptrdiff_t>(count), std::greater{}, apart);
         pixels.resize(count);
@@ -131,19 +125,19 @@ private:
 
     [[nodiscard]] std::vector<bool> parted(const Sums& a, const Sums& b) const {
         std::vector<bool> result(std::size_t{width_} * height_);
-        for (std::size_t i = 0; i < result.size(); ++i) result[i] = differ(a.at(i), b.at(i));
+        for (std::size_t i = 0; i < result.size(); ++i) result[i] = sums_differ(a.at(i), b.at(i));
         return result;
     }
 
     [[nodiscard]] std::vector<glm::dvec3> radiances(RenderJob& job, std::size_t i) const {
-        return radiances_of(job, question_.settings, i, block);
+        return radiances_of(job, question_.settings, i, first_block);
     }
 
     // Whether a side's film is the sum of the paths that it traces, in each of the pixels.
     [[nodiscard]] bool adds_its_paths(RenderJob& job, const Sums& sums, const std::vector<std::size_t>& pixels) const {
         return std::ranges::all_of(pixels, [&](std::size_t i) {
             const std::vector<glm::dvec3> each = radiances(job, i);
-            return !differ(std::accumulate(each.begin(), each.end(), glm::dvec3(0.0)), sums.at(i));
+            return !sums_differ(std::accumulate(each.begin(), each.end(), glm::dvec3(0.0)), sums.at(i));
         });
     }
 
@@ -210,8 +204,8 @@ private:
         const std::vector<bool> touched = parted(a, b);
         const auto count = static_cast<std::size_t>(std::ranges::count(touched, true));
         std::string& text = pixel_.reason;
-        text =
-            fmt::format("no path parts in the first {} samples of the {} worst pixels", block.count(), pixels.size());
+        text = fmt::format(
+            "no path parts in the first {} samples of the {} worst pixels", first_block.count(), pixels.size());
         if (std::ranges::none_of(pixels, [&](std::size_t i) { return touched[i]; })) {
             text += ", and the films have the same sums there";
             if (question_.differ) text += ": it shows in later samples, or with another seed";
@@ -270,6 +264,10 @@ private:
 
 }  // namespace
 
+bool sums_differ(const glm::dvec3& a, const glm::dvec3& b) {
+    return largest_coordinate(a - b) > same_sum * std::max(largest_coordinate(a), largest_coordinate(b));
+}
+
 std::optional<Rectangle> fired_region(const Judgement& judgement) {
     const LevelResult* most = nullptr;
     const auto area = [](const Rectangle& r) { return std::uint64_t{r.x1 - r.x0} * (r.y1 - r.y0); };
@@ -290,7 +288,7 @@ FaultPlace find_fault(WorstPixel& pixel, const FaultQuestion& question) { return
 
 std::string film_against_paths(
     Renderer& renderer, const Scene& scene, const RenderSettings& settings, std::stop_token stop) {
-    constexpr std::array blocks{block, SampleRange{samples_per_block, 2 * samples_per_block}};
+    constexpr std::array blocks{first_block, SampleRange{samples_per_block, 2 * samples_per_block}};
     const std::unique_ptr<RenderJob> job = renderer.prepare(scene, settings);
     const std::size_t middle = std::size_t{settings.height / 2} * settings.width + settings.width / 2;
     const std::array pixels{std::size_t{0}, middle, std::size_t{settings.width} * settings.height - 1};
@@ -317,7 +315,7 @@ std::string film_against_paths(
         const PixelStatistics* const mean = &shown[pixels[k] * channel_count];
         const glm::dvec3 of_film(mean[0].mean, mean[1].mean, mean[2].mean),
             expected = of_paths[k] / static_cast<double>(film.count());
-        if (!differ(of_film, expected)) continue;
+        if (!sums_differ(of_film, expected)) continue;
         const glm::dvec3 apart = glm::abs(of_film - expected);
         const int channel = apart.x >= std::max(apart.y, apart.z) ? 0 : apart.y >= apart.z ? 1 : 2;
         return fmt::format("the film has {:.6g} in {} at ({}, {}), and its traced paths have the mean {:.6g}",

@@ -19,6 +19,12 @@ namespace tandem {
 // where the image as a whole, or a closed form, is all that differs.
 [[nodiscard]] std::optional<Rectangle> fired_region(const Judgement& judgement);
 
+// In which faults are looked for.
+inline constexpr SampleRange first_block{0, samples_per_block};
+
+// Whether sums of such a block differ by more than rounding.
+[[nodiscard]] bool sums_differ(const glm::dvec3& a, const glm::dvec3& b);
+
 struct FaultQuestion {
     const Scene& scene;
     RenderSettings settings;  // the seed is that of both sides

@@ -20,11 +20,11 @@ namespace {
 
 constexpr std::uint64_t seed_of_miss = 4;  // beside those of the verdict and of the oracle's tile
 constexpr double false_miss = 1e-4;        // a look's chance
-constexpr double deviations = 3.0;
-constexpr double part_of_budget = 0.25;  // for the scene as it is
+constexpr double miss_deviations = 3.0;
+constexpr double part_for_whole_scene = 0.25;  // for the scene as it is
 // The form counts as met if at most this part of the miss remains. A change unrelated to the fault moves the mean too,
 // and may bring it near the form by chance. The smaller this part is, the rarer that is.
-constexpr double part_that_remains = 0.1;
+constexpr double part_of_miss = 0.1;
 
 struct Change {
     FormTrial trial;
@@ -65,7 +65,7 @@ public:
 
     MissedForm run() {
         result_.data = unsound_part(question_.scene);
-        if (question_.expected_seconds > part_of_budget * question_.budget_seconds) {
+        if (question_.expected_seconds > part_for_whole_scene * question_.budget_seconds) {
             result_.left_out = "no time was left";
             return std::move(result_);
         }
@@ -120,20 +120,20 @@ private:
     [[nodiscard]] double bound(const LevelResult& level) const {
         double most = 0.0;
         for (const RegionComparison& region : level.regions)
-            most = std::max(most, std::abs(region.relative) + deviations * region.relative_error);
+            most = std::max(most, std::abs(region.relative) + miss_deviations * region.relative_error);
         return std::max(0.0, most - question_.form.rounding);
     }
 
     [[nodiscard]] bool look_at_whole() {
         const auto shows = [&](const LevelResult& level) {
             const FormLook look = look_of(level, 0);
-            const bool sharp = deviations * look.error <= part_that_remains * std::abs(look.relative);
+            const bool sharp = miss_deviations * look.error <= part_of_miss * std::abs(look.relative);
             return level.p < false_miss && sharp ? FormOutcome::missed : FormOutcome::unknown;
         };
-        const FormOutcome outcome =
-            look_at({question_.scene, settings_}, part_of_budget * question_.budget_seconds, result_.whole, shows);
+        const FormOutcome outcome = look_at(
+            {question_.scene, settings_}, part_for_whole_scene * question_.budget_seconds, result_.whole, shows);
         const FormLook& whole = result_.whole;
-        miss_ = std::abs(whole.relative) - deviations * whole.error;
+        miss_ = std::abs(whole.relative) - miss_deviations * whole.error;
         if (outcome == FormOutcome::missed || miss_ > 0.0) return true;
         result_.left_out = question_.stop.stop_requested()
                                ? "stopped"
@@ -143,7 +143,7 @@ private:
 
     [[nodiscard]] FormOutcome outcome_of(const LevelResult& level) const {
         if (level.p < false_miss) return FormOutcome::missed;
-        return bound(level) <= part_that_remains * miss_ ? FormOutcome::met : FormOutcome::unknown;
+        return bound(level) <= part_of_miss * miss_ ? FormOutcome::met : FormOutcome::unknown;
     }
 
     void try_changes() {

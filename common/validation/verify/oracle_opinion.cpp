@@ -21,9 +21,9 @@ constexpr std::uint32_t probe_side = 16;  // longer side of the film that the or
 constexpr std::uint32_t least_side = 8;   // below, an image says too little of where a fault is
 constexpr std::uint64_t least_samples = 2 * samples_per_block;   // two blocks have a variance
 constexpr std::uint64_t wanted_samples = 8 * samples_per_block;  // that a size must allow for
-constexpr std::uint64_t most_batches = 64;
+constexpr std::uint64_t most_oracle_batches = 64;
 constexpr std::uint64_t seed_of_tile = 3;  // beside the sides' own (verify.h) and a measurement of convergence
-constexpr double part_of_budget = 0.8;     // speeds differ from what a tiny film foretells
+constexpr double part_to_plan = 0.8;       // speeds differ from what a tiny film foretells
 
 // Never enlarged.
 RenderSettings scaled_to(const RenderSettings& settings, std::uint32_t longer_side) {
@@ -131,7 +131,7 @@ bool Arbitration::choose_size() {
     const Stopwatch watch;
     if (!render(*job, {0, samples_per_block})) return false;
     const double oracle_seconds = watch.seconds() / static_cast<double>(samples_per_block) / pixels_of(probe);
-    const double budget = part_of_budget * (request_.budget_seconds - watch_.seconds());
+    const double budget = part_to_plan * (request_.budget_seconds - watch_.seconds());
     for (std::uint32_t side = std::max(request_.settings.width, request_.settings.height);; side /= 2) {
         report_.settings = scaled_to(report_.settings, side);
         // A smaller film is not sure to make the two sides faster.
@@ -181,7 +181,7 @@ void Arbitration::judge_sides(const std::vector<SampledRenderer>& renderers,
 void Arbitration::judge_look(const LookShare& share) { judge_sides(renderers_, differences_, criteria_, share); }
 
 void Arbitration::ask() {
-    while (affordable_ > batch_ * most_batches) batch_ *= 2;
+    while (affordable_ > batch_ * most_oracle_batches) batch_ *= 2;
     std::vector<std::uint64_t> looks;
     for (std::uint64_t samples = affordable_ / batch_ * batch_; samples >= 2 * batch_;
          samples = samples / 2 / batch_ * batch_)

@@ -6,6 +6,7 @@
 
 #include "common/error.h"
 #include "common/validation/explanation/pixel_pattern.h"
+#include "common/validation/verify/fault_place.h"
 
 namespace tandem {
 
@@ -13,20 +14,19 @@ namespace {
 
 using glm::dvec3;
 
-constexpr SampleRange block{0, samples_per_block};
 constexpr std::size_t traced_pixels = 8;
 // 1024 ulp of single precision: above what a few vertices round, below the least fault worth a name. What rounding
 // parts nevertheless is seldom, and the planted bugs' own counts hold it as well.
-constexpr double tolerated = 0x1p-13;
-constexpr double same_sum = 0x1p-12;  // as in fault_place.cpp
+constexpr double tolerated_parting = 0x1p-13;
 constexpr double most_octaves = 8.0;  // of a ratio that counts
 
-double greatest(const dvec3& v) { return std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)}); }
 bool apart(const dvec3& a, const dvec3& b, double scale) {
-    const double difference = greatest(a - b);
-    return !(difference <= tolerated * scale) && difference > 0.0;
+    const double difference = largest_coordinate(a - b);
+    return !(difference <= tolerated_parting * scale) && difference > 0.0;
 }
-bool apart(const dvec3& a, const dvec3& b) { return apart(a, b, std::max(greatest(a), greatest(b))); }
+bool apart(const dvec3& a, const dvec3& b) {
+    return apart(a, b, std::max(largest_coordinate(a), largest_coordinate(b)));
+}
 
 class Comparison {
 public:
@@ -66,8 +66,8 @@ private:
 
     void arriving() {
         const TracedVertex &a = a_.vertices[k_], &b = b_.vertices[k_];
-        const double place =
-            std::max({greatest(a.position), greatest(b.position), greatest(a.origin), greatest(b.origin), 0x1p-100});
+        const double place = std::max({largest_coordinate(a.position), largest_coordinate(b.position),
+            largest_coordinate(a.origin), largest_coordinate(b.origin), 0x1p-100});
         const bool origin = apart(a.origin, b.origin, place);
         if (k_ == 0 && (origin || apart(a.direction, b.direction))) return set(PartsBy::camera);
         if (origin) return set(PartsBy::spawned);
@@ -79,14 +79,14 @@ private:
 
     void leaving() {
         const TracedVertex &a = a_.vertices[k_], &b = b_.vertices[k_];
-        const bool lit_a = greatest(a.light) > 0.0, lit_b = greatest(b.light) > 0.0;
+        const bool lit_a = largest_coordinate(a.light) > 0.0, lit_b = largest_coordinate(b.light) > 0.0;
         if (lit_a != lit_b) set(PartsBy::shadow);
         if (lit_a && lit_b && apart(a.light_direction, b.light_direction)) set(PartsBy::light_direction);
         if (lit_a && lit_b && apart(a.light, b.light)) set(PartsBy::light, a.light, b.light);
         const dvec3 found_a = emission(a_), found_b = emission(b_);
-        const double all = std::max(greatest(a.radiance), greatest(b.radiance));
+        const double all = std::max(largest_coordinate(a.radiance), largest_coordinate(b.radiance));
         // A difference of sums that are rounded.
-        if (apart(found_a, found_b) && greatest(found_a - found_b) > 0x1p-18 * all)
+        if (apart(found_a, found_b) && largest_coordinate(found_a - found_b) > 0x1p-18 * all)
             set(PartsBy::emission, found_a, found_b);
         if (a.end != b.end) {
             parting_.by_roulette = a.end == PathEnd::roulette || b.end == PathEnd::roulette;
@@ -115,7 +115,7 @@ Meeting meeting_of(const Scene& scene, const Parting& parting) {
     const Material& material = scene.materials[parting.material];
     switch (material.kind) {
         case MaterialKind::diffuse:
-            return greatest(material.radiance) > 0.0 ? Meeting::emitter : Meeting::diffuse;
+            return largest_coordinate(material.radiance) > 0.0 ? Meeting::emitter : Meeting::diffuse;
         case MaterialKind::rough_diffuse:
             return Meeting::rough_diffuse;
         case MaterialKind::specular:
@@ -191,12 +191,12 @@ public:
         for (std::size_t side = 0; side < 2; ++side) {
             RenderControl control;
             control.stop = question_.stop;
-            RenderResult result = jobs_[side]->render(block, control);
-            if (result.estimate.count() != block.count()) return std::nullopt;
+            RenderResult result = jobs_[side]->render(first_block, control);
+            if (result.estimate.count() != first_block.count()) return std::nullopt;
             planes_[side] = result.estimate.totals();
         }
         std::vector<bool> touched(std::size_t{width_} * height_);
-        for (std::size_t i = 0; i < touched.size(); ++i) touched[i] = differ(sum(0, i), sum(1, i));
+        for (std::size_t i = 0; i < touched.size(); ++i) touched[i] = sums_differ(sum(0, i), sum(1, i));
         std::vector<std::optional<Parting>> paths;
         Draws draws;
         std::size_t film_apart = 0;
@@ -207,7 +207,7 @@ public:
             for (std::size_t i = 0; i < a.size(); ++i) partings.push_back(parting_of(a[i], b[i]));
             draws.add(a, b, partings);
             paths.insert(paths.end(), partings.begin(), partings.end());
-            film_apart += differ(sum_of(a), sum(0, pixel)) || differ(sum_of(b), sum(1, pixel)) ? 1 : 0;
+            film_apart += sums_differ(sum_of(a), sum(0, pixel)) || sums_differ(sum_of(b), sum(1, pixel)) ? 1 : 0;
         }
         PathPartings counts = counted(question_.scene, question_.settings.bounces, paths);
         counts.film_apart = static_cast<double>(film_apart) / static_cast<double>(pixels.size());
@@ -222,12 +222,9 @@ private:
         const Moments* m = &planes_[side][pixel * channel_count];
         return {m[0].sum, m[1].sum, m[2].sum};
     }
-    [[nodiscard]] static bool differ(const dvec3& a, const dvec3& b) {
-        return greatest(a - b) > same_sum * std::max(greatest(a), greatest(b));
-    }
     [[nodiscard]] std::vector<PathTrace> traces(std::size_t side, std::size_t pixel) const {
         return jobs_[side]->trace(
-            static_cast<std::uint32_t>(pixel % width_), static_cast<std::uint32_t>(pixel / width_), block);
+            static_cast<std::uint32_t>(pixel % width_), static_cast<std::uint32_t>(pixel / width_), first_block);
     }
     [[nodiscard]] dvec3 sum_of(const std::vector<PathTrace>& paths) const {
         dvec3 sum(0.0);
@@ -249,7 +246,7 @@ private:
             }
         if (pixels.empty()) pixels = std::move(others);
         std::ranges::stable_sort(
-            pixels, std::greater{}, [&](std::size_t i) { return greatest(sum(0, i) - sum(1, i)); });
+            pixels, std::greater{}, [&](std::size_t i) { return largest_coordinate(sum(0, i) - sum(1, i)); });
         std::vector<std::size_t> result;
         const std::size_t count = std::min(traced_pixels, pixels.size());
         for (std::size_t k = 0; k < count; ++k) result.push_back(pixels[k * pixels.size() / count]);

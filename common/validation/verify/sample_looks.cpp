@@ -18,7 +18,7 @@ namespace {
 using Plane = Estimate::Plane;
 
 // Two, as a range's first number alone may be right where the next is not.
-constexpr std::uint64_t samples_at_once = 2;
+constexpr std::uint64_t samples_a_look = 2;
 // Every power of two at which a narrower number of samples would end or lose its lowest bit. These are 8, 16, 24
 // (singles), 31, 32 bits, and the last block before 2^32.
 constexpr std::array<std::uint64_t, 9> counters{0, 1u << 8, 1u << 16, 1u << 24, (1u << 24) + 64, 1u << 31,
@@ -86,8 +86,8 @@ std::optional<Plane> Looks::samples(Jobs& jobs, Who who, std::uint64_t begin) {
     RenderControl control;
     control.stop = request_.stop;
     if (request_.progress) request_.progress(fmt::format("single samples, {}", who_names[who]));
-    const RenderResult rendered = jobs[who]->render({begin, begin + samples_at_once}, control);
-    if (rendered.estimate.count() != samples_at_once) {
+    const RenderResult rendered = jobs[who]->render({begin, begin + samples_a_look}, control);
+    if (rendered.estimate.count() != samples_a_look) {
         result_.stopped = true;
         return std::nullopt;
     }

@@ -9,8 +9,8 @@ namespace tandem {
 
 namespace {
 
-constexpr std::uint64_t least_batches = 2;  // to have a variance between batches
-constexpr std::uint64_t most_batches = 64;  // at the last look; more would only cost calls
+constexpr std::uint64_t least_batches = 2;            // to have a variance between batches
+constexpr std::uint64_t most_scheduled_batches = 64;  // at the last look; more would only cost calls
 constexpr std::uint64_t most_paired_batches = 4;
 // Where calls cost time of their own, batches grow until that is less than so much of the samples' time. At least so
 // many batches remain.
@@ -47,7 +47,8 @@ Schedule make_schedule(const ScheduleRequest& request) {
     const auto samples_wanted = [&] {
         return std::min(budget / std::max(of_batch(), 1e-12), static_cast<double>(request.max_samples));
     };
-    while (samples_wanted() > static_cast<double>(schedule.batch_samples * most_batches)) schedule.batch_samples *= 2;
+    while (samples_wanted() > static_cast<double>(schedule.batch_samples * most_scheduled_batches))
+        schedule.batch_samples *= 2;
     while (of_batch() > (1.0 + most_of_calls) * sample) {
         schedule.batch_samples *= 2;
         if (samples_wanted() >= static_cast<double>(schedule.batch_samples * few_batches)) continue;

@@ -10,10 +10,10 @@ namespace tandem {
 
 namespace {
 
-constexpr double survey = 0.5;         // of the budget: the first round
-constexpr double most_of_equal = 2.0;  // a survey foretells; what one scene takes beyond is lost to later rounds
-constexpr double least_seconds = 0.5;  // below, a scene is not begun: preparing it takes as long
-constexpr double reserve = 1.5;        // forecasts know neither the machine's load nor how noise falls out
+constexpr double survey = 0.5;               // of the budget: the first round
+constexpr double most_of_equal = 2.0;        // a survey foretells; what one scene takes beyond is lost to later rounds
+constexpr double least_scene_seconds = 0.5;  // below, a scene is not begun: preparing it takes as long
+constexpr double reserve = 1.5;              // forecasts know neither the machine's load nor how noise falls out
 
 using Verdicts = std::vector<std::optional<SceneVerdict>>;
 
@@ -46,14 +46,14 @@ public:
             const double left = survey * budget_.seconds - budget_.elapsed();
             const double equal = survey * budget_.seconds / static_cast<double>(budget_.scenes);
             const double share = std::min(left / static_cast<double>(budget_.scenes - i), most_of_equal * equal);
-            verify(i, std::max(least_seconds, share), 0);
+            verify(i, std::max(least_scene_seconds, share), 0);
         }
         for (std::size_t round = 1; round < most_rounds && goes_on(); ++round) share_what_is_left(round);
     }
 
 private:
     [[nodiscard]] double left() const { return budget_.seconds - budget_.elapsed(); }
-    [[nodiscard]] bool goes_on() const { return !budget_.stop.stop_requested() && left() >= least_seconds; }
+    [[nodiscard]] bool goes_on() const { return !budget_.stop.stop_requested() && left() >= least_scene_seconds; }
 
     void verify(std::size_t scene, double seconds, std::size_t round) {
         SceneVerdict verdict = budget_.verify(scene, std::min({seconds, left(), budget_.most_seconds}), round);

@@ -11,20 +11,21 @@ namespace tandem {
 
 namespace {
 
-double greatest(const glm::dvec3& v) { return std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)}); }
-
 // Apart by how many ulp of a number of the size of `magnitude`.
 double ulps(const glm::dvec3& a, const glm::dvec3& b, double magnitude) {
     if (a == b) return 0.0;
     const glm::dvec3 apart = a - b;
     if (!std::isfinite(apart.x) || !std::isfinite(apart.y) || !std::isfinite(apart.z)) return INFINITY;
-    return greatest(apart) / std::ldexp(1.0, std::max(std::ilogb(magnitude), -126) - 23);
+    return largest_coordinate(apart) / std::ldexp(1.0, std::max(std::ilogb(magnitude), -126) - 23);
 }
-double ulps(const glm::dvec3& a, const glm::dvec3& b) { return ulps(a, b, std::max(greatest(a), greatest(b))); }
+double ulps(const glm::dvec3& a, const glm::dvec3& b) {
+    return ulps(a, b, std::max(largest_coordinate(a), largest_coordinate(b)));
+}
 
 VertexDistance distance_of(const TracedVertex& a, const TracedVertex& b, CompareRadiance radiance) {
     VertexDistance result;
-    const double place = std::max({greatest(a.position), greatest(b.position), greatest(a.origin), greatest(b.origin)});
+    const double place = std::max({largest_coordinate(a.position), largest_coordinate(b.position),
+        largest_coordinate(a.origin), largest_coordinate(b.origin)});
     result.position_ulp = ulps(a.position, b.position, place);
     result.normal_ulp = ulps(a.normal, b.normal);
     result.throughput_ulp = ulps(a.throughput, b.throughput);

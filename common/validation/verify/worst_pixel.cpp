@@ -20,7 +20,7 @@ double standard_errors_apart(const PixelStatistics& a, const PixelStatistics& b)
     return apart > 0.0 ? apart / std::sqrt(a.variance / a.count + b.variance / b.count) : 0.0;
 }
 
-double apart(const glm::dvec3& a, const glm::dvec3& b) {
+double largest_difference(const glm::dvec3& a, const glm::dvec3& b) {
     const glm::dvec3 d = a - b;
     const double greatest = std::max({std::abs(d.x), std::abs(d.y), std::abs(d.z)});
     return std::isfinite(d.x + d.y + d.z) ? greatest : std::numeric_limits<double>::infinity();
@@ -56,7 +56,7 @@ void choose_sample(WorstPixel& pixel, RenderJob& reference, RenderJob& candidate
     }
     double most = -1.0;
     for (std::size_t i = 0; i < a.size(); ++i)
-        if (const double difference = apart(a[i].radiance, b[i].radiance); difference > most) {
+        if (const double difference = largest_difference(a[i].radiance, b[i].radiance); difference > most) {
             most = difference;
             pixel.sample = samples.begin + i;
         }

@@ -23,9 +23,6 @@ namespace tandem {
 
 namespace {
 
-// In place of a count, for kernels that serve any scene (shaders/kernels/settings.glsl).
-constexpr std::uint32_t told_at_run_time = 0xffffffffu;
-
 // That workgroups keep. With as many primitives as loops are unrolled for, they take less than half of the 16 KiB of
 // shared memory that every device has.
 constexpr std::size_t most_shared_materials = 32;

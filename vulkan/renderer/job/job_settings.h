@@ -11,6 +11,9 @@
 
 namespace tandem {
 
+// In place of a count, for kernels that serve any scene (shaders/kernels/settings.glsl).
+inline constexpr std::uint32_t told_at_run_time = 0xffffffffu;
+
 // The settings, without instancing where kernels cannot do it. These are kernels in more than single precision, and
 // those of a `shape` with its own trees. nullopt: kernels for given rays.
 [[nodiscard]] RenderSettings with_possible_instancing(

@@ -23,7 +23,7 @@ constexpr std::uint32_t most_rays = 16384;                 // at a time
 constexpr std::array<std::size_t, 3> ray_inputs{0, 1, 2};  // of the Rays set (shaders/kernels/ray_batch.comp)
 constexpr std::array<std::size_t, 4> ray_outputs{5, 6, 7, 8};
 constexpr PathState all_buffers{true, true, false};
-constexpr std::uint32_t told_at_run_time = 0xffffffffu, no_slot = 0x07ffffffu, ray_inside = 1u << 27;
+constexpr std::uint32_t no_slot = 0x07ffffffu, ray_inside = 1u << 27;
 
 std::vector<BufferSpec> host_specs(std::size_t count, std::size_t element, vk::BufferUsageFlags usage) {
     return std::vector<BufferSpec>(count, BufferSpec{most_rays * element, usage});

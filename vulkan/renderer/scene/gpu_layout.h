@@ -5,6 +5,7 @@
 
 #include <array>
 #include <cstdint>
+#include <glm/vec3.hpp>
 
 namespace tandem::gpu {
 
@@ -20,6 +21,11 @@ struct Vec3Of {
 using Vec4 = Vec4Of<float>;
 using Vec3 = Vec3Of<float>;
 using DoubleVec4 = Vec4Of<double>;
+
+template <class Real>
+[[nodiscard]] Vec3Of<Real> rounded(const glm::dvec3& v) {
+    return {static_cast<Real>(v.x), static_cast<Real>(v.y), static_cast<Real>(v.z)};
+}
 
 struct PrimitiveSource {
     std::uint32_t kind = 0, index0 = 0, index1 = 0, index2 = 0, entity = 0;

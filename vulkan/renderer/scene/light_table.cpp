@@ -26,11 +26,6 @@ struct Candidate {
 
 double channel_sum(const glm::dvec3& colour) { return colour.x + colour.y + colour.z; }
 
-template <class Real>
-gpu::Vec3Of<Real> rounded(const glm::dvec3& v) {
-    return {static_cast<Real>(v.x), static_cast<Real>(v.y), static_cast<Real>(v.z)};
-}
-
 double triangle_area(const Scene& scene, const Primitive& primitive, const glm::dmat3& m) {
     const glm::dvec3 origin = scene.vertices[primitive.index[0]];
     return 0.5 * glm::length(glm::cross(m * (scene.vertices[primitive.index[1]] - origin),
@@ -114,7 +109,7 @@ Candidate<Real> candidate(const Scene& scene, std::uint32_t slot, const PlacedPr
         const double radius = primitive.radius * std::cbrt(std::abs(glm::determinant(linear)));
         const glm::dvec3 centre(entity.object_to_world * glm::dvec4(scene.vertices[primitive.index[0]], 1.0));
         if (!is_similarity(entity.object_to_world)) light.kind = gpu::kind_ellipsoid;
-        light.centre = rounded<Real>(centre);
+        light.centre = gpu::rounded<Real>(centre);
         light.radius = static_cast<Real>(radius);
         area = 4.0 * std::numbers::pi * radius * radius;
     }
@@ -130,9 +125,9 @@ Candidate<Real> candidate(const PunctualLight& punctual) {
     Candidate<Real> result;
     gpu::LightOf<Real>& light = result.light;
     light.slot = gpu::no_index;
-    light.centre = rounded<Real>(punctual.position);
-    light.axis = rounded<Real>(punctual.direction);
-    light.intensity = rounded<Real>(punctual.intensity);
+    light.centre = gpu::rounded<Real>(punctual.position);
+    light.axis = gpu::rounded<Real>(punctual.direction);
+    light.intensity = gpu::rounded<Real>(punctual.intensity);
     const double outer = std::cos(glm::radians(punctual.outer_degrees));
     light.outer = static_cast<Real>(outer);
     light.inner = static_cast<Real>(std::cos(glm::radians(punctual.inner_degrees)));

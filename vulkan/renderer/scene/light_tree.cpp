@@ -14,7 +14,7 @@ namespace {
 
 using Indices = std::span<std::uint32_t>;
 
-struct Bounds {
+struct LightBounds {
     glm::dvec3 low, high;
     void add(const glm::dvec3& a, const glm::dvec3& b) {
         low = glm::min(low, a);
@@ -47,7 +47,7 @@ Cone cone_around(std::span<const LightLeaf> leaves, std::span<const std::uint32_
 // Along which axis, and in which order, lights lie (rule 34).
 void order_by_place(std::span<const LightLeaf> leaves, Indices own) {
     constexpr double steps = 1048576.0;
-    Bounds middles{middle_of(leaves[own[0]]), middle_of(leaves[own[0]])};
+    LightBounds middles{middle_of(leaves[own[0]]), middle_of(leaves[own[0]])};
     for (const std::uint32_t i : own) middles.add(middle_of(leaves[i]), middle_of(leaves[i]));
     const glm::dvec3 extent = middles.high - middles.low;
     const double longest = std::max(extent.x, std::max(extent.y, extent.z));
@@ -63,7 +63,7 @@ void order_by_place(std::span<const LightLeaf> leaves, Indices own) {
 }
 
 void grow(std::span<const LightLeaf> leaves, Indices own, double whole_strength, std::size_t node, LightTree& tree) {
-    Bounds box{leaves[own[0]].low, leaves[own[0]].high};
+    LightBounds box{leaves[own[0]].low, leaves[own[0]].high};
     double strength = 0.0;
     for (const std::uint32_t i : own) {
         box.add(leaves[i].low, leaves[i].high);

@@ -18,27 +18,20 @@ namespace tandem {
 namespace {
 
 template <class Real>
-gpu::Vec3Of<Real> rounded(const glm::dvec3& v) {
-    return {static_cast<Real>(v.x), static_cast<Real>(v.y), static_cast<Real>(v.z)};
-}
-
-template <class Real>
-gpu::Vec4Of<Real> rounded(const glm::dvec3& v, double w) {
+gpu::Vec4Of<Real> rounded_four(const glm::dvec3& v, double w) {
     return {static_cast<Real>(v.x), static_cast<Real>(v.y), static_cast<Real>(v.z), static_cast<Real>(w)};
 }
 
-gpu::Vec3 to_float(const glm::dvec3& v) { return rounded<float>(v); }
-
 gpu::Material flatten(const Material& material, EffectSet needed) {
     gpu::Material result;
-    result.colour = to_float(material.colour);
+    result.colour = gpu::rounded<float>(material.colour);
     result.alpha = static_cast<float>(material.alpha);
-    result.radiance = to_float(material.radiance);
+    result.radiance = gpu::rounded<float>(material.radiance);
     result.fuzz = static_cast<float>(material.fuzz);
     result.refractive_index = static_cast<float>(material.refractive_index);
     result.roughness = static_cast<float>(material.roughness);
-    result.eta = to_float(material.eta);
-    result.k = to_float(material.k);
+    result.eta = gpu::rounded<float>(material.eta);
+    result.k = gpu::rounded<float>(material.k);
     result.colour_texture = material.colour_texture;
     if (needed.has(Effect::medium_absorption)) result.interior = material.interior;
     result.priority = material.priority.value_or(0);
@@ -184,21 +177,21 @@ gpu::CameraOf<Real> flatten_camera(const Camera& camera, const RenderSettings& s
     const glm::dvec3 f = glm::normalize(view), r = glm::normalize(glm::cross(view, camera.up)), v = glm::cross(r, f);
     const double h = std::tan(glm::radians(camera.vertical_field_degrees) / 2.0);
     gpu::CameraOf<Real> result;
-    result.position = rounded<Real>(camera.position);
+    result.position = gpu::rounded<Real>(camera.position);
     result.lens_radius = static_cast<Real>(camera.lens_radius);
-    result.forward = rounded<Real>(f);
+    result.forward = gpu::rounded<Real>(f);
     result.focus_distance = static_cast<Real>(camera.focus_distance);
     result.film_width = static_cast<Real>(h * settings.width / settings.height);
     result.film_height = static_cast<Real>(h);
-    result.film_right = rounded<Real>(h * settings.width / settings.height * r);
-    result.film_up = rounded<Real>(h * v);
-    result.right = rounded<Real>(r);
-    result.up = rounded<Real>(v);
+    result.film_right = gpu::rounded<Real>(h * settings.width / settings.height * r);
+    result.film_up = gpu::rounded<Real>(h * v);
+    result.right = gpu::rounded<Real>(r);
+    result.up = gpu::rounded<Real>(v);
     result.moves = camera.position_motion != glm::dvec3(0.0) || camera.target_motion != glm::dvec3(0.0);
-    result.view = rounded<Real>(view);
-    result.scene_up = rounded<Real>(glm::normalize(camera.up));
-    result.position_motion = rounded<Real>(camera.position_motion);
-    result.view_motion = rounded<Real>(moved);
+    result.view = gpu::rounded<Real>(view);
+    result.scene_up = gpu::rounded<Real>(glm::normalize(camera.up));
+    result.position_motion = gpu::rounded<Real>(camera.position_motion);
+    result.view_motion = gpu::rounded<Real>(moved);
     return result;
 }
 
@@ -207,9 +200,9 @@ gpu::EntityTransformOf<Real> flatten_transform(const Entity& entity) {
     const glm::dmat4& m = entity.object_to_world;
     const glm::dmat3 linear(m);
     const glm::dmat3 inverse = glm::inverse(linear);
-    const auto row = [&](int i) { return rounded<Real>(glm::dvec3(m[0][i], m[1][i], m[2][i]), m[3][i]); };
+    const auto row = [&](int i) { return rounded_four<Real>(glm::dvec3(m[0][i], m[1][i], m[2][i]), m[3][i]); };
     const auto inverse_row = [&](int i) {
-        return rounded<Real>(glm::dvec3(inverse[0][i], inverse[1][i], inverse[2][i]));
+        return gpu::rounded<Real>(glm::dvec3(inverse[0][i], inverse[1][i], inverse[2][i]));
     };
     gpu::EntityTransformOf<Real> result;
     result.to_world0 = row(0);
@@ -218,7 +211,7 @@ gpu::EntityTransformOf<Real> flatten_transform(const Entity& entity) {
     result.to_object0 = inverse_row(0);
     result.to_object1 = inverse_row(1);
     result.to_object2 = inverse_row(2);
-    result.motion = rounded<Real>(entity.motion);
+    result.motion = gpu::rounded<Real>(entity.motion);
     result.determinant_sign = glm::determinant(linear) < 0.0 ? Real(-1) : Real(1);
     return result;
 }
@@ -236,12 +229,12 @@ SceneData flatten(const Scene& scene, const RenderSettings& settings, Accelerati
     SceneData data;
     const PlacedMeshes placed = acceleration == Acceleration::loops ? PlacedMeshes{} : placed_meshes(scene, settings);
     const std::vector<MeshPlace> places = mesh_places(scene, placed);
-    data.header.background_down = to_float(scene.background.down);
-    data.header.background_up = to_float(scene.background.up);
+    data.header.background_down = gpu::rounded<float>(scene.background.down);
+    data.header.background_up = gpu::rounded<float>(scene.background.up);
     data.header.extent = static_cast<float>(extent_of(scene, placed, places));
     if (needed.has(Effect::medium_absorption)) data.header.medium = scene.medium;
     data.camera = flatten_camera<float>(scene.camera, settings);
-    for (const glm::dvec3& vertex : scene.vertices) data.vertices.push_back(rounded<float>(vertex, 1.0));
+    for (const glm::dvec3& vertex : scene.vertices) data.vertices.push_back(rounded_four<float>(vertex, 1.0));
     for (const Entity& entity : scene.entities) data.transforms.push_back(flatten_transform<float>(entity));
     for (const Material& material : scene.materials) data.materials.push_back(flatten(material, needed));
     place_primitives(scene, placed, data);

@@ -28,11 +28,7 @@ std::uint32_t append_numbers(SceneTables& tables, const std::string& name, std::
 
 namespace {
 
-gpu::Vec3 to_float(const glm::dvec3& v) {
-    return {static_cast<float>(v.x), static_cast<float>(v.y), static_cast<float>(v.z)};
-}
-
-class Builder {
+class TableBuilder {
 public:
     std::uint32_t append(const std::string& name, std::span<const float> numbers) {
         return append_numbers(tables, name, numbers);
@@ -43,9 +39,9 @@ public:
 
 gpu::Texture flatten(const Texture& texture) {
     gpu::Texture result;
-    result.first = to_float(texture.first);
-    result.second = to_float(texture.second);
-    result.frequency = to_float(texture.frequency);
+    result.first = gpu::rounded<float>(texture.first);
+    result.second = gpu::rounded<float>(texture.second);
+    result.frequency = gpu::rounded<float>(texture.frequency);
     result.kind = static_cast<std::uint32_t>(texture.kind);
     result.space = static_cast<std::uint32_t>(texture.space);
     result.style = static_cast<std::uint32_t>(texture.style);
@@ -55,7 +51,7 @@ gpu::Texture flatten(const Texture& texture) {
     return result;
 }
 
-void add_textures(const Scene& scene, EffectSet needed, Builder& builder) {
+void add_textures(const Scene& scene, EffectSet needed, TableBuilder& builder) {
     std::map<const Pixels*, std::uint32_t> known;  // images that several textures share are kept once
     for (const Texture& texture : scene.textures) {
         gpu::Texture result = flatten(texture);
@@ -70,19 +66,19 @@ void add_textures(const Scene& scene, EffectSet needed, Builder& builder) {
     }
 }
 
-void add_media(const Scene& scene, EffectSet needed, Builder& builder) {
+void add_media(const Scene& scene, EffectSet needed, TableBuilder& builder) {
     std::map<const DensityGrid*, std::uint32_t> known;
     for (const Medium& medium : scene.media) {
         gpu::Medium result;
-        result.absorption = to_float(medium.absorption);
-        result.scattering = to_float(medium.scattering);
+        result.absorption = gpu::rounded<float>(medium.absorption);
+        result.scattering = gpu::rounded<float>(medium.scattering);
         result.anisotropy = static_cast<float>(medium.anisotropy);
         if (medium.grid && needed.has(Effect::density_grid)) {
             const DensityGrid& grid = *medium.grid;
             if (!known.contains(&grid)) known[&grid] = builder.append("density-grid", grid.density);
             result.densities = known[&grid];
-            result.low = to_float(grid.low);
-            result.high = to_float(grid.high);
+            result.low = gpu::rounded<float>(grid.low);
+            result.high = gpu::rounded<float>(grid.high);
             result.cells_x = grid.cells[0];
             result.cells_y = grid.cells[1];
             result.cells_z = grid.cells[2];
@@ -92,7 +88,7 @@ void add_media(const Scene& scene, EffectSet needed, Builder& builder) {
 }
 
 // Three pairs a triangle; without a model's own, those of MODEL.md section 5.1.
-void add_texture_coordinates(const Scene& scene, const TabledTriangles& triangles, Builder& builder) {
+void add_texture_coordinates(const Scene& scene, const TabledTriangles& triangles, TableBuilder& builder) {
     std::vector<float> pairs;
     const auto add = [&](const glm::dvec2& uv) {
         pairs.insert(pairs.end(), {static_cast<float>(uv.x), static_cast<float>(uv.y)});
@@ -111,7 +107,7 @@ void add_texture_coordinates(const Scene& scene, const TabledTriangles& triangle
 
 // Three vectors a triangle, in the world, but of meshes in object space; those of a triangle times one factor, which
 // keeps them within singles.
-void add_shading_normals(const Scene& scene, const TabledTriangles& triangles, Builder& builder) {
+void add_shading_normals(const Scene& scene, const TabledTriangles& triangles, TableBuilder& builder) {
     std::vector<float> vectors;
     const auto add = [&](const gpu::PrimitiveSource& source, const glm::dmat3& normal_to_world) {
         std::array<glm::dvec3, 3> normals;
@@ -122,7 +118,7 @@ void add_shading_normals(const Scene& scene, const TabledTriangles& triangles, B
             longest = std::max(longest, glm::length(normals[i]));
         }
         for (const glm::dvec3& normal : normals) {
-            const gpu::Vec3 scaled = to_float(longest > 0.0 ? normal / longest : normal);
+            const gpu::Vec3 scaled = gpu::rounded<float>(longest > 0.0 ? normal / longest : normal);
             vectors.insert(vectors.end(), {scaled.x, scaled.y, scaled.z});
         }
     };
@@ -167,7 +163,7 @@ std::vector<double> brightest_around(const Pixels& image) {
     return result;
 }
 
-void add_environment(const Background& background, EffectSet needed, Builder& builder) {
+void add_environment(const Background& background, EffectSet needed, TableBuilder& builder) {
     const Pixels& image = *background.image;
     gpu::Environment& result = builder.tables.environment;
     const double turn = glm::radians(background.rotation_degrees);
@@ -202,7 +198,7 @@ void add_environment(const Background& background, EffectSet needed, Builder& bu
 }  // namespace
 
 SceneTables make_scene_tables(const Scene& scene, EffectSet needed, const TabledTriangles& triangles) {
-    Builder builder;
+    TableBuilder builder;
     if (needed.has(Effect::checker) || needed.has(Effect::noise) || needed.has(Effect::image_texture))
         add_textures(scene, needed, builder);
     if (needed.has(Effect::medium_absorption)) add_media(scene, needed, builder);
