@@ -195,7 +195,7 @@ private:
     [[nodiscard]] std::string pattern_of(std::vector<bool> touched, const Sums& a, const Sums& b) const {
         std::string pattern = pixel_pattern(touched, width_, height_);
         for (std::size_t i = 0; i < touched.size(); ++i)
-            if (greatest(a.at(i)) == 0.0 && greatest(b.at(i)) == 0.0) touched[i] = true;
+            if (a.at(i) == glm::dvec3(0.0) && b.at(i) == glm::dvec3(0.0)) touched[i] = true;
         const bool everywhere = pixel_pattern(touched, width_, height_) == every_pixel;
         return everywhere ? std::string(every_pixel) : pattern;
     }
