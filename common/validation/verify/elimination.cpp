@@ -132,8 +132,8 @@ public:
             move_limit();
             reduce_all();
             try_double_precision();
-            look_longer();
             try_data_faults();
+            look_longer();
             if (late_) result_.left_out = "no time was left for the rest";
         }
         result_.seconds = since_start();
@@ -301,7 +301,9 @@ private:
 
     // In the plainest scene that differs, so that few faults change it.
     void try_data_faults() {
+        constexpr double part_of_rest = 0.5;
         if (!result_.by_samples || result_.bounces_off || result_.right_in_double || late_) return;
+        const double until = since_start() + part_of_rest * (question_.budget_seconds - since_start());
         for (const DataFault& fault : data_faults()) {
             EditedScene edited = without(out_);
             wrong_scene_ = edited.scene;
@@ -310,7 +312,7 @@ private:
                 edited.settings.effects =
                     edited.settings.effects->united(needed_effects(*wrong_scene_, edited.settings));
             for (const bool to_candidate : {false, true}) {
-                if (!in_time(1.2 * last_seconds_)) break;
+                if (!in_time(1.2 * last_seconds_) || since_start() > until) break;
                 wrong_to_candidate_ = to_candidate;
                 if (!same_samples(edited)) continue;
                 result_.data_fault = &fault;
