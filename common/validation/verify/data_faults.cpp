@@ -17,7 +17,7 @@ bool set(T& value, const T& other) {
     return true;
 }
 
-// Of materials of one kind, or of any.
+// Whether any material was changed.
 template <typename Change>
 bool change_materials(Scene& scene, Change change) {
     bool changed = false;

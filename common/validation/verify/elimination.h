@@ -63,9 +63,9 @@ struct EliminationQuestion {
     Renderer& reference;
     Renderer& candidate;
     Renderer* other_precision = nullptr;  // of the reference: what rounding alone parts; nullptr: not known
-    // The sides in double precision, where they compute in single; empty, or nullptr from it: not to be had.
+    // The candidate in double precision, where it computes in single. Empty, or nullptr from it: not to be had.
     std::function<std::unique_ptr<Renderer>()> candidate_in_double{};
-    bool other_is_double = false;  // other_precision
+    bool other_is_double = false;  // other_precision is the reference in double precision
     Criteria criteria;
     bool same_samples = true;       // samples part by rounding alone (MODEL.md section 3)
     std::vector<double> suspicion;  // by Subsystem: what is suspected least is taken out first; empty: all alike
