@@ -230,7 +230,7 @@ TEST_CASE("data of one side that went wrong are told by the other's samples of t
         REQUIRE(elimination.by_samples);
         REQUIRE(elimination.data_fault != nullptr);
         CHECK(elimination.data_fault->words == "the k of conductors is their eta");
-        CHECK(elimination.candidate_has_fault == candidate);
+        CHECK((elimination.faulty_side == EliminationSide::candidate) == candidate);
         const std::vector<Suspect> suspects = suspects_of(elimination);
         const auto data = std::ranges::find(suspects, Subsystem::scene_data, &Suspect::part);
         REQUIRE(data != suspects.end());

@@ -135,13 +135,11 @@ json elimination_json(const std::optional<Elimination>& elimination) {
     return {{"text", told(*elimination)}, {"scenes", elimination->scenes}, {"seconds", elimination->seconds},
         {"whole", paired_look_json(elimination->whole)}, {"features", trials},
         {"bounces_off", elimination->bounces_off ? json(*elimination->bounces_off) : json(nullptr)},
-        {"right_in_double", elimination->right_in_double ? json(elimination_side_names.at(
-                                                               static_cast<std::size_t>(*elimination->right_in_double)))
-                                                         : json(nullptr)},
-        {"data_fault", elimination->data_fault != nullptr
-                           ? json{{"fault", elimination->data_fault->words},
-                                 {"side", elimination->candidate_has_fault ? "candidate" : "reference"}}
-                           : json(nullptr)},
+        {"right_in_double",
+            elimination->right_in_double ? json(name_of(*elimination->right_in_double)) : json(nullptr)},
+        {"data_fault", elimination->data_fault != nullptr ? json{{"fault", elimination->data_fault->words},
+                                                                {"side", name_of(elimination->faulty_side)}}
+                                                          : json(nullptr)},
         {"left_out", elimination->left_out}};
 }
 

@@ -316,7 +316,7 @@ private:
                 wrong_to_candidate_ = to_candidate;
                 if (!same_samples(edited)) continue;
                 result_.data_fault = &fault;
-                result_.candidate_has_fault = !to_candidate;
+                result_.faulty_side = to_candidate ? EliminationSide::reference : EliminationSide::candidate;
                 break;
             }
             if (result_.data_fault != nullptr) break;
@@ -490,15 +490,19 @@ std::string told_of_bounces(const Elimination& elimination) {
         elimination.bounces_off.value_or(0) > 0 ? "more" : "fewer");
 }
 
+std::string_view name_of(EliminationSide side) { return elimination_side_names.at(static_cast<std::size_t>(side)); }
+
 std::string told_of_data(const Elimination& elimination) {
-    const bool candidate = elimination.candidate_has_fault;
-    return fmt::format("the {} draws the {}'s samples where {}", candidate ? "reference" : "candidate",
-        candidate ? "candidate" : "reference", elimination.data_fault->words);
+    const EliminationSide faulty = elimination.faulty_side;
+    const EliminationSide other =
+        faulty == EliminationSide::candidate ? EliminationSide::reference : EliminationSide::candidate;
+    return fmt::format(
+        "the {} draws the {}'s samples where {}", name_of(other), name_of(faulty), elimination.data_fault->words);
 }
 
 std::string told_of_precision(const Elimination& elimination) {
-    return fmt::format("the sides agree where the {} computes in double precision",
-        elimination_side_names.at(static_cast<std::size_t>(*elimination.right_in_double)));
+    return fmt::format(
+        "the sides agree where the {} computes in double precision", name_of(*elimination.right_in_double));
 }
 
 std::string told(const Elimination& elimination) {

@@ -40,6 +40,7 @@ struct FeatureTrial {
 
 enum class EliminationSide : std::uint8_t { reference, candidate };
 inline constexpr std::array<std::string_view, 2> elimination_side_names{"reference", "candidate"};
+[[nodiscard]] std::string_view name_of(EliminationSide side);
 
 struct Elimination {
     std::vector<FeatureTrial> trials;  // the most particular feature first
@@ -49,9 +50,10 @@ struct Elimination {
     bool by_samples = false;  // samples that part told, or else means
     // The candidate draws the reference's samples again with one bounce more (1) or fewer (-1).
     std::optional<int> bounces_off;
-    // One side draws the other's samples from a scene with this fault, so that the other's data may have it.
+    // One side draws the other's samples from a scene with this fault, so that the other's data may have it:
+    // faulty_side.
     const DataFault* data_fault = nullptr;
-    bool candidate_has_fault = false;
+    EliminationSide faulty_side = EliminationSide::reference;
     // The sides agree where this one computes in double precision.
     std::optional<EliminationSide> right_in_double;
     std::string left_out;  // why nothing, or not all, was tried; empty: all was
