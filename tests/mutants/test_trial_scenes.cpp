@@ -30,6 +30,7 @@ SceneVerdict verdict_of(const TrialScene& trial, Renderer& reference, Renderer& 
     options.max_looks = 2;
     options.budget_seconds = 3600.0;
     options.seed = 20190701;
+    options.explain = false;              // the verdict alone is tested
     options.criteria.false_alarm = 1e-3;  // a scene; seven controls then cry wolf once in 140 runs of other seeds
     return verify_scene(trial.scene, reference, candidate, options);
 }
@@ -63,6 +64,7 @@ void check_blamed_under_whitted(const Backend& mutant, const Backend& sound, con
     options.max_looks = 2;
     options.budget_seconds = 60.0;
     options.seed = 20190701;
+    options.explain = false;
     for (const bool mutant_is_candidate : {true, false}) {
         options.oracle = oracle.get();
         const SceneVerdict verdict = mutant_is_candidate ? verify_scene(trial.scene, *reference, *candidate, options)
