@@ -261,13 +261,17 @@ private:
         return true;
     }
 
-    // One look tells. False as well where a side refuses the scene.
+    // Samples that part are soon seen; that none does takes more of them. False as well where a side refuses the scene.
     [[nodiscard]] bool same_samples(const EditedScene& edited) {
+        constexpr double part_of_rest = 0.1;
         const auto same = [&](const PairedLook& one) {
             return one.invalid == 0 && one.p >= false_difference && parts_no_more(one);
         };
+        const auto decided = [&](const PairedLook& one) { return same(one) || one.invalid > 0 || parts(one); };
+        const double now = since_start();
+        const double until = now + std::max(last_seconds_, part_of_rest * (question_.budget_seconds - now));
         try {
-            const std::optional<PairedLook> look = look_at(edited, since_start() + last_seconds_, fewest_batches, same);
+            const std::optional<PairedLook> look = look_at(edited, until, most_batches, decided);
             return look && same(*look);
         } catch (const UnsupportedError&) {
             return false;
