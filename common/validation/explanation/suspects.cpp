@@ -161,10 +161,11 @@ private:
         add(S::arithmetic, same_way ? certain : weak, told_of_precision(*evidence_.elimination));
     }
 
+    // What such data are needed for speaks for another part no more than for them.
     void look_at_data() {
         if (evidence_.elimination == nullptr || evidence_.elimination->data_fault == nullptr) return;
         const bool sure = evidence_.elimination->data_fault->of_data_alone;
-        add(S::scene_data, sure ? strong : weak, told_of_data(*evidence_.elimination));
+        add(S::scene_data, sure ? certain : weak, told_of_data(*evidence_.elimination));
     }
 
     // Nothing differs but under one condition, which is the work of one part.
