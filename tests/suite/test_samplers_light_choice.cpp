@@ -203,7 +203,8 @@ TEST_CASE("samplers: choice of the light: each light as often as the P_i by whic
         }
 }
 
-TEST_CASE("samplers: choice of the light: lights of every kind are chosen by the oracle and by the tracers alike") {
+TEST_CASE("samplers: choice of the light: lights of every kind are chosen by the oracle and by the tracers alike" *
+          doctest::test_suite("full")) {
     for (const bool fog : {false, true}) {
         const Scene scene = mixed_lights(fog);
         for (const LightSampling sampling : samplings) {
@@ -229,7 +230,8 @@ TEST_CASE("samplers: choice of the light: lights of every kind are chosen by the
     }
 }
 
-TEST_CASE("samplers: choice of the light: the mean is the same, with MIS and without, and that of the oracle") {
+TEST_CASE("samplers: choice of the light: the mean is the same, with MIS and without, and that of the oracle" *
+          doctest::test_suite("full")) {
     const Scene scene = mixed_lights(true);
     const RenderSettings plain = settings_of(12, 2, Integrator::next_event);
     Tracer oracle{"oracle", oracle_backend().create({}), 0x1p-53, false};

@@ -162,7 +162,7 @@ TEST_CASE("general kernels keep their bits with 4 storage buffers" * doctest::te
     check_fog(settings);
 }
 
-TEST_CASE("sums of each kind and trees keep their bits with 4 storage buffers") {
+TEST_CASE("sums of each kind and trees keep their bits with 4 storage buffers" * doctest::test_suite("full")) {
     for (const Accumulation accumulation : {Accumulation::plain, Accumulation::compensated}) {
         RenderSettings settings = lit();
         settings.accumulation = accumulation;
@@ -176,7 +176,7 @@ TEST_CASE("sums of each kind and trees keep their bits with 4 storage buffers") 
     CHECK(same_bits(image(*few_trees, full_scene(), lit()), image(*with_trees, full_scene(), lit())));
 }
 
-TEST_CASE("lists of pixels keep their bits with 4 storage buffers") {
+TEST_CASE("lists of pixels keep their bits with 4 storage buffers" * doctest::test_suite("full")) {
     RenderSettings settings = lit();
     settings.sampling = Sampling::adaptive;
     const std::vector<std::uint32_t> pixels{0, 3, 4, 77, 168};
@@ -194,7 +194,8 @@ TEST_CASE("half storage keeps its bits with 4 storage buffers") {
     CHECK(same_bits(image(*few, foggy_scene(), lit()), image(*enough, foggy_scene(), lit())));
 }
 
-TEST_CASE("paths in mixed and double precision keep their bits with 4 storage buffers, rendered and traced") {
+TEST_CASE("paths in mixed and double precision keep their bits with 4 storage buffers, rendered and traced" *
+          doctest::test_suite("full")) {
     for (const Precision precision : {Precision::single_precision, Precision::mixed, Precision::double_precision}) {
         if (precision == Precision::mixed && !test::thorough()) continue;
         CAPTURE(static_cast<std::uint32_t>(precision));
@@ -298,7 +299,8 @@ TEST_CASE("the validation layer sees where more storage buffers are used than a 
     CHECK_THROWS_WITH_AS(instance.log().raise(), doctest::Contains("maxPerStageDescriptorStorageBuffers"), Error);
 }
 
-TEST_CASE("patterns keep the image with 4 storage buffers, or are refused with the reason") {
+TEST_CASE(
+    "patterns keep the image with 4 storage buffers, or are refused with the reason" * doctest::test_suite("full")) {
     Machine enough(false);
     const FewBuffers scope({}, true);
     Machine few(true);

@@ -69,7 +69,7 @@ TEST_CASE("dispatches over the whole image, and fragments, give the bits of the 
     }
 }
 
-TEST_CASE("every shape of kernel gives the bits of the stages through a pixel filter") {
+TEST_CASE("every shape of kernel gives the bits of the stages through a pixel filter" * doctest::test_suite("full")) {
     for (const PixelFilter filter : {PixelFilter::tent, PixelFilter::gaussian}) {
         CAPTURE(pixel_filter_names[static_cast<std::size_t>(filter)]);
         RenderSettings settings = settings_of(9, 3, Integrator::next_event);

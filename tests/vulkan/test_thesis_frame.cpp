@@ -115,7 +115,8 @@ TEST_CASE("pre-recorded, the thesis's frame shows the same samples each time, in
     }
 }
 
-TEST_CASE("wherever scene and settings lie, the thesis's frame has the bits of the other shapes") {
+TEST_CASE("wherever scene and settings lie, the thesis's frame has the bits of the other shapes" *
+          doctest::test_suite("full")) {
     Machine machine(true);
     for (const Accumulation accumulation : {Accumulation::compensated, Accumulation::in_double, Accumulation::plain}) {
         RenderSettings settings = settings_of(13, 4, Integrator::next_event);
