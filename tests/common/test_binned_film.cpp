@@ -177,7 +177,7 @@ TEST_CASE("bins that are not equally large have no closed form, as a mean over t
     CHECK(uneven.closed_form.skipped.find("bins are not equally large") != std::string::npos);
 }
 
-TEST_CASE("false alarms on bins are no more than declared") {
+TEST_CASE("false alarms on bins are no more than declared" * doctest::test_suite("full")) {
     const std::uint64_t runs = test::thorough() ? 400 : 60;
     std::uint64_t alarms = 0;
     for (std::uint64_t run = 0; run < runs; ++run) {

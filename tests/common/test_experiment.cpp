@@ -168,7 +168,8 @@ TEST_CASE("a busy-wait of known length is reported with a covering interval, at 
     CHECK(ratio_misses <= most_misses(experiments, 0.05));
 }
 
-TEST_CASE("equal arms show no effect, beyond the declared rate of false alarms a family") {
+TEST_CASE(
+    "equal arms show no effect, beyond the declared rate of false alarms a family" * doctest::test_suite("full")) {
     constexpr int experiments = 200;
     int families = 0, single = 0;
     for (int i = 0; i < experiments; ++i) {

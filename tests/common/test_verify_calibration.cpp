@@ -30,7 +30,8 @@ SceneVerdict a_against_a(std::uint64_t seed, double false_alarm, std::uint64_t s
 
 }  // namespace
 
-TEST_CASE("600 A/A verdicts raise no more alarms than declared, over all looks and levels") {
+TEST_CASE(
+    "600 A/A verdicts raise no more alarms than declared, over all looks and levels" * doctest::test_suite("full")) {
     constexpr unsigned runs = 600;
     constexpr double declared = 0.05;
     unsigned alarms = 0;

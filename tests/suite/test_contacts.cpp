@@ -83,7 +83,8 @@ std::vector<dmat4> places() {
 
 }  // namespace
 
-TEST_CASE("light passes gaps between slabs in contact, wherever they stand, on every renderer") {
+TEST_CASE("light passes gaps between slabs in contact, wherever they stand, on every renderer" *
+          doctest::test_suite("full")) {
     for (const std::vector<double>& indices :
         {std::vector<double>{1.5}, std::vector<double>{1.33, 1.5}, std::vector<double>{1.5, 1.5}})
         for (const Tracer& tracer : tracers())

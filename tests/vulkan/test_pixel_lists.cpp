@@ -33,7 +33,8 @@ RenderSettings adaptive(const Scene& scene) {
 
 }  // namespace
 
-TEST_CASE("a list of pixels has the bits that the image has there, in every shape of kernel and between images") {
+TEST_CASE("a list of pixels has the bits that the image has there, in every shape of kernel and between images" *
+          doctest::test_suite("full")) {
     const std::vector<std::uint32_t> pixels = some_pixels(13 * 13), last{13 * 13 - 1};
     const auto check = [&](const Scene& scene, std::initializer_list<const char*> kernels) {
         RenderSettings uniform = adaptive(scene);
