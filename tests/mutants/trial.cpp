@@ -53,6 +53,7 @@ SceneVerdict verdict_of(const PlantedFault& fault, Planting planting, const std:
     options.max_looks = effort.looks;
     options.budget_seconds = effort.seconds;
     options.scenes = shipped_scenes().size();
+    options.explain = effort.explained;
     // The CPU's bug is in both of its precisions.
     BackendOptions precise;
     precise.precision = Precision::double_precision;

@@ -19,13 +19,14 @@ struct Effort {
     std::size_t looks = 6;
     double seconds = 120.0;
     bool long_paths = true;  // looks at single samples also take paths beyond two bounces
+    bool explained = false;  // where the sides disagree: the signature, and which part is suspected
 };
 
 // From little to that of `tandem verify` itself.
 inline constexpr std::array efforts{Effort{64, 512, 2, 3600.0}, Effort{128, 2048, 3, 3600.0}, Effort{128, 0, 6, 120.0}};
 
 // Patterns show before small amounts do.
-inline constexpr Effort signature_effort{48, 128, 1, 3600.0, false};
+inline constexpr Effort signature_effort{48, 128, 1, 3600.0, false, true};
 
 // Who told a bug: the two backends, by how they differ, or the closed form, by how it differs from a side. Backends
 // that have the same bug may still differ, where what it does is a matter of rounding (which rays meet their own
