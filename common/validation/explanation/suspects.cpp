@@ -161,7 +161,7 @@ private:
         add(S::arithmetic, same_way ? certain : weak, told_of_precision(*evidence_.elimination));
     }
 
-    // What such data are needed for speaks for another part no more than for them.
+    // A part that reads wrong data is needed as well. So needs say nothing against the data.
     void look_at_data() {
         if (evidence_.elimination == nullptr || evidence_.elimination->data_fault == nullptr) return;
         const bool sure = evidence_.elimination->data_fault->of_data_alone;

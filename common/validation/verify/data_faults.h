@@ -13,7 +13,7 @@ struct DataFault {
     std::string_view words;  // "the k of conductors is their eta"
     // Whether it changed the scene.
     bool (*plant)(Scene& scene) = nullptr;
-    // Seldom done by a wrong formula, which may leave a figure out or take it twice.
+    // Else a wrong formula or loop does the same: it leaves a figure out, exchanges two, or ends one too early.
     bool of_data_alone = false;
 };
 

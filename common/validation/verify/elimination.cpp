@@ -261,7 +261,7 @@ private:
         return true;
     }
 
-    // Samples that part are soon seen; that none does takes more of them. False as well where a side refuses the scene.
+    // A few samples show that some part; that none does takes more. False as well where a side refuses the scene.
     [[nodiscard]] bool same_samples(const EditedScene& edited) {
         constexpr double part_of_rest = 0.1;
         const auto same = [&](const PairedLook& one) {

@@ -164,8 +164,9 @@ private:
         return 0.5 * (low + high);
     }
 
-    // Light that lies in other pixels leaves the sum as it is, but for what is lost at an edge: 2 % of the differences.
-    // A factor leaves less than a tenth of the differences of regions, whose noise is a sixteenth of a pixel's.
+    // Light that lies in other pixels leaves the sum as it is, but for an edge: a row of 64 is 1.6 % of the pixels. A
+    // factor leaves noise alone between regions. With 64 samples a pixel and 256 pixels a region, that is below a
+    // hundredth of their light, and below a tenth of a difference of 10 %.
     void compare_films(const Sums& a, const Sums& b) {
         constexpr double lost = 0.02, unexplained = 0.1;
         constexpr std::uint32_t region = 16;

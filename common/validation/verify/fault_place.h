@@ -45,8 +45,8 @@ struct FaultPlace {
     bool reference_adds = true, candidate_adds = true;  // each film is the sum of its side's traced paths
     // Where one is not: it is the sum of its paths, each cut at this radiance, in all pixels that were traced.
     std::optional<double> clamped_at;
-    // ... and how the films differ: in sum they do not, so that light lies in other pixels; or by one factor in all
-    // regions.
+    // Where one is not: the films have the same sum, so that light lies in other pixels; or one factor makes them the
+    // same in all regions.
     bool moved = false, scaled = false;
     std::vector<std::string> kernels_with, kernels_without;
     std::string pattern;  // of the pixels that differ (pixel_pattern.h); empty: none
