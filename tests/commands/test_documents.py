@@ -1,6 +1,6 @@
 # What the documents say of this repository is so. Links and file names lead somewhere. Commands have the options that
-# they are shown with. Rooms include only what ARCHITECTURE.md lets them. README is short. Run by ctest with TANDEM =
-# the program.
+# they are shown with. Rooms include only what HOW_TO_ADD.md lets them. README and ARCHITECTURE.md are short. Run by ctest
+# with TANDEM = the program.
 import fnmatch
 import os
 import pathlib
@@ -18,10 +18,12 @@ DOCUMENTS = sorted(name for name in FILES if name.endswith(".md"))
 # Pages that scripts make quote command lines of the day on which a result was stored.
 BY_HAND = [name for name in DOCUMENTS if not name.startswith("tests/records/")]
 ARCHITECTURE = "common/ARCHITECTURE.md"
+HOW_TO_ADD = "common/HOW_TO_ADD.md"
 MADE_BY_READERS = {"scenes/first.json", "03-ray-sphere.glsl", "build/bug.py", "build/wrapper.py", "build/resident.py",
                    "build/judge.py", "build/rms.py", "build/box.py"}  # as documents tell them to
 
 MOST_WORDS = 900       # of README.md
+MOST_LINES = 100       # of ARCHITECTURE.md: two screens
 MOST_IN_SENTENCE = 25  # words
 ITEM = re.compile(r"^\s*(?:[-*]|\d+\.) ")
 SOURCE_ENDING = r"\.(h|cpp|glsl|comp|frag|vert|r[a-z]{3,4}|py|md|cmake|in|def)$"
@@ -136,6 +138,9 @@ class Documents(unittest.TestCase):
     def test_readme_is_short(self):
         self.assertLessEqual(len(text_of("README.md").split()), MOST_WORDS)
 
+    def test_architecture_is_two_screens(self):
+        self.assertLessEqual(len(text_of(ARCHITECTURE).splitlines()), MOST_LINES)
+
     def test_sentences_are_short(self):
         for document in BY_HAND + ["tests/records/README.md", "tests/records/NOTES.md"]:
             for sentence in sentences_of(text_of(document)):
@@ -151,9 +156,9 @@ class Documents(unittest.TestCase):
         self.assertEqual(longest(f"1. Item.\n    - {long}.\n"), MOST_IN_SENTENCE + 1)
         self.assertEqual(longest(f"See `{long}` x_1 = 3 y.\n\n| {long} |\n\n    {long}\n\n```sh\n{long}\n```\n"), 2)
 
-    def test_rooms_include_what_the_architecture_says(self):
+    def test_rooms_include_what_they_may(self):
         named = {}  # by room: those of its row, and those that it may include
-        for rooms, may_include, *_ in table(text_of(ARCHITECTURE), "Who may include whom"):
+        for rooms, may_include, *_ in table(text_of(HOW_TO_ADD), "Who may include whom"):
             rooms = re.findall(r"`([^`]+)`", rooms)
             named |= {room: {*rooms, *re.findall(r"`([^`]+)`", may_include)} for room in rooms}
 
@@ -176,7 +181,7 @@ class Documents(unittest.TestCase):
             if not re.search(r"\.(h|def|cpp|cpp\.in|glsl|comp|frag|vert|r[a-z]{3,4})$", path):
                 continue
             room = room_of(path)
-            self.assertTrue(room, f"{ARCHITECTURE} has no room for {path}")
+            self.assertTrue(room, f"{HOW_TO_ADD} has no room for {path}")
             for name in re.findall(r'^#include "([^"]+)"', text_of(path), re.M):
                 target = next((x for x in (name, "shaders/" + name, os.path.join(os.path.dirname(path), name)) if x in FILES), None)
                 if target and target not in reach(room):  # others are made by the build
