@@ -188,8 +188,8 @@ double slope_of(const std::vector<std::uint64_t>& samples, const std::vector<dou
     return (sum * xy - x * y) / (sum * xx - x * x);
 }
 
-// 1 / the relative variance of each mean squared error, as replicates and the reference make it; nothing for errors
-// that are lost in that noise. No error counts for more than a hundredth's accuracy: the fit is no better than the
+// 1 / the relative variance of each mean squared error, as replicates and the reference make it. Errors that are lost
+// in that noise have the weight 0. No error counts for more than a hundredth's accuracy: the fit is no better than the
 // straight line.
 std::vector<double> slope_weights(const ArmTrials& arm, double common) {
     constexpr double lost = 0.5, best = 0.01;

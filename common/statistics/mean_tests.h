@@ -19,8 +19,8 @@ struct MeanEstimate {
     explicit MeanEstimate(const SampleMoments& sample);
 };
 
-// The mean of independent means with equal weights (pixels of a region): variances add; degrees of freedom after
-// Satterthwaite 1946, (sum V)^2 / sum (V^2 / dof).
+// The mean of independent means with equal weights (pixels of a region). Variances add. It has (sum V)^2 / sum (V^2 /
+// dof) degrees of freedom [Satterthwaite 1946].
 class MeanOfMeans {
 public:
     void add(double mean, double variance, double dof);

@@ -23,9 +23,9 @@ namespace tandem {
 // The same under any dependence: m times the least p.
 [[nodiscard]] double bonferroni(std::span<const double> p_values);
 
-// Shares of `alpha` for a fixed number of looks, each tested at its own: the spending function alpha t at information
-// times t = 1/K ... 1 [Kim, DeMets 1987]. As the shares add up to alpha, the whole schedule keeps it by Bonferroni,
-// whatever the looks share.
+// Shares of `alpha` for a fixed number of looks, each tested at its own. They follow the spending function alpha t at
+// information times t = 1/K ... 1 [Kim, DeMets 1987]. As the shares add up to alpha, the whole schedule keeps it by
+// Bonferroni, whatever the looks share.
 [[nodiscard]] std::vector<double> alpha_spending(double alpha, std::size_t looks);
 
 }  // namespace tandem

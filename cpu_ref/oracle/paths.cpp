@@ -115,7 +115,7 @@ dvec3 PathSampler::arriving(
 }
 
 // Section 9.2 with p = 1: as every punctual light is summed, none is chosen. For `whitted` that is the whole light of a
-// vertex, with w_light = 1 (9.5): what is sampled, and how densely, is the mean's own there.
+// vertex, with w_light = 1 (9.5). What is sampled there, and how densely, is the mean's own.
 template <class Share>
 dvec3 PathSampler::direct_light(
     const Path& path, const Vertex& vertex, const Numbers& v, const Share& share, TracedVertex& seen) const {

@@ -105,7 +105,7 @@ class Scene:
         data = self.data["materials"][name]
         made = bpy.data.materials.new(name)
         made.use_nodes = True
-        # Cycles 3.4 samples the triangles of meshes too seldom at grazing angles (1.3 % too dark near a wall): scattering alone
+        # Cycles 3.4 samples the triangles of meshes too seldom at grazing angles (1.3 % too dark near a wall). Scattering alone
         # finds lamps that are meshes. Rectangles become area lights (add_rectangle).
         made.cycles.sample_as_light = False
         shader = Shader(made.node_tree)

@@ -36,8 +36,8 @@ constexpr double pi = std::numbers::pi;
 
 }  // namespace
 
-// In each of these: five standard errors, and the perspective of points up to `depth` before or behind z = 0, which is
-// depth / far_away twice.
+// Tolerances: five standard errors, and twice depth / far_away. The latter is the perspective of points up to `depth`
+// before or behind z = 0.
 
 TEST_CASE("a sphere covers the area of its disc") {
     SceneBuilder builder = frontal();
@@ -99,8 +99,8 @@ TEST_CASE("a fan of triangles has neither gaps nor overlaps at its edges") {
 }
 
 TEST_CASE("normals of placed primitives follow the inverse transpose") {
-    // A mirror under a shearing, mirrored placement sends the camera's ray in a known direction, which the background's
-    // height tells: d_y = 2 B - 1.
+    // A mirror under a shearing, mirrored placement sends the camera's ray in a known direction. The background's
+    // height tells it: d_y = 2 B - 1.
     const glm::dmat4 m = glm::scale(
         glm::rotate(glm::dmat4(1.0), 0.9, glm::normalize(glm::dvec3(1, 1, 0.2))), glm::dvec3(-1.0, 3.0, 0.4));
     const glm::dmat3 normal_map = glm::transpose(glm::inverse(glm::dmat3(m)));

@@ -137,7 +137,7 @@ TANDEM_INLINE Candidate<V> intersect(
     const V discriminant = V(Real(1)) - dot(nearest, nearest);
     const BoolOf<V> exits = departing & inside;
     const V half_chord = sqrt(V(greatest(discriminant, zero) * scale));
-    // The root beyond the middle comes from the sum, the other from the product of both, |o|^2 - 1: so the side of the
+    // The root beyond the middle comes from the sum, the other from the product of both, |o|^2 - 1. So the side of the
     // start counts. Inside or outside decides the sign of that root, where middle - half_chord would be rounding alone.
     // It lies within half a chord of the start where rounding leaves little of either.
     const BoolOf<V> ahead = middle >= zero;

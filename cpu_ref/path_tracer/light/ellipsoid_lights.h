@@ -32,10 +32,10 @@ TANDEM_INLINE V cube(V a) {
     return a * a * a;
 }
 
-// Bound on the distance along its normal between a sampled point and the ellipsoid as rays find it, with s = |c|_max +
-// extent + |p - c|_max. Its points are known within error_factor (|c|_max + extent) (surface.h). The receiver's place,
-// N^-1 (p - c), errs by less than 5u |N^-1| |p - c| before N takes it back. Cancellation in N^-1, which stretches what
-// N flattens, happens along the short axes alone, and N shrinks it again.
+// Bound on the distance along its normal between a sampled point and the ellipsoid as rays find it. It uses s = |c|_max
+// + extent + |p - c|_max. Its points are known within error_factor (|c|_max + extent) (surface.h). The receiver's
+// place, N^-1 (p - c), errs by less than 5u |N^-1| |p - c| before N takes it back. Cancellation in N^-1, which
+// stretches what N flattens, happens along the short axes alone, and N shrinks it again.
 template <class Real>
 [[gnu::noinline]] void sample_ellipsoid(const Tables<Real>& tables, const Receiver<Real>& from, Mask<Real> lanes,
     Ints<Real> light, Lanes<Real> v1, Lanes<Real> v2, LightSample<Real>& sample) {

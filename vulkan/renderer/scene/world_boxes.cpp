@@ -33,7 +33,7 @@ Box convex_box(const glm::dmat4& m, PrimitiveKind kind, const glm::dvec3& centre
         half = size.x * glm::dvec3(glm::length(glm::dvec3(linear[0].x, linear[1].x, linear[2].x)),
                             glm::length(glm::dvec3(linear[0].y, linear[1].y, linear[2].y)),
                             glm::length(glm::dvec3(linear[0].z, linear[1].z, linear[2].z)));
-    // The test sees the body through the rounded inverse of the map: relative errors of its elements move the body's
+    // The test sees the body through the rounded inverse of the map. Relative errors of its elements move the body's
     // points by |M| |M^-1| times as much.
     const glm::dvec3 skewed = spread * (absolute(glm::inverse(linear)) * (half + glm::abs(c)));
     const double pad = 2.0 * gamma16 * std::max({terms.x, terms.y, terms.z, skewed.x, skewed.y, skewed.z});
