@@ -13,13 +13,6 @@ struct PathTracer<Real, effects, Recorder, Shade>::Response {
     S transfer, density;
 };
 
-template <class Real, std::uint64_t effects, class Recorder, class Shade>
-struct PathTracer<Real, effects, Recorder, Shade>::Outcome {
-    Vec3<S> direction, absorbed;
-    S density;
-    ShadeMask alive;
-};
-
 template <class Real>
 [[nodiscard]] glm::dvec3 vector_of_lane(const Vec3<Lanes<Real>>& a, int lane) {
     return {static_cast<double>(a.x[lane]), static_cast<double>(a.y[lane]), static_cast<double>(a.z[lane])};
@@ -207,43 +200,53 @@ Vec3<Lanes<Shade>> PathTracer<Real, effects, Recorder, Shade>::transmittance(
     return result;
 }
 
-// Conductors (7.6), rough glass (7.7), boundaries (7.8), rough diffuse surfaces (7.9) and media (10).
+// Section 7.8: straight on.
 template <class Real, std::uint64_t effects, class Recorder, class Shade>
-void PathTracer<Real, effects, Recorder, Shade>::scatter_specially(
-    Vertex& at, ShadeMask lanes, const RandomLanes<Shade>& u, Outcome& outcome) const {
-    if (none(lanes)) return;
+TANDEM_INLINE void PathTracer<Real, effects, Recorder, Shade>::pass_boundary(
+    const Vertex& at, ShadeMask lanes, Outcome& outcome) const {
+    using W = UnsignedOf<Shade>;
+    const ShadeMask boundary = lanes & has_bit(shaded(at.bits), W{material_bits::boundary});
+    if (none(boundary)) return;
+    const S one(Shade(1));
+    const Vec3<S> arriving = shaded(at.direction);
+    outcome.direction = select(boundary, arriving, outcome.direction);
+    outcome.absorbed = select(boundary, Vec3<S>{one, one, one}, outcome.absorbed);
+    if (planted(PlantedBug::boundary_refracts)) {
+        const S eta = select(shaded(at.front), S(static_cast<Shade>(1.0 / 1.1)), S(static_cast<Shade>(1.1)));
+        const auto [reflectance, ct, total] = dielectric(at.cosine, eta, ShadeMask{});
+        const Vec3<S> bent = unit(along(arriving * eta, S(eta * at.cosine - ct), shaded(at.facing)));
+        outcome.direction = select(boundary & !total, bent, outcome.direction);
+    }
+}
+
+// Section 10: by the phase function. Absorption has been weighed on the way (cross_media).
+template <class Real, std::uint64_t effects, class Recorder, class Shade>
+TANDEM_INLINE void PathTracer<Real, effects, Recorder, Shade>::scatter_in_medium(
+    const Vertex& at, ShadeMask lanes, const RandomLanes<Shade>& u, Outcome& outcome) const {
+    using W = UnsignedOf<Shade>;
+    const ShadeMask medium = lanes & has_bit(shaded(at.bits), W{material_bits::medium});
+    if (none(medium)) return;
+    const S one(Shade(1)), g = planted(PlantedBug::phase_sign) ? -at.more.anisotropy : at.more.anisotropy;
+    const Vec3<S> arriving = shaded(at.direction), w = sample_phase(arriving, g, u[0], u[1]);
+    outcome.direction = select(medium, w, outcome.direction);
+    outcome.absorbed = select(medium, Vec3<S>{one, one, one}, outcome.absorbed);
+    outcome.density = select(medium, phase_density(arriving, w, at.more.anisotropy), outcome.density);
+}
+
+// Section 7.6: smooth and rough conductors.
+template <class Real, std::uint64_t effects, class Recorder, class Shade>
+TANDEM_INLINE void PathTracer<Real, effects, Recorder, Shade>::reflect_on_conductor(
+    const Vertex& at, ShadeMask lanes, const RandomLanes<Shade>& u, Outcome& outcome) const {
     using W = UnsignedOf<Shade>;
     const Vec3<S> arriving = shaded(at.direction), facing = shaded(at.facing);
-    const ShadeMask front = shaded(at.front);
-    const ShadeInts bits = shaded(at.bits);
-    const S one(Shade(1));
-    const Vec3<S> white{one, one, one};
-    const ShadeInts material = shaded(at.surface.material);
-    const auto of = [&](unsigned bit) { return lanes & has_bit(bits, W{bit}); };
-    const ShadeMask boundary = of(material_bits::boundary), medium = of(material_bits::medium);
-    if (any(boundary)) {
-        outcome.direction = select(boundary, arriving, outcome.direction);
-        if (planted(PlantedBug::boundary_refracts)) {
-            const S eta = select(front, S(static_cast<Shade>(1.0 / 1.1)), S(static_cast<Shade>(1.1)));
-            const auto [reflectance, ct, total] = dielectric(at.cosine, eta, ShadeMask{});
-            const Vec3<S> bent = unit(along(arriving * eta, S(eta * at.cosine - ct), facing));
-            outcome.direction = select(boundary & !total, bent, outcome.direction);
-        }
-    }
-    outcome.absorbed = select(boundary | medium, white, outcome.absorbed);
-    if (any(medium)) {
-        const S g = planted(PlantedBug::phase_sign) ? -at.more.anisotropy : at.more.anisotropy;
-        const Vec3<S> w = sample_phase(arriving, g, u[0], u[1]);
-        outcome.direction = select(medium, w, outcome.direction);
-        outcome.density = select(medium, phase_density(arriving, w, at.more.anisotropy), outcome.density);
-    }
-    const ShadeMask smooth = of(material_bits::smooth_conductor);
+    const ShadeInts bits = shaded(at.bits), material = shaded(at.surface.material);
+    const ShadeMask smooth = lanes & has_bit(bits, W{material_bits::smooth_conductor});
     if (any(smooth)) {
         const Vec3<S> mirrored = unit(along(arriving, S(at.cosine + at.cosine), facing));
         outcome.direction = select(smooth, mirrored, outcome.direction);
         outcome.absorbed = select(smooth, reflectance(material, at.cosine), outcome.absorbed);
     }
-    const ShadeMask rough = of(material_bits::rough_conductor);
+    const ShadeMask rough = lanes & has_bit(bits, W{material_bits::rough_conductor});
     if (any(rough)) {
         const Microfaceted<Shade> scattered =
             scatter_conductor(arriving, facing, shading_.materials.roughness_squared[material], u);
@@ -252,25 +255,51 @@ void PathTracer<Real, effects, Recorder, Shade>::scatter_specially(
         outcome.density = select(rough, scattered.density, outcome.density);
         outcome.alive = outcome.alive & ((!rough) | scattered.alive);
     }
-    const ShadeMask rough_diffuse = of(material_bits::of_kind(MaterialKind::rough_diffuse));
-    if (any(rough_diffuse)) {
-        const Vec3<S> w = scatter_diffuse<Shade>(facing, u);
-        outcome.direction = select(rough_diffuse, w, outcome.direction);
-        outcome.density =
-            select(rough_diffuse, sqrt(S(one - u[0])) * S(static_cast<Shade>(inverse_pi)), outcome.density);
-        const S factor = rough_diffuse_factor(facing, arriving, w, shading_.materials.roughness_squared[material]);
-        if (!planted(PlantedBug::rough_diffuse_unweighted))
-            outcome.absorbed = select(rough_diffuse, outcome.absorbed * factor, outcome.absorbed);
-    }
-    const ShadeMask glass = of(material_bits::rough_translucent);
-    if (any(glass)) {
-        const S eta = relative_index(shading_, material, front, &at.more.outside_index);
-        const Microfaceted<Shade> scattered = scatter_rough_translucent(arriving, facing,
-            shading_.materials.roughness_squared[material], eta, has_bit(bits, W{material_bits::schlick}), u);
-        outcome.direction = select(glass, scattered.direction, outcome.direction);
-        outcome.absorbed = select(glass, outcome.absorbed * scattered.weight, outcome.absorbed);
-        outcome.alive = outcome.alive & ((!glass) | scattered.alive);
-    }
+}
+
+// Section 7.9.
+template <class Real, std::uint64_t effects, class Recorder, class Shade>
+TANDEM_INLINE void PathTracer<Real, effects, Recorder, Shade>::scatter_rough_diffuse(
+    const Vertex& at, ShadeMask lanes, const RandomLanes<Shade>& u, Outcome& outcome) const {
+    using W = UnsignedOf<Shade>;
+    const ShadeMask rough = lanes & has_bit(shaded(at.bits), W{material_bits::of_kind(MaterialKind::rough_diffuse)});
+    if (none(rough)) return;
+    const Vec3<S> facing = shaded(at.facing), w = scatter_diffuse<Shade>(facing, u);
+    const S density = sqrt(S(S(Shade(1)) - u[0])) * S(static_cast<Shade>(inverse_pi));
+    outcome.direction = select(rough, w, outcome.direction);
+    outcome.density = select(rough, density, outcome.density);
+    const S factor = rough_diffuse_factor(
+        facing, shaded(at.direction), w, shading_.materials.roughness_squared[shaded(at.surface.material)]);
+    if (!planted(PlantedBug::rough_diffuse_unweighted))
+        outcome.absorbed = select(rough, outcome.absorbed * factor, outcome.absorbed);
+}
+
+// Section 7.7.
+template <class Real, std::uint64_t effects, class Recorder, class Shade>
+TANDEM_INLINE void PathTracer<Real, effects, Recorder, Shade>::scatter_on_rough_glass(
+    const Vertex& at, ShadeMask lanes, const RandomLanes<Shade>& u, Outcome& outcome) const {
+    using W = UnsignedOf<Shade>;
+    const ShadeInts bits = shaded(at.bits), material = shaded(at.surface.material);
+    const ShadeMask glass = lanes & has_bit(bits, W{material_bits::rough_translucent});
+    if (none(glass)) return;
+    const S eta = relative_index(shading_, material, shaded(at.front), &at.more.outside_index);
+    const Microfaceted<Shade> scattered = scatter_rough_translucent(shaded(at.direction), shaded(at.facing),
+        shading_.materials.roughness_squared[material], eta, has_bit(bits, W{material_bits::schlick}), u);
+    outcome.direction = select(glass, scattered.direction, outcome.direction);
+    outcome.absorbed = select(glass, outcome.absorbed * scattered.weight, outcome.absorbed);
+    outcome.alive = outcome.alive & ((!glass) | scattered.alive);
+}
+
+// The materials that the lean variants lack, and media.
+template <class Real, std::uint64_t effects, class Recorder, class Shade>
+void PathTracer<Real, effects, Recorder, Shade>::scatter_specially(
+    Vertex& at, ShadeMask lanes, const RandomLanes<Shade>& u, Outcome& outcome) const {
+    if (none(lanes)) return;
+    pass_boundary(at, lanes, outcome);
+    scatter_in_medium(at, lanes, u, outcome);
+    reflect_on_conductor(at, lanes, u, outcome);
+    scatter_rough_diffuse(at, lanes, u, outcome);
+    scatter_on_rough_glass(at, lanes, u, outcome);
 }
 
 }  // namespace tandem::cpu

@@ -68,7 +68,6 @@ template <class Real, std::uint64_t effects, class Recorder, class Shade>
 void PathTracer<Real, effects, Recorder, Shade>::add_direct_light(
     Vertex& at, M lanes, [[maybe_unused]] std::uint32_t first) {
     if (none(lanes)) return;
-    const V zero(Real(0));
     const RandomLanes<Real> v = random_numbers<Real>(tables_.settings, at.id,
         at.number * I(U{dimension::blocks_per_vertex}) + I(U{dimension::first_vertex + dimension::light}));
     const Vec3<V> side = surface_side(at);
@@ -82,25 +81,41 @@ void PathTracer<Real, effects, Recorder, Shade>::add_direct_light(
         else
             return sample_light(tables_, receiver, v);
     }();
-    const V cosine = dot(at.facing, sample.direction);
-    M above = cosine > zero, within = sample.distance < V(tables_.limit);
+    const M lit = sees_sample(at, receiver, sample, lanes, time);
+    if (any(lit)) add_sample(at, first, side, sample, lit);
+}
+
+// Whether the receiver can get light from the sampled point, and no surface is between them.
+template <class Real, std::uint64_t effects, class Recorder, class Shade>
+template <class Sample>
+TANDEM_INLINE Mask<Real> PathTracer<Real, effects, Recorder, Shade>::sees_sample(
+    const Vertex& at, const Receiver<Real>& receiver, const Sample& sample, M lanes, V time) const {
+    const V zero(Real(0));
+    M above = dot(at.facing, sample.direction) > zero, within = sample.distance < V(tables_.limit);
     if constexpr (has(Effect::shading_normals))
-        if (!planted(PlantedBug::shading_guard_dropped)) above = above & (dot(side, sample.direction) > zero);
+        if (!planted(PlantedBug::shading_guard_dropped))
+            above = above & (dot(receiver.facing, sample.direction) > zero);
     if constexpr (general) {
         above = above | at.more.in_medium;
         within = within | sample.far;  // what a ray without a hit finds, wherever the interval of hits ends
     }
     const M reachable = lanes & sample.usable & above & (sample.distance >= V(tables_.t_min)) & within;
-    if (none(reachable)) return;
+    if (none(reachable)) return M{};
     V reach = sample.reach;
     if (planted(PlantedBug::shadow_limit_short)) reach = reach * V(static_cast<Real>(1.0 - planted_amount()));
     if (planted(PlantedBug::shadow_limit_long)) reach = reach * V(static_cast<Real>(1.0 + planted_amount()));
     const V limit = least(V(tables_.limit), reach);
     const Ray<V> shadow = make_ray(receiver.point, sample.direction, V(tables_.t_min), limit);
     const Departure<V> departure{at.surface.primitive, receiver.inside};
-    const M lit = reachable & !accelerator_.occluded(shadow, departure, sample.primitive, reachable, time);
-    if (none(lit)) return;
-    const S s_cosine = shaded(cosine), density = shaded(sample.density);
+    return reachable & !accelerator_.occluded(shadow, departure, sample.primitive, reachable, time);
+}
+
+// Adds A f cos L_e W_k / p of the sampled point.
+template <class Real, std::uint64_t effects, class Recorder, class Shade>
+template <class Sample>
+TANDEM_INLINE void PathTracer<Real, effects, Recorder, Shade>::add_sample(Vertex& at,
+    [[maybe_unused]] std::uint32_t first, [[maybe_unused]] const Vec3<V>& side, const Sample& sample, M lit) {
+    const S s_cosine = shaded(dot(at.facing, sample.direction)), density = shaded(sample.density);
     const ShadeMask s_lit = shaded(lit);
     S scattered = s_cosine * S(static_cast<Shade>(inverse_pi));  // f's C/pi times cos, and the density of scattering
     S transfer = scattered;
@@ -109,7 +124,7 @@ void PathTracer<Real, effects, Recorder, Shade>::add_direct_light(
         const Response response = respond(at, shaded(sample.direction), s_cosine, s_lit);
         scattered = response.density;
         transfer = response.transfer;
-        const V lead = select(sample.delta, zero, at.surface.error_bound * dot(side, sample.direction));
+        const V lead = select(sample.delta, V(Real(0)), at.surface.error_bound * dot(side, sample.direction));
         colour =
             response.colour * transmittance(first, at.surface.point, sample.direction, sample.distance + lead, lit);
     }

@@ -161,11 +161,21 @@ private:
     [[nodiscard]] Vec3<S> background(const Vec3<V>& direction, std::uint32_t first, M lanes) const;
     [[nodiscard]] TANDEM_INLINE static Vec3<V> surface_side(const Vertex& at);
     void meet_vertex(Vertex& at, std::uint32_t first, const Ray<V>& ray, const Hit<Real>& hit);
+    [[nodiscard]] Hit<Real> closest_hit(std::uint32_t first, const Ray<V>& ray, M active) const;
+    M meet(Vertex& at, std::uint32_t first, const Ray<V>& ray, const Hit<Real>& hit, M found);
     void find_place(Vertex& at, std::uint32_t first, const Hit<Real>& hit, V projection);
     [[nodiscard]] V start_before(const Vertex& at, std::uint32_t first, M alive, M crossed, V side) const;
     void add_emission(Vertex& at, std::uint32_t first, const Hit<Real>& hit, const Ray<V>& ray) const;
     void add_direct_light(Vertex& at, M lanes, std::uint32_t first);
+    template <class Sample>
+    [[nodiscard]] M sees_sample(
+        const Vertex& at, const Receiver<Real>& receiver, const Sample& sample, M lanes, V time) const;
+    template <class Sample>
+    void add_sample(Vertex& at, std::uint32_t first, const Vec3<V>& side, const Sample& sample, M lit);
     void scatter(Vertex& at, M lanes, std::uint32_t first);
+    struct Outcome;
+    [[nodiscard]] Outcome scatter_by_material(Vertex& at, ShadeMask all, const RandomLanes<Shade>& u) const;
+    void spawn_ray(Vertex& at, std::uint32_t first, const Vec3<V>& direction, V density, M alive);
     void play_roulette(const Vertex& at, S number, Vec3<S>& throughput, ShadeMask& alive) const;
     void retire(std::uint32_t first, M ended);
 
@@ -184,9 +194,13 @@ private:
     [[nodiscard]] Vec3<S> reflectance(ShadeInts material, S cosine) const;
     [[nodiscard, gnu::noinline]] Vec3<S> transmittance(
         std::uint32_t first, const Vec3<V>& origin, const Vec3<V>& direction, V distance, M lanes) const;
-    struct Outcome;
     [[gnu::noinline]] void scatter_specially(
         Vertex& at, ShadeMask lanes, const RandomLanes<Shade>& u, Outcome& outcome) const;
+    void pass_boundary(const Vertex& at, ShadeMask lanes, Outcome& outcome) const;
+    void scatter_in_medium(const Vertex& at, ShadeMask lanes, const RandomLanes<Shade>& u, Outcome& outcome) const;
+    void reflect_on_conductor(const Vertex& at, ShadeMask lanes, const RandomLanes<Shade>& u, Outcome& outcome) const;
+    void scatter_rough_diffuse(const Vertex& at, ShadeMask lanes, const RandomLanes<Shade>& u, Outcome& outcome) const;
+    void scatter_on_rough_glass(const Vertex& at, ShadeMask lanes, const RandomLanes<Shade>& u, Outcome& outcome) const;
     [[gnu::noinline]] void change_interiors(Vertex& at, std::uint32_t first, M crossed, M& alive);
     [[gnu::noinline]] void undo_crossing(std::uint32_t first, M lanes);
     void store_interiors(std::uint32_t slot, const InteriorList& list);
@@ -240,6 +254,15 @@ struct PathTracer<Real, effects, Recorder, Shade>::Vertex {
     [[no_unique_address]] std::conditional_t<general, More, NoState> more;
 };
 
+// What scattering makes of the paths of a packet. `absorbed` multiplies the throughput; 0 is the density of a specular
+// direction.
+template <class Real, std::uint64_t effects, class Recorder, class Shade>
+struct PathTracer<Real, effects, Recorder, Shade>::Outcome {
+    Vec3<S> direction, absorbed;
+    S density;
+    ShadeMask alive;
+};
+
 template <class Real, std::uint64_t effects, class Recorder, class Shade>
 TANDEM_INLINE RandomLanes<Shade> PathTracer<Real, effects, Recorder, Shade>::shading_numbers(
     const Vertex& at, std::uint32_t use) const {
@@ -290,6 +313,39 @@ TANDEM_INLINE void PathTracer<Real, effects, Recorder, Shade>::meet_vertex(
     }
 }
 
+template <class Real, std::uint64_t effects, class Recorder, class Shade>
+TANDEM_INLINE Hit<Real> PathTracer<Real, effects, Recorder, Shade>::closest_hit(
+    std::uint32_t first, const Ray<V>& ray, M active) const {
+    const Departure<V> departure{
+        load_ints<Real>(&paths_.primitive[first]), has_bit(load_ints<Real>(&paths_.inside[first]), U{1})};
+    if constexpr (moving)
+        return accelerator_.closest(ray, departure, active, load<Real>(&paths_.motion.time[first]));
+    else
+        return accelerator_.closest(ray, departure, active);
+}
+
+// The events at the vertices of `found` paths, up to the spawned ray. Returns the paths that go on.
+template <class Real, std::uint64_t effects, class Recorder, class Shade>
+TANDEM_INLINE Mask<Real> PathTracer<Real, effects, Recorder, Shade>::meet(
+    Vertex& at, std::uint32_t first, const Ray<V>& ray, const Hit<Real>& hit, M found) {
+    meet_vertex(at, first, ray, hit);
+    add_emission(at, first, hit, ray);
+    constexpr unsigned scattering =
+        general ? material_bits::scatters : material_bits::diffuse | material_bits::specular;
+    const M scatters = has_bit(at.bits, U{scattering}) &
+                       (at.number < I(static_cast<U>(std::min<std::uint32_t>(tables_.settings.bounces, 0x3FFFFFFEu)))) &
+                       found;
+    if (none(scatters)) return M{};
+    constexpr unsigned receiving = general ? material_bits::receives : material_bits::diffuse;
+    if constexpr (has(Effect::light_sampling))
+        if (samples_lights_) add_direct_light(at, scatters & has_bit(at.bits, U{receiving}), first);
+    M goes_on = scatters;
+    if constexpr (has(Effect::direct_only))
+        if (tables_.settings.integrator == Integrator::whitted) goes_on = goes_on & !has_bit(at.bits, U{receiving});
+    scatter(at, goes_on, first);
+    return scatters & (load_ints<Real>(&paths_.vertex[first]) == at.number + I(U{1}));
+}
+
 // One pass of the loop of section 9 for the paths in slots [first, first + width). False if all of them are idle.
 template <class Real, std::uint64_t effects, class Recorder, class Shade>
 bool PathTracer<Real, effects, Recorder, Shade>::advance(std::uint32_t first) {
@@ -299,13 +355,7 @@ bool PathTracer<Real, effects, Recorder, Shade>::advance(std::uint32_t first) {
     if (none(active)) return false;
     at.direction = load3(paths_.direction, first);
     const Ray<V> ray = make_ray(load3(paths_.origin, first), at.direction, V(tables_.t_min), V(tables_.limit));
-    const Departure<V> departure{
-        load_ints<Real>(&paths_.primitive[first]), has_bit(load_ints<Real>(&paths_.inside[first]), U{1})};
-    Hit<Real> hit;
-    if constexpr (moving)
-        hit = accelerator_.closest(ray, departure, active, load<Real>(&paths_.motion.time[first]));
-    else
-        hit = accelerator_.closest(ray, departure, active);
+    Hit<Real> hit = closest_hit(first, ray, active);
     at.throughput = shaded(load3(paths_.throughput, first));
     at.radiance = shaded(load3(paths_.radiance, first));
     M missed = active & !hit.found, found = hit.found;
@@ -321,30 +371,8 @@ bool PathTracer<Real, effects, Recorder, Shade>::advance(std::uint32_t first) {
     if (any(missed))
         at.radiance =
             select(shaded(missed), at.radiance + at.throughput * background(at.direction, first, missed), at.radiance);
-    M ended = active & !found;
-    if (any(found)) {
-        meet_vertex(at, first, ray, hit);
-        add_emission(at, first, hit, ray);
-        constexpr unsigned scattering =
-            general ? material_bits::scatters : material_bits::diffuse | material_bits::specular;
-        const M scatters =
-            has_bit(at.bits, U{scattering}) &
-            (at.number < I(static_cast<U>(std::min<std::uint32_t>(tables_.settings.bounces, 0x3FFFFFFEu)))) & found;
-        if (any(scatters)) {
-            constexpr unsigned receiving = general ? material_bits::receives : material_bits::diffuse;
-            if constexpr (has(Effect::light_sampling))
-                if (samples_lights_) add_direct_light(at, scatters & has_bit(at.bits, U{receiving}), first);
-            M goes_on = scatters;
-            if constexpr (has(Effect::direct_only))
-                if (tables_.settings.integrator == Integrator::whitted)
-                    goes_on = goes_on & !has_bit(at.bits, U{receiving});
-            scatter(at, goes_on, first);
-            ended = ended | !(load_ints<Real>(&paths_.vertex[first]) == at.number + I(U{1}));
-            ended = (ended | !scatters) & active;
-        } else {
-            ended = active;
-        }
-    }
+    M ended = active;
+    if (any(found)) ended = active & !meet(at, first, ray, hit, found);
     store3(paths_.radiance, first, geometric(at.radiance));
     if constexpr (Recorder::records) {
         record(at, first, ray, hit, missed, active);
@@ -371,13 +399,13 @@ TANDEM_INLINE void PathTracer<Real, effects, Recorder, Shade>::play_roulette(
     }
 }
 
-// Scattering, absorption and roulette; stores the state of paths that go on, with the next vertex number.
+// The direction, by the vertex's material.
 template <class Real, std::uint64_t effects, class Recorder, class Shade>
-void PathTracer<Real, effects, Recorder, Shade>::scatter(Vertex& at, M lanes, std::uint32_t first) {
+TANDEM_INLINE typename PathTracer<Real, effects, Recorder, Shade>::Outcome
+PathTracer<Real, effects, Recorder, Shade>::scatter_by_material(
+    Vertex& at, ShadeMask all, const RandomLanes<Shade>& u) const {
     using W = UnsignedOf<Shade>;
     const S zero(Shade(0)), one(Shade(1));
-    const RandomLanes<Shade> u = shading_numbers(at, dimension::scatter);
-    const ShadeMask all = shaded(lanes);
     const ShadeInts bits = shaded(at.bits), material = shaded(at.surface.material);
     const Vec3<S> facing = shaded(at.facing);
     const ShadeMask diffuse = has_bit(bits, W{material_bits::diffuse}) & all;
@@ -401,44 +429,58 @@ void PathTracer<Real, effects, Recorder, Shade>::scatter(Vertex& at, M lanes, st
         turned = select(diffuse, turned, scattered.direction);
         goes_on = (all & !specular) | scattered.alive;
     }
-    Vec3<S> absorbed = tables_.any_specular ? absorption(shading_, material, bits, at.colour) : at.colour;
-    if constexpr (general) {
-        Outcome outcome{turned, absorbed, density, goes_on};
-        scatter_specially(at, all & !(diffuse | specular), u, outcome);
-        turned = outcome.direction;
-        absorbed = outcome.absorbed;
-        density = outcome.density;
-        goes_on = outcome.alive;
-    }
+    const Vec3<S> absorbed = tables_.any_specular ? absorption(shading_, material, bits, at.colour) : at.colour;
+    Outcome outcome{turned, absorbed, density, goes_on};
+    if constexpr (general) scatter_specially(at, all & !(diffuse | specular), u, outcome);
+    return outcome;
+}
+
+// Scattering, absorption and roulette; stores the state of paths that go on, with the next vertex number.
+template <class Real, std::uint64_t effects, class Recorder, class Shade>
+void PathTracer<Real, effects, Recorder, Shade>::scatter(Vertex& at, M lanes, std::uint32_t first) {
+    const RandomLanes<Shade> u = shading_numbers(at, dimension::scatter);
+    const ShadeMask all = shaded(lanes);
+    Outcome outcome = scatter_by_material(at, all, u);
     if constexpr (has(Effect::shading_normals))
-        if (on(Effect::shading_normals)) goes_on = goes_on & on_one_side(at, turned);
+        if (on(Effect::shading_normals)) outcome.alive = outcome.alive & on_one_side(at, outcome.direction);
     if constexpr (crossing) {
         const ShadeMask passed = shaded(at.place.same_face) & all;
         if (any(passed)) {
-            turned = select(passed, shaded(at.direction), turned);
-            absorbed = select(passed, Vec3<S>{one, one, one}, absorbed);
-            goes_on = goes_on | passed;
+            const S one(Shade(1));
+            outcome.direction = select(passed, shaded(at.direction), outcome.direction);
+            outcome.absorbed = select(passed, Vec3<S>{one, one, one}, outcome.absorbed);
+            outcome.alive = outcome.alive | passed;
         }
     }
-    Vec3<S> throughput = at.throughput * absorbed;
+    Vec3<S> throughput = at.throughput * outcome.absorbed;
     if constexpr (Recorder::records)
-        recorder_.scattered = geometric(ShadeMask(goes_on & any_light(throughput))).to_bits();
-    play_roulette(at, u[3], throughput, goes_on);
-    M alive = geometric(goes_on);
+        recorder_.scattered = geometric(ShadeMask(outcome.alive & any_light(throughput))).to_bits();
+    play_roulette(at, u[3], throughput, outcome.alive);
+    const M alive = geometric(outcome.alive);
     if (none(alive)) return;
-    const Vec3<V> direction = geometric(turned);
+    spawn_ray(at, first, geometric(outcome.direction), geometric(outcome.density), alive);
+    store3(paths_.throughput, first, geometric(throughput));
+    if (planted(PlantedBug::throughput_half))
+        for (Slots<Real>& channel : paths_.throughput)
+            for (std::uint32_t i = first; i < first + lane_count<Real>; ++i)
+                channel[i] = static_cast<Real>(planted_half(static_cast<double>(channel[i])));
+}
+
+// Stores the rays of the paths that go on, and what the next vertex asks of this one. Ends those in too many bodies.
+template <class Real, std::uint64_t effects, class Recorder, class Shade>
+TANDEM_INLINE void PathTracer<Real, effects, Recorder, Shade>::spawn_ray(
+    Vertex& at, std::uint32_t first, const Vec3<V>& direction, V density, M alive) {
     const V side = dot(direction, at.surface.normal);
     M inside = side < V(Real(0));
     if constexpr (general) inside = inside & !at.more.in_medium;
     Vec3<V> origin = leaving_origin(tables_, at.surface, select(inside, -at.surface.normal, at.surface.normal));
-    V leaving_density = geometric(density);
     if constexpr (crossing) {
         const M crossed = alive & ((at.front & inside) | !(at.front | inside));
         const V start = start_before(at, first, alive, crossed, side);
         const M before = start > V(Real(0));
         if (any(before)) {
             origin = select(before, along(at.surface.point, -start, direction), origin);
-            leaving_density = select(before, -start, leaving_density);
+            density = select(before, -start, density);
             store_ints<Real>(&paths_.crossed.face[first], at.place.face);
         }
         if constexpr (general) {
@@ -449,14 +491,9 @@ void PathTracer<Real, effects, Recorder, Shade>::scatter(Vertex& at, M lanes, st
     }
     store3(paths_.origin, first, origin);
     store3(paths_.direction, first, direction);
-    store3(paths_.throughput, first, geometric(throughput));
     if constexpr (general)
         if (tables_.lights.tree.count > 0) store3(paths_.side.normal, first, surface_side(at));
-    if (planted(PlantedBug::throughput_half))
-        for (Slots<Real>& channel : paths_.throughput)
-            for (std::uint32_t i = first; i < first + lane_count<Real>; ++i)
-                channel[i] = static_cast<Real>(planted_half(static_cast<double>(channel[i])));
-    store<Real>(&paths_.density[first], leaving_density);
+    store<Real>(&paths_.density[first], density);
     store_ints<Real>(&paths_.primitive[first], at.surface.primitive);
     store_ints<Real>(&paths_.inside[first], select(inside, I(U{1}), I(U{0})));
     store_ints<Real>(&paths_.vertex[first], select(alive, at.number + I(U{1}), at.number));

@@ -79,6 +79,43 @@ TANDEM_INLINE Mask<Real> inside_sphere(
     return (own & from.inside) | ((!own) & (distance <= radius));
 }
 
+// Moves `patch` and `place` to the face of a cuboid, and the place on it, that v1 and v2 choose.
+template <class Real>
+TANDEM_INLINE void choose_cuboid_place(const LightTable<Real>& lights, Mask<Real> cuboid, Lanes<Real> v1,
+    Lanes<Real> v2, Ints<Real>& patch, Point2<Lanes<Real>>& place) {
+    using V = Lanes<Real>;
+    using U = UnsignedOf<Real>;
+    const V one(Real(1));
+    const Ints<Real> first = select(cuboid, patch, Ints<Real>(U{0}));
+    V low(Real(0)), high = one;
+    Ints<Real> face(U{0});
+    for (U f = 0; f < 6; ++f) {  // the face with low <= v1 < high
+        const V bound =
+            select(cuboid, lights.patch_cumulative[select(cuboid, first + Ints<Real>(f), Ints<Real>(U{0}))], one);
+        const Mask<Real> passed = v1 >= bound;
+        if (f < 5) face = select(passed, Ints<Real>(static_cast<U>(f + 1)), face);
+        low = select(passed, bound, low);
+        high = select((!passed) & (bound < high), bound, high);
+    }
+    patch = select(cuboid, patch + face, patch);
+    place = {select(cuboid, (v1 - low) / (high - low), place.x), select(cuboid, v2, place.y)};
+}
+
+// Is the point behind every face of the cuboid?
+template <class Real>
+TANDEM_INLINE Mask<Real> inside_cuboid(
+    const Tables<Real>& tables, Mask<Real> cuboid, Ints<Real> light, const Vec3<Lanes<Real>>& point) {
+    using U = UnsignedOf<Real>;
+    const LightTable<Real>& lights = tables.lights;
+    const Ints<Real> first = select(cuboid, lights.first_patch[light], Ints<Real>(U{0}));
+    Mask<Real> inside = cuboid;
+    for (U f = 0; f < 6; ++f) {
+        const Ints<Real> face = lights.patch_face[select(cuboid, first + Ints<Real>(f), Ints<Real>(U{0}))];
+        inside = inside & (dot(tables.faces.normal[face], point) <= tables.faces.offset[face]);
+    }
+    return inside;
+}
+
 template <bool moving = false, class Real>
 TANDEM_INLINE void sample_patch(const Tables<Real>& tables, const Receiver<Real>& from, Ints<Real> light,
     Lanes<Real> v1, Lanes<Real> v2, LightSample<Real>& sample) {
@@ -91,19 +128,7 @@ TANDEM_INLINE void sample_patch(const Tables<Real>& tables, const Receiver<Real>
     Mask<Real> solid{};
     if (lights.any_cuboid) {
         solid = lights.kind[light] == Ints<Real>(static_cast<U>(PrimitiveKind::cuboid));
-        const Ints<Real> first = select(solid, patch, Ints<Real>(U{0}));
-        V low = zero, high = one;
-        Ints<Real> face(U{0});
-        for (U f = 0; f < 6; ++f) {  // the face with low <= v1 < high
-            const V bound =
-                select(solid, lights.patch_cumulative[select(solid, first + Ints<Real>(f), Ints<Real>(U{0}))], one);
-            const Mask<Real> passed = v1 >= bound;
-            if (f < 5) face = select(passed, Ints<Real>(static_cast<U>(f + 1)), face);
-            low = select(passed, bound, low);
-            high = select((!passed) & (bound < high), bound, high);
-        }
-        patch = select(solid, patch + face, patch);
-        place = {select(solid, (v1 - low) / (high - low), place.x), select(solid, v2, place.y)};
+        choose_cuboid_place(lights, solid, v1, v2, patch, place);
     }
     const Ints<Real> face = lights.patch_face[patch];
     const Vec3<V> y = along(
@@ -125,16 +150,8 @@ TANDEM_INLINE void sample_patch(const Tables<Real>& tables, const Receiver<Real>
     Mask<Real> behind_counts = both & (cosine < zero);
     if (lights.any_cuboid) {
         Mask<Real> around = own & from.inside;
-        // A receiver is inside a convex body when it is behind every face of it.
-        Mask<Real> behind_all = solid & !own;
-        if (any(behind_all & behind_counts)) {
-            const Ints<Real> first = select(solid, lights.first_patch[light], Ints<Real>(U{0}));
-            for (U f = 0; f < 6; ++f) {
-                const Ints<Real> other = lights.patch_face[select(solid, first + Ints<Real>(f), Ints<Real>(U{0}))];
-                behind_all = behind_all & (dot(tables.faces.normal[other], from.point) <= tables.faces.offset[other]);
-            }
-        }
-        around = around | behind_all;
+        const Mask<Real> other = solid & !own;
+        if (any(other & behind_counts)) around = around | (other & inside_cuboid(tables, solid, light, from.point));
         behind_counts = behind_counts & ((!solid) | around);
     }
     // A surface does not light its own outside: it is flat or convex.
