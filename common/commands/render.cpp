@@ -269,6 +269,42 @@ ExitStatus serve(const RenderArguments& arguments, const CommandContext& context
     return ExitStatus::fine;
 }
 
+// Prints the result, and says how the command ends.
+ExitStatus conclude(const StoppedRender& result, const nlohmann::json& report, const RenderArguments& arguments,
+    bool is_part, const CommandContext& context) {
+    fmt::print("{}: {} samples a pixel in {:.2f} s, {:.3g} Mpaths/s{}{}\n", escaped(arguments.output),
+        samples_text(result.film), result.seconds, report.at("paths_per_second").get<double>() / 1e6,
+        error_text(result), result.complete ? "" : " (stopped early)");
+    if (result.film.invalid > 0) {
+        fmt::print(
+            stderr, "tandem: {} samples were negative or not finite (MODEL.md section 12)\n", result.film.invalid);
+        return ExitStatus::disagree;
+    }
+    if (!result.complete && is_part) return ExitStatus::undecided;  // for whoever waits for all of it
+    if (!result.complete && !context.stop.stop_requested()) {
+        fmt::print(stderr, "tandem: the image is black, so it has no relative error; --target-error cannot be met\n");
+        return ExitStatus::undecided;
+    }
+    return ExitStatus::fine;
+}
+
+// Refuses images and files that the command cannot write, before any work.
+void check_files(const RenderArguments& arguments, const StoppingRule& rule, const std::vector<std::string>& inputs,
+    const CommandContext& context) {
+    check_extra_images(arguments);
+    std::vector<Output> outputs = extra_outputs(arguments, rule);
+    outputs.insert(outputs.begin(),
+        {{"-o", arguments.output, OutputKind::image}, {"--resume", arguments.resume, OutputKind::image}});
+    check_outputs(context, outputs, inputs);
+    if (!arguments.resume.empty()) check_part_ending("--resume", arguments.resume);
+}
+
+void check_for_ranks(const RenderSettings& settings, const StoppingRule& rule) {
+    check_splittable(settings);
+    if (rule.relative_error)
+        throw UnsupportedError("--target-error: tries settings, which ranks cannot; give --samples");
+}
+
 ExitStatus render(const RenderArguments& arguments, const CommandContext& context) {
     const Stopwatch watch;
     const std::unique_ptr<Ranks> ranks = has_ranks() ? std::make_unique<Ranks>() : nullptr;
@@ -280,17 +316,8 @@ ExitStatus render(const RenderArguments& arguments, const CommandContext& contex
     const Scene scene = scene_from(arguments.scene, inputs);
     RenderSettings settings = settings_from(arguments.options, scene);
     StoppingRule rule = stopping_rule(arguments);
-    check_extra_images(arguments);
-    std::vector<Output> outputs = extra_outputs(arguments, rule);
-    outputs.insert(outputs.begin(),
-        {{"-o", arguments.output, OutputKind::image}, {"--resume", arguments.resume, OutputKind::image}});
-    check_outputs(context, outputs, inputs);
-    if (!arguments.resume.empty()) check_part_ending("--resume", arguments.resume);
-    if (ranks) {
-        check_splittable(settings);
-        if (rule.relative_error)
-            throw UnsupportedError("--target-error: tries settings, which ranks cannot; give --samples");
-    }
+    check_files(arguments, rule, inputs, context);
+    if (ranks) check_for_ranks(settings, rule);
     std::optional<Part> part = begun_part(arguments, settings, inputs);
     const SampleRange range = range_of(arguments);
 
@@ -334,20 +361,7 @@ ExitStatus render(const RenderArguments& arguments, const CommandContext& contex
     tell(tried, report);
     report["memory"] = memory.json();
     write_json(context, report);
-    fmt::print("{}: {} samples a pixel in {:.2f} s, {:.3g} Mpaths/s{}{}\n", escaped(arguments.output),
-        samples_text(result.film), result.seconds, report.at("paths_per_second").get<double>() / 1e6,
-        error_text(result), result.complete ? "" : " (stopped early)");
-    if (result.film.invalid > 0) {
-        fmt::print(
-            stderr, "tandem: {} samples were negative or not finite (MODEL.md section 12)\n", result.film.invalid);
-        return ExitStatus::disagree;
-    }
-    if (!result.complete && part) return ExitStatus::undecided;  // for whoever waits for all of it
-    if (!result.complete && !context.stop.stop_requested()) {
-        fmt::print(stderr, "tandem: the image is black, so it has no relative error; --target-error cannot be met\n");
-        return ExitStatus::undecided;
-    }
-    return ExitStatus::fine;
+    return conclude(result, report, arguments, part.has_value(), context);
 }
 
 }  // namespace

@@ -241,13 +241,14 @@ void draw_path(Panel& panel, const PathTrace& path, double width, const char* co
         if (std::isfinite(path.vertices[i].t)) panel.vertex(path.vertices[i].position, i, colour);
 }
 
-}  // namespace
+// What the view from above shows: the camera and the path's vertices first.
+struct Surroundings {
+    std::vector<glm::dvec3> places;
+    double extent = 0.0;  // of the path
+};
 
-std::string trace_picture(const Scene& scene, const RenderSettings& settings, const std::string& title,
-    const std::vector<std::uint32_t>& pixel, const std::vector<DrawnPath>& paths) {
-    std::vector<Line> outlines;
-    const int steps = steps_of_circles(scene);
-    for (const Entity& entity : scene.entities) add_entity(outlines, scene, entity, steps);
+Surroundings surroundings_of(
+    const Scene& scene, const std::vector<DrawnPath>& paths, const std::vector<Line>& outlines) {
     std::vector<glm::dvec3> places{scene.camera.position};
     for (const DrawnPath& drawn : paths)
         for (const TracedVertex& v : drawn.path->vertices)
@@ -260,9 +261,11 @@ std::string trace_picture(const Scene& scene, const RenderSettings& settings, co
     for (const Line& line : outlines)
         if (std::max(glm::distance(line.a, places[own - 1]), glm::distance(line.b, places[own - 1])) < extent)
             places.insert(places.end(), {line.a, line.b});
+    return {std::move(places), extent};
+}
 
-    const double scale = panel_side / std::max(settings.width, settings.height);
-    const double wide = scale * settings.width, high = scale * settings.height;
+// The picture's beginning, with its title and the names of the paths.
+std::string heading(const std::string& title, const std::vector<DrawnPath>& paths) {
     std::string out = fmt::format(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{0:.0f}\" height=\"{1:.0f}\" viewBox=\"0 0 {0:.0f} "
         "{1:.0f}\" "
@@ -272,10 +275,24 @@ std::string trace_picture(const Scene& scene, const RenderSettings& settings, co
     for (std::size_t i = 0; i < paths.size(); ++i)
         out += fmt::format("<text x=\"{}\" y=\"42\" fill=\"{}\">{}</text>\n", gap + 90.0 * static_cast<double>(i),
             colours[i % std::size(colours)], escaped_for_xml(paths[i].name));
-    out += fmt::format(
-        "<text x=\"{}\" y=\"42\" fill=\"#666\" text-anchor=\"end\">dashed: meets nothing; dotted: towards a "
-        "light</text>\n",
-        2.0 * (panel_side + gap));
+    return out +
+           fmt::format(
+               "<text x=\"{}\" y=\"42\" fill=\"#666\" text-anchor=\"end\">dashed: meets nothing; dotted: towards a "
+               "light</text>\n",
+               2.0 * (panel_side + gap));
+}
+
+}  // namespace
+
+std::string trace_picture(const Scene& scene, const RenderSettings& settings, const std::string& title,
+    const std::vector<std::uint32_t>& pixel, const std::vector<DrawnPath>& paths) {
+    std::vector<Line> outlines;
+    const int steps = steps_of_circles(scene);
+    for (const Entity& entity : scene.entities) add_entity(outlines, scene, entity, steps);
+    const Surroundings around = surroundings_of(scene, paths, outlines);
+    const double scale = panel_side / std::max(settings.width, settings.height);
+    const double wide = scale * settings.width, high = scale * settings.height;
+    std::string out = heading(title, paths);
     const auto panel = [&](const char* name, const char* caption, double x, double width, double height, View view,
                            CameraRay camera_ray) {
         out += fmt::format(
@@ -288,11 +305,11 @@ std::string trace_picture(const Scene& scene, const RenderSettings& settings, co
         // The first is the widest: those that lie upon it leave its rims to be seen.
         for (std::size_t i = 0; i < paths.size(); ++i)
             draw_path(drawing, *paths[i].path, 2.0 + 3.0 * static_cast<double>(paths.size() - 1 - i),
-                colours[i % std::size(colours)], extent, i == 0, camera_ray);
+                colours[i % std::size(colours)], around.extent, i == 0, camera_ray);
         if (camera_ray == CameraRay::drawn) drawing.name(scene.camera.position, "camera");
     };
     out += "<g fill=\"#222\">\n";
-    panel("plan", "from above: x to the right, z down", gap, panel_side, panel_side, view_from_above(places),
+    panel("plan", "from above: x to the right, z down", gap, panel_side, panel_side, view_from_above(around.places),
         CameraRay::drawn);
     out += "</svg>\n";
     panel("image", "as the camera sees it", 2.0 * gap + panel_side, wide, high,

@@ -298,11 +298,9 @@ void CostExperiment::time_hierarchies(double seconds, const CostControl& control
     for (std::size_t k = 0; k < timed.size(); ++k) arms_[timed[k]].hierarchy_seconds = median(times[k]);
 }
 
-bool CostExperiment::measure(
+std::optional<std::vector<std::size_t>> CostExperiment::try_speeds(
     const std::vector<std::string>& names, double seconds, CostSamples& samples, const CostControl& control) {
-    const double start = now_by(control);
     std::vector<std::size_t> taking_part;
-    std::uint64_t round = next_round(samples);
     // Trials are quadrupled until they are long enough: all of them together take up to six times that.
     const double long_enough =
         std::min(probe_seconds, probing_share * seconds / (6.0 * static_cast<double>(names.size())));
@@ -317,7 +315,7 @@ bool CostExperiment::measure(
             continue;
         }
         const auto speed = seconds_per_sample(*jobs_[i], long_enough, control);
-        if (!speed) return false;
+        if (!speed) return std::nullopt;
         ArmTrials& arm = samples_of(samples, arms_[i].name(), short_stage);
         if (arm.samples.empty()) {
             const double share = seconds / static_cast<double>(names.size() * most_replicates);
@@ -326,7 +324,7 @@ bool CostExperiment::measure(
             auto levels = denoisers_[i] ? denoised_levels(*jobs_[i], *denoisers_[i], *speed, share,
                                               std::max(most, seconds / static_cast<double>(names.size())), control)
                                         : levels_or_one(*speed, share, needed);
-            if (!levels) return false;
+            if (!levels) return std::nullopt;
             arm.samples = std::move(*levels);
         }
         if (arm.samples.empty()) {
@@ -336,6 +334,16 @@ bool CostExperiment::measure(
         }
         taking_part.push_back(i);
     }
+    return taking_part;
+}
+
+bool CostExperiment::measure(
+    const std::vector<std::string>& names, double seconds, CostSamples& samples, const CostControl& control) {
+    const double start = now_by(control);
+    std::uint64_t round = next_round(samples);
+    std::optional<std::vector<std::size_t>> tried = try_speeds(names, seconds, samples, control);
+    if (!tried) return false;
+    std::vector<std::size_t>& taking_part = *tried;
     std::mt19937_64 order(seed_ + round);
     std::size_t done = 0;
     for (; !control.stop.stop_requested(); ++done, ++round) {

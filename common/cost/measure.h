@@ -89,6 +89,11 @@ public:
 
 private:
     struct Renderers;
+    // Warms the device up, and times a sample of each arm. Arms without samples get their counts. Returns the arms that
+    // have time for a replicate, or nothing where a stop came.
+    std::optional<std::vector<std::size_t>> try_speeds(
+        const std::vector<std::string>& names, double seconds, CostSamples& samples, const CostControl& control);
+
     const Scene& scene_;
     std::unique_ptr<Renderers> renderers_;
     std::uint64_t seed_;

@@ -107,7 +107,10 @@ FrameImage::FrameImage(const Device& device, const ImagePattern& pattern, const 
             ImageSpec{.size = shown.size, .usage = Usage::eStorage | Usage::eTransferSrc, .tiling = pattern.tiling});
     }
     make_sets(sums);
-    if (draws()) make_passes();
+    if (draws()) {
+        make_passes();
+        make_framebuffers();
+    }
     make_pipelines();
 }
 
@@ -206,6 +209,9 @@ void FrameImage::make_passes() {
         default:
             add({shown}, {draw}, {begin, end(0)});
     }
+}
+
+void FrameImage::make_framebuffers() {
     for (std::size_t pass = 0; pass < passes_.size(); ++pass) {
         std::vector<vk::raii::Framebuffer>& framebuffers = framebuffers_.emplace_back();
         for (const ShownImages::One& image : shown_.images) {

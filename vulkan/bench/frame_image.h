@@ -66,6 +66,7 @@ private:
 
     void make_sets(const std::array<vk::DescriptorBufferInfo, 2>& sums);
     void make_passes();
+    void make_framebuffers();
     void make_pipelines();
     void bind(const vk::raii::CommandBuffer& commands, vk::PipelineBindPoint point, std::size_t set) const;
     void record_kernel(const vk::raii::CommandBuffer& commands, std::size_t set) const;
