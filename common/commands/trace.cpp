@@ -65,6 +65,18 @@ std::string met(const Result& result, const TracedVertex& vertex) {
         material.empty() ? "" : ", material" + quoted(material));
 }
 
+// The oracle and the first tracer tell the direction alone.
+bool is_told(const TracedLight& light) { return light.pdf > 0.0; }
+
+void print_light(const TracedVertex& vertex, const char* indent) {
+    const TracedLight& light = vertex.next_event;
+    fmt::print("{}a light seen to {} brought {}\n", indent, text_of(light.direction), text_of(vertex.light));
+    if (!is_told(light)) return;
+    fmt::print("{}  of radiance {}, pdf {:.6g}, MIS weight {:.6g}, BSDF with cosine {}{}\n", indent,
+        text_of(light.radiance), light.pdf, light.weight, text_of(light.response),
+        light.transmittance == glm::dvec3(1.0) ? "" : ", transmittance " + text_of(light.transmittance));
+}
+
 void print_whole(const Result& result, const std::string& name, const TracedVertex& vertex) {
     fmt::print("  {:<8}{}: {}\n", name, met(result, vertex), event_name(result.scene, vertex));
     constexpr const char* indent = "          ";
@@ -74,8 +86,11 @@ void print_whole(const Result& result, const std::string& name, const TracedVert
     if (vertex.end == PathEnd::goes_on)
         fmt::print("{}goes on to {}, pdf {}, weight {}\n", indent, text_of(vertex.next_direction),
             vertex.pdf > 0.0 ? fmt::format("{:.6g}", vertex.pdf) : "none", text_of(weight_of(vertex)));
-    if (vertex.light != glm::dvec3(0.0))
-        fmt::print("{}a light seen to {} brought {}\n", indent, text_of(vertex.light_direction), text_of(vertex.light));
+    if (vertex.survival > 0.0 && vertex.survival < 1.0)
+        fmt::print("{}left by roulette with probability {:.6g}\n", indent, vertex.survival);
+    if (vertex.found_weight > 0.0 && vertex.found_weight < 1.0)
+        fmt::print("{}the light met there has MIS weight {:.6g}\n", indent, vertex.found_weight);
+    if (vertex.light != glm::dvec3(0.0)) print_light(vertex, indent);
     fmt::print("{}throughput {}, radiance so far {}\n", indent, text_of(vertex.throughput), text_of(vertex.radiance));
 }
 
@@ -151,6 +166,18 @@ nlohmann::json index_or_null(std::uint32_t index) {
     return index == no_index ? nlohmann::json() : nlohmann::json(index);
 }
 
+nlohmann::json positive_or_null(double value) { return value > 0.0 ? nlohmann::json(value) : nlohmann::json(); }
+
+nlohmann::json json_of_light(const TracedVertex& vertex) {
+    if (vertex.light == glm::dvec3(0.0)) return {};
+    const TracedLight& light = vertex.next_event;
+    nlohmann::json result{{"direction", json_of(light.direction)}};
+    if (!is_told(light)) return result;
+    result.update({{"radiance", json_of(light.radiance)}, {"pdf", light.pdf}, {"response", json_of(light.response)},
+        {"transmittance", json_of(light.transmittance)}, {"weight", light.weight}});
+    return result;
+}
+
 nlohmann::json json_of(const Result& result, const Traced& traced) {
     nlohmann::json vertices = nlohmann::json::array();
     for (const TracedVertex& v : traced.trace.vertices) {
@@ -163,8 +190,10 @@ nlohmann::json json_of(const Result& result, const Traced& traced) {
             {"in_medium", v.in_medium}, {"throughput", json_of(v.throughput)}, {"radiance", json_of(v.radiance)},
             {"next_direction", if_any(goes_on, v.next_direction)},
             {"next_throughput", if_any(goes_on, v.next_throughput)}, {"weight", if_any(goes_on, weight_of(v))},
-            {"light_direction", if_any(v.light != glm::dvec3(0.0), v.light_direction)}, {"light", json_of(v.light)},
-            {"pdf", goes_on && v.pdf > 0.0 ? nlohmann::json(v.pdf) : nlohmann::json()}});
+            {"light", json_of(v.light)}, {"next_event", json_of_light(v)},
+            {"shading_normal", if_any(v.shading_normal != glm::dvec3(0.0), v.shading_normal)},
+            {"found_weight", positive_or_null(v.found_weight)}, {"survival", positive_or_null(v.survival)},
+            {"pdf", positive_or_null(goes_on ? v.pdf : 0.0)}});
     }
     return {{"backend", traced.name}, {"device", traced.info.device}, {"driver", traced.info.driver},
         {"vertices", vertices}, {"radiance", json_of(traced.trace.radiance)}};

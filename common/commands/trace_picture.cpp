@@ -233,7 +233,7 @@ void draw_path(Panel& panel, const PathTrace& path, double width, const char* co
         }
         if (&v != path.vertices.data() || camera_ray == CameraRay::drawn) panel.line({v.origin, v.position}, style);
         if (v.light != glm::dvec3(0.0))
-            panel.line({v.position, v.position + 0.15 * extent * v.light_direction},
+            panel.line({v.position, v.position + 0.15 * extent * v.next_event.direction},
                 "stroke=\"#e90\" stroke-width=\"1\" stroke-dasharray=\"2 3\"");
     }
     if (!numbered) return;

@@ -158,7 +158,14 @@ public:
         return job_->render_pixels(range, pixels, control);
     }
     [[nodiscard]] std::vector<PathTrace> trace(std::uint32_t x, std::uint32_t y, SampleRange samples) override {
-        std::vector<PathTrace> traces = job_->trace(x, y, samples);
+        return moved_back(job_->trace(x, y, samples), x, y, samples);
+    }
+    [[nodiscard]] std::vector<PathTrace> trace_with(
+        ChangedNumber changed, std::uint32_t x, std::uint32_t y, SampleRange samples) override {
+        return moved_back(job_->trace_with(changed, x, y, samples), x, y, samples);
+    }
+    [[nodiscard]] std::vector<PathTrace> moved_back(
+        std::vector<PathTrace> traces, std::uint32_t x, std::uint32_t y, SampleRange samples) const {
         for (std::size_t i = 0; i < traces.size(); ++i) {
             const dvec3 place = origin_of(y * width_ + x, samples.begin + i);
             for (TracedVertex& vertex : traces[i].vertices) move_back(vertex, place);

@@ -23,11 +23,23 @@ enum class PathEnd : std::uint32_t {
     invalid        // a ninth body (9.4)
 };
 
-// What befell the path from one vertex to the next.
+// A light that was sampled (9.2), and seen. It brought A f L T w / p.
+struct TracedLight {
+    glm::dvec3 direction{0.0};      // to it
+    glm::dvec3 radiance{0.0};       // L; of lights without a surface what MODEL.md 8.3 has in its place
+    double pdf = 0.0;               // p, of the direction, the choice of the light included
+    glm::dvec3 response{0.0};       // f with its cosine
+    glm::dvec3 transmittance{1.0};  // T of the medium on the way
+    double weight = 0.0;            // w against scattering
+    bool operator==(const TracedLight&) const = default;
+};
+
+// What befell the path from one vertex to the next. Zero: what a renderer does not tell of.
 struct TracedVertex {
     glm::dvec3 origin{0.0}, direction{0.0};                   // of the ray that arrives
     double t = std::numeric_limits<double>::infinity();       // its length; infinite where it met nothing
     glm::dvec3 position{0.0}, normal{0.0};                    // where it ends; normal to the front, zero off surfaces
+    glm::dvec3 shading_normal{0.0};                           // on the side that the ray comes from (5.4)
     std::uint32_t primitive = no_index, material = no_index;  // primitive id (MODEL.md section 5)
     bool in_medium = false;                                   // scattered before any surface (section 10)
     glm::dvec3 throughput{1.0};                               // A of the arriving ray, the medium on its way included
@@ -37,14 +49,22 @@ struct TracedVertex {
     // as a mirror's). A is that of the new ray, roulette included.
     glm::dvec3 next_direction{0.0}, next_throughput{0.0};
     double pdf = 0.0;
-    // Next event (9.2): the direction in which a light was sampled, and what that brought; zero: none.
-    glm::dvec3 light_direction{0.0}, light{0.0};
+    double survival = 0.0;      // the chance that roulette left it (9.3)
+    double found_weight = 0.0;  // W of light that scattering found (9.2)
+    glm::dvec3 light{0.0};      // what a next event brought; zero: none
+    TracedLight next_event{};   // and how
     bool operator==(const TracedVertex&) const = default;
 };
 
 struct PathTrace {
     std::vector<TracedVertex> vertices;
     glm::dvec3 radiance{0.0};  // of the sample, as the renderer has it before section 12
+};
+
+// A random number that is taken to be another one, in all paths traced: u + 1/2 mod 1. So it shows what it decides.
+struct ChangedNumber {
+    std::uint32_t block = no_index;  // of MODEL.md section 3; no_index: none
+    std::uint32_t number = 0;        // 0 ... 3 in the block
 };
 
 // The factor by which the vertex changed A, roulette included; 0 in channels that brought nothing.

@@ -57,6 +57,11 @@ std::vector<PathTrace> RenderJob::trace(std::uint32_t /*x*/, std::uint32_t /*y*/
     throw UnsupportedError("this renderer cannot follow a single path");
 }
 
+std::vector<PathTrace> RenderJob::trace_with(
+    ChangedNumber /*changed*/, std::uint32_t /*x*/, std::uint32_t /*y*/, SampleRange /*samples*/) {
+    throw UnsupportedError("this renderer cannot follow a path with a random number changed");
+}
+
 void check_one_block(SampleRange samples) {
     if (samples.end <= samples.begin || samples.begin / samples_per_block != (samples.end - 1) / samples_per_block)
         throw Error(fmt::format("first vertices: samples {} to {} are not of one block of {}", samples.begin,

@@ -24,8 +24,9 @@
 
 namespace tandem {
 
-struct PathTrace;     // common/render/path_trace.h
-struct TracedVertex;  // there, too
+struct ChangedNumber;  // path_trace.h
+struct PathTrace;      // common/render/path_trace.h
+struct TracedVertex;   // there, too
 
 // - single: every operation is rounded by itself.
 // - double: all arithmetic is in double precision.
@@ -170,6 +171,9 @@ public:
     // The paths of samples of pixel (x, y), vertex by vertex: the very ones that render() follows. Throws
     // UnsupportedError, with the reason, where this job cannot.
     [[nodiscard]] virtual std::vector<PathTrace> trace(std::uint32_t x, std::uint32_t y, SampleRange samples);
+    // The same with a number changed. Throws UnsupportedError where this job cannot.
+    [[nodiscard]] virtual std::vector<PathTrace> trace_with(
+        ChangedNumber changed, std::uint32_t x, std::uint32_t y, SampleRange samples);
     // Finds the first vertices of the paths of all pixels of the job's film. They are bit for bit those that trace()
     // gives. `samples` are of one block. `visit` is called once for each pixel, by several threads at once. False after
     // a stop: pixels are left out. Throws as trace() does, and Error for samples of two blocks.

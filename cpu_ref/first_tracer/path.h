@@ -94,7 +94,7 @@ private:
         shadow.direction = light->direction;
         const double cosine = glm::dot(in.normal, light->direction);
         if (!(cosine > 0.0) || !world_.reaches(shadow, light->primitive, light->distance)) return dvec3(0.0);
-        seen.light_direction = light->direction;
+        seen.next_event.direction = light->direction;
         const double weight = settings_.mis ? power_heuristic(light->density, cosine / pi) : 1.0;
         return path.throughput * (in.material.colour / pi) * cosine * light->radiance / light->density * weight;
     }

@@ -126,7 +126,7 @@ dvec3 PathSampler::direct_light(
         if (part == dvec3(0.0)) return part;
         seen.light =
             path.throughput * part * arriving(path, vertex, sample->direction, sample->distance, sample->primitive);
-        if (seen.light != dvec3(0.0)) seen.light_direction = sample->direction;
+        if (seen.light != dvec3(0.0)) seen.next_event.direction = sample->direction;
         return seen.light;
     }
     dvec3 sum(0.0);

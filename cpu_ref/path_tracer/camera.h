@@ -36,11 +36,9 @@ struct CameraRay {
 };
 template <class Real>
 TANDEM_INLINE CameraRay<Real> camera_ray(
-    const Tables<Real>& tables, const SampleId<Real>& id, const CameraFrame<Lanes<Real>>& frame) {
+    const Tables<Real>& tables, const SampleId<Real>& id, const CameraFrame<Lanes<Real>>& frame, RandomLanes<Real> u) {
     using V = Lanes<Real>;
-    using U = UnsignedOf<Real>;
     const CameraForm<Real>& camera = tables.camera;
-    RandomLanes<Real> u = random_numbers<Real>(tables.settings, id, Ints<Real>(U{dimension::film_and_lens}));
     if (const PixelFilter filter = tables.settings.filter; filter != PixelFilter::box) [[unlikely]]
         for (std::size_t axis = 0; axis < 2; ++axis) u[axis] = place_by_filter(filter, u[axis]);
     Ints<Real> x, y;

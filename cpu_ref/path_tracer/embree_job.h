@@ -127,6 +127,10 @@ public:
     std::vector<PathTrace> trace(std::uint32_t x, std::uint32_t y, SampleRange samples) override {
         return traced_paths(tables_, shading_.get(), accelerator_, x, y, samples);
     }
+    std::vector<PathTrace> trace_with(
+        ChangedNumber changed, std::uint32_t x, std::uint32_t y, SampleRange samples) override {
+        return traced_paths(tables_, shading_.get(), accelerator_, x, y, samples, changed);
+    }
     bool first_vertices(
         FilmSize film, SampleRange samples, const RenderControl& control, const FirstVertexVisitor& visit) override {
         check_one_block(samples);

@@ -36,8 +36,8 @@ Mask<Real> PathTracer<Real, effects, Recorder, Shade>::cross_media(
     const I medium = load_ints<Real>(&paths_.interiors.medium[first]);
     const M within = active & !(medium == I(U{no_index}));
     if (none(within)) return at.more.in_medium;
-    const RandomLanes<Real> m = random_numbers<Real>(tables_.settings, at.id,
-        at.number * I(U{dimension::blocks_per_vertex}) + I(U{dimension::first_vertex + medium_of_vertex}));
+    const RandomLanes<Real> m = numbers<Real>(
+        at.id, at.number * I(U{dimension::blocks_per_vertex}) + I(U{dimension::first_vertex + medium_of_vertex}));
     Vec3<S> weight{S(Shade(1)), S(Shade(1)), S(Shade(1))};
     unsigned scattered = 0;
     for_each_lane(within, [&](int lane) {

@@ -9,7 +9,7 @@ namespace tandem::cpu {
 // Section 8: B, and W_k where it is a light (section 9.2).
 template <class Real, std::uint64_t effects, class Recorder, class Shade>
 Vec3<Lanes<Shade>> PathTracer<Real, effects, Recorder, Shade>::background(
-    const Vec3<V>& direction, [[maybe_unused]] std::uint32_t first, [[maybe_unused]] M lanes) const {
+    const Vec3<V>& direction, [[maybe_unused]] std::uint32_t first, [[maybe_unused]] M lanes) {
     if constexpr (!has(Effect::background_image) && !has(Effect::sampled_background))
         return mixed_background(shading_, shaded(direction));
     const Vec3<S> light = background_radiance(shading_, shaded(direction), shaded(lanes));
@@ -19,13 +19,15 @@ Vec3<Lanes<Shade>> PathTracer<Real, effects, Recorder, Shade>::background(
     if (none(found)) return light;
     const V sampled = background_density(tables_, direction, found);
     const M weighted = found & (sampled > zero);
-    return light * shaded(select(weighted, weighs_ ? power_heuristic(scattered, sampled) : zero, one));
+    const V weight = select(weighted, weighs_ ? power_heuristic(scattered, sampled) : zero, one);
+    if constexpr (Recorder::records) record_at_hand(&TracedVertex::found_weight, weight, lanes);
+    return light * shaded(weight);
 }
 
 // Adds A L_e W_k.
 template <class Real, std::uint64_t effects, class Recorder, class Shade>
 void PathTracer<Real, effects, Recorder, Shade>::add_emission(
-    Vertex& at, std::uint32_t first, const Hit<Real>& hit, const Ray<V>& ray) const {
+    Vertex& at, std::uint32_t first, const Hit<Real>& hit, const Ray<V>& ray) {
     M emits = hit.found & has_bit(at.bits, U{material_bits::emits}) &
               (at.front | has_bit(at.bits, U{material_bits::both_sides}));
     if constexpr (crossing) emits = emits & !at.place.same_face;
@@ -56,8 +58,10 @@ void PathTracer<Real, effects, Recorder, Shade>::add_emission(
         const M weighted = samples_lights_ ? emits & (scattered > zero) & (sampled > zero) : M{};
         if (any(weighted)) {
             const bool swapped = planted(PlantedBug::heuristic_swapped);
-            const V weight = swapped ? power_heuristic(sampled, scattered) : power_heuristic(scattered, sampled);
-            light = light * shaded(select(weighted, weighs_ ? weight : zero, one));
+            const V heuristic = swapped ? power_heuristic(sampled, scattered) : power_heuristic(scattered, sampled);
+            const V weight = select(weighted, weighs_ ? heuristic : zero, one);
+            if constexpr (Recorder::records) record_at_hand(&TracedVertex::found_weight, weight, emits);
+            light = light * shaded(weight);
         }
     }
     at.radiance = select(shaded(emits), at.radiance + at.throughput * light, at.radiance);
@@ -68,8 +72,8 @@ template <class Real, std::uint64_t effects, class Recorder, class Shade>
 void PathTracer<Real, effects, Recorder, Shade>::add_direct_light(
     Vertex& at, M lanes, [[maybe_unused]] std::uint32_t first) {
     if (none(lanes)) return;
-    const RandomLanes<Real> v = random_numbers<Real>(tables_.settings, at.id,
-        at.number * I(U{dimension::blocks_per_vertex}) + I(U{dimension::first_vertex + dimension::light}));
+    const RandomLanes<Real> v = numbers<Real>(
+        at.id, at.number * I(U{dimension::blocks_per_vertex}) + I(U{dimension::first_vertex + dimension::light}));
     const Vec3<V> side = surface_side(at);
     Receiver<Real> receiver{leaving_origin(tables_, at.surface, side), side, at.surface.primitive, !at.front};
     if constexpr (general) receiver.in_medium = at.more.in_medium;
@@ -120,13 +124,14 @@ TANDEM_INLINE void PathTracer<Real, effects, Recorder, Shade>::add_sample(Vertex
     S scattered = s_cosine * S(static_cast<Shade>(inverse_pi));  // f's C/pi times cos, and the density of scattering
     S transfer = scattered;
     Vec3<S> colour = at.colour;
+    [[maybe_unused]] Vec3<S> transmitted{};
     if constexpr (general) {
         const Response response = respond(at, shaded(sample.direction), s_cosine, s_lit);
         scattered = response.density;
         transfer = response.transfer;
         const V lead = select(sample.delta, V(Real(0)), at.surface.error_bound * dot(side, sample.direction));
-        colour =
-            response.colour * transmittance(first, at.surface.point, sample.direction, sample.distance + lead, lit);
+        transmitted = transmittance(first, at.surface.point, sample.direction, sample.distance + lead, lit);
+        colour = response.colour;
     }
     S weight = weighs_ ? power_heuristic(density, scattered) : S(Shade(1));
     if (planted(PlantedBug::balance_on_one_side)) weight = density / (density + scattered);
@@ -141,8 +146,10 @@ TANDEM_INLINE void PathTracer<Real, effects, Recorder, Shade>::add_sample(Vertex
         const S whole(Shade(1));
         weight = weighs_ ? select(shaded(sample.delta), whole, weight) : whole;
         const Vec3<S> light = shaded(sample.radiance) * S(transfer / density * weight);
-        const Vec3<S> brought = at.throughput * colour * light;
-        if constexpr (Recorder::records) record_light(sample.direction, brought, lit);
+        const Vec3<S> brought = at.throughput * (colour * transmitted) * light;
+        if constexpr (Recorder::records)
+            record_light({sample.direction, shaded(sample.radiance), density, colour * transfer, transmitted, weight},
+                brought, lit);
         at.radiance = select(s_lit, at.radiance + brought, at.radiance);
     } else {
         const Vec3<S> light = shading_.materials.radiance[shaded(sample.material)] * S(transfer / density * weight);

@@ -28,13 +28,11 @@ void PathTracer<Real, effects, Recorder, Shade>::refill() {
         CameraFrame<V> frame = camera_at_rest(tables_.camera);
         [[maybe_unused]] V time(Real(0));
         if constexpr (moving) {
-            if (tables_.moves || tables_.camera.moves)
-                time = random_numbers<Real>(tables_.settings, id, I(U{time_block}))[0];
-            if (planted(PlantedBug::time_dimension_shared))
-                time = random_numbers<Real>(tables_.settings, id, I(U{dimension::film_and_lens}))[3];
+            if (tables_.moves || tables_.camera.moves) time = numbers<Real>(id, I(U{time_block}))[0];
+            if (planted(PlantedBug::time_dimension_shared)) time = numbers<Real>(id, I(U{dimension::film_and_lens}))[3];
             if (tables_.camera.moves) frame = camera_at(tables_.camera, time);
         }
-        const CameraRay<Real> ray = camera_ray(tables_, id, frame);
+        const CameraRay<Real> ray = camera_ray(tables_, id, frame, numbers<Real>(id, I(U{dimension::film_and_lens})));
         const std::array<V, 6> values{
             ray.origin.x, ray.origin.y, ray.origin.z, ray.direction.x, ray.direction.y, ray.direction.z};
         for (std::uint32_t i = 0; i < count; ++i) {

@@ -19,8 +19,9 @@ struct PathRecorder {
     static constexpr bool records = true;
     static constexpr std::size_t most_lanes = 32;
     bool first_only = false;
-    std::vector<TracedVertex> vertices;                             // first_only: by the number of the path
-    std::array<glm::dvec3, most_lanes> light_direction{}, light{};  // of the vertices at hand, by lane
+    ChangedNumber changed{};
+    std::vector<TracedVertex> vertices;              // first_only: by the number of the path
+    std::array<TracedVertex, most_lanes> at_hand{};  // by lane, what is known before the vertex is done
     unsigned scattered = 0;  // lanes whose last scattering gave a direction and left light to carry
 
     // A vertex to fill in.

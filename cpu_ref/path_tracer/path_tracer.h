@@ -156,16 +156,18 @@ private:
     TANDEM_INLINE static auto geometric(const Shaded& a) {
         return lanes_as<Real>(a);
     }
+    template <class X>
+    [[nodiscard]] TANDEM_INLINE RandomLanes<X> numbers(const SampleId<X>& id, Ints<X> block) const;
     // Block `use` of the vertex.
     TANDEM_INLINE RandomLanes<Shade> shading_numbers(const Vertex& at, std::uint32_t use) const;
-    [[nodiscard]] Vec3<S> background(const Vec3<V>& direction, std::uint32_t first, M lanes) const;
+    [[nodiscard]] Vec3<S> background(const Vec3<V>& direction, std::uint32_t first, M lanes);
     [[nodiscard]] TANDEM_INLINE static Vec3<V> surface_side(const Vertex& at);
     void meet_vertex(Vertex& at, std::uint32_t first, const Ray<V>& ray, const Hit<Real>& hit);
     [[nodiscard]] Hit<Real> closest_hit(std::uint32_t first, const Ray<V>& ray, M active) const;
     M meet(Vertex& at, std::uint32_t first, const Ray<V>& ray, const Hit<Real>& hit, M found);
     void find_place(Vertex& at, std::uint32_t first, const Hit<Real>& hit, V projection);
     [[nodiscard]] V start_before(const Vertex& at, std::uint32_t first, M alive, M crossed, V side) const;
-    void add_emission(Vertex& at, std::uint32_t first, const Hit<Real>& hit, const Ray<V>& ray) const;
+    void add_emission(Vertex& at, std::uint32_t first, const Hit<Real>& hit, const Ray<V>& ray);
     void add_direct_light(Vertex& at, M lanes, std::uint32_t first);
     template <class Sample>
     [[nodiscard]] M sees_sample(
@@ -176,7 +178,7 @@ private:
     struct Outcome;
     [[nodiscard]] Outcome scatter_by_material(Vertex& at, ShadeMask all, const RandomLanes<Shade>& u) const;
     void spawn_ray(Vertex& at, std::uint32_t first, const Vec3<V>& direction, V density, M alive);
-    void play_roulette(const Vertex& at, S number, Vec3<S>& throughput, ShadeMask& alive) const;
+    void play_roulette(const Vertex& at, S number, Vec3<S>& throughput, ShadeMask& alive);
     void retire(std::uint32_t first, M ended);
 
     // path_effects.h
@@ -208,7 +210,16 @@ private:
 
     // traced_path.cpp.in: for recorders that record.
     [[nodiscard]] static ShadeMask any_light(const Vec3<S>& throughput);
-    void record_light(const Vec3<V>& direction, const Vec3<S>& brought, M lit);
+    struct SeenLight {  // as TracedLight
+        Vec3<V> direction;
+        Vec3<S> radiance;
+        S density;
+        Vec3<S> response, transmittance;
+        S weight;
+    };
+    void record_light(const SeenLight& light, const Vec3<S>& brought, M lit);
+    template <class X>
+    void record_at_hand(double TracedVertex::*figure, const X& value, M lanes);
     void record(const Vertex& at, std::uint32_t first, const Ray<V>& ray, const Hit<Real>& hit, M missed, M active);
     [[nodiscard]] PathEnd end_of(const Vertex& at, int lane) const;
 
@@ -264,11 +275,24 @@ struct PathTracer<Real, effects, Recorder, Shade>::Outcome {
 };
 
 template <class Real, std::uint64_t effects, class Recorder, class Shade>
+template <class X>
+TANDEM_INLINE RandomLanes<X> PathTracer<Real, effects, Recorder, Shade>::numbers(
+    const SampleId<X>& id, Ints<X> block) const {
+    RandomLanes<X> u = random_numbers<X>(tables_.settings, id, block);
+    if constexpr (Recorder::records) {
+        Lanes<X>& changed = u[recorder_.changed.number];
+        for (int i = 0; i < lane_count<X>; ++i)
+            if (block.v[i] == recorder_.changed.block) changed.v[i] += changed.v[i] < X(0.5) ? X(0.5) : X(-0.5);
+    }
+    return u;
+}
+
+template <class Real, std::uint64_t effects, class Recorder, class Shade>
 TANDEM_INLINE RandomLanes<Shade> PathTracer<Real, effects, Recorder, Shade>::shading_numbers(
     const Vertex& at, std::uint32_t use) const {
     using W = UnsignedOf<Shade>;
     const SampleId<Shade> id{shaded(at.id.pixel), shaded(at.id.sample_low), shaded(at.id.sample_high)};
-    return random_numbers<Shade>(tables_.settings, id,
+    return numbers<Shade>(id,
         shaded(at.number) * ShadeInts(W{dimension::blocks_per_vertex}) + ShadeInts(W{dimension::first_vertex} + use));
 }
 
@@ -385,7 +409,7 @@ bool PathTracer<Real, effects, Recorder, Shade>::advance(std::uint32_t first) {
 // Ends paths without throughput, and those that roulette chooses (section 9.3).
 template <class Real, std::uint64_t effects, class Recorder, class Shade>
 TANDEM_INLINE void PathTracer<Real, effects, Recorder, Shade>::play_roulette(
-    const Vertex& at, S number, Vec3<S>& throughput, ShadeMask& alive) const {
+    const Vertex& at, S number, Vec3<S>& throughput, ShadeMask& alive) {
     const S zero(Shade(0)), one(Shade(1));
     const S strongest = greatest(greatest(throughput.x, throughput.y), throughput.z);
     alive = alive & !(strongest == zero);
@@ -393,6 +417,8 @@ TANDEM_INLINE void PathTracer<Real, effects, Recorder, Shade>::play_roulette(
         // Event number k + 1 is the vertex number plus one.
         const ShadeMask played = shaded(!(at.number + I(U{1}) < I(U{tables_.settings.roulette_start})));
         const S survival = least(one, strongest);
+        if constexpr (Recorder::records)
+            record_at_hand(&TracedVertex::survival, survival, geometric(ShadeMask(played & alive)));
         alive = alive & ((!played) | (number < survival));
         if (!planted(PlantedBug::roulette_not_divided))
             throughput = select(played, throughput * S(one / survival), throughput);

@@ -16,7 +16,8 @@ struct Batch;  // path_tracer.h
 // Defined in a file a precision (traced_path.cpp.in), as it takes long to compile.
 template <class Real, class Shade>
 [[nodiscard]] std::vector<PathTrace> traced_paths(const Tables<Real>& tables, const Tables<Shade>& shading,
-    const Accelerator<Real>& accelerator, std::uint32_t x, std::uint32_t y, SampleRange samples);
+    const Accelerator<Real>& accelerator, std::uint32_t x, std::uint32_t y, SampleRange samples,
+    ChangedNumber changed = {});
 
 // One thread's: of the paths of a batch, each one's first vertex, by the number of the path (PathTracer::run). They
 // last until the next call. After a stop they are unfinished. Defined likewise.

@@ -73,14 +73,21 @@ uvec4 sobol_block(uvec2 seed, uint pixel, uvec2 sample_index, uint block) {
     return block > 4 && block % 4 == 1 ? uvec4(b.x, a, b.y) : uvec4(a, b);
 }
 
-vec4 random_block(uvec2 seed, uint pixel, uvec2 sample_index, uint block) {
-    if (generator == generator_hash)
-        return to_unit(hashed_block(seed, pixel, sample_index.x, sample_index.y, block));
-    if (generator == generator_sobol) return to_unit(sobol_block(seed, pixel, sample_index, block));
+uvec4 random_words(uvec2 seed, uint pixel, uvec2 sample_index, uint block) {
+    if (generator == generator_hash) return hashed_block(seed, pixel, sample_index.x, sample_index.y, block);
+    if (generator == generator_sobol) return sobol_block(seed, pixel, sample_index, block);
     if (PLANTED(seed_repeated)) pixel &= ~4096u;
     if (PLANTED(numbers_reused) && block / 4 == 10) block -= 16;
     uvec4 words = philox4x32_10(uvec4(pixel, sample_index.x, block, sample_index.y), seed);
     if (PLANTED(random_short)) words &= 0xFFFF0000u;
+    return words;
+}
+
+vec4 random_block(uvec2 seed, uint pixel, uvec2 sample_index, uint block) {
+    uvec4 words = random_words(seed, pixel, sample_index, block);
+#ifdef RECORDS_PATHS
+    if (block == settings.changed_block) words[settings.changed_number] ^= 0x80000000u;  // ChangedNumber
+#endif
     return to_unit(words);
 }
 

@@ -74,6 +74,8 @@ layout(push_constant, std430) uniform Settings {
     uint first_invocation;  // the share of the tile's invocations that is in hand
     uint invocations;
     uint keeps_sums;  // a block's first sample is added to those of the block before
+    uint changed_block;   // trace.comp's alone: ChangedNumber of common/render/path_trace.h
+    uint changed_number;
     uint listed;      // the tile's pixels are those of a list, of so many (pixel_list.glsl); 0: no list
 #if defined(PARAMETERS_ADDRESS)
 };

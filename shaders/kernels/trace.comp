@@ -1,10 +1,12 @@
 // Follows paths for `tandem trace` and feature images: an invocation a sample, each vertex written down. A pixel's samples
 // follow each other. The arithmetic is that of the kernels that render. A path's record takes the place of sums: a head and
-// ten words of four a vertex.
+// fourteen words of four a vertex.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require
+#define RECORDS_PATHS
 #include "kernels/settings.glsl"
+#include "kernels/noted.glsl"
 #define LOOPS_OVER_PRIMITIVES
 #include "scene/scene_set.glsl"
 #include "arithmetic/random.glsl"
@@ -66,6 +68,7 @@ bool advance(inout Path path, uint at_record) {
     if (on_surface) position = at.surface.point;
     if (on_surface) normal = at.surface.normal;
     if (at.in_medium) position = medium_point(path, at);
+    noted = Noted(vec3(0.0), vec3(0.0), vec3(0.0), vec3(0.0), 0.0, 0.0, 0.0, 0.0);
     const Departure leaving = leave(path, hit, at, vec4(0.0));
     vec3 brought = vec3(0.0), towards_light = vec3(0.0);
     if (has_shadow(leaving) && is_lit(leaving.origin, leaving.word, leaving.shadow)) {
@@ -80,10 +83,14 @@ bool advance(inout Path path, uint at_record) {
     records[at_record + 3] = word(as_float(normal), end);
     records[at_record + 4] = word(throughput, at.in_medium ? 1u : 0u);
     records[at_record + 5] = word(as_float(path.radiance), as_float(max(leaving.density, 0.0)));
-    records[at_record + 6] = word(as_float(leaving.direction), 0u);
-    records[at_record + 7] = word(as_float(path.throughput), 0u);
-    records[at_record + 8] = word(towards_light, 0u);
-    records[at_record + 9] = word(brought, 0u);
+    records[at_record + 6] = word(as_float(leaving.direction), noted.found_weight);
+    records[at_record + 7] = word(as_float(path.throughput), noted.survival);
+    records[at_record + 8] = word(towards_light, noted.light_pdf);
+    records[at_record + 9] = word(brought, noted.light_weight);
+    records[at_record + 10] = word(noted.shading_normal, 0u);
+    records[at_record + 11] = word(noted.light_radiance, 0u);
+    records[at_record + 12] = word(noted.light_response, 0u);
+    records[at_record + 13] = word(noted.light_transmittance, 0u);
     path.origin = leaving.origin;
     path.word = leaving.word;
     path.direction = leaving.direction;
@@ -92,7 +99,7 @@ bool advance(inout Path path, uint at_record) {
     return goes_on(leaving);
 }
 
-const uint words_per_vertex = 10;
+const uint words_per_vertex = 14;
 
 void main() {
     preload_primitives();

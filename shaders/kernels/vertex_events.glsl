@@ -5,6 +5,7 @@
 #define VERTEX_EVENTS_GLSL
 #include "geometry/hit.glsl"
 #include "geometry/shading_normal.glsl"
+#include "kernels/noted.glsl"
 
 // A path where its ray has arrived.
 struct Path {
@@ -90,12 +91,14 @@ void leave_scene(inout Path path) {
         const real density = scene.background_probability * background_density(shaded(path.direction));
         weight = has_mis ? shaded(power_heuristic(path.density, density)) : density > 0.0 ? 0.0 : 1.0;
     }
+    NOTE(found_weight, weight);
     path.radiance += path.throughput * background(shaded(path.direction)) * weight;
 }
 
 // Roulette after scattering event k + 1 (9.3); false: the path ends.
 bool survives(inout vec3 throughput, float u) {
     const float q = min(1.0, max(throughput.r, max(throughput.g, throughput.b)));
+    NOTE(survival, q);
     if (u >= q) return false;
     if (!PLANTED(roulette_not_divided)) throughput /= q;
     return true;
@@ -125,7 +128,9 @@ vec3 dimmed(Path path, Incident incident, Receiver receiver) {
 
 void aim_shadow_ray(Path path, Incident incident, Receiver receiver, Response response, inout Departure leaving) {
     if (response.f_cosine <= 0.0) return;
-    leaving.contribution = path.throughput * answered_light(incident, response) * dimmed(path, incident, receiver);
+    const vec3 transmitted = dimmed(path, incident, receiver);
+    NOTE(light_transmittance, transmitted);
+    leaving.contribution = path.throughput * answered_light(incident, response) * transmitted;
     leaving.shadow = ShadowRay(incident.offset, incident.shadow_word);
 }
 
@@ -267,6 +272,7 @@ Departure meet_surface(inout Path path, Hit hit, Surface surface, vec4 drawn) {
     if (has_emission && there && material.radiance != vec3(0.0) && emits_to(material, front)) {
         const float share = has_translucent_emission && emissive && translucent ? material.alpha : 1.0;
         const float weight = has_light_sampling ? scattering_weight(path, slot, surface) : 1.0;
+        NOTE(found_weight, weight);
         path.radiance += path.throughput * material.radiance * (share * weight);
     }
     if (path.segment == settings.bounces || (emissive && !translucent)) return leaving;
@@ -279,6 +285,7 @@ Departure meet_surface(inout Path path, Hit hit, Surface surface, vec4 drawn) {
         if (interpolated != n_s) c = min(1.0, -dot(d, interpolated));
         n_s = interpolated;
     }
+    NOTE(shading_normal, n_s);
     const bool receives = receives_light(material);
     if (has_light_sampling && receives && settings.light_count > 0)
         sample_lights(path, material, surface, slot, n_f, n_s, front, leaving);

@@ -2,6 +2,7 @@
 #ifndef LIGHTS_GLSL
 #define LIGHTS_GLSL
 #include "geometry/geometry_types.glsl"
+#include "kernels/noted.glsl"
 #include "light/light_tree.glsl"
 
 // Where a receiver stands. Its own slot and whether it is inside its own convex primitive decide its side of that
@@ -260,6 +261,10 @@ vec3 answered_light(Incident incident, Response response) {
     if (PLANTED(balance_on_one_side) && !alone) weight = shaded(incident.density / (incident.density + response.density));
     weight = PLANT_SCALE(next_event_scaled, weight);
     if (PLANTED(mis_weights_unequal) && settings.light_count > 1) weight *= 0.5;
+    NOTE(light_radiance, incident.radiance);
+    NOTE(light_pdf, incident.density);
+    NOTE(light_response, response.colour * response.f_cosine);
+    NOTE(light_weight, weight);
 #if defined(PLANTED_BUGS) && !defined(DOUBLE_SHADING)
     if (PLANTED(reciprocal_short))
         return response.colour * shaded(incident.radiance) *

@@ -28,8 +28,16 @@ PathTrace path() {
         vertex.primitive = vertex.material = 0;
         vertex.next_throughput = glm::dvec3(0.5);
         vertex.pdf = 0.25;
-        vertex.light_direction = {0.0, 1.0, 0.0};
+        vertex.shading_normal = vertex.normal;
         vertex.light = glm::dvec3(0.25);
+        vertex.next_event = {.direction = {0.0, 1.0, 0.0},
+            .radiance = glm::dvec3(1.0),
+            .pdf = 0.5,
+            .response = glm::dvec3(0.25),
+            .transmittance = glm::dvec3(1.0),
+            .weight = 0.5};
+        vertex.found_weight = 0.5;
+        vertex.survival = 0.5;
         vertex.radiance = glm::dvec3(0.25 * (k + 1));
         trace.vertices.push_back(vertex);
     }
@@ -84,6 +92,12 @@ TEST_CASE("what parts two paths is told by its cause, not by what follows from i
     CHECK(changed([](PathTrace& p) { p.vertices[1].throughput *= 0.9; }) == Parts{PartsBy::throughput});
     CHECK(changed([](PathTrace& p) { p.vertices[0].next_throughput *= 0.9; }) == Parts{PartsBy::weight});
     CHECK(changed([](PathTrace& p) { p.vertices[0].end = PathEnd::roulette; }) == Parts{PartsBy::end});
+    CHECK(changed([](PathTrace& p) { p.vertices[0].shading_normal.y = 0.1; }) == Parts{PartsBy::shading_normal});
+    CHECK(changed([](PathTrace& p) { p.vertices[0].found_weight = 0.4; }) == Parts{PartsBy::found_weight});
+    CHECK(changed([](PathTrace& p) {
+        p.vertices[0].survival *= 0.5;
+        p.vertices[0].next_throughput *= 2.0;
+    }) == Parts{PartsBy::survival});
     CHECK(changed([](PathTrace& p) { p.radiance *= 0.5; }) == Parts{PartsBy::sum});
     // The light of a vertex is in the radiance gathered until there, and is taken out of what the ray itself found.
     CHECK(changed([](PathTrace& p) {
@@ -95,6 +109,26 @@ TEST_CASE("what parts two paths is told by its cause, not by what follows from i
         p.vertices[1].light = glm::dvec3(0.0);
         p.vertices[1].radiance -= 0.25;
     }) == Parts{PartsBy::shadow});
+}
+
+TEST_CASE("of what a next event brings the factor is told that differs") {
+    const auto changed = [](auto change) {
+        PathTrace other = path();
+        change(other.vertices[0].next_event);
+        return parts_by(other);
+    };
+    using Parts = std::vector<PartsBy>;
+    CHECK(changed([](TracedLight& l) { l.radiance *= 2.0; }) == Parts{PartsBy::light_radiance});
+    CHECK(changed([](TracedLight& l) { l.pdf *= 2.0; }) == Parts{PartsBy::light_density});
+    CHECK(changed([](TracedLight& l) { l.response.x *= 2.0; }) == Parts{PartsBy::light_response});
+    CHECK(changed([](TracedLight& l) { l.transmittance *= 0.5; }) == Parts{PartsBy::light_transmittance});
+    CHECK(changed([](TracedLight& l) { l.weight = 0.25; }) == Parts{PartsBy::light_weight});
+    // All else follows from where the light is looked for, and the oracle tells nothing else.
+    CHECK(changed([](TracedLight& l) {
+        l.direction = {0.0, 0.6, 0.8};
+        l.pdf = 2.0;
+    }) == Parts{PartsBy::light_direction});
+    CHECK(changed([](TracedLight& l) { l = {.direction = l.direction}; }).empty());
 }
 
 TEST_CASE("partings are counted by cause, by what is met and by depth, with the size of what differs") {

@@ -46,7 +46,7 @@ std::vector<PathTrace> lit(std::initializer_list<double> angles) {
     std::vector<PathTrace> paths;
     for (const double angle : angles) {
         TracedVertex vertex;
-        vertex.light_direction = {std::cos(angle), std::sin(angle), 0.0};
+        vertex.next_event.direction = {std::cos(angle), std::sin(angle), 0.0};
         vertex.light = glm::dvec3(1.0);
         vertex.end = PathEnd::bounces;
         paths.emplace_back().vertices.push_back(vertex);

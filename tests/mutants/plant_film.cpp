@@ -77,6 +77,10 @@ public:
     [[nodiscard]] std::vector<PathTrace> trace(std::uint32_t x, std::uint32_t y, SampleRange samples) override {
         return job_->trace(x, y, samples);
     }
+    [[nodiscard]] std::vector<PathTrace> trace_with(
+        ChangedNumber changed, std::uint32_t x, std::uint32_t y, SampleRange samples) override {
+        return job_->trace_with(changed, x, y, samples);
+    }
     [[nodiscard]] bool first_vertices(
         FilmSize film, SampleRange samples, const RenderControl& control, const FirstVertexVisitor& visit) override {
         return job_->first_vertices(film, samples, control, visit);

@@ -79,10 +79,10 @@ void check_choice(Tracer& tracer, const Scene& scene, const RenderSettings& sett
     const std::vector<PathTrace> traces = traces_of(tracer, scene, settings);
     for (const PathTrace& trace : traces) {
         const TracedVertex& vertex = trace.vertices.front();
-        REQUIRE(vertex.light_direction != dvec3(0.0));  // every light is above the horizon
-        const std::size_t light = light_in(scene, vertex.light_direction);
+        REQUIRE(vertex.next_event.direction != dvec3(0.0));  // every light is above the horizon
+        const std::size_t light = light_in(scene, vertex.next_event.direction);
         const double facing = glm::dot(vertex.normal, vertex.direction) < 0.0 ? 1.0 : -1.0;
-        const double cosine = facing * glm::dot(vertex.normal, vertex.light_direction);
+        const double cosine = facing * glm::dot(vertex.normal, vertex.next_event.direction);
         const double chance = cosine / pi * irradiance_of(scene.lights[light]) / vertex.light.x;
         counts[light] += 1.0;
         if (chances[light] == 0.0) chances[light] = chance;
@@ -173,11 +173,11 @@ void check_same_choice(const Scene& scene, const Tracer& tracer, const std::vect
         const TracedVertex &a = traces[i].vertices.front(), &b = answers[i].vertices.front();
         if (a.light == dvec3(0.0) && b.light == dvec3(0.0)) continue;
         ++compared;
-        if (!(glm::dot(a.light_direction, b.light_direction) > 0.9999)) continue;
+        if (!(glm::dot(a.next_event.direction, b.next_event.direction) > 0.9999)) continue;
         ++same;
         if (b.in_medium) ++in_medium;
         const double allowed =
-            tolerance(tracer) + edge_on_rounding(scene, b.position, b.light_direction, tracer.unit_roundoff);
+            tolerance(tracer) + edge_on_rounding(scene, b.position, b.next_event.direction, tracer.unit_roundoff);
         worst = std::max(worst, std::abs(a.light.x - b.light.x) / (allowed * b.light.x));
     }
     CAPTURE(in_medium);

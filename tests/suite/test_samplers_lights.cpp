@@ -20,7 +20,7 @@ SceneBuilder receiver() {
 
 // P p of a next event at the receiver.
 double density_of(const TracedVertex& vertex, double light = radiance.x) {
-    return colour.x / pi * vertex.light_direction.y * light / vertex.light.x;
+    return colour.x / pi * vertex.next_event.direction.y * light / vertex.light.x;
 }
 
 // Density of a direction as seen from a point.
@@ -36,8 +36,8 @@ void check_light(const Scene& scene, const std::vector<double>& shares, const De
         for (const PathTrace& trace : traces_of(tracer, scene, settings_of(1, 1, Integrator::whitted))) {
             const TracedVertex& vertex = trace.vertices.front();
             REQUIRE(vertex.primitive != no_index);
-            drawn.push_back(vertex.light_direction);
-            if (vertex.light_direction == dvec3(0.0)) {
+            drawn.push_back(vertex.next_event.direction);
+            if (vertex.next_event.direction == dvec3(0.0)) {
                 std::ostringstream where;
                 where.precision(12);
                 where << vertex.position.x << " " << vertex.position.y << " " << vertex.position.z << " primitive "
@@ -45,8 +45,8 @@ void check_light(const Scene& scene, const std::vector<double>& shares, const De
                 lost = where.str();
                 continue;
             }
-            worst =
-                std::max(worst, relative_error(density_of(vertex), density(vertex.light_direction, vertex.position)));
+            worst = std::max(
+                worst, relative_error(density_of(vertex), density(vertex.next_event.direction, vertex.position)));
         }
         CAPTURE(lost);
         check_directions(drawn, shares);
@@ -209,10 +209,10 @@ TEST_CASE("samplers: a sky that is a mix of two colours is drawn in proportion t
             double worst = 0.0;
             for (const PathTrace& trace : traces_of(tracer, scene, settings_of(1, 1, Integrator::whitted))) {
                 const TracedVertex& vertex = trace.vertices.front();
-                drawn.push_back(vertex.light_direction);
-                if (vertex.light_direction != dvec3(0.0))
-                    worst = std::max(worst, relative_error(density_of(vertex, brightness(vertex.light_direction)),
-                                                density(vertex.light_direction)));
+                drawn.push_back(vertex.next_event.direction);
+                if (vertex.next_event.direction != dvec3(0.0))
+                    worst = std::max(worst, relative_error(density_of(vertex, brightness(vertex.next_event.direction)),
+                                                density(vertex.next_event.direction)));
             }
             check_directions(drawn, shares);
             CHECK(worst < tolerance(tracer));
@@ -263,7 +263,7 @@ TEST_CASE("samplers: an image of the sky is drawn by its cells, turned or not") 
             CAPTURE(tracer.name);
             std::vector<dvec3> drawn;
             for (const PathTrace& trace : traces_of(tracer, scene, settings_of(1, 1, Integrator::whitted)))
-                drawn.push_back(trace.vertices.front().light_direction);
+                drawn.push_back(trace.vertices.front().next_event.direction);
             check_directions(drawn, shares);
         }
     }
@@ -298,7 +298,7 @@ TEST_CASE("samplers: points, spots and suns bring what their closed forms say") 
                     const TracedVertex& vertex = trace.vertices.front();
                     // The field of the camera moves the receiver by 2^-14; near the rim of the spot t^2 amplifies that.
                     CHECK(std::abs(vertex.light.x - answer) < 3e-3 * answer + 1e-6);
-                    if (answer > 0.0) CHECK(glm::distance(vertex.light_direction, towards) < 1e-3);
+                    if (answer > 0.0) CHECK(glm::distance(vertex.next_event.direction, towards) < 1e-3);
                 }
             }
         }
@@ -328,7 +328,7 @@ TEST_CASE("samplers: lights are chosen as their areas, intensities and distances
         for (const double chance : chances) expected.push_back(chance * static_cast<double>(samples));
         for (const PathTrace& trace : traces_of(tracer, scene, settings_of(1, 1, Integrator::whitted))) {
             const TracedVertex& vertex = trace.vertices.front();
-            const dvec3 d = vertex.light_direction;
+            const dvec3 d = vertex.next_event.direction;
             if (vertex.light == black) {
                 counts[5] += 1.0;
                 continue;

@@ -238,7 +238,7 @@ TEST_CASE("samplers: light goes both ways alike on diffuse, rough diffuse and ro
                 scene.lights.push_back(light);
                 const auto traces = traces_of(tracer, scene, settings_of(1, 1, Integrator::whitted), 1);
                 REQUIRE(traces.size() == 1);
-                CHECK(glm::distance(traces[0].vertices[0].light_direction, sun) < 8.0 * tracer.unit_roundoff);
+                CHECK(glm::distance(traces[0].vertices[0].next_event.direction, sun) < 8.0 * tracer.unit_roundoff);
                 return traces[0].vertices[0].light / sun.y;
             };
             for (Tracer& tracer : tracers()) {

@@ -48,9 +48,11 @@ constexpr void mark_alone(PartNeeds& needs) {
 }
 
 constexpr PlantedNeeds row(std::string_view bug, std::string_view planting, std::string_view subsystem,
-    std::string_view needs, bool independent_draws) {
+    std::string_view needs, bool independent_draws, std::string_view numbers) {
     constexpr std::string_view letters = "unagsboc";  // of PartNeed
-    PlantedNeeds result{bug, planting, Subsystem::count, {}, independent_draws};
+    PlantedNeeds result{bug, planting, Subsystem::count, {}, independent_draws, NumberUse::same};
+    for (std::size_t i = 0; i < number_use_names.size(); ++i)
+        if (number_use_names[i] == numbers) result.numbers = static_cast<NumberUse>(i);
     for (std::size_t i = 0; i < subsystem_names.size(); ++i) {
         if (subsystem_names[i] == subsystem) result.subsystem = part_at(i);
         result.needs[i] = static_cast<PartNeed>(letters.find(needs[i]));
@@ -93,7 +95,7 @@ bool draws_are_independent(const PathPartings& partings) {
 
 std::span<const PlantedNeeds> planted_needs() {
     static const std::vector<PlantedNeeds> rows{
-#define NEEDS(bug, planting, subsystem, needs, draws) row(bug, planting, subsystem, needs, draws),
+#define NEEDS(bug, planting, subsystem, needs, draws, numbers) row(bug, planting, subsystem, needs, draws, numbers),
 #include "common/validation/explanation/planted_needs.def"
 #undef NEEDS
     };
@@ -117,13 +119,16 @@ EvidenceWeights evidence_weights(
     }
     Counts<part_need_names.size()> by_need;
     Counts<2> by_draws;
+    Counts<number_use_names.size()> by_numbers;
     for (const PlantedNeeds& one : needs) {
         if (one.bug == left_out) continue;
         for (std::size_t i = 0; i < one.needs.size(); ++i)
             by_need.add(static_cast<std::size_t>(one.needs[i]), one.subsystem == part_at(i));
-        by_draws.add(one.independent_draws ? 1 : 0, one.subsystem == Subsystem::random_numbers);
+        const bool of_numbers = one.subsystem == Subsystem::random_numbers;
+        by_draws.add(one.independent_draws ? 1 : 0, of_numbers);
+        by_numbers.add(static_cast<std::size_t>(one.numbers), of_numbers);
     }
-    return {by_pattern.ratios(), by_need.ratios(), by_draws.ratios()};
+    return {by_pattern.ratios(), by_need.ratios(), by_draws.ratios(), by_numbers.ratios()};
 }
 
 Scores weight_of_evidence(const PartEvidence& evidence, const EvidenceWeights& weights) {
@@ -135,7 +140,8 @@ Scores weight_of_evidence(const PartEvidence& evidence, const EvidenceWeights& w
         if (evidence.needs) sums[i] += need_share * weights.need.at(static_cast<std::size_t>(evidence.needs->at(i)));
     }
     sums.at(static_cast<std::size_t>(Subsystem::random_numbers)) +=
-        weights.draws.at(evidence.independent_draws ? 1 : 0);
+        weights.draws.at(evidence.independent_draws ? 1 : 0) +
+        weights.numbers.at(static_cast<std::size_t>(evidence.numbers));
     return sums;
 }
 

@@ -38,6 +38,7 @@ struct PlantedNeeds {
     Subsystem subsystem = Subsystem::count;
     PartNeeds needs{};
     bool independent_draws = false;
+    NumberUse numbers = NumberUse::same;
 };
 [[nodiscard]] std::span<const PlantedNeeds> planted_needs();
 
@@ -52,7 +53,9 @@ inline constexpr std::array pattern_bands{0.02, 0.1, 0.3, 0.6, 0.9, 1.3};  // bo
 struct EvidenceWeights {
     std::array<double, pattern_bands.size() + 1> pattern{};
     std::array<double, part_need_names.size()> need{};
-    std::array<double, 2> draws{};  // for random numbers: alike, and independent
+    // For random numbers.
+    std::array<double, 2> draws{};  // alike, and independent
+    std::array<double, number_use_names.size()> numbers{};
 };
 // Over the rows of bugs other than `left_out`. Each row's pattern is judged without the rows of its own bug.
 [[nodiscard]] EvidenceWeights evidence_weights(
@@ -63,6 +66,7 @@ struct PartEvidence {
     Scores pattern{};                // likeness.h
     std::optional<PartNeeds> needs;  // nothing: no feature was taken out
     bool independent_draws = false;
+    NumberUse numbers = NumberUse::same;
 };
 // The observations overlap in what they tell, so shares of them count. These were about the likeliest for the
 // subsystems of left-out planted bugs, between 0.5 and 1.

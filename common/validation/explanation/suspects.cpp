@@ -76,7 +76,7 @@ public:
           scores_(weight_of_evidence(
               {pattern_,
                   evidence.elimination != nullptr ? std::optional(needs_by_part(*evidence.elimination)) : std::nullopt,
-                  draws_are_independent(evidence.partings)},
+                  draws_are_independent(evidence.partings), evidence.partings.numbers.use},
               evidence_weights(record.patterns, record.needs))) {}
 
     std::vector<Suspect> ranked() {
@@ -210,6 +210,7 @@ private:
             add(S::random_numbers, means_agree, "paths part, and all means agree nevertheless");
         else
             scores_.at(index(S::random_numbers)) += means_differ;
+        if (partings.numbers.use != NumberUse::same) return add(S::random_numbers, 0.0, partings.numbers.words);
         if (draws_are_independent(partings))
             add(S::random_numbers, 0.0,
                 "most paths part, and their draws are as far apart as those of different samples");

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
+#include <map>
 
 #include "common/error.h"
 #include "common/validation/explanation/pixel_pattern.h"
@@ -14,7 +15,7 @@ namespace {
 
 using glm::dvec3;
 
-constexpr std::size_t traced_pixels = 8;
+constexpr std::size_t traced_pixels = 8, number_pixels = 2;
 // 1024 ulp of single precision: above what a few vertices round, below the least fault worth a name. What rounding
 // parts nevertheless is seldom, and the planted bugs' own counts hold it as well.
 constexpr double tolerated_parting = 0x1p-13;
@@ -74,6 +75,7 @@ private:
         if (a.in_medium != b.in_medium || a.primitive != b.primitive) return set(PartsBy::met);
         if (std::isfinite(a.t) && std::isfinite(b.t) && apart(a.position, b.position, place)) set(PartsBy::place);
         if (apart(a.normal, b.normal)) set(PartsBy::normal);
+        if (!found_ && told(a.shading_normal, b.shading_normal)) set(PartsBy::shading_normal);
         if (apart(a.throughput, b.throughput)) set(PartsBy::throughput, a.throughput, b.throughput);
     }
 
@@ -81,8 +83,8 @@ private:
         const TracedVertex &a = a_.vertices[k_], &b = b_.vertices[k_];
         const bool lit_a = largest_coordinate(a.light) > 0.0, lit_b = largest_coordinate(b.light) > 0.0;
         if (lit_a != lit_b) set(PartsBy::shadow);
-        if (lit_a && lit_b && apart(a.light_direction, b.light_direction)) set(PartsBy::light_direction);
-        if (lit_a && lit_b && apart(a.light, b.light)) set(PartsBy::light, a.light, b.light);
+        if (lit_a && lit_b) next_event(a, b);
+        if (told(dvec3(a.found_weight), dvec3(b.found_weight))) set(PartsBy::found_weight);
         const dvec3 found_a = emission(a_), found_b = emission(b_);
         const double all = std::max(largest_coordinate(a.radiance), largest_coordinate(b.radiance));
         // A difference of sums that are rounded.
@@ -94,8 +96,36 @@ private:
         }
         if (a.end != PathEnd::goes_on) return;
         if (apart(a.next_direction, b.next_direction)) set(PartsBy::direction);
-        if (a.pdf > 0.0 && b.pdf > 0.0 && apart(dvec3(a.pdf), dvec3(b.pdf))) set(PartsBy::density);
-        if (apart(a.next_throughput, b.next_throughput)) set(PartsBy::weight, a.next_throughput, b.next_throughput);
+        if (told(dvec3(a.pdf), dvec3(b.pdf))) set(PartsBy::density);
+        const dvec3 scattered_a = before_roulette(a), scattered_b = before_roulette(b);
+        if (apart(scattered_a, scattered_b))
+            set(PartsBy::weight, scattered_a, scattered_b);
+        else if (apart(a.next_throughput, b.next_throughput))
+            set(PartsBy::survival, a.next_throughput, b.next_throughput);
+    }
+
+    // Of another direction all else follows.
+    void next_event(const TracedVertex& at_a, const TracedVertex& at_b) {
+        const TracedLight &a = at_a.next_event, &b = at_b.next_event;
+        if (apart(a.direction, b.direction)) {
+            set(PartsBy::light_direction);
+        } else if (a.pdf > 0.0 && b.pdf > 0.0) {
+            if (apart(a.radiance, b.radiance)) set(PartsBy::light_radiance, a.radiance, b.radiance);
+            if (apart(dvec3(a.pdf), dvec3(b.pdf))) set(PartsBy::light_density, dvec3(b.pdf), dvec3(a.pdf));
+            if (apart(a.response, b.response)) set(PartsBy::light_response, a.response, b.response);
+            if (apart(a.transmittance, b.transmittance))
+                set(PartsBy::light_transmittance, a.transmittance, b.transmittance);
+            if (apart(dvec3(a.weight), dvec3(b.weight))) set(PartsBy::light_weight, dvec3(a.weight), dvec3(b.weight));
+        }
+        if (apart(at_a.light, at_b.light)) set(PartsBy::light, at_a.light, at_b.light);
+    }
+
+    // Both sides tell it, and differ.
+    static bool told(const dvec3& a, const dvec3& b) {
+        return largest_coordinate(a) > 0.0 && largest_coordinate(b) > 0.0 && apart(a, b);
+    }
+    static dvec3 before_roulette(const TracedVertex& vertex) {
+        return vertex.next_throughput * (vertex.survival > 0.0 ? vertex.survival : 1.0);
     }
 
     [[nodiscard]] dvec3 emission(const PathTrace& path) const {
@@ -170,8 +200,8 @@ std::optional<dvec3> drawn(const PathTrace& path, std::size_t vertex, PartsBy wh
             if (!at.in_medium) return std::nullopt;
             return dvec3(at.t, 0.0, 0.0);
         case PartsBy::light_direction:
-            if (at.light_direction == dvec3(0.0)) return std::nullopt;
-            return at.light_direction;
+            if (at.next_event.direction == dvec3(0.0)) return std::nullopt;
+            return at.next_event.direction;
         default:
             if (at.end != PathEnd::goes_on) return std::nullopt;
             return at.next_direction;
@@ -214,10 +244,36 @@ public:
         counts.touched = static_cast<double>(std::ranges::count(touched, true)) / static_cast<double>(touched.size());
         counts.pattern = !pixel_pattern(touched, width_, height_).empty();
         counts.independence = draws.independence();
+        counts.numbers = numbers_at(pixels, paths);
         return counts;
     }
 
 private:
+    // `paths`: of the pixels in turn, a block each.
+    [[nodiscard]] NumberUses numbers_at(
+        const std::vector<std::size_t>& pixels, const std::vector<std::optional<Parting>>& paths) const {
+        std::map<std::size_t, std::map<std::size_t, std::size_t>> parted;  // vertex, pixel, paths
+        for (std::size_t i = 0; i < paths.size(); ++i)
+            if (paths[i]) ++parted[paths[i]->vertex][pixels[i * pixels.size() / paths.size()]];
+        if (parted.empty() || question_.stop.stop_requested()) return {};
+        const auto all = [](const auto& at) {
+            std::size_t sum = 0;
+            for (const auto& [pixel, count] : at.second) sum += count;
+            return sum;
+        };
+        const auto& most = *std::ranges::max_element(parted, {}, all);
+        std::vector<std::pair<std::size_t, std::size_t>> by_count;
+        for (const auto& [pixel, count] : most.second) by_count.emplace_back(count, pixel);
+        std::ranges::sort(by_count, std::greater{});
+        std::vector<glm::uvec2> places;
+        for (std::size_t i = 0; i < std::min(number_pixels, by_count.size()); ++i)
+            places.emplace_back(by_count[i].second % width_, by_count[i].second / width_);
+        try {
+            return number_uses({*jobs_[0], *jobs_[1], places, most.first});
+        } catch (const UnsupportedError&) {
+            return {};  // a side without
+        }
+    }
     [[nodiscard]] dvec3 sum(std::size_t side, std::size_t pixel) const {
         const Moments* m = &planes_[side][pixel * channel_count];
         return {m[0].sum, m[1].sum, m[2].sum};

@@ -11,6 +11,7 @@
 #include "common/render/path_trace.h"
 #include "common/render/renderer.h"
 #include "common/validation/verdict/tile_grid.h"
+#include "common/validation/verify/number_uses.h"
 
 namespace tandem {
 
@@ -22,16 +23,24 @@ enum class PartsBy : std::uint32_t {
     met,      // what it meets
     place,    // where it meets it
     normal,
+    shading_normal,
     throughput,       // dimmed on its way
     light_direction,  // next event: the point of the light
-    shadow,           // ... whether it is seen
-    light,            // ... what it brings
-    emission,         // found by the ray itself
-    end,              // whether the path goes on
+    light_radiance,
+    light_density,
+    light_response,       // the BSDF for it
+    light_transmittance,  // of the way to it
+    light_weight,         // against scattering
+    shadow,               // whether it is seen
+    light,                // what it brings
+    found_weight,         // of light that the ray itself has found, against next events
+    emission,             // found by the ray itself
+    end,                  // whether the path goes on
     direction,
     density,
-    weight,
-    sum,  // of the path, though all vertices are the same
+    weight,    // of scattering
+    survival,  // the chance that roulette left it
+    sum,       // of the path, though all vertices are the same
     count
 };
 enum class Meeting : std::uint32_t {
@@ -80,6 +89,7 @@ struct PathPartings {
     // How far apart the two sides' draws are where they differ, relative to one side's draws for different samples. 1
     // for other random numbers, near 0 for the same ones turned into something else. 0: too few draws differ.
     double independence = 0.0;
+    NumberUses numbers;  // at the vertex where most paths part; `same` where a side cannot tell
 };
 
 // What random numbers decided at a vertex: a light's point, a new direction, or how far to go in a medium.

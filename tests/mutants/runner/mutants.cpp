@@ -97,7 +97,9 @@ void needs(const Mutant& mutant, const std::string& scene) {
         {"subsystem", subsystem_names.at(static_cast<std::size_t>(subsystem_of(mutant.fault.bug)))},
         {"paths", found.partings.paths}, {"parted", found.partings.parted},
         {"independence", std::round(1e4 * found.partings.independence) / 1e4}, {"needs", json::object()},
-        {"left_out", found.elimination.left_out}, {"parts", json::object()}};
+        {"numbers", number_use_names.at(static_cast<std::size_t>(found.partings.numbers.use))},
+        {"numbers_words", found.partings.numbers.words}, {"left_out", found.elimination.left_out},
+        {"parts", json::object()}};
     const PartNeeds by_part = needs_by_part(found.elimination);
     for (std::size_t i = 0; i < by_part.size(); ++i)
         line["parts"][std::string(subsystem_names.at(i))] = part_need_names.at(static_cast<std::size_t>(by_part.at(i)));

@@ -183,8 +183,16 @@ void VulkanJob::restore_sums(const Tile& tile, const gpu::Vec4* sums) {
 }
 
 std::vector<PathTrace> VulkanJob::trace(std::uint32_t x, std::uint32_t y, SampleRange samples) {
+    return trace_with({}, x, y, samples);
+}
+
+std::vector<PathTrace> VulkanJob::trace_with(
+    ChangedNumber changed, std::uint32_t x, std::uint32_t y, SampleRange samples) {
     if (x >= settings_.width || y >= settings_.height) throw Error("the pixel to trace lies outside of the image");
-    std::vector<PathTrace> traces = tracing().trace(y * settings_.width + x, samples, told_settings(settings_, scene_));
+    gpu::Settings settings = told_settings(settings_, scene_);
+    settings.changed_block = changed.block;
+    settings.changed_number = changed.number;
+    std::vector<PathTrace> traces = tracing().trace(y * settings_.width + x, samples, settings);
     instance_.log().raise();
     return traces;
 }

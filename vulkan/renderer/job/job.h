@@ -20,6 +20,8 @@ public:
     [[nodiscard]] RenderResult render_pixels(
         SampleRange range, std::span<const std::uint32_t> pixels, const RenderControl& control) override;
     [[nodiscard]] std::vector<PathTrace> trace(std::uint32_t x, std::uint32_t y, SampleRange samples) override;
+    [[nodiscard]] std::vector<PathTrace> trace_with(
+        ChangedNumber changed, std::uint32_t x, std::uint32_t y, SampleRange samples) override;
     [[nodiscard]] bool first_vertices(
         FilmSize film, SampleRange samples, const RenderControl& control, const FirstVertexVisitor& visit) override;
     // Renders what a window would show next: `samples` samples of every pixel from sample 0 on. They stay on the

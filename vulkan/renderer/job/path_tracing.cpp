@@ -16,7 +16,7 @@ namespace tandem {
 namespace {
 
 // shaders/kernels/trace.comp: a head, then so many words of four for each vertex.
-constexpr std::uint32_t words_per_vertex = 10;
+constexpr std::uint32_t words_per_vertex = 14;
 constexpr std::uint32_t words_per_pixel = 3;  // of the sums that records take the place of
 constexpr std::uint32_t most_words = 1u << 20;
 constexpr std::uint32_t most_threads = 16;  // that read records: a batch is a few thousand pixels
@@ -37,6 +37,7 @@ ShaderVariant variant_of(GeometryPrecision precision) {
 }
 
 glm::dvec3 vector_of(const gpu::Vec4& word) { return {word.x, word.y, word.z}; }
+double last_of(const gpu::Vec4& word) { return word.w; }
 std::uint32_t bits_of(const gpu::Vec4& word) {
     std::uint32_t bits = 0;
     std::memcpy(&bits, &word.w, sizeof bits);
@@ -53,15 +54,20 @@ TracedVertex vertex_of(const gpu::Vec4* words) {
     vertex.throughput = vector_of(words[4]);
     vertex.in_medium = bits_of(words[4]) != 0;
     vertex.radiance = vector_of(words[5]);
-    vertex.light_direction = vector_of(words[8]);
+    vertex.found_weight = last_of(words[6]);
+    vertex.survival = last_of(words[7]);
+    vertex.shading_normal = vector_of(words[10]);
     vertex.light = vector_of(words[9]);
+    if (vertex.light != glm::dvec3(0.0))
+        vertex.next_event = {vector_of(words[8]), vector_of(words[11]), last_of(words[8]), vector_of(words[12]),
+            vector_of(words[13]), last_of(words[9])};
     if (vertex.end != PathEnd::left_scene) {
-        vertex.t = double{words[0].w};
+        vertex.t = last_of(words[0]);
         vertex.position = vector_of(words[2]);
         vertex.normal = vector_of(words[3]);
     }
     if (vertex.end == PathEnd::goes_on) {
-        vertex.pdf = double{words[5].w};
+        vertex.pdf = last_of(words[5]);
         vertex.next_direction = vector_of(words[6]);
         vertex.next_throughput = vector_of(words[7]);
     }

@@ -185,7 +185,7 @@ struct Settings {
     std::uint32_t triangle_count = 0, sphere_count = 0, cuboid_count = 0;
     float ray_min = 0, ray_max = 0;
     std::uint32_t direct_only = 0, sample_count = 0, first_invocation = 0, invocations = 0;
-    std::uint32_t keeps_sums = 0, listed = 0;
+    std::uint32_t keeps_sums = 0, changed_block = no_index, changed_number = 0, listed = 0;
 };
 static_assert(sizeof(Settings) <= 128, "every Vulkan device offers 128 bytes of push constants, few offer more");
 
