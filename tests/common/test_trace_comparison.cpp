@@ -101,6 +101,32 @@ TEST_CASE("traces: radiances count only where both sides estimate alike, densiti
     CHECK_FALSE(compare_traces(a, b, CompareRadiance::no).first_divergence.has_value());
 }
 
+TEST_CASE("traces: where radiances differ, the factor of the light is told that does") {
+    PathTrace a = three_vertices();
+    a.vertices[1].light = glm::dvec3(0.25);
+    a.vertices[1].next_event = {.direction = {0.0, 1.0, 0.0},
+        .radiance = glm::dvec3(1.0),
+        .pdf = 0.5,
+        .response = glm::dvec3(0.25),
+        .transmittance = glm::dvec3(1.0),
+        .weight = 0.5};
+    a.vertices[1].found_weight = 0.5;
+    const auto told = [&](auto change) {
+        PathTrace b = a;
+        b.vertices[1].radiance += glm::dvec3(0.5);
+        change(b.vertices[1]);
+        return reason(a, b, 1);
+    };
+    CHECK(told([](TracedVertex& v) { v.next_event.pdf = 0.25; }).starts_with("the densities of light sampling"));
+    CHECK(told([](TracedVertex& v) { v.next_event.weight = 0.25; }).starts_with("the MIS weights of the sampled"));
+    CHECK(told([](TracedVertex& v) { v.next_event.response *= 2.0; }).starts_with("the BSDFs"));
+    CHECK(told([](TracedVertex& v) { v.found_weight = 0.75; }).starts_with("the MIS weights of the light met"));
+    CHECK(told([](TracedVertex&) {}).find("radiances") != std::string::npos);
+    CHECK(told([](TracedVertex& v) {
+        v.next_event = {.direction = {1.0, 0.0, 0.0}};
+    }).find("radiances") != std::string::npos);
+}
+
 TEST_CASE("traces: events have the names that one would give them") {
     Scene scene;
     scene.materials.resize(3);

@@ -27,7 +27,7 @@ inline constexpr std::uint32_t workgroup_size = 128;  // invocations; every Vulk
 inline constexpr std::uint32_t bound_sets_needed = 4;
 inline constexpr std::uint32_t merged_uniform_buffers = 8;
 inline constexpr std::uint32_t uniform_block_bytes = 16384;
-inline constexpr std::uint32_t settings_bytes = 92;
+inline constexpr std::uint32_t settings_bytes = 100;
 
 // A limit without which a device cannot be used, what Tandem needs and what Vulkan 1.2 guarantees everywhere.
 struct NeededLimit {

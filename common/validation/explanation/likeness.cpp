@@ -85,26 +85,31 @@ Scores conclusions(const Signature& signature) {
     const double glass = f(F::at_dielectric) + f(F::at_boundary), untextured = 1.0 - f(F::on_texture);
     // What comes from a light to a texture may be either's fault.
     const double unclear = 1.0 - 0.5 * f(F::on_texture);
-    const double sampled_late = (1.0 - f(F::vertex_0)) * f(F::scene_light_sampling);
+    // A weight that is wrong though the density of light sampling is right.
+    const double weighted = most({F::by_found_weight, F::by_light_weight}) * (1.0 - f(F::by_light_density));
+    const double answered = f(F::by_light_response) * (1.0 - f(F::by_light_density));
     // No path parts: then films that are apart err by themselves, and not as rounding parts what is added.
     const double together = 1.0 - f(F::parted);
     Scores scores{};
     const auto set = [&](Subsystem subsystem, double score) { scores.at(static_cast<std::size_t>(subsystem)) = score; };
     set(Subsystem::camera, f(F::by_camera));
-    set(Subsystem::volumes, most({F::by_throughput, F::at_medium}));
+    set(Subsystem::volumes, most({F::by_throughput, F::at_medium, F::by_light_transmittance}));
     set(Subsystem::dielectric, glass * std::max(scattering, most({F::by_end, F::by_emission})));
     set(Subsystem::textures,
-        f(F::on_texture) * std::max(f(F::by_weight), 0.5 * f(F::by_light)) * (1.0 - f(F::by_direction)));
+        f(F::on_texture) * std::max({f(F::by_weight), answered, 0.5 * f(F::by_light)}) * (1.0 - f(F::by_direction)));
     // Roulette weighs paths from some vertex on; what scatters does so from the first.
     const double late = std::max(0.0, 1.0 - f(F::vertex_0) - f(F::vertex_1));
-    set(Subsystem::roulette, std::max(f(F::by_end) * (1.0 - f(F::at_dielectric)) * (1.0 - f(F::at_medium)),
-                                 f(F::by_weight) * f(F::scene_roulette) * late));
+    set(Subsystem::roulette,
+        std::max({f(F::by_survival), f(F::by_end) * (1.0 - f(F::at_dielectric)) * (1.0 - f(F::at_medium)),
+            f(F::by_weight) * f(F::scene_roulette) * late}));
     set(Subsystem::light_sampling,
-        most({F::by_light, F::by_light_direction, F::by_shadow}) * (1.0 - scattering) * unclear);
-    set(Subsystem::mis_weights, f(F::by_emission) * sampled_late);
-    set(Subsystem::emission, f(F::by_emission) * (1.0 - sampled_late));
-    set(Subsystem::bsdf, scattering * surface * untextured);
-    set(Subsystem::geometry, most({F::by_met, F::by_normal, F::by_place, F::by_spawned}) * (1.0 - f(F::at_medium)));
+        std::max(f(F::by_light_density), most({F::by_light, F::by_light_direction, F::by_shadow}) *
+                                             (1.0 - std::max({scattering, weighted, answered})) * unclear));
+    set(Subsystem::mis_weights, weighted);
+    set(Subsystem::emission, std::max(f(F::by_emission) * (1.0 - weighted), f(F::by_light_radiance)));
+    set(Subsystem::bsdf, std::max(scattering, answered) * surface * untextured);
+    set(Subsystem::geometry,
+        most({F::by_met, F::by_normal, F::by_shading_normal, F::by_place, F::by_spawned}) * (1.0 - f(F::at_medium)));
     set(Subsystem::accumulation, std::max(f(F::by_sum), together * f(F::film_apart) * (1.0 - f(F::pattern))));
     set(Subsystem::indexing, together * std::max(f(F::film_apart) * f(F::pattern), f(F::sizes) - f(F::short_paths)));
     // Other numbers part paths and keep the mean; noise alone makes tiles differ, to both sides. Half, as much else

@@ -210,7 +210,10 @@ private:
             add(S::random_numbers, means_agree, "paths part, and all means agree nevertheless");
         else
             scores_.at(index(S::random_numbers)) += means_differ;
-        if (partings.numbers.use != NumberUse::same) return add(S::random_numbers, 0.0, partings.numbers.words);
+        // A number that decides what it is not for breaks section 3, whatever else follows from it.
+        if (partings.numbers.use != NumberUse::same)
+            return add(
+                S::random_numbers, partings.numbers.use == NumberUse::foreign ? certain : 0.0, partings.numbers.words);
         if (draws_are_independent(partings))
             add(S::random_numbers, 0.0,
                 "most paths part, and their draws are as far apart as those of different samples");

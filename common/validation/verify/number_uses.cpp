@@ -15,9 +15,9 @@ namespace tandem {
 
 namespace {
 
-enum class Decides : std::uint8_t { camera, distance, light, direction, end, count };
-constexpr std::array<std::string_view, 5> decided_names{"the ray of the camera", "the distance in the medium",
-    "the point of the light", "the direction of scattering", "the end by roulette"};
+enum class Decides : std::uint8_t { camera, time, distance, light, direction, end, count };
+constexpr std::array<std::string_view, 6> decided_names{"the ray of the camera", "the time",
+    "the distance in the medium", "the point of the light", "the direction of scattering", "the end by roulette"};
 
 // Blocks of section 3's table; those of vertices are counted from the vertex's first.
 constexpr std::uint32_t time_block = 1, medium_of_vertex = 2;
@@ -28,7 +28,7 @@ struct Number {
     std::string_view name;
 };
 
-// Section 3's table. The time decides where things are, which nothing here is asked of.
+// Section 3's table.
 std::vector<Number> numbers_at(std::size_t vertex) {
     const auto first = static_cast<std::uint32_t>(dimension::first_vertex + dimension::blocks_per_vertex * vertex);
     const std::uint32_t scatter = first + dimension::scatter, to_light = first + dimension::light,
@@ -46,7 +46,7 @@ std::vector<Number> numbers_at(std::size_t vertex) {
         "the film's first number", "the film's second number", "the lens's first number", "the lens's second number"};
     for (std::uint32_t i = 0; i < 4; ++i)
         numbers.push_back({{dimension::film_and_lens, i}, Decides::camera, names.at(i)});
-    numbers.push_back({{time_block, 0}, Decides::camera, "the number of the time"});
+    numbers.push_back({{time_block, 0}, Decides::time, "the time's number"});
     return numbers;
 }
 
@@ -66,6 +66,7 @@ void compare(const PathTrace& plain, const PathTrace& changed, std::size_t verte
     if (vertex == 0) answers.add(Decides::camera, !arrives);
     if (!arrives) return;
     const bool there = a.in_medium == b.in_medium && a.t == b.t;
+    if (vertex == 0 && !a.in_medium && !b.in_medium) answers.add(Decides::time, !there);
     if (a.in_medium || b.in_medium) answers.add(Decides::distance, !there);
     if (!there || a.throughput != b.throughput) return;
     if (a.light != glm::dvec3(0.0) || b.light != glm::dvec3(0.0))
@@ -85,6 +86,10 @@ Answers answers_of(RenderJob& job, const NumberPaths& paths, const ChangedNumber
     return answers;
 }
 
+bool is_for(const Number& number, Decides what) {
+    return what == number.purpose || (number.purpose == Decides::time && what == Decides::camera);  // if it moves
+}
+
 // Never on one side, often on the other.
 bool apart(const Answers& a, const Answers& b, std::size_t what) {
     constexpr double fewest = 16.0, often = 0.25;
@@ -102,7 +107,8 @@ NumberUses number_uses(const NumberPaths& paths) {
         for (std::size_t what = 0; what < decided_names.size(); ++what)
             for (std::size_t side = 0; side < 2; ++side) {
                 if (!apart(answers[1 - side], answers[side], what)) continue;
-                const bool foreign = what != static_cast<std::size_t>(number.purpose);
+                const bool foreign = !is_for(number, static_cast<Decides>(what));
+                if (!foreign && number.purpose == Decides::time) continue;  // what does not move needs no time
                 if (found.use == NumberUse::foreign || (found.use == NumberUse::own && !foreign)) continue;
                 const std::array<std::string_view, 2> sides{"reference", "candidate"};
                 found.use = foreign ? NumberUse::foreign : NumberUse::own;

@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <utility>
+#include <vector>
 
 namespace tandem {
 
@@ -49,6 +50,25 @@ std::string ending(const TracedVertex& vertex) {
     return names.at(static_cast<std::size_t>(vertex.end));
 }
 
+// How the light at the vertex came about, where both tell it. Of another direction to a light all else follows.
+std::string difference_of_light(const TracedVertex& a, const TracedVertex& b, double tolerated) {
+    const auto one = [](double x) { return glm::dvec3(x); };
+    const TracedLight &l = a.next_event, &m = b.next_event;
+    std::vector<std::pair<double, const char*>> factors;
+    if (l.pdf > 0.0 && m.pdf > 0.0)
+        factors = {{ulps(l.direction, m.direction), "the directions to the sampled light are"},
+            {ulps(l.radiance, m.radiance), "the radiances of the sampled light are"},
+            {ulps(one(l.pdf), one(m.pdf)), "the densities of light sampling are"},
+            {ulps(l.response, m.response), "the BSDFs for the sampled light are"},
+            {ulps(l.transmittance, m.transmittance), "the transmittances to the sampled light are"},
+            {ulps(one(l.weight), one(m.weight)), "the MIS weights of the sampled light are"}};
+    if (a.found_weight > 0.0 && b.found_weight > 0.0)
+        factors.emplace_back(ulps(one(a.found_weight), one(b.found_weight)), "the MIS weights of the light met are");
+    for (const auto& [ulp, what] : factors)
+        if (!(ulp <= tolerated)) return fmt::format("{} {:.0f} ulp apart", what, ulp);
+    return "";
+}
+
 // Empty: the vertices are the same but for rounding. What causes comes before what follows from it.
 std::string difference(const TracedVertex& a, const TracedVertex& b, const VertexDistance& distance, double tolerated) {
     if (a.in_medium != b.in_medium || a.primitive != b.primitive)
@@ -57,6 +77,8 @@ std::string difference(const TracedVertex& a, const TracedVertex& b, const Verte
         {distance.normal_ulp, "the normals are"}, {distance.throughput_ulp, "the arriving throughputs are"}};
     for (const auto& [ulp, what] : place)
         if (!(ulp <= tolerated)) return fmt::format("{} {:.0f} ulp apart", what, ulp);
+    if (distance.radiance_ulp > tolerated)
+        if (std::string light = difference_of_light(a, b, tolerated); !light.empty()) return light;
     if (a.end != b.end) return fmt::format("one path {}, the other {}", ending(a), ending(b));
     const std::pair<double, const char*> onward[] = {{distance.direction_ulp, "the new directions are"},
         {distance.pdf_ulp, "the densities of the new direction are"},
