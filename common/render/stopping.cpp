@@ -129,20 +129,23 @@ std::optional<ErrorInterval> interval_of(
         misjudged.value_or(VarianceScatter::Misjudged{.relative = std::sqrt(square), .degrees = 1.0 / square}));
 }
 
-// By scramblings a pixel's squared error is known with d = scramblings - 1 degrees of freedom (MODEL.md section 11.4).
-// The mean of its square is (d + 2) / d of the true one's, and its variance 2 / d of that.
+// By R scramblings (MODEL.md section 11.4). With a_r a scrambling's deviation from the truth, a pixel's squared error
+// less its estimate is the sum over r != s of a_r a_s / (R (R - 1)). Its variance is 2 R / (R - 1) e^2, whatever the
+// tails [Hoeffding 1948]. An estimate's square is at least e^2 in the mean, and few pixels may make up the sum of them.
+// So that has Satterthwaite's degrees of freedom, from the fourth powers [Satterthwaite 1946].
 std::optional<ErrorInterval> interval_of(
     double relative_error, const std::vector<double>& errors, unsigned scramblings) {
-    double sum = 0.0, of_squares = 0.0;
+    double sum = 0.0, of_squares = 0.0, of_fourths = 0.0;
     for (const double own : errors) {
+        const double square = own * own;
         sum += own;
-        of_squares += own * own;
+        of_squares += square;
+        of_fourths += square * square;
     }
     if (!(sum > 0.0)) return std::nullopt;
-    const double degrees = static_cast<double>(scramblings - 1);
-    const double square = of_squares * degrees / (degrees + 2.0) / (sum * sum);  // sum v_p^2 / (sum v_p)^2
-    return interval_from(relative_error, std::sqrt(2.0 * square),
-        {.relative = std::sqrt(2.0 * square / degrees), .degrees = std::max(degrees, degrees / square)});
+    const double count = scramblings, relative = std::sqrt(2.0 * count / (count - 1.0) * of_squares) / sum;
+    return interval_from(
+        relative_error, 0.0, {.relative = relative, .degrees = 2.0 * of_squares * of_squares / of_fourths});
 }
 
 // The film of one or more scramblings, or of independent samples: render_until() goes on with either.
