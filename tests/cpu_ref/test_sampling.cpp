@@ -56,12 +56,14 @@ TEST_CASE_TEMPLATE("the lanes' numbers of every other generator are the common o
                 id.sample_low.v[i] = static_cast<std::uint32_t>(0xFFFFFFFFu - 3u * static_cast<unsigned>(i));
                 id.sample_high.v[i] = static_cast<UnsignedOf<Real>>(i / 2);
             }
-            const RandomLanes<Real> numbers =
-                random_numbers<Real>(settings, id, Ints<Real>(static_cast<UnsignedOf<Real>>(block)));
+            // An idle lane's block has another kind of pairs.
+            Ints<Real> blocks(static_cast<UnsignedOf<Real>>(block));
+            blocks.v[0] = 1;
+            const RandomLanes<Real> numbers = random_numbers<Real>(settings, id, blocks);
             for (int i = 0; i < lane_count<Real>; ++i) {
                 const std::uint64_t sample = (std::uint64_t{id.sample_high.v[i]} << 32) | id.sample_low.v[i];
-                const RandomBlock expected =
-                    random_block(generator, settings.seed, static_cast<std::uint32_t>(id.pixel.v[i]), sample, block);
+                const RandomBlock expected = random_block(generator, settings.seed,
+                    static_cast<std::uint32_t>(id.pixel.v[i]), sample, static_cast<std::uint32_t>(blocks.v[i]));
                 for (std::size_t k = 0; k < 4; ++k) CHECK(numbers[k][i] == to_unit<Real>(expected[k]));
             }
         }

@@ -90,8 +90,10 @@ template <class Real>
     const Ints<Real> rest = reversed<Real>(sample_low);
     const PairOfWords<Real> a = sobol_pair<Real>(rest, hashed(constant<Real>(0), block));
     const PairOfWords<Real> b = sobol_pair<Real>(rest, hashed(constant<Real>(sobol::second_pair), block));
-    if (sobol::pairs_inner(static_cast<std::uint32_t>(block[0]))) return {b.first, a.first, a.second, b.second};
-    return {a.first, a.second, b.first, b.second};  // all lanes' blocks are of one kind
+    // sobol::pairs_inner, lane by lane: an idle lane's block is of any kind.
+    const Mask<Real> inner = ((block & constant<Real>(3)) == constant<Real>(1)) & !(block == constant<Real>(1));
+    return {
+        select(inner, b.first, a.first), select(inner, a.first, a.second), select(inner, a.second, b.first), b.second};
 }
 
 }  // namespace tandem::cpu
