@@ -194,6 +194,33 @@ TEST_CASE("draws of other numbers are independent, those of a wrong formula are 
     CHECK(evidence.suspects().front().part == Subsystem::random_numbers);
 }
 
+TEST_CASE("a factor of a light that alone differs names its part, unless others differ as well") {
+    Evidence evidence;
+    evidence.level("image", true);
+    const auto first = [&](std::initializer_list<PartsBy> parts) {
+        evidence.partings.by = {};
+        for (const PartsBy what : parts) evidence.partings.by[static_cast<std::size_t>(what)] = 1.0;
+        return evidence.suspects().front();
+    };
+    CHECK(first({PartsBy::light_transmittance, PartsBy::light}).part == Subsystem::volumes);
+    CHECK(first({PartsBy::light_weight, PartsBy::light}).part == Subsystem::mis_weights);
+    CHECK(first({PartsBy::found_weight, PartsBy::emission}).because ==
+          "MIS weights alone differ in 100 % of the paths that part");
+    CHECK(first({PartsBy::light_density, PartsBy::light_weight, PartsBy::light}).part == Subsystem::light_sampling);
+    CHECK(first({PartsBy::light_weight, PartsBy::light, PartsBy::direction}).part != Subsystem::mis_weights);
+}
+
+TEST_CASE("a number that decides on one side what it is not for names random numbers") {
+    Evidence evidence;
+    evidence.level("image", true);
+    evidence.partings.numbers = {
+        NumberUse::foreign, "roulette's number decides the point of the light of the candidate"};
+    CHECK(evidence.suspects().front().part == Subsystem::random_numbers);
+    CHECK(evidence.suspects().front().because == evidence.partings.numbers.words);
+    evidence.partings.numbers.use = NumberUse::own;
+    CHECK(names(evidence.suspects(), Subsystem::random_numbers));
+}
+
 TEST_CASE("of a closed form that both sides miss the scene's most particular feature is suspected") {
     SceneBuilder builder;
     builder.camera({0.0, 1.0, 4.0}, {0.0, 0.0, 0.0}).floor(diffuse(dvec3(0.5)), 0.0, 2.0).background(dvec3(1.0));

@@ -83,6 +83,7 @@ public:
         look_at_needs();
         look_at_bounces();
         look_at_ends();
+        look_at_factors();
         look_at_precision();
         look_at_data();
         look_at_numbers();
@@ -148,6 +149,34 @@ private:
         };
         add_end(partings.by_roulette, "roulette ends one path alone");
         add_end(partings.at_limit, "one path ends at the limit of bounces where the other does not");
+    }
+
+    // Of what a light brings, one factor differs and no other, but for those that follow from it.
+    void look_at_factors() {
+        const PathPartings& partings = evidence_.partings;
+        if (partings.parted == 0 || evidence_.place.outside_paths) return;
+        constexpr double nearly_all = 0.9;
+        const auto share = [&](PartsBy what) { return partings.by.at(static_cast<std::size_t>(what)); };
+        const auto add_factor = [&](S part, std::initializer_list<PartsBy> factors,
+                                    std::initializer_list<PartsBy> following, std::string_view words) {
+            double all = 0.0, others = 0.0;
+            for (const PartsBy factor : factors) all += share(factor);
+            for (std::size_t i = 0; i < partings.by.size(); ++i) {
+                const auto what = static_cast<PartsBy>(i);
+                if (std::ranges::find(factors, what) == factors.end() &&
+                    std::ranges::find(following, what) == following.end())
+                    others = std::max(others, share(what));
+            }
+            if (all >= nearly_all && others <= 1.0 - nearly_all)
+                add(part, strong, fmt::format("{} in {} of the paths that part", words, percent(std::min(1.0, all))));
+        };
+        using enum PartsBy;
+        add_factor(
+            S::volumes, {light_transmittance}, {PartsBy::light}, "the way to a sampled light alone dims differently");
+        add_factor(
+            S::mis_weights, {light_weight, found_weight}, {PartsBy::light, emission}, "MIS weights alone differ");
+        add_factor(S::light_sampling, {light_density}, {light_weight, found_weight, PartsBy::light, emission},
+            "the density of light sampling alone differs");
     }
 
     // An offset of rays that is too short does no harm in double precision either: then rays go elsewhere.
