@@ -36,7 +36,8 @@ NumberUses uses_in(const char* name, PlantedBug bug, std::size_t vertex, bool pl
 }  // namespace
 
 TEST_CASE("sound path tracers take every random number for the same") {
-    for (const char* name : {"cornell-classic", "fog", "bokeh", "motion", "glass", "conductors", "many-lamps", "cloud"})
+    for (const char* name :
+        {"cornell-classic", "fog", "bokeh", "motion", "glass", "conductors", "many-lamps", "cloud", "next-week"})
         for (const std::size_t vertex : {0, 1, 2}) {
             CAPTURE(name);
             CAPTURE(vertex);

@@ -179,14 +179,16 @@ private:
             "the density of light sampling alone differs");
     }
 
-    // An offset of rays that is too short does no harm in double precision either: then rays go elsewhere.
+    // An offset of rays that is too short does no harm in double precision either: then rays go elsewhere. Normals come
+    // from the scene by way of other code in double precision, and kernels are others there.
     void look_at_precision() {
         if (evidence_.elimination == nullptr || !evidence_.elimination->right_in_double) return;
         const auto& by = evidence_.partings.by;
         double elsewhere = 0.0;
-        for (const PartsBy what : {PartsBy::spawned, PartsBy::met, PartsBy::place, PartsBy::shadow})
+        for (const PartsBy what :
+            {PartsBy::spawned, PartsBy::met, PartsBy::place, PartsBy::normal, PartsBy::shading_normal, PartsBy::shadow})
             elsewhere = std::max(elsewhere, by.at(static_cast<std::size_t>(what)));
-        const bool same_way = elsewhere < 0.5;
+        const bool same_way = elsewhere < 0.5 && evidence_.place.kernels_without.empty();
         add(S::arithmetic, same_way ? certain : weak, told_of_precision(*evidence_.elimination));
     }
 

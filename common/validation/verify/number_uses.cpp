@@ -19,8 +19,8 @@ enum class Decides : std::uint8_t { camera, time, distance, light, direction, en
 constexpr std::array<std::string_view, 6> decided_names{"the ray of the camera", "the time",
     "the distance in the medium", "the point of the light", "the direction of scattering", "the end by roulette"};
 
-// Blocks of section 3's table; those of vertices are counted from the vertex's first.
-constexpr std::uint32_t time_block = 1, medium_of_vertex = 2;
+// Of section 3's table, counted from the vertex's first block.
+constexpr std::uint32_t medium_of_vertex = 2;
 
 struct Number {
     ChangedNumber number;
@@ -28,7 +28,7 @@ struct Number {
     std::string_view name;
 };
 
-// Section 3's table.
+// Section 3's table, but for the time: it moves things, so that all else may follow from it.
 std::vector<Number> numbers_at(std::size_t vertex) {
     const auto first = static_cast<std::uint32_t>(dimension::first_vertex + dimension::blocks_per_vertex * vertex);
     const std::uint32_t scatter = first + dimension::scatter, to_light = first + dimension::light,
@@ -46,7 +46,6 @@ std::vector<Number> numbers_at(std::size_t vertex) {
         "the film's first number", "the film's second number", "the lens's first number", "the lens's second number"};
     for (std::uint32_t i = 0; i < 4; ++i)
         numbers.push_back({{dimension::film_and_lens, i}, Decides::camera, names.at(i)});
-    numbers.push_back({{time_block, 0}, Decides::time, "the time's number"});
     return numbers;
 }
 
@@ -86,10 +85,6 @@ Answers answers_of(RenderJob& job, const NumberPaths& paths, const ChangedNumber
     return answers;
 }
 
-bool is_for(const Number& number, Decides what) {
-    return what == number.purpose || (number.purpose == Decides::time && what == Decides::camera);  // if it moves
-}
-
 // Never on one side, often on the other.
 bool apart(const Answers& a, const Answers& b, std::size_t what) {
     constexpr double fewest = 16.0, often = 0.25;
@@ -107,8 +102,7 @@ NumberUses number_uses(const NumberPaths& paths) {
         for (std::size_t what = 0; what < decided_names.size(); ++what)
             for (std::size_t side = 0; side < 2; ++side) {
                 if (!apart(answers[1 - side], answers[side], what)) continue;
-                const bool foreign = !is_for(number, static_cast<Decides>(what));
-                if (!foreign && number.purpose == Decides::time) continue;  // what does not move needs no time
+                const bool foreign = what != static_cast<std::size_t>(number.purpose);
                 if (found.use == NumberUse::foreign || (found.use == NumberUse::own && !foreign)) continue;
                 const std::array<std::string_view, 2> sides{"reference", "candidate"};
                 found.use = foreign ? NumberUse::foreign : NumberUse::own;
