@@ -193,6 +193,7 @@ struct Work {
         options.stop = deadline.token();
         options.settings = films[i].settings;
         options.budget_seconds = seconds;
+        options.misreading = misreading_of(scenes[i], arguments.scenes[i]);
         ProgressLine line;
         options.progress = [&](double fraction, const std::string& what) {
             line.update(fraction, text + scenes[i].name + ": " + what);

@@ -316,6 +316,15 @@ std::vector<Suspect> suspects_of_difference(const DifferenceEvidence& evidence, 
     return Ranking(evidence, record).ranked();
 }
 
+Suspect suspect_of(const Misreading& misreading) {
+    constexpr std::array<std::pair<std::string_view, S>, 6> parts{
+        {{"/camera", S::camera}, {"/background", S::emission}, {"/media", S::volumes}, {"/textures", S::textures},
+            {"/render/bounces", S::roulette}, {"/render/roulette_start", S::roulette}}};
+    const auto found =
+        std::ranges::find_if(parts, [&](const auto& part) { return misreading.pointer.starts_with(part.first); });
+    return {found == parts.end() ? S::scene_data : found->second, misreading.words};
+}
+
 std::string told(std::span<const Suspect> suspects) {
     std::vector<std::string> each;
     for (const Suspect& suspect : suspects)

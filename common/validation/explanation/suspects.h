@@ -10,6 +10,7 @@
 #include <string_view>
 #include <vector>
 
+#include "common/scene/export/misreading.h"
 #include "common/validation/explanation/part_evidence.h"
 #include "common/validation/explanation/scene_features.h"
 #include "common/validation/verdict/closed_form.h"
@@ -40,6 +41,9 @@ struct MissEvidence {
 // and few have not. Or all are off as if sums were divided by one sample too few or too many. Nothing where the image
 // has noise, or is not one colour.
 [[nodiscard]] std::optional<Suspect> film_misses(const ClosedForm& form, const SampledImage& side);
+
+// Of what the loader reads otherwise than the scene's file says.
+[[nodiscard]] Suspect suspect_of(const Misreading& misreading);
 
 // Where the two sides differ.
 struct DifferenceEvidence {

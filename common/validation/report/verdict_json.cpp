@@ -288,6 +288,7 @@ json to_json(const SceneVerdict& v) {
     result["paired"] = paired_json(v);
     result["explanations"] = explanations_json(v.explanations);
     result["likeness"] = likeness_json(v.likeness);
+    result["misreading"] = v.misreading ? json(v.misreading->words) : json(nullptr);
     result["suspects"] = json::array();
     for (const Suspect& suspect : v.suspects)
         result["suspects"].push_back({{"subsystem", name_of(suspect.part)}, {"because", suspect.because}});

@@ -75,11 +75,26 @@ bool compare_misses(std::span<SceneVerdict> verdicts) {
         if (verdict.closed_form.form && verdict.verdict == Verdict::agree)
             met.insert(met.end(), verdict.features.begin(), verdict.features.end());
     if (met.empty()) return false;
-    for (SceneVerdict& verdict : verdicts) suspect_features(verdict, met);
+    for (SceneVerdict& verdict : verdicts)
+        if (!verdict.misreading) suspect_features(verdict, met);
     return std::ranges::any_of(verdicts, misses_on_both_sides);
 }
 
-void conclude(SceneVerdict& verdict) {
+namespace {
+
+// Both sides render another scene than the file's, and may do so alike.
+void judge_misreading(SceneVerdict& verdict) {
+    if (!verdict.misreading) return;
+    verdict.verdict = Verdict::disagree;
+    if (verdict.outvoted == Outvoted::nobody) verdict.outvoted = Outvoted::both;
+    verdict.sentence = "the scene is not what its file says: " + verdict.misreading->words + "; " + verdict.sentence;
+    const Suspect suspect = suspect_of(*verdict.misreading);
+    std::erase_if(verdict.suspects, [&](const Suspect& one) { return one.part == suspect.part; });
+    verdict.suspects.insert(verdict.suspects.begin(), suspect);
+    if (verdict.suspects.size() > most_suspects) verdict.suspects.resize(most_suspects);
+}
+
+void judge_sides(SceneVerdict& verdict) {
     if (verdict.looks.empty()) {
         verdict.sentence = verdict.reference_name + " and " + verdict.candidate_name +
                            " are undecided: stopped, or out of time, before there was enough to judge";
@@ -100,6 +115,13 @@ void conclude(SceneVerdict& verdict) {
     if (!verdict.explanations.empty()) verdict.sentence += "; " + told(verdict.explanations);
     add_votes(verdict);
     suspect_features(verdict, {});
+}
+
+}  // namespace
+
+void conclude(SceneVerdict& verdict) {
+    judge_sides(verdict);
+    judge_misreading(verdict);
 }
 
 }  // namespace tandem

@@ -8,6 +8,7 @@
 
 #include "common/render/binned_film.h"
 #include "common/render/renderer.h"
+#include "common/scene/export/misreading.h"
 #include "common/validation/explanation/explanation.h"
 #include "common/validation/explanation/likeness.h"
 #include "common/validation/explanation/suspects.h"
@@ -55,6 +56,7 @@ struct SceneVerdict {
     ClosedFormUse closed_form;                     // of the scene, at these settings
     std::optional<OracleOpinion> oracle;           // asked where the sides disagree
     std::optional<ConvergenceReport> convergence;  // where it was asked for; it gates nothing
+    std::optional<Misreading> misreading;          // what was loaded otherwise than the scene's file says
     Outvoted outvoted = Outvoted::nobody;          // by the closed form, else by the oracle
     std::optional<WorstPixel> worst;               // where there were looks at two renderers
     std::string reference_name, candidate_name;
@@ -84,7 +86,7 @@ struct SceneVerdict {
 bool compare_misses(std::span<SceneVerdict> verdicts);
 
 // Sets the verdict, its sentence, the permutation check and, where the sides disagree, the explanations, all from
-// the judgement and the two sides at hand.
+// the judgement and the two sides at hand. A misreading of the scene is a disagreement whatever the sides show.
 void conclude(SceneVerdict& verdict);
 
 }  // namespace tandem

@@ -36,6 +36,7 @@ public:
     Verification(const Scene& scene, Renderer& reference, Renderer& candidate, const VerifyOptions& options)
         : scene_(scene), reference_renderer_(reference), candidate_renderer_(candidate), options_(options) {
         verdict_.scene = scene.name;
+        verdict_.misreading = options.misreading;
         verdict_.settings = options.settings.value_or(verification_settings(scene));
         verdict_.criteria = options.criteria;
         verdict_.criteria.fixed_tolerance =

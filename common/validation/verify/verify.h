@@ -36,7 +36,8 @@ struct VerifyOptions {
     // The candidate in double precision, where it computes in single. nullptr or an Error: not to be had.
     std::function<std::unique_ptr<Renderer>()> candidate_in_double;
     bool equal_pixels = true;  // false: a mean over pixels is not quite one over the film, as closed forms are
-    std::size_t scenes = 1;    // of the run: they share the false alarms and the doubt equally
+    std::optional<Misreading> misreading;  // of the scene's file, which is a disagreement with the file
+    std::size_t scenes = 1;                // of the run: they share the false alarms and the doubt equally
     std::stop_token stop;
     std::function<void(double fraction, const std::string& text)> progress;  // called from one thread at a time
 };
