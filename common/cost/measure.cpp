@@ -4,10 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <deque>
 #include <numeric>
 #include <random>
-#include <thread>
 #include <utility>
 
 #include "common/cost/schedule.h"
@@ -260,28 +258,13 @@ void CostExperiment::skip_for_time(const CostArm& arm, const std::string& reason
     skipped_.push_back({arm.knob, arm.setting, reason, true});
 }
 
-RenderSettings CostExperiment::settings_of(const CostArm& arm) const {
-    RenderSettings settings = arm.settings.render;
-    settings.seed = seed_;
-    return settings;
-}
-
-std::optional<CostExperiment::BegunArm> CostExperiment::begin(const CostArm& arm) {
+bool CostExperiment::add(const CostArm& arm) {
     try {
+        RenderSettings settings = arm.settings.render;
+        settings.seed = seed_;
         Renderer& renderer = renderers_->of(arm.settings.backend);
-        return BegunArm{arm, renderer, renderer.begin(scene_, settings_of(arm))};
-    } catch (const UnsupportedError& refusal) {
-        skipped_.push_back({arm.knob, arm.setting, refusal.what()});
-        return std::nullopt;
-    }
-}
-
-bool CostExperiment::end(const BegunArm& begun) {
-    const CostArm& arm = begun.arm;
-    try {
-        auto job = begun.job();
-        auto denoiser =
-            arm.settings.denoise ? std::make_unique<FilmDenoiser>(begun.renderer, scene_, settings_of(arm)) : nullptr;
+        auto job = renderer.prepare(scene_, settings);
+        auto denoiser = arm.settings.denoise ? std::make_unique<FilmDenoiser>(renderer, scene_, settings) : nullptr;
         jobs_.push_back(std::move(job));
         denoisers_.push_back(std::move(denoiser));
         arms_.push_back(arm);
@@ -290,28 +273,6 @@ bool CostExperiment::end(const BegunArm& begun) {
         skipped_.push_back({arm.knob, arm.setting, refusal.what()});
         return false;
     }
-}
-
-bool CostExperiment::add(const CostArm& arm) {
-    const std::optional<BegunArm> begun = begin(arm);
-    return begun && end(*begun);
-}
-
-void CostExperiment::add_all(const std::vector<CostArm>& arms, const std::function<bool()>& has_time) {
-    const std::size_t most_ahead = std::max(1u, std::thread::hardware_concurrency());
-    std::deque<BegunArm> begun;
-    const auto end_first = [&] {
-        (void)end(begun.front());
-        begun.pop_front();
-    };
-    for (const CostArm& arm : arms) {
-        if (begun.size() >= most_ahead) end_first();
-        if (!has_time())
-            skip_for_time(arm, "no time was left to make its kernels");
-        else if (auto next = begin(arm))
-            begun.push_back(std::move(*next));
-    }
-    while (!begun.empty()) end_first();
 }
 
 void CostExperiment::time_hierarchies(double seconds, const CostControl& control) {
@@ -329,7 +290,8 @@ void CostExperiment::time_hierarchies(double seconds, const CostControl& control
         if (control.stop.stop_requested() || spent + next > seconds) break;
         for (std::size_t k = 0; k < timed.size(); ++k) {
             const ArmSettings& settings = arms_[timed[k]].settings;
-            const RenderSettings render = settings_of(arms_[timed[k]]);
+            RenderSettings render = settings.render;
+            render.seed = seed_;
             times[k].push_back(renderers_->of(settings.backend).prepare(scene_, render)->facts().hierarchy_seconds);
         }
     }

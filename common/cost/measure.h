@@ -69,9 +69,6 @@ public:
 
     // Makes an arm ready. False, with a SkippedArm, where the backend refuses it.
     bool add(const CostArm& arm);
-    // The same for several in turn. As many as there are processors are begun ahead, so that a GPU's kernels are made
-    // side by side. Those that `has_time` refuses, when their turn comes, are skipped.
-    void add_all(const std::vector<CostArm>& arms, const std::function<bool()>& has_time);
     // Fills in hierarchy_seconds, if there are such arms. Each is prepared anew, in turn, as `seconds` allow.
     void time_hierarchies(double seconds, const CostControl& control);
     void skip_for_time(const CostArm& arm, const std::string& reason);
@@ -96,15 +93,6 @@ private:
     // have time for a replicate, or nothing where a stop came.
     std::optional<std::vector<std::size_t>> try_speeds(
         const std::vector<std::string>& names, double seconds, CostSamples& samples, const CostControl& control);
-    struct BegunArm {
-        const CostArm& arm;
-        Renderer& renderer;
-        BegunJob job;
-    };
-    // Nothing, with a SkippedArm, where the backend refuses it.
-    [[nodiscard]] std::optional<BegunArm> begin(const CostArm& arm);
-    bool end(const BegunArm& begun);
-    [[nodiscard]] RenderSettings settings_of(const CostArm& arm) const;
 
     const Scene& scene_;
     std::unique_ptr<Renderers> renderers_;

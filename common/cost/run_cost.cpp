@@ -200,8 +200,12 @@ void CostRun::render_reference() {
 void CostRun::add_arms() {
     // On a GPU the kernels of twenty arms take longer than many a time for measuring.
     const double making_end = spent() + making_share * std::max(0.0, request_.seconds - spent());
-    experiment_.add_all(single_arms(scene_, request_, info_, mean_, report_.skipped),
-        [&] { return !stopped() && spent() <= making_end; });
+    for (const CostArm& arm : single_arms(scene_, request_, info_, mean_, report_.skipped)) {
+        if (stopped() || spent() > making_end)
+            experiment_.skip_for_time(arm, "no time was left to make its kernels");
+        else
+            (void)experiment_.add(arm);
+    }
     experiment_.time_hierarchies(std::max(0.0, making_end - spent()), control_);
     report_.device = info_.device;
     report_.driver = info_.driver;

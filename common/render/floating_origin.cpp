@@ -254,31 +254,18 @@ Scene moving_along(const Scene& scene, const dvec3& motion) {
     return moved;
 }
 
-NearScene near_origin(const Scene& given) {
-    NearScene near{.changed = with_contacts_apart(given)};
-    const auto scene = [&]() -> const Scene& { return near.changed ? *near.changed : given; };
-    if (const std::optional<dvec3> motion = floating_motion(scene())) {
-        near.changed = moving_along(scene(), *motion);
-        near.motion = *motion;
-    }
-    if (const std::optional<dvec3> origin = floating_origin(scene()))
-        if (std::optional<Scene> moved = seen_from(scene(), *origin)) {
-            near.changed = std::move(moved);
-            near.origin = *origin;
-        }
-    return near;
-}
-
-std::unique_ptr<RenderJob> in_world(
-    std::unique_ptr<RenderJob> job, const NearScene& scene, const RenderSettings& settings) {
-    if (scene.origin == dvec3(0.0) && scene.motion == dvec3(0.0)) return job;
-    return std::make_unique<MovedJob>(std::move(job), scene.origin, scene.motion, settings);
-}
-
 std::unique_ptr<RenderJob> prepare_near_origin(const Scene& given, const RenderSettings& settings,
     const std::function<std::unique_ptr<RenderJob>(const Scene&)>& prepare) {
-    const NearScene near = near_origin(given);
-    return in_world(prepare(near.changed ? *near.changed : given), near, settings);
+    const std::optional<Scene> apart = with_contacts_apart(given);
+    const Scene& scene = apart ? *apart : given;
+    const std::optional<dvec3> motion = floating_motion(scene);
+    const std::optional<Scene> along = motion ? std::optional(moving_along(scene, *motion)) : std::nullopt;
+    const Scene& seen = along ? *along : scene;
+    const std::optional<dvec3> origin = floating_origin(seen);
+    const std::optional<Scene> moved = origin ? seen_from(seen, *origin) : std::nullopt;
+    if (!along && !moved) return prepare(scene);
+    return std::make_unique<MovedJob>(
+        prepare(moved ? *moved : seen), moved ? *origin : dvec3(0.0), motion.value_or(dvec3(0.0)), settings);
 }
 
 }  // namespace tandem

@@ -30,19 +30,9 @@ namespace tandem {
 // The scene as seen by who is displaced by `motion`: camera and entities move by that less.
 [[nodiscard]] Scene moving_along(const Scene& scene, const glm::dvec3& motion);
 
-// A scene as it is rendered: its contacts apart (contacts.h), seen along its floating motion and from its floating
-// origin, if it has them.
-struct NearScene {
-    std::optional<Scene> changed;  // empty: the scene stays as it is
-    glm::dvec3 origin{0.0}, motion{0.0};
-};
-[[nodiscard]] NearScene near_origin(const Scene& scene);
-
-// The job of such a scene, as one for the scene where it stands: points of traced paths are those of the world.
-[[nodiscard]] std::unique_ptr<RenderJob> in_world(
-    std::unique_ptr<RenderJob> job, const NearScene& scene, const RenderSettings& settings);
-
-// Both, around a `prepare` for the scene as it is rendered.
+// A job for the scene where it stands, its contacts apart (contacts.h). It comes by way of `prepare` for the scene as
+// seen along its floating motion and from its floating origin, if it has them. The points of traced paths are those of
+// the world.
 [[nodiscard]] std::unique_ptr<RenderJob> prepare_near_origin(const Scene& scene, const RenderSettings& settings,
     const std::function<std::unique_ptr<RenderJob>(const Scene&)>& prepare);
 

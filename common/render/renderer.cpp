@@ -4,8 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <memory>
-#include <utility>
 
 #include "common/error.h"
 #include "common/render/path_trace.h"
@@ -44,11 +42,6 @@ RenderSettings with_longer_side(RenderSettings settings, std::uint32_t longer_si
 
 std::string integrator_name(Integrator integrator) {
     return std::string(integrator_names.at(static_cast<std::size_t>(integrator)));
-}
-
-BegunJob Renderer::begin(const Scene& scene, const RenderSettings& settings) {
-    const auto job = std::make_shared<std::unique_ptr<RenderJob>>(prepare(scene, settings));
-    return [job] { return std::move(*job); };
 }
 
 std::unique_ptr<RayIntersector> Renderer::intersector(const Scene& /*scene*/, const RenderSettings& /*settings*/) {

@@ -198,8 +198,6 @@ struct RendererInfo {
     return integrator != Integrator::next_event || a.samples_lights == b.samples_lights;
 }
 
-using BegunJob = std::function<std::unique_ptr<RenderJob>()>;
-
 class Renderer {
 public:
     virtual ~Renderer() = default;
@@ -207,10 +205,6 @@ public:
     // Throws UnsupportedError for what check_settings refuses and for what this renderer cannot do with this scene or
     // these settings. The job owns all it needs of the scene; it must not outlive the renderer.
     [[nodiscard]] virtual std::unique_ptr<RenderJob> prepare(const Scene& scene, const RenderSettings& settings) = 0;
-    // Begins a job. What takes long and can be done beside other jobs, other threads do from now on. Such are a GPU's
-    // kernels. All else is done before this returns. The function, called once, waits for them and gives the job. Both
-    // may throw what prepare() throws. The scene and the renderer must outlive the function.
-    [[nodiscard]] virtual BegunJob begin(const Scene& scene, const RenderSettings& settings);
     // The same scene for rays that are given; of the settings, `intersection` counts. It must not outlive the
     // renderer. Throws UnsupportedError where this renderer takes no such rays.
     [[nodiscard]] virtual std::unique_ptr<RayIntersector> intersector(

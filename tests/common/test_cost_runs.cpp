@@ -2,7 +2,6 @@
 #include <cmath>
 #include <fstream>
 #include <nlohmann/json.hpp>
-#include <thread>
 
 #include "tests/common/known_cost.h"
 #include "tests/scene_builder.h"
@@ -51,41 +50,6 @@ TEST_CASE("cost: a device that is slow until it is warm gets the samples of one 
         return counts;
     };
     CHECK(short_samples(request) == short_samples(request_for(0.0)));
-}
-
-TEST_CASE("cost: arms are begun ahead of those that wait for their kernels, and those without time are skipped") {
-    struct Ahead : KnownRenderer {
-        Ahead(const BackendOptions& options, std::size_t& open, std::size_t& most)
-            : KnownRenderer(options, 0.0), open_(open), most_(most) {}
-        BegunJob begin(const Scene& scene, const RenderSettings& settings) override {
-            most_ = std::max(most_, ++open_);
-            return [this, &scene, settings] {
-                --open_;
-                return prepare(scene, settings);
-            };
-        }
-        std::size_t &open_, &most_;
-    };
-    const std::size_t processors = std::max(1u, std::thread::hardware_concurrency());
-    std::size_t open = 0, most = 0, asked = 0;
-    const Scene scene;
-    CostExperiment experiment(
-        scene, [&](const BackendOptions& options) { return std::make_unique<Ahead>(options, open, most); }, 1);
-    std::vector<CostArm> arms(2 * processors + 3);
-    for (std::size_t i = 0; i < arms.size(); ++i) {
-        arms[i].knob = "arm";
-        arms[i].setting = std::to_string(i);
-    }
-    arms[1].settings.render.integrator = Integrator::bidirectional;  // refused
-    experiment.add_all(arms, [&] { return ++asked < arms.size(); });
-    CHECK(most == processors);
-    CHECK(open == 0);
-    REQUIRE(experiment.arms().size() == arms.size() - 2);
-    CHECK(experiment.arms()[0].setting == "0");
-    CHECK(experiment.arms()[1].setting == "2");
-    REQUIRE(experiment.skipped().size() == 2);
-    CHECK_FALSE(experiment.skipped()[0].for_time);
-    CHECK(experiment.skipped()[1].for_time);
 }
 
 TEST_CASE("cost: arms of unlike numbers of samples are held against each other at one that both have") {

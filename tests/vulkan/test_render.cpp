@@ -45,34 +45,6 @@ TEST_CASE("every sample of a furnace is the closed form of its depth") {
     }
 }
 
-TEST_CASE("jobs whose kernels are made side by side render what each renders alone, in whatever order they end") {
-    for (const char* kernel : {"stages", "megakernel"}) {
-        CAPTURE(kernel);
-        Renderer& renderer = renderer_with_kernel(kernel);
-        const Scene scene = furnace(0.7, 0.3);
-        std::vector<RenderSettings> all;
-        for (const PixelFilter filter : {PixelFilter::box, PixelFilter::tent, PixelFilter::gaussian})
-            for (const std::uint32_t bounces : {2u, 3u}) {  // of the same kernels
-                all.push_back(settings_of(8, bounces));
-                all.back().filter = filter;
-            }
-        std::vector<BegunJob> begun;
-        for (const RenderSettings& settings : all) begun.push_back(renderer.begin(scene, settings));
-        (void)renderer.begin(scene, settings_of(8, 4, Integrator::next_event));  // never ended
-        for (std::size_t i = all.size(); i-- > 0;) {
-            const RenderResult result = begun[i]()->render({0, 4});
-            CHECK(mean_of(result.estimate) == mean_of(renderer.prepare(scene, all[i])->render({0, 4}).estimate));
-        }
-    }
-}
-
-TEST_CASE("what a job cannot do is refused when it begins or ends") {
-    RenderSettings settings = settings_of(8, 2);
-    settings.integrator = Integrator::bidirectional;
-    const Scene scene = furnace(0.7, 0.3);
-    CHECK_THROWS_AS((void)default_renderer().begin(scene, settings)(), UnsupportedError);
-}
-
 TEST_CASE("next events leave the furnace as it is") {
     constexpr double albedo = 0.8, radiance = 0.5;
     const RenderResult result = render(furnace(albedo, radiance), settings_of(16, 5, Integrator::next_event), 256);

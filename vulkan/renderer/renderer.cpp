@@ -71,11 +71,15 @@ public:
 
     [[nodiscard]] std::unique_ptr<RenderJob> prepare_tiled(
         const Scene& given, const RenderSettings& settings, std::uint32_t tile_pixels) override {
-        return begin_tiled(given, settings, tile_pixels)();
-    }
-
-    [[nodiscard]] BegunJob begin(const Scene& given, const RenderSettings& settings) override {
-        return begin_tiled(given, settings, 0);
+        const std::optional<Scene> changed = changed_by(settings, given);
+        JobPatterns patterns;
+        patterns.tracer.tile_pixels = tile_pixels;
+        patterns.tracer.kernel = shape_for(settings);
+        patterns.tracer.half_state = half_state_;
+        return prepare_near_origin(changed ? *changed : given, settings, [&](const Scene& scene) {
+            return std::make_unique<VulkanJob>(
+                instance_, *device_, *stages_, scene, settings, acceleration_, planted_bug_, patterns, geometry_);
+        });
     }
 
     [[nodiscard]] MemoryForecast forecast(
@@ -94,28 +98,6 @@ public:
     }
 
 private:
-    [[nodiscard]] BegunJob begin_tiled(
-        const Scene& given, const RenderSettings& settings, std::uint32_t tile_pixels) const {
-        struct Begun {
-            std::optional<Scene> changed;
-            NearScene near;
-            std::optional<JobPlan> plan;
-        };
-        const auto begun = std::make_shared<Begun>();
-        begun->changed = changed_by(settings, given);
-        begun->near = near_origin(begun->changed ? *begun->changed : given);
-        const Scene* scene = begun->near.changed ? &*begun->near.changed : begun->changed ? &*begun->changed : &given;
-        JobPatterns patterns;
-        patterns.tracer.tile_pixels = tile_pixels;
-        patterns.tracer.kernel = shape_for(settings);
-        patterns.tracer.half_state = half_state_;
-        begun->plan.emplace(*device_, *scene, settings, acceleration_, planted_bug_, patterns, geometry_);
-        stages_->begin(begun->plan->specialisation, begun->plan->form());
-        return [this, begun, scene, settings] {
-            return in_world(std::make_unique<VulkanJob>(instance_, *device_, *stages_, *scene, std::move(*begun->plan)),
-                begun->near, settings);
-        };
-    }
     [[nodiscard]] bool in_double() const { return geometry_ != GeometryPrecision::single_precision; }
     [[nodiscard]] KernelShape shape_for(const RenderSettings& settings) const {
         if (shape_) return *shape_;

@@ -41,43 +41,30 @@ struct VulkanJob::Progress {
     }
 };
 
-JobPlan::JobPlan(const Device& device, const Scene& scene, const RenderSettings& wanted, Acceleration acceleration,
-    PlantedFault planted_bug, const JobPatterns& with, GeometryPrecision in)
-    : patterns(with),
-      precision(in),
-      settings(checked_settings(device, scene, wanted, in, with.tracer.kernel)),
-      data(flatten_for(
-          scene, settings, walks_itself(with.tracer.kernel, scene, settings) ? acceleration : Acceleration::loops, in)),
-      specialisation(with_patterns(
-          specialise(device, scene, data, settings, planted_bug), device, with, told_settings(settings, data))) {}
-
 VulkanJob::VulkanJob(const Instance& instance, const Device& device, Stages& stages, const Scene& scene,
     const RenderSettings& settings, Acceleration acceleration, PlantedFault planted_bug, const JobPatterns& patterns,
     GeometryPrecision precision)
-    : VulkanJob(instance, device, stages, scene,
-          JobPlan(device, scene, settings, acceleration, planted_bug, patterns, precision)) {}
-
-VulkanJob::VulkanJob(const Instance& instance, const Device& device, Stages& stages, const Scene& scene, JobPlan plan)
     : instance_(instance),
       device_(device),
-      form_(plan.form()),
-      patterns_(plan.patterns),
-      precision_(plan.precision),
-      settings_(std::move(plan.settings)),
-      scene_(std::move(plan.data)),
-      specialisation_(std::move(plan.specialisation)),
+      patterns_(patterns),
+      precision_(precision),
+      settings_(checked_settings(device, scene, settings, precision, patterns.tracer.kernel)),
+      scene_(flatten_for(scene, settings_,
+          walks_itself(patterns.tracer.kernel, scene, settings_) ? acceleration : Acceleration::loops, precision)),
+      specialisation_(with_patterns(specialise(device, scene, scene_, settings_, planted_bug), device, patterns,
+          told_settings(settings_, scene_))),
       segments_(most_segments(specialisation_.effects, settings_)),
-      kept_(traces_whole_paths(patterns_.tracer.kernel) ? std::nullopt : std::optional(specialisation_.path)),
+      kept_(traces_whole_paths(patterns.tracer.kernel) ? std::nullopt : std::optional(specialisation_.path)),
       accumulation_(*settings_.accumulation),
       stages_(stages),
-      pipelines_(stages.pipelines(specialisation_, form_)),
+      pipelines_(stages.pipelines(specialisation_, form())),
       tile_pixels_(std::min(tile_size(device, part().pixel_count, kept_),
-          patterns_.tracer.tile_pixels > 0 ? patterns_.tracer.tile_pixels : std::numeric_limits<std::uint32_t>::max())),
-      resources_(device, scene_, kept_, settings_.bounces, tile_pixels_, patterns_.vulkan.memory,
-          specialisation_.lists_pixels, {patterns_.vulkan.scene, patterns_.vulkan.rays}),
-      kernels_(device, stages.layout(form_), *pipelines_, resources_, scene_, told_settings(settings_, scene_),
-          specialisation_.workgroup, patterns_.vulkan),
-      submission_(device, patterns_.vulkan),
+          patterns.tracer.tile_pixels > 0 ? patterns.tracer.tile_pixels : std::numeric_limits<std::uint32_t>::max())),
+      resources_(device, scene_, kept_, settings_.bounces, tile_pixels_, patterns.vulkan.memory,
+          specialisation_.lists_pixels, {patterns.vulkan.scene, patterns.vulkan.rays}),
+      kernels_(device, stages.layout(form()), *pipelines_, resources_, scene_, told_settings(settings_, scene_),
+          specialisation_.workgroup, patterns.vulkan),
+      submission_(device, patterns.vulkan),
       recorder_(make_recorder(
           {device, stages, scene, scene_, settings_, specialisation_, patterns_, segments_, kernels_, submission_})) {
     if (patterns_.tracer.parts == 0 || patterns_.tracer.part >= patterns_.tracer.parts || part().pixel_count == 0)
@@ -116,7 +103,7 @@ JobFacts VulkanJob::facts() const {
         if (stage == Stage::vertex && scene_.in_double) continue;
         const std::string name = stage_names[static_cast<std::size_t>(stage)];
         const std::vector<std::uint32_t> code =
-            optimised_spirv(stages_.prepared(kernel_code(stage, form_).words), constants);
+            optimised_spirv(stages_.prepared(kernel_code(stage, form()).words), constants);
         facts.kernels.push_back({name, count_instructions(code)});
         facts.bindings.push_back({name, count_bindings(code)});
         if (is_called(stage)) continue;

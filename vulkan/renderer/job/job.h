@@ -9,27 +9,8 @@
 
 namespace tandem {
 
-// What a job is made from. Nothing of it is on the device yet.
-struct JobPlan {
-    JobPlan(const Device& device, const Scene& scene, const RenderSettings& settings, Acceleration acceleration,
-        PlantedFault planted_bug, const JobPatterns& patterns, GeometryPrecision precision);
-    [[nodiscard]] KernelForm form() const {
-        return KernelForm(patterns.vulkan, patterns.tracer.kernel, precision,
-            settings.accumulation == Accumulation::in_double && precision == GeometryPrecision::single_precision,
-            patterns.tracer.half_state);
-    }
-
-    JobPatterns patterns;
-    GeometryPrecision precision;
-    RenderSettings settings;
-    SceneData data;
-    Specialisation specialisation;
-};
-
 class VulkanJob : public RenderJob {
 public:
-    // `scene`: the plan's.
-    VulkanJob(const Instance& instance, const Device& device, Stages& stages, const Scene& scene, JobPlan plan);
     VulkanJob(const Instance& instance, const Device& device, Stages& stages, const Scene& scene,
         const RenderSettings& settings, Acceleration acceleration, PlantedFault planted_bug,
         const JobPatterns& patterns = {}, GeometryPrecision precision = GeometryPrecision::single_precision);
@@ -100,10 +81,14 @@ private:
     void begin_frame(bool fresh);
     void begin_submission();
     [[nodiscard]] PathTracing& tracing();
+    [[nodiscard]] KernelForm form() const {
+        return KernelForm(patterns_.vulkan, patterns_.tracer.kernel, precision_,
+            accumulation_ == Accumulation::in_double && precision_ == GeometryPrecision::single_precision,
+            patterns_.tracer.half_state);
+    }
 
     const Instance& instance_;
     const Device& device_;
-    KernelForm form_;
     JobPatterns patterns_;
     GeometryPrecision precision_;
     RenderSettings settings_;

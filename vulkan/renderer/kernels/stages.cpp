@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <memory>
 #include <utility>
 
 #include "common/error.h"
@@ -283,8 +282,8 @@ const FullscreenPass& Stages::fullscreen_pass() {
 }
 
 vk::raii::Pipeline Stages::make_fragment(const PipelineLayout& layout, std::span<const std::uint32_t> code,
-    const std::vector<SpecialisationConstant>& constants) const {
-    return pass_->make_pipeline(
+    const std::vector<SpecialisationConstant>& constants) {
+    return fullscreen_pass().make_pipeline(
         layout.handle(), shader_code(Stage::fullscreen), handed_over(code, constants), constants);
 }
 
@@ -378,62 +377,38 @@ KernelCode kernel_code(Stage stage, const KernelForm& form) {
     return {plain ? shader_code(stage) : code, plain};
 }
 
-// Each kernel has a thread of its own: a driver takes much longer for one of them than a thread does to start.
-Stages::Pipelines Stages::make_all(EffectSet effects, const KernelForm& form, const PipelineLayout& layout,
-    const std::vector<SpecialisationConstant>& constants) const {
+std::shared_ptr<const Stages::Pipelines> Stages::pipelines(
+    const Specialisation& specialisation, const KernelForm& form) {
+    const std::vector<SpecialisationConstant> constants = specialisation.constants();
+    const PipelineLayout& form_layout = layout(form);
+    std::shared_ptr<const Pipelines>& kept = pipelines_[{form, key_of(constants)}];
+    if (kept) return kept;
     const Stopwatch watch;
     Pipelines made;
     made.plain.resize(stage_count);
     for (std::size_t stage = 0; stage < stage_count; ++stage) made.stages.emplace_back(nullptr);
-    std::vector<std::future<void>> kernels;
     bool any_variant = false;
-    for (const Stage stage : kernels_of(form.shape, effects)) {
+    for (const Stage stage : kernels_of(form.shape, specialisation.effects)) {
         if (is_called(stage)) continue;
+        if (stage == Stage::rt_paths) {
+            made.rays.emplace(make_rays(form, form_layout, constants));
+            any_variant = any_variant || !kernel_code(stage, form).plain;
+            continue;
+        }
+        const auto i = static_cast<std::size_t>(stage);
         // What is held in double the host places.
         if (stage == Stage::vertex && form.precision != GeometryPrecision::single_precision) continue;
         const KernelCode code = kernel_code(stage, form);
         any_variant = any_variant || !code.plain;
-        const auto i = static_cast<std::size_t>(stage);
-        made.plain[i] = stage != Stage::rt_paths && code.plain;
-        kernels.push_back(std::async(std::launch::async, [&, stage, i, code] {
-            if (stage == Stage::rt_paths)
-                made.rays.emplace(make_rays(form, layout, constants));
-            else if (stage == Stage::fragment)
-                made.stages[i] = make_fragment(layout, code.words, constants);
-            else
-                made.stages[i] = make(layout, code.words, constants);
-        }));
+        made.plain[i] = code.plain;
+        made.stages[i] = stage == Stage::fragment ? make_fragment(form_layout, code.words, constants)
+                                                  : make(form_layout, code.words, constants);
     }
-    for (std::future<void>& kernel : kernels) kernel.get();
     if (form.variant() != ShaderVariant::plain && !any_variant)
         throw UnsupportedError("this build has no kernels for the pattern or the precision");
     made.seconds = watch.seconds();
-    return made;
-}
-
-const std::pair<const Stages::Key, Stages::Making>& Stages::making(
-    const Specialisation& specialisation, const KernelForm& form) {
-    std::vector<SpecialisationConstant> constants = specialisation.constants();
-    const PipelineLayout& form_layout = layout(form);
-    if (form.shape == KernelShape::fragment) (void)fullscreen_pass();
-    const auto kept = pipelines_.try_emplace({form, key_of(constants)}).first;
-    if (!kept->second.valid())
-        kept->second = std::async(std::launch::async,
-            [this, effects = specialisation.effects, form, &form_layout, constants = std::move(constants)] {
-                return std::make_shared<const Pipelines>(make_all(effects, form, form_layout, constants));
-            });
-    return *kept;
-}
-
-std::shared_ptr<const Stages::Pipelines> Stages::pipelines(
-    const Specialisation& specialisation, const KernelForm& form) {
-    const auto& [key, kept] = making(specialisation, form);
-    try {
-        return kept.get();
-    } catch (...) {
-        pipelines_.erase(Key(key));  // what a device had no memory for may have it later
-        throw;
-    }
+    kept = std::make_shared<const Pipelines>(std::move(made));
+    return kept;
 }
 
 }  // namespace tandem

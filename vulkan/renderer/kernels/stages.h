@@ -2,7 +2,6 @@
 #pragma once
 
 #include <array>
-#include <future>
 #include <map>
 #include <memory>
 #include <optional>
@@ -122,8 +121,7 @@ struct KernelCode {
 };
 [[nodiscard]] KernelCode kernel_code(Stage stage, const KernelForm& form);
 
-// Pipelines are kept per specialisation and form, so that many jobs of one kind build them once. One thread at a time
-// may call. Threads of its own make a job's pipelines side by side.
+// Pipelines are kept per specialisation and form, so that many jobs of one kind build them once.
 class Stages {
 public:
     struct Pipelines {
@@ -141,8 +139,6 @@ public:
     [[nodiscard]] const PipelineLayout& layout(const KernelForm& form);
     [[nodiscard]] std::shared_ptr<const Pipelines> pipelines(
         const Specialisation& specialisation, const KernelForm& form);
-    // Begins to make them, for a later call of pipelines(), which throws what fails on the way.
-    void begin(const Specialisation& specialisation, const KernelForm& form) { (void)making(specialisation, form); }
     [[nodiscard]] const FullscreenPass& fullscreen_pass();
     // A kernel's code as the device is handed it, before specialisation.
     [[nodiscard]] std::vector<std::uint32_t> prepared(std::span<const std::uint32_t> code) const;
@@ -165,21 +161,13 @@ public:
         const Specialisation& specialisation, ShaderVariant variant, bool places);
 
 private:
-    using Key = std::pair<KernelForm, std::vector<std::uint32_t>>;
-    using Making = std::shared_future<std::shared_ptr<const Pipelines>>;
-    [[nodiscard]] const std::pair<const Key, Making>& making(
-        const Specialisation& specialisation, const KernelForm& form);
-    [[nodiscard]] Pipelines make_all(EffectSet effects, const KernelForm& form, const PipelineLayout& layout,
-        const std::vector<SpecialisationConstant>& constants) const;
-
     [[nodiscard]] std::vector<std::uint32_t> handed_over(
         std::span<const std::uint32_t> code, const std::vector<SpecialisationConstant>& constants) const;
     [[nodiscard]] vk::raii::Pipeline make(const PipelineLayout& layout, std::span<const std::uint32_t> code,
         const std::vector<SpecialisationConstant>& constants) const;
 
-    // The pass must be there.
     [[nodiscard]] vk::raii::Pipeline make_fragment(const PipelineLayout& layout, std::span<const std::uint32_t> code,
-        const std::vector<SpecialisationConstant>& constants) const;
+        const std::vector<SpecialisationConstant>& constants);
     [[nodiscard]] RayPipeline make_rays(const KernelForm& form, const PipelineLayout& layout,
         const std::vector<SpecialisationConstant>& constants) const;
 
@@ -192,10 +180,10 @@ private:
     bool trims_;  // kernels are trimmed for a driver that compiles on the CPU: bench's family pipelines has the gain
     std::map<KernelForm, PipelineLayout> layouts_;
     std::optional<FullscreenPass> pass_;  // made when a job renders by fragments
+    std::map<std::pair<KernelForm, std::vector<std::uint32_t>>, std::shared_ptr<const Pipelines>> pipelines_;
     std::map<std::vector<std::uint32_t>, std::shared_ptr<const RayPipelines>> ray_pipelines_, double_ray_pipelines_;
     std::map<std::tuple<ShaderVariant, bool, std::vector<std::uint32_t>>, std::shared_ptr<const PathPipelines>>
         path_pipelines_;
-    std::map<Key, Making> pipelines_;  // goes first, and waits for threads, which use all of the above
 };
 
 }  // namespace tandem
