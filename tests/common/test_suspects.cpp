@@ -184,7 +184,7 @@ TEST_CASE("draws of other numbers are independent, those of a wrong formula are 
     evidence.level("image", true);
     evidence.partings.independence = independence(1.3, 1.0);
     // A light that is chosen otherwise looks so, too: two kinds of planted bugs in the record do it.
-    CHECK(evidence.suspects().at(1).part == Subsystem::random_numbers);
+    CHECK(names(evidence.suspects(), Subsystem::random_numbers));
     evidence.partings.parted = 100;  // of 512: a choice that falls otherwise now and then
     CHECK_FALSE(names(evidence.suspects(), Subsystem::random_numbers));
 
@@ -199,7 +199,11 @@ TEST_CASE("a factor of a light that alone differs names its part, unless others 
     evidence.level("image", true);
     const auto first = [&](std::initializer_list<PartsBy> parts) {
         evidence.partings.by = {};
-        for (const PartsBy what : parts) evidence.partings.by[static_cast<std::size_t>(what)] = 1.0;
+        for (std::size_t i = 0; i < evidence.partings.by.size(); ++i) evidence.signature.figures[i] = 0.0F;
+        for (const PartsBy what : parts) {  // as in `by`, so in the first figures
+            evidence.partings.by[static_cast<std::size_t>(what)] = 1.0;
+            evidence.signature.figures[static_cast<std::size_t>(what)] = 1.0F;
+        }
         return evidence.suspects().front();
     };
     CHECK(first({PartsBy::light_transmittance, PartsBy::light}).part == Subsystem::volumes);

@@ -19,16 +19,26 @@ using Pointer = Json::json_pointer;
 
 Misreading misread(const Pointer& pointer, const Json& file, const Json& scene) {
     const std::string place = pointer.to_string();
-    return {place, fmt::format("{} is {} in the file and {} in the scene", place, file.dump(), scene.dump())};
+    return {place, fmt::format("{} is {} in the file and {} in the scene", place, file.dump(),
+                       scene.is_null() ? "nothing" : scene.dump())};
 }
 
-// A number in decimal is read to the nearest double, and written so that it is read as the same.
-bool same(double a, double b) { return a == b || std::abs(a - b) <= 0x1p-50 * std::max(std::abs(a), std::abs(b)); }
+// But for the rounding to single precision, in which densities are kept.
+bool same(double a, double b) { return a == b || std::abs(a - b) <= 0x1p-24 * std::max(std::abs(a), std::abs(b)); }
 
 // What a scene does not keep as it is written: names of files, and how their numbers are encoded.
 bool is_kept(std::string_view key) {
     constexpr std::array<std::string_view, 3> others{"file", "image", "colour_space"};
     return std::ranges::find(others, key) == others.end();
+}
+
+// What the writer leaves out where it is 0: so a scene without it has lost what the file says.
+bool is_lost(std::string_view key, const Json& file) {
+    constexpr std::array<std::string_view, 5> left_out{
+        "motion", "lens_radius", "roulette_start", "ray_min", "anisotropy"};
+    if (std::ranges::find(left_out, key) == left_out.end()) return false;
+    const Json flat = file.is_structured() ? file.flatten() : Json::array({file});
+    return std::ranges::any_of(flat, [](const Json& one) { return one.is_number() && one.get<double>() != 0.0; });
 }
 
 // Where both have a value of one kind; a file may also have other forms, which are not compared.
@@ -43,9 +53,11 @@ std::optional<Misreading> compared(const Json& file, const Json& scene, const Po
             if (auto found = compared(file[i], scene[i], pointer / i)) return found;
     }
     if (file.is_object() && scene.is_object())
-        for (const auto& [key, value] : file.items())
+        for (const auto& [key, value] : file.items()) {
+            if (!scene.contains(key) && is_lost(key, value)) return misread(pointer / key, value, nullptr);
             if (is_kept(key) && scene.contains(key))
                 if (auto found = compared(value, scene[key], pointer / key)) return found;
+        }
     return std::nullopt;
 }
 

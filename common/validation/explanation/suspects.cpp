@@ -151,7 +151,7 @@ private:
         add_end(partings.at_limit, "one path ends at the limit of bounces where the other does not");
     }
 
-    // Of what a light brings, one factor differs and no other, but for those that follow from it.
+    // One factor of what a light brings differs and no other, but for those that follow from it.
     void look_at_factors() {
         const PathPartings& partings = evidence_.partings;
         if (partings.parted == 0 || evidence_.place.outside_paths) return;
