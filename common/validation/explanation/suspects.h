@@ -42,7 +42,7 @@ struct MissEvidence {
 // has noise, or is not one colour.
 [[nodiscard]] std::optional<Suspect> film_misses(const ClosedForm& form, const SampledImage& side);
 
-// Of what the loader reads otherwise than the scene's file says.
+// The part where the loader reads otherwise than the scene's file says.
 [[nodiscard]] Suspect suspect_of(const Misreading& misreading);
 
 // Where the two sides differ.
