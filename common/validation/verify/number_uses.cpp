@@ -19,7 +19,7 @@ enum class Decides : std::uint8_t { camera, time, distance, light, direction, en
 constexpr std::array<std::string_view, 6> decided_names{"the ray of the camera", "the time",
     "the distance in the medium", "the point of the light", "the direction of scattering", "the end by roulette"};
 
-// Of section 3's table, counted from the vertex's first block.
+// Counted from the vertex's first block, in section 3's table.
 constexpr std::uint32_t medium_of_vertex = 2;
 
 struct Number {
