@@ -49,7 +49,7 @@ std::vector<Number> numbers_at(std::size_t vertex) {
     return numbers;
 }
 
-// Of one number: how many paths were asked for each figure, and in how many it became another.
+// How many paths were asked for each figure, with one number changed, and in how many it became another.
 struct Answers {
     std::array<double, static_cast<std::size_t>(Decides::count)> asked{}, other{};
     void add(Decides what, bool differs) {

@@ -104,7 +104,7 @@ private:
             set(PartsBy::survival, a.next_throughput, b.next_throughput);
     }
 
-    // Of another direction all else follows.
+    // All else follows from another direction.
     void next_event(const TracedVertex& at_a, const TracedVertex& at_b) {
         const TracedLight &a = at_a.next_event, &b = at_b.next_event;
         if (apart(a.direction, b.direction)) {
