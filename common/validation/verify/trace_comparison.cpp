@@ -50,7 +50,7 @@ std::string ending(const TracedVertex& vertex) {
     return names.at(static_cast<std::size_t>(vertex.end));
 }
 
-// How the light at the vertex came about, where both tell it. Of another direction to a light all else follows.
+// How the light at the vertex came about, where both tell it. All else follows from another direction to a light.
 std::string difference_of_light(const TracedVertex& a, const TracedVertex& b, double tolerated) {
     const auto one = [](double x) { return glm::dvec3(x); };
     const TracedLight &l = a.next_event, &m = b.next_event;
