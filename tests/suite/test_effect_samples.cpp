@@ -4,6 +4,8 @@
 #include <malloc.h>
 
 #include <algorithm>
+#include <cstdint>
+#include <limits>
 
 #include "common/error.h"
 #include "cpu_ref/backend.h"
@@ -75,6 +77,24 @@ void check_pairs_on_vulkan(std::size_t part) {
     for_each_pair(part, 8, [](const SampledScene& sample) { check_specialised_is_general(vulkan_renderer(), sample); });
 }
 
+// The heap's, and those of large blocks, which are mappings of their own.
+std::int64_t bytes_in_use() {
+    const auto info = mallinfo2();
+    return static_cast<std::int64_t>(info.uordblks + info.hblkhd);
+}
+
+// Bytes in use that a render leaves more than it found: the least of three renders, as one that adds buffers for longer
+// submissions, which the machine's load decides, grows once.
+std::int64_t growth(RenderJob& job, std::uint64_t samples) {
+    std::int64_t least = std::numeric_limits<std::int64_t>::max();
+    for (int render = 0; render < 3; ++render) {
+        const std::int64_t before = bytes_in_use();
+        (void)job.render({0, samples});
+        least = std::min(least, bytes_in_use() - before);
+    }
+    return least;
+}
+
 }  // namespace
 
 TEST_CASE("samples: there is one for every effect, which needs it") {
@@ -140,7 +160,7 @@ TEST_CASE("samples: on Vulkan every effect has the bits of the general kernels" 
 // Mesa's lavapipe compiles a kernel anew in every dispatch where it branches on uniforms alone, and keeps what it made.
 TEST_CASE("samples: on Vulkan rendering on takes no more memory") {
     constexpr std::uint64_t warm = 4, samples = 36;
-    constexpr std::size_t most = 1 << 20;  // bytes: lavapipe's kernels have a quarter of that and more
+    constexpr std::int64_t most = 1 << 20;  // bytes: lavapipe's kernels have a quarter of that and more
     const std::vector<EffectSample> all = effect_samples();
     for (std::size_t i = 0; i < all.size(); i += thorough() ? 1 : 8) {
         const EffectSample& sample = all[i];
@@ -148,10 +168,7 @@ TEST_CASE("samples: on Vulkan rendering on takes no more memory") {
         const SampledScene made = alone(sample);
         const std::unique_ptr<RenderJob> job = vulkan_renderer().prepare(made.scene, made.settings);
         (void)job->render({0, warm});
-        const std::size_t before = mallinfo2().uordblks;
-        (void)job->render({0, samples});
-        const std::size_t after = mallinfo2().uordblks;
-        CHECK(after < before + most);
+        CHECK(growth(*job, samples) < most);
     }
 }
 
