@@ -1,5 +1,5 @@
-// What tracing and shading kernels exchange, in registers or packed into words of buffers (ray_state.glsl): the ray that leaves a
-// vertex, its hit, and a shadow ray.
+// What tracing and shading kernels exchange: the ray that leaves a vertex, its hit, and a shadow ray. In registers, or
+// packed into words of buffers (ray_state.glsl).
 #ifndef HIT_GLSL
 #define HIT_GLSL
 

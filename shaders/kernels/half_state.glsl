@@ -1,5 +1,5 @@
-// What a path carries between kernels, in half precision (MODEL.md section 5.3): throughput and gathered radiance in the
-// first three words of `throughputs`, the light that a shadow ray would bring in two words.
+// What a path carries between kernels, in half precision (MODEL.md section 5.3). Throughput and gathered radiance are the
+// first three words of `throughputs`. Two words are the light that a shadow ray would bring.
 #ifndef HALF_STATE_GLSL
 #define HALF_STATE_GLSL
 

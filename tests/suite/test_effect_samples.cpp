@@ -83,8 +83,8 @@ std::int64_t bytes_in_use() {
     return static_cast<std::int64_t>(info.uordblks + info.hblkhd);
 }
 
-// Bytes in use that a render leaves more than it found: the least of three renders, as one that adds buffers for longer
-// submissions, which the machine's load decides, grows once.
+// Bytes in use that a render leaves more than it found, the least of three renders. One of them may add buffers for
+// longer submissions: the machine's load decides that.
 std::int64_t growth(RenderJob& job, std::uint64_t samples) {
     std::int64_t least = std::numeric_limits<std::int64_t>::max();
     for (int render = 0; render < 3; ++render) {

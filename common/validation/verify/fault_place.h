@@ -45,9 +45,8 @@ struct FaultPlace {
     bool reference_adds = true, candidate_adds = true;  // each film is the sum of its side's traced paths
     // Where one is not: it is the sum of its paths, each cut at this radiance, in all pixels that were traced.
     std::optional<double> clamped_at;
-    // Where one is not: the films have the same sum, so that light lies in other pixels; or one factor makes them the
-    // same in all regions.
-    bool moved = false, scaled = false;
+    bool moved = false;   // where one is not: the films have the same sum, so that light lies in other pixels
+    bool scaled = false;  // where one is not: one factor makes the films the same in all regions
     std::vector<std::string> kernels_with, kernels_without;
     std::string pattern;  // of the pixels that differ (pixel_pattern.h); empty: none
 };
@@ -57,8 +56,8 @@ struct FaultPlace {
 // trace paths, or where a stop was requested before the block was done.
 FaultPlace find_fault(WorstPixel& pixel, const FaultQuestion& question);
 
-// "the film has 1.00794 in red at (0, 0), and its traced paths have the mean 1": over two blocks that are merged and
-// divided as a verdict's are, in the first, a middle and the last pixel. Empty where they have the same means, where
+// "the film has 1.00794 in red at (0, 0), and its traced paths have the mean 1". Two blocks are merged and divided as a
+// verdict's are. The first, a middle and the last pixel are looked at. Empty where they have the same means, where
 // paths cannot be traced, or after a stop.
 [[nodiscard]] std::string film_against_paths(
     Renderer& renderer, const Scene& scene, const RenderSettings& settings, std::stop_token stop = {});
