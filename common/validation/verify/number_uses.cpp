@@ -85,7 +85,8 @@ Answers answers_of(RenderJob& job, const NumberPaths& paths, const ChangedNumber
     return answers;
 }
 
-// Never on one side, often on the other.
+// Never on one side, often on the other. A number that decides something in a quarter of a side's paths decides nothing
+// in 16 of them with a chance of 0.75^16 = 1 %.
 bool apart(const Answers& a, const Answers& b, std::size_t what) {
     constexpr double fewest = 16.0, often = 0.25;
     if (a.asked[what] < fewest || b.asked[what] < fewest) return false;
