@@ -73,6 +73,7 @@ MeanDifference welch(const MeanEstimate& reference, const MeanEstimate& candidat
         welch_dof(reference, candidate)};
 }
 
+// Both one-sided tests [Schuirmann 1987], in the form of an interval.
 bool equivalent(const Interval& interval, double margin) { return interval.low > -margin && interval.high < margin; }
 
 // The ratios r with (c - r a)^2 <= t^2 (V_c + r^2 V_a): a quadratic in r, bounded when a^2 > t^2 V_a.

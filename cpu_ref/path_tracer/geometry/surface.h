@@ -182,7 +182,7 @@ template <class Real>
     return moved;
 }
 
-// Where a ray starts that leaves to `side`, the normal or its opposite (section 5.3).
+// Where a ray starts that leaves to `side`, the normal or its opposite (section 5.2; guards: 5.3).
 template <class Real>
 TANDEM_INLINE Vec3<Lanes<Real>> leaving_origin(
     const Tables<Real>& tables, const Surface<Real>& surface, const Vec3<Lanes<Real>>& side) {
