@@ -304,10 +304,6 @@ void print_what_is_needed(const std::vector<SceneVerdict>& verdicts, double seco
         fmt::print("; some need a time that cannot be forecast, or are black\n");
 }
 
-bool is_single(const std::string& precision) {
-    return precision_from(precision).value_or(Precision::single_precision) == Precision::single_precision;
-}
-
 // What all scenes have in common. `arguments` and `backends` must outlive it: other kernels are made on request.
 VerifyOptions options_from(const VerifyArguments& arguments, const Renderer& reference, const Renderer& candidate,
     const Programs& programs, const BackendList& backends) {
@@ -325,12 +321,10 @@ VerifyOptions options_from(const VerifyArguments& arguments, const Renderer& ref
                 .create(
                     {.device = arguments.device, .precision = precision_from(arguments.precision), .kernel = kernel});
         };
-        if (is_single(arguments.precision))
-            options.candidate_in_double = [&arguments, &backends] {
-                return find_backend(backends, "vulkan")
-                    .create({.device = arguments.device, .precision = Precision::double_precision, .kernel = {}});
-            };
     }
+    options.in_precision = [&arguments, &backends](EliminationSide side, Precision precision) {
+        return in_precision(arguments, side, precision, backends);
+    };
     return options;
 }
 
@@ -381,7 +375,6 @@ ExitStatus verify(const VerifyArguments& given, const CommandContext& context) {
     VerifyOptions options = options_from(arguments, *reference, *candidate, programs, backends);
     options.oracle = oracle.get();
     options.other_precision = other_precision.get();
-    options.other_is_double = is_single(arguments.reference_precision);
     Work work{arguments, context, scenes, films, *reference, *candidate, programs, options, {}};
     work.layer.wanted = arguments.candidate == "vulkan" && !arguments.validation && !arguments.no_layer;
     const Stopwatch watch;

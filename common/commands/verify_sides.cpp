@@ -56,6 +56,20 @@ std::unique_ptr<Renderer> in_other_precision(const VerifyArguments& arguments, c
     return find_backend(backends, arguments.reference).create(options);
 }
 
+std::unique_ptr<Renderer> in_precision(
+    const VerifyArguments& arguments, EliminationSide side, Precision precision, const BackendList& backends) {
+    const bool reference = side == EliminationSide::reference;
+    const std::string& name = reference ? arguments.reference : arguments.candidate;
+    const std::string& own = reference ? arguments.reference_precision : arguments.precision;
+    const bool has_precisions = name == "cpu" || name == "vulkan";
+    if (!has_precisions || precision_from(own).value_or(Precision::single_precision) != Precision::single_precision)
+        return nullptr;
+    BackendOptions options;
+    if (name == "vulkan") options.device = reference ? arguments.reference_device : arguments.device;
+    options.precision = precision;
+    return find_backend(backends, name).create(options);
+}
+
 std::vector<std::string> devices_of(const VerifyArguments& arguments, const CommandContext& context) {
     if (!is_device_list(arguments.device)) return {};
     if (arguments.candidate != "vulkan")

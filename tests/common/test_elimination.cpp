@@ -79,7 +79,7 @@ struct Trial {
     Faulty reference{right}, candidate;
     double budget_seconds = 30.0;
     Renderer* other_precision = nullptr;
-    std::function<std::unique_ptr<Renderer>()> in_double;
+    std::function<std::unique_ptr<Renderer>(EliminationSide, Precision)> in_precision;
     Trial(Fault fault) : candidate(std::move(fault)) {}
 
     [[nodiscard]] Elimination run() {
@@ -90,8 +90,7 @@ struct Trial {
             .reference = reference,
             .candidate = candidate,
             .other_precision = other_precision,
-            .candidate_in_double = in_double,
-            .other_is_double = true,
+            .in_precision = in_precision,
             .criteria = criteria,
             .suspicion = {},
             .budget_seconds = budget_seconds,
@@ -243,26 +242,34 @@ TEST_CASE("data of one side that went wrong are told by the other's samples of t
 }
 
 TEST_CASE("a side that is right in double precision errs in its arithmetic") {
-    for (const bool candidate : {false, true}) {
-        CAPTURE(candidate);
-        const Fault off = [](const Scene&, const RenderSettings&) { return Wrong{.factor = 1.02}; };
-        Trial trial(candidate ? off : Fault(right));
-        if (!candidate) trial.reference = Faulty(off);
-        Faulty in_double(right);
-        trial.other_precision = &in_double;
-        trial.in_double = [] { return std::make_unique<Faulty>(right); };
-        const Elimination elimination = trial.run();
-        REQUIRE(elimination.right_in_double);
-        CHECK((*elimination.right_in_double == EliminationSide::candidate) == candidate);
-        const std::vector<Suspect> suspects = suspects_of(elimination);
-        REQUIRE(!suspects.empty());
-        CHECK(suspects[0].part == Subsystem::arithmetic);
-        CHECK(suspects[0].because == fmt::format("the sides agree where the {} computes in double precision",
-                                         candidate ? "candidate" : "reference"));
-    }
     const Fault off = [](const Scene&, const RenderSettings&) { return Wrong{.factor = 1.02}; };
+    for (const bool candidate : {false, true})
+        for (const bool by_shading : {false, true}) {
+            CAPTURE(candidate);
+            CAPTURE(by_shading);
+            const EliminationSide faulty = candidate ? EliminationSide::candidate : EliminationSide::reference;
+            Trial trial(candidate ? off : Fault(right));
+            if (!candidate) trial.reference = Faulty(off);
+            trial.in_precision = [&](EliminationSide side, Precision precision) {
+                const bool wrong = side == faulty && by_shading && precision == Precision::mixed;
+                return std::make_unique<Faulty>(wrong ? off : Fault(right));
+            };
+            const Elimination elimination = trial.run();
+            REQUIRE(elimination.right_in_double);
+            CHECK(*elimination.right_in_double == faulty);
+            REQUIRE(elimination.right_in_mixed);
+            CHECK(*elimination.right_in_mixed == !by_shading);
+            const std::vector<Suspect> suspects = suspects_of(elimination);
+            REQUIRE(!suspects.empty());
+            CHECK(suspects[0].part == Subsystem::arithmetic);
+            CHECK(suspects[0].because == fmt::format("the sides agree where the {} computes in double precision{}",
+                                             name_of(faulty),
+                                             by_shading ? ", not where its intersections alone do" : ""));
+        }
     Trial formula(off);
-    formula.in_double = [&] { return std::make_unique<Faulty>(off); };
+    formula.in_precision = [&](EliminationSide side, Precision) {
+        return std::make_unique<Faulty>(side == EliminationSide::candidate ? off : Fault(right));
+    };
     CHECK_FALSE(formula.run().right_in_double);
 }
 

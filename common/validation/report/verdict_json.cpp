@@ -137,6 +137,7 @@ json elimination_json(const std::optional<Elimination>& elimination) {
         {"bounces_off", elimination->bounces_off ? json(*elimination->bounces_off) : json(nullptr)},
         {"right_in_double",
             elimination->right_in_double ? json(name_of(*elimination->right_in_double)) : json(nullptr)},
+        {"right_in_mixed", elimination->right_in_mixed ? json(*elimination->right_in_mixed) : json(nullptr)},
         {"data_fault", elimination->data_fault != nullptr ? json{{"fault", elimination->data_fault->words},
                                                                 {"side", name_of(elimination->faulty_side)}}
                                                           : json(nullptr)},

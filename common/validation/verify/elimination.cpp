@@ -280,27 +280,33 @@ private:
 
     // Formulas are the same in both precisions, elementary functions and conversions are not.
     void try_double_precision() {
-        if (late_) return;
-        std::unique_ptr<Renderer> in_double;
-        const auto agree = [&] {
-            std::optional<PairedLook> look;
-            return without_these({}, look) == Stays::no;
-        };
+        if (late_ || !question_.in_precision) return;
+        for (const EliminationSide side : {EliminationSide::reference, EliminationSide::candidate}) {
+            if (stays_in(side, Precision::double_precision) != Stays::no) continue;
+            result_.right_in_double = side;
+            const Stays in_mixed = stays_in(side, Precision::mixed);
+            if (in_mixed != Stays::unknown) result_.right_in_mixed = in_mixed == Stays::no;
+            return;
+        }
+    }
+
+    // Whether the difference stays where one side computes in this precision.
+    [[nodiscard]] Stays stays_in(EliminationSide side, Precision precision) {
+        if (!in_time(1.2 * last_seconds_)) return Stays::unknown;
+        Renderer*& used = side == EliminationSide::reference ? reference_ : candidate_;
+        Renderer* const own = used;
+        std::unique_ptr<Renderer> other;
+        Stays stays = Stays::unknown;
         try {
-            if (question_.other_precision != nullptr && question_.other_is_double) {
-                reference_ = question_.other_precision;
-                if (agree()) result_.right_in_double = EliminationSide::reference;
-                reference_ = &question_.reference;
-            }
-            if (!result_.right_in_double && question_.candidate_in_double && in_time(1.2 * last_seconds_) &&
-                (in_double = question_.candidate_in_double())) {
-                candidate_ = in_double.get();
-                if (agree()) result_.right_in_double = EliminationSide::candidate;
+            if ((other = question_.in_precision(side, precision))) {
+                used = other.get();
+                std::optional<PairedLook> look;
+                stays = without_these({}, look);
             }
         } catch (const Error&) {  // not on this device
         }
-        reference_ = &question_.reference;
-        candidate_ = &question_.candidate;
+        used = own;
+        return stays;
     }
 
     // In the plainest scene that differs, so that few faults change it.
@@ -505,8 +511,9 @@ std::string told_of_data(const Elimination& elimination) {
 }
 
 std::string told_of_precision(const Elimination& elimination) {
-    return fmt::format(
-        "the sides agree where the {} computes in double precision", name_of(*elimination.right_in_double));
+    return fmt::format("the sides agree where the {} computes in double precision{}",
+        name_of(*elimination.right_in_double),
+        elimination.right_in_mixed == false ? ", not where its intersections alone do" : "");
 }
 
 std::string told(const Elimination& elimination) {

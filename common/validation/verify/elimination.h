@@ -54,8 +54,10 @@ struct Elimination {
     // faulty_side.
     const DataFault* data_fault = nullptr;
     EliminationSide faulty_side = EliminationSide::reference;
-    // The sides agree where this one computes in double precision.
+    // The sides agree where this one computes in double precision. right_in_mixed: where its intersections alone do,
+    // too (Precision::mixed); empty: not known.
     std::optional<EliminationSide> right_in_double;
+    std::optional<bool> right_in_mixed;
     std::string left_out;  // why nothing, or not all, was tried; empty: all was
 };
 
@@ -65,9 +67,8 @@ struct EliminationQuestion {
     Renderer& reference;
     Renderer& candidate;
     Renderer* other_precision = nullptr;  // of the reference: what rounding alone parts; nullptr: not known
-    // The candidate in double precision, where it computes in single. Empty, or nullptr from it: not to be had.
-    std::function<std::unique_ptr<Renderer>()> candidate_in_double{};
-    bool other_is_double = false;  // other_precision is the reference in double precision
+    // A side that computes in single precision, in another one. Empty, nullptr from it, or an Error: not to be had.
+    std::function<std::unique_ptr<Renderer>(EliminationSide side, Precision)> in_precision{};
     Criteria criteria;
     bool same_samples = true;       // samples part by rounding alone (MODEL.md section 3)
     std::vector<double> suspicion;  // by Subsystem: what is suspected least is taken out first; empty: all alike

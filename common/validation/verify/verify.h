@@ -26,15 +26,14 @@ struct VerifyOptions {
     // The reference's code in the other precision: double if the reference is single, else single. It shows which paths
     // rounding alone parts. With nullptr, long paths and the candidate's arithmetic are not tested.
     Renderer* other_precision = nullptr;
-    bool other_is_double = false;
     // Decides which side is wrong when the two disagree. It gets the rest of the budget, and at least a twentieth of
     // the whole. With nullptr nobody is asked.
     Renderer* oracle = nullptr;
     // The candidate with other kernels, by their names: which of them have a fault that no traced path shows.
     std::vector<std::string> kernels;
     std::function<std::unique_ptr<Renderer>(const std::string& kernel)> with_kernel;
-    // The candidate in double precision, where it computes in single. nullptr or an Error: not to be had.
-    std::function<std::unique_ptr<Renderer>()> candidate_in_double;
+    // A side that computes in single precision, in another one. nullptr or an Error: not to be had.
+    std::function<std::unique_ptr<Renderer>(EliminationSide side, Precision)> in_precision;
     bool equal_pixels = true;  // false: a mean over pixels is not quite one over the film, as closed forms are
     std::optional<Misreading> misreading;  // of the scene's file, which is a disagreement with the file
     std::size_t scenes = 1;                // of the run: they share the false alarms and the doubt equally

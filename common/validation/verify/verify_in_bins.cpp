@@ -28,9 +28,9 @@ SceneVerdict verify_in_bins(
     if (options.with_kernel)
         options.with_kernel = [film, make = options.with_kernel](
                                   const std::string& kernel) { return binned_renderer(make(kernel), film); };
-    if (options.candidate_in_double)
-        options.candidate_in_double = [film, make = options.candidate_in_double] {
-            std::unique_ptr<Renderer> renderer = make();
+    if (options.in_precision)
+        options.in_precision = [film, make = options.in_precision](EliminationSide side, Precision precision) {
+            std::unique_ptr<Renderer> renderer = make(side, precision);
             return renderer ? binned_renderer(std::move(renderer), film) : nullptr;
         };
     options.equal_pixels = bins_are_equal(film, bins);
