@@ -322,7 +322,7 @@ VerifyOptions options_from(const VerifyArguments& arguments, const Renderer& ref
                     {.device = arguments.device, .precision = precision_from(arguments.precision), .kernel = kernel});
         };
     }
-    options.in_precision = [&arguments, &backends](EliminationSide side, Precision precision) {
+    options.in_precision = [&arguments, &backends](VerifiedSide side, Precision precision) {
         return in_precision(arguments, side, precision, backends);
     };
     return options;

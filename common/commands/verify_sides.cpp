@@ -57,8 +57,8 @@ std::unique_ptr<Renderer> in_other_precision(const VerifyArguments& arguments, c
 }
 
 std::unique_ptr<Renderer> in_precision(
-    const VerifyArguments& arguments, EliminationSide side, Precision precision, const BackendList& backends) {
-    const bool reference = side == EliminationSide::reference;
+    const VerifyArguments& arguments, VerifiedSide side, Precision precision, const BackendList& backends) {
+    const bool reference = side == VerifiedSide::reference;
     const std::string& name = reference ? arguments.reference : arguments.candidate;
     const std::string& own = reference ? arguments.reference_precision : arguments.precision;
     const bool has_precisions = name == "cpu" || name == "vulkan";

@@ -51,7 +51,7 @@ struct Sides {
 
 // A side that is a backend in single precision, in another one. Nothing for others. Throws what its backend does.
 [[nodiscard]] std::unique_ptr<Renderer> in_precision(
-    const VerifyArguments& arguments, EliminationSide side, Precision precision, const BackendList& backends);
+    const VerifyArguments& arguments, VerifiedSide side, Precision precision, const BackendList& backends);
 
 // Says in a line how exactly each side's device computes, where it has an arithmetic of its own.
 [[nodiscard]] std::vector<DeviceSelfTest> self_tests_of(const std::vector<Renderer*>& sides);

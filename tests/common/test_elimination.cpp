@@ -79,7 +79,6 @@ struct Trial {
     Faulty reference{right}, candidate;
     double budget_seconds = 30.0;
     Renderer* other_precision = nullptr;
-    std::function<std::unique_ptr<Renderer>(EliminationSide, Precision)> in_precision;
     Trial(Fault fault) : candidate(std::move(fault)) {}
 
     [[nodiscard]] Elimination run() {
@@ -90,7 +89,6 @@ struct Trial {
             .reference = reference,
             .candidate = candidate,
             .other_precision = other_precision,
-            .in_precision = in_precision,
             .criteria = criteria,
             .suspicion = {},
             .budget_seconds = budget_seconds,
@@ -229,7 +227,7 @@ TEST_CASE("data of one side that went wrong are told by the other's samples of t
         REQUIRE(elimination.by_samples);
         REQUIRE(elimination.data_fault != nullptr);
         CHECK(elimination.data_fault->words == "the k of conductors is their eta");
-        CHECK((elimination.faulty_side == EliminationSide::candidate) == candidate);
+        CHECK((elimination.faulty_side == VerifiedSide::candidate) == candidate);
         const std::vector<Suspect> suspects = suspects_of(elimination);
         REQUIRE(!suspects.empty());
         CHECK(suspects[0].part == Subsystem::scene_data);
@@ -239,38 +237,6 @@ TEST_CASE("data of one side that went wrong are told by the other's samples of t
     Trial formula(
         [](const Scene& scene, const RenderSettings&) { return Wrong{.factor = has_texture(scene) ? 1.5 : 1.0}; });
     CHECK(formula.run().data_fault == nullptr);
-}
-
-TEST_CASE("a side that is right in double precision errs in its arithmetic") {
-    const Fault off = [](const Scene&, const RenderSettings&) { return Wrong{.factor = 1.02}; };
-    for (const bool candidate : {false, true})
-        for (const bool by_shading : {false, true}) {
-            CAPTURE(candidate);
-            CAPTURE(by_shading);
-            const EliminationSide faulty = candidate ? EliminationSide::candidate : EliminationSide::reference;
-            Trial trial(candidate ? off : Fault(right));
-            if (!candidate) trial.reference = Faulty(off);
-            trial.in_precision = [&](EliminationSide side, Precision precision) {
-                const bool wrong = side == faulty && by_shading && precision == Precision::mixed;
-                return std::make_unique<Faulty>(wrong ? off : Fault(right));
-            };
-            const Elimination elimination = trial.run();
-            REQUIRE(elimination.right_in_double);
-            CHECK(*elimination.right_in_double == faulty);
-            REQUIRE(elimination.right_in_mixed);
-            CHECK(*elimination.right_in_mixed == !by_shading);
-            const std::vector<Suspect> suspects = suspects_of(elimination);
-            REQUIRE(!suspects.empty());
-            CHECK(suspects[0].part == Subsystem::arithmetic);
-            CHECK(suspects[0].because == fmt::format("the sides agree where the {} computes in double precision{}",
-                                             name_of(faulty),
-                                             by_shading ? ", not where its intersections alone do" : ""));
-        }
-    Trial formula(off);
-    formula.in_precision = [&](EliminationSide side, Precision) {
-        return std::make_unique<Faulty>(side == EliminationSide::candidate ? off : Fault(right));
-    };
-    CHECK_FALSE(formula.run().right_in_double);
 }
 
 TEST_CASE("faults of data leave a scene sound") {

@@ -183,8 +183,8 @@ private:
     // from the scene by way of other code in double precision, and kernels are others there. None of these is the cause
     // where intersections in double precision do not mend it.
     void look_at_precision() {
-        if (evidence_.elimination == nullptr || !evidence_.elimination->right_in_double) return;
-        const bool by_shading = evidence_.elimination->right_in_mixed == false;
+        if (evidence_.precision_trial == nullptr) return;
+        const bool by_shading = evidence_.precision_trial->right_in_mixed == false;
         const auto& by = evidence_.partings.by;
         double elsewhere = 0.0;
         for (const PartsBy what :
@@ -192,8 +192,7 @@ private:
             elsewhere = std::max(elsewhere, by.at(static_cast<std::size_t>(what)));
         const bool same_way = elsewhere < 0.5 && evidence_.place.kernels_without.empty();
         const bool in_paths = !evidence_.place.outside_paths;
-        add(S::arithmetic, same_way || (by_shading && in_paths) ? certain : weak,
-            told_of_precision(*evidence_.elimination));
+        add(S::arithmetic, same_way || (by_shading && in_paths) ? certain : weak, told(*evidence_.precision_trial));
     }
 
     // A part that reads wrong data is needed as well. So needs say nothing against the data.

@@ -17,6 +17,7 @@
 #include "common/validation/verify/elimination.h"
 #include "common/validation/verify/fault_place.h"
 #include "common/validation/verify/missed_form.h"
+#include "common/validation/verify/precision_trial.h"
 
 namespace tandem {
 
@@ -51,7 +52,8 @@ struct DifferenceEvidence {
     const Signature& signature;
     const PathPartings& partings;
     const FaultPlace& place;
-    const Elimination* elimination = nullptr;  // where features were taken out
+    const Elimination* elimination = nullptr;         // where features were taken out
+    const PrecisionTrial* precision_trial = nullptr;  // where a side is right in double precision
 };
 // What planted bugs showed.
 struct BugRecord {

@@ -135,13 +135,17 @@ json elimination_json(const std::optional<Elimination>& elimination) {
     return {{"text", told(*elimination)}, {"scenes", elimination->scenes}, {"seconds", elimination->seconds},
         {"whole", paired_look_json(elimination->whole)}, {"features", trials},
         {"bounces_off", elimination->bounces_off ? json(*elimination->bounces_off) : json(nullptr)},
-        {"right_in_double",
-            elimination->right_in_double ? json(name_of(*elimination->right_in_double)) : json(nullptr)},
-        {"right_in_mixed", elimination->right_in_mixed ? json(*elimination->right_in_mixed) : json(nullptr)},
         {"data_fault", elimination->data_fault != nullptr ? json{{"fault", elimination->data_fault->words},
                                                                 {"side", name_of(elimination->faulty_side)}}
                                                           : json(nullptr)},
         {"left_out", elimination->left_out}};
+}
+
+json precision_json(const std::optional<PrecisionTrial>& trial) {
+    if (!trial) return nullptr;
+    return {{"text", told(*trial)}, {"right_in_double", name_of(trial->side)},
+        {"right_in_mixed", trial->right_in_mixed ? json(*trial->right_in_mixed) : json(nullptr)},
+        {"parted", trial->parted}, {"parted_in_double", trial->in_double}};
 }
 
 json form_look_json(const FormLook& look) {
@@ -294,6 +298,7 @@ json to_json(const SceneVerdict& v) {
     for (const Suspect& suspect : v.suspects)
         result["suspects"].push_back({{"subsystem", name_of(suspect.part)}, {"because", suspect.because}});
     result["elimination"] = elimination_json(v.elimination);
+    result["precision_trial"] = precision_json(v.precision_trial);
     result["missed_form"] = missed_form_json(v.missed_form);
     result["signature"] = signature_json(v.signature);
     result["outvoted"] = outvoted_json(v.outvoted);

@@ -131,7 +131,6 @@ public:
             out_.assign(features_.size(), false);
             move_limit();
             reduce_all();
-            try_double_precision();
             try_data_faults();
             look_longer();
             if (late_) result_.left_out = "no time was left for the rest";
@@ -278,41 +277,10 @@ private:
         }
     }
 
-    // Formulas are the same in both precisions, elementary functions and conversions are not.
-    void try_double_precision() {
-        if (late_ || !question_.in_precision) return;
-        for (const EliminationSide side : {EliminationSide::reference, EliminationSide::candidate}) {
-            if (stays_in(side, Precision::double_precision) != Stays::no) continue;
-            result_.right_in_double = side;
-            const Stays in_mixed = stays_in(side, Precision::mixed);
-            if (in_mixed != Stays::unknown) result_.right_in_mixed = in_mixed == Stays::no;
-            return;
-        }
-    }
-
-    // Whether the difference stays where one side computes in this precision.
-    [[nodiscard]] Stays stays_in(EliminationSide side, Precision precision) {
-        if (!in_time(1.2 * last_seconds_)) return Stays::unknown;
-        Renderer*& used = side == EliminationSide::reference ? reference_ : candidate_;
-        Renderer* const own = used;
-        std::unique_ptr<Renderer> other;
-        Stays stays = Stays::unknown;
-        try {
-            if ((other = question_.in_precision(side, precision))) {
-                used = other.get();
-                std::optional<PairedLook> look;
-                stays = without_these({}, look);
-            }
-        } catch (const Error&) {  // not on this device
-        }
-        used = own;
-        return stays;
-    }
-
     // In the plainest scene that differs, so that few faults change it.
     void try_data_faults() {
         constexpr double part_of_rest = 0.5;
-        if (!result_.by_samples || result_.bounces_off || result_.right_in_double || late_) return;
+        if (!result_.by_samples || result_.bounces_off || late_) return;
         const double until = since_start() + part_of_rest * (question_.budget_seconds - since_start());
         for (const DataFault& fault : data_faults()) {
             EditedScene edited = without(out_);
@@ -326,7 +294,7 @@ private:
                 wrong_to_candidate_ = to_candidate;
                 if (!same_samples(edited)) continue;
                 result_.data_fault = &fault;
-                result_.faulty_side = to_candidate ? EliminationSide::reference : EliminationSide::candidate;
+                result_.faulty_side = to_candidate ? VerifiedSide::reference : VerifiedSide::candidate;
                 break;
             }
             if (result_.data_fault != nullptr) break;
@@ -500,20 +468,11 @@ std::string told_of_bounces(const Elimination& elimination) {
         elimination.bounces_off.value_or(0) > 0 ? "more" : "fewer");
 }
 
-std::string_view name_of(EliminationSide side) { return elimination_side_names.at(static_cast<std::size_t>(side)); }
-
 std::string told_of_data(const Elimination& elimination) {
-    const EliminationSide faulty = elimination.faulty_side;
-    const EliminationSide other =
-        faulty == EliminationSide::candidate ? EliminationSide::reference : EliminationSide::candidate;
+    const VerifiedSide faulty = elimination.faulty_side;
+    const VerifiedSide other = faulty == VerifiedSide::candidate ? VerifiedSide::reference : VerifiedSide::candidate;
     return fmt::format(
         "the {} draws the {}'s samples where {}", name_of(other), name_of(faulty), elimination.data_fault->words);
-}
-
-std::string told_of_precision(const Elimination& elimination) {
-    return fmt::format("the sides agree where the {} computes in double precision{}",
-        name_of(*elimination.right_in_double),
-        elimination.right_in_mixed == false ? ", not where its intersections alone do" : "");
 }
 
 std::string told(const Elimination& elimination) {
@@ -529,7 +488,6 @@ std::string told(const Elimination& elimination) {
             text += fmt::format("; {}: {}", need_names.at(static_cast<std::size_t>(need)), fmt::join(words, ", "));
     }
     if (elimination.bounces_off) text += "; " + told_of_bounces(elimination);
-    if (elimination.right_in_double) text += "; " + told_of_precision(elimination);
     if (elimination.data_fault != nullptr) text += "; " + told_of_data(elimination);
     if (!elimination.left_out.empty()) text += "; " + elimination.left_out;
     return text;

@@ -15,6 +15,7 @@
 #include "common/validation/verdict/criteria.h"
 #include "common/validation/verdict/sample_pairs.h"
 #include "common/validation/verify/data_faults.h"
+#include "common/validation/verify/verified_side.h"
 
 namespace tandem {
 
@@ -38,10 +39,6 @@ struct FeatureTrial {
     std::optional<PairedLook> without;  // that scene without it, and without others if those are not needed either
 };
 
-enum class EliminationSide : std::uint8_t { reference, candidate };
-inline constexpr std::array<std::string_view, 2> elimination_side_names{"reference", "candidate"};
-[[nodiscard]] std::string_view name_of(EliminationSide side);
-
 struct Elimination {
     std::vector<FeatureTrial> trials;  // the most particular feature first
     PairedLook whole;                  // the scene as it is
@@ -53,11 +50,7 @@ struct Elimination {
     // One side draws the other's samples from a scene with this fault, so that the other's data may have it:
     // faulty_side.
     const DataFault* data_fault = nullptr;
-    EliminationSide faulty_side = EliminationSide::reference;
-    // The sides agree where this one computes in double precision. right_in_mixed: where its intersections alone do,
-    // too (Precision::mixed); empty: not known.
-    std::optional<EliminationSide> right_in_double;
-    std::optional<bool> right_in_mixed;
+    VerifiedSide faulty_side = VerifiedSide::reference;
     std::string left_out;  // why nothing, or not all, was tried; empty: all was
 };
 
@@ -67,8 +60,6 @@ struct EliminationQuestion {
     Renderer& reference;
     Renderer& candidate;
     Renderer* other_precision = nullptr;  // of the reference: what rounding alone parts; nullptr: not known
-    // A side that computes in single precision, in another one. Empty, nullptr from it, or an Error: not to be had.
-    std::function<std::unique_ptr<Renderer>(EliminationSide side, Precision)> in_precision{};
     Criteria criteria;
     bool same_samples = true;       // samples part by rounding alone (MODEL.md section 3)
     std::vector<double> suspicion;  // by Subsystem: what is suspected least is taken out first; empty: all alike
@@ -91,8 +82,6 @@ struct EliminationQuestion {
 [[nodiscard]] std::string told_of_bounces(const Elimination& elimination);
 // "the reference draws the candidate's samples where motion is lost"; where data_fault is set.
 [[nodiscard]] std::string told_of_data(const Elimination& elimination);
-// "the sides agree where the candidate computes in double precision"; where right_in_double is set.
-[[nodiscard]] std::string told_of_precision(const Elimination& elimination);
 // "features taken out on both sides (7 scenes in 3.2 s): needed: a lens; not needed: ...; not known: ..."
 [[nodiscard]] std::string told(const Elimination& elimination);
 

@@ -10,6 +10,7 @@
 #include "common/validation/verify/fault_place.h"
 #include "common/validation/verify/missed_form.h"
 #include "common/validation/verify/path_partings.h"
+#include "common/validation/verify/precision_trial.h"
 
 namespace tandem {
 
@@ -31,6 +32,7 @@ public:
         compare_with_planted_bugs();
         suspect();
         take_features_out();
+        change_precision();
         suspect();
     }
 
@@ -72,7 +74,8 @@ private:
             .signature = verdict_.signature ? *verdict_.signature : no_signature,
             .partings = verdict_.partings ? *verdict_.partings : no_partings,
             .place = verdict_.fault_place,
-            .elimination = verdict_.elimination ? &*verdict_.elimination : nullptr};
+            .elimination = verdict_.elimination ? &*verdict_.elimination : nullptr,
+            .precision_trial = verdict_.precision_trial ? &*verdict_.precision_trial : nullptr};
     }
     void suspect() {
         constexpr std::span<const PlantedSignature> no_patterns;
@@ -119,7 +122,6 @@ private:
             .reference = request_.reference,
             .candidate = request_.candidate,
             .other_precision = options.other_precision,
-            .in_precision = options.in_precision,
             .criteria = verdict_.criteria,
             .same_samples = request_.same_samples,
             .suspicion = std::move(suspicion),
@@ -127,6 +129,19 @@ private:
             .expected_seconds = request_.prepare_seconds + samples * request_.seconds_per_sample,
             .stop = options.stop,
             .progress = request_.report});
+    }
+
+    void change_precision() {
+        if (!verdict_.partings) return;
+        verdict_.precision_trial = try_precisions({.scene = request_.scene,
+            .settings = settings_,
+            .reference = request_.reference,
+            .candidate = request_.candidate,
+            .in_precision = request_.options.in_precision,
+            .pixels = verdict_.partings->pixels,
+            .in_time = [&] {
+                return budget() > 2.0 * request_.prepare_seconds && !request_.options.stop.stop_requested();
+            }});
     }
 
     SceneVerdict& verdict_;

@@ -240,6 +240,7 @@ public:
             film_apart += sums_differ(sum_of(a), sum(0, pixel)) || sums_differ(sum_of(b), sum(1, pixel)) ? 1 : 0;
         }
         PathPartings counts = counted(question_.scene, question_.settings.bounces, paths);
+        for (const std::size_t pixel : pixels) counts.pixels.emplace_back(pixel % width_, pixel / width_);
         counts.film_apart = static_cast<double>(film_apart) / static_cast<double>(pixels.size());
         counts.touched = static_cast<double>(std::ranges::count(touched, true)) / static_cast<double>(touched.size());
         counts.pattern = !pixel_pattern(touched, width_, height_).empty();

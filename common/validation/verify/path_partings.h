@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstdint>
+#include <glm/vec2.hpp>
 #include <optional>
 #include <stop_token>
 #include <vector>
@@ -73,6 +74,7 @@ struct Parting {
 
 struct PathPartings {
     std::uint64_t paths = 0, parted = 0;
+    std::vector<glm::uvec2> pixels;  // that were traced
     // Shares of the parted paths.
     std::array<double, static_cast<std::size_t>(PartsBy::count)> by{};
     std::array<double, static_cast<std::size_t>(Meeting::count)> at{};

@@ -44,21 +44,22 @@ struct SceneVerdict {
     // Exact check beside the levels, where there are four batches a side: permutation of batches, greatest |t| over
     // tiles and channels. It gates nothing (its least p, 1/1000, is too coarse).
     std::optional<double> permutation_p;
-    std::vector<Explanation> explanations;         // looked for where the sides disagree
-    std::optional<Signature> signature;            // ... and the paths of both can be traced
-    std::optional<Likeness> likeness;              // to planted bugs, where any is near
-    std::optional<PathPartings> partings;          // of the traced paths, with the signature
-    FaultPlace fault_place;                        // where the sides disagree
-    std::optional<Elimination> elimination;        // ... from each other
-    std::optional<MissedForm> missed_form;         // where both miss the closed form alike
-    std::vector<Suspect> suspects;                 // likeliest first; of a disagreement, where anything is known
-    std::vector<SceneFeature> features;            // of the scene
-    ClosedFormUse closed_form;                     // of the scene, at these settings
-    std::optional<OracleOpinion> oracle;           // asked where the sides disagree
-    std::optional<ConvergenceReport> convergence;  // where it was asked for; it gates nothing
-    std::optional<Misreading> misreading;          // what was loaded otherwise than the scene's file says
-    Outvoted outvoted = Outvoted::nobody;          // by the closed form, else by the oracle
-    std::optional<WorstPixel> worst;               // where there were looks at two renderers
+    std::vector<Explanation> explanations;          // looked for where the sides disagree
+    std::optional<Signature> signature;             // ... and the paths of both can be traced
+    std::optional<Likeness> likeness;               // to planted bugs, where any is near
+    std::optional<PathPartings> partings;           // of the traced paths, with the signature
+    FaultPlace fault_place;                         // where the sides disagree
+    std::optional<PrecisionTrial> precision_trial;  // ... and a side is right in double precision
+    std::optional<Elimination> elimination;         // ... from each other
+    std::optional<MissedForm> missed_form;          // where both miss the closed form alike
+    std::vector<Suspect> suspects;                  // likeliest first; of a disagreement, where anything is known
+    std::vector<SceneFeature> features;             // of the scene
+    ClosedFormUse closed_form;                      // of the scene, at these settings
+    std::optional<OracleOpinion> oracle;            // asked where the sides disagree
+    std::optional<ConvergenceReport> convergence;   // where it was asked for; it gates nothing
+    std::optional<Misreading> misreading;           // what was loaded otherwise than the scene's file says
+    Outvoted outvoted = Outvoted::nobody;           // by the closed form, else by the oracle
+    std::optional<WorstPixel> worst;                // where there were looks at two renderers
     std::string reference_name, candidate_name;
     RendererInfo reference_info, candidate_info;
     RenderSettings settings;

@@ -32,8 +32,7 @@ struct VerifyOptions {
     // The candidate with other kernels, by their names: which of them have a fault that no traced path shows.
     std::vector<std::string> kernels;
     std::function<std::unique_ptr<Renderer>(const std::string& kernel)> with_kernel;
-    // A side that computes in single precision, in another one. nullptr or an Error: not to be had.
-    std::function<std::unique_ptr<Renderer>(EliminationSide side, Precision)> in_precision;
+    InPrecision in_precision;  // whether a side errs by its rounding
     bool equal_pixels = true;  // false: a mean over pixels is not quite one over the film, as closed forms are
     std::optional<Misreading> misreading;  // of the scene's file, which is a disagreement with the file
     std::size_t scenes = 1;                // of the run: they share the false alarms and the doubt equally

@@ -29,7 +29,7 @@ SceneVerdict verify_in_bins(
         options.with_kernel = [film, make = options.with_kernel](
                                   const std::string& kernel) { return binned_renderer(make(kernel), film); };
     if (options.in_precision)
-        options.in_precision = [film, make = options.in_precision](EliminationSide side, Precision precision) {
+        options.in_precision = [film, make = options.in_precision](VerifiedSide side, Precision precision) {
             std::unique_ptr<Renderer> renderer = make(side, precision);
             return renderer ? binned_renderer(std::move(renderer), film) : nullptr;
         };
