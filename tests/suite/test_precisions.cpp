@@ -11,9 +11,10 @@ using namespace tandem::test;
 
 namespace {
 
-std::unique_ptr<Renderer> make(const Backend& backend, Precision precision) {
+std::unique_ptr<Renderer> make(const Backend& backend, Precision precision, const std::string& kernel = {}) {
     BackendOptions options;
     options.precision = precision;
+    if (!kernel.empty()) options.kernel = kernel;
     return backend.create(options);
 }
 
@@ -214,7 +215,7 @@ TEST_CASE("half storage: the light that waits for its shadow ray is rounded to t
 }
 
 TEST_CASE("half storage: paths stay the same, and values err by the roundings of half") {
-    const auto single = make(vulkan_backend(), Precision::single_precision);
+    const auto single = make(vulkan_backend(), Precision::single_precision, "stages");
     const auto half = make(vulkan_backend(), Precision::half_storage);
     for (const std::string name : {"cornell-classic", "nested-glass", "textures", "cloud"}) {
         CAPTURE(name);
