@@ -21,7 +21,7 @@ namespace {
 constexpr std::uint64_t trial_begin = std::uint64_t{1} << 62;      // samples that no render gets to
 constexpr std::uint64_t next_scrambling = std::uint64_t{1} << 32;  // MODEL.md section 3.2
 constexpr double clearly_better = 0.9;
-constexpr double trials_share = 0.12;  // of the seconds that the best settings so far are forecast to take
+constexpr double trials_share = 0.18;  // of the seconds that the best settings so far are forecast to take
 constexpr std::uint64_t least_trial_samples = 8, most_trial_samples = 4096, least_points = 16;
 constexpr double known_enough = 0.05;  // how far a trial's squared error may be off, relatively
 
@@ -35,8 +35,8 @@ struct Trial {
     std::uint64_t least = samples_per_block;  // samples that a render has at least
     unsigned scramblings = 1;
     std::optional<Foretold> adaptive;
-    std::uint64_t samples = 0;  // of independent trials
-    double points = 0.0;        // of each scrambling, else 0
+    std::uint64_t samples = 0;  // of all scramblings
+    double points = 0.0;        // of each scrambling; 0: of independent samples
 
     [[nodiscard]] double share_of(std::size_t some) const {
         return static_cast<double>(some) / static_cast<double>(pixels);
@@ -112,6 +112,7 @@ std::optional<Trial> scrambled_trial(RenderJob& job, std::uint64_t samples, std:
         trial.gain = std::clamp(std::log(within / (n * error)) / std::log(n), 0.0, steepest);
     trial.error_of_one = error * std::pow(n, 1.0 + trial.gain) / (mean * mean);
     trial.uncertainty = uncertainty_of(between);
+    trial.samples = samples;
     trial.points = n;
     trial.seconds_a_sample = std::max((a.seconds + b.seconds) / (2.0 * n), 1e-12);
     trial.pixels = a.estimate.pixel_count();
@@ -135,23 +136,27 @@ bool is_clear(const Trial& trial, const TrialRival& rival) {
     return ratio * doubt < clearly_better || (trial.points == 0.0 && ratio > clearly_better * doubt);
 }
 
-// As short a trial as tells enough, but of no more than so many seconds where more than the least.
+std::uint64_t least_samples(const RenderSettings& settings) {
+    return settings.generator == Generator::sobol ? 2 * least_points : least_trial_samples;
+}
+
+// As short a trial as tells enough, but of no more than so many seconds where more than the least, or than one before.
 std::optional<Trial> trial_of(const RenderSettings& settings, RenderJob& job, double seconds, std::stop_token stop,
-    const std::optional<TrialRival>& rival = std::nullopt) {
-    const bool scrambled = settings.generator == Generator::sobol;
-    const Stopwatch watch;
-    if (job.render({trial_begin, trial_begin + 1}, {.stop = stop, .progress = {}}).estimate.count() == 0)
-        return std::nullopt;  // else it is warm now
+    const std::optional<TrialRival>& rival = std::nullopt, std::optional<Trial> trial = std::nullopt) {
     constexpr std::uint64_t growth = 4;
-    std::uint64_t samples = scrambled ? 2 * least_points : least_trial_samples;
-    for (;; samples *= growth) {
-        std::optional<Trial> trial =
-            scrambled ? scrambled_trial(job, samples, stop) : independent_trial(job, samples, stop);
-        if (!trial || trial->uncertainty <= known_enough || growth * samples > most_trial_samples ||
-            (rival && is_clear(*trial, *rival)))
-            return trial;
-        const double next = static_cast<double>(growth * samples) * trial->seconds_a_sample;
-        if (watch.seconds() + next > seconds) return trial;
+    const Stopwatch watch;
+    if (!trial && job.render({trial_begin, trial_begin + 1}, {.stop = stop, .progress = {}}).estimate.count() == 0)
+        return std::nullopt;  // else it is warm now
+    for (std::uint64_t samples = trial ? growth * trial->samples : least_samples(settings);; samples *= growth) {
+        if (trial) {
+            if (trial->uncertainty <= known_enough || samples > most_trial_samples ||
+                (rival && is_clear(*trial, *rival)))
+                return trial;
+            if (watch.seconds() + static_cast<double>(samples) * trial->seconds_a_sample > seconds) return trial;
+        }
+        trial = settings.generator == Generator::sobol ? scrambled_trial(job, samples, stop)
+                                                       : independent_trial(job, samples, stop);
+        if (!trial) return std::nullopt;
     }
 }
 
@@ -223,7 +228,7 @@ public:
         if (best_ && best_->uncertainty > known_enough) {
             best_seconds_ = best_->seconds_to(goal_.relative_error);
             const double each = seconds_left() / static_cast<double>(others + 1);
-            if (std::optional<Trial> longer = trial_of(choice_.settings, *choice_.job, each, stop_))
+            if (std::optional<Trial> longer = trial_of(choice_.settings, *choice_.job, each, stop_, {}, best_))
                 best_ = std::move(longer);
         }
         spent_ += watch.seconds();
@@ -238,8 +243,7 @@ public:
     void try_with(const Change& change, std::size_t others) {
         RenderSettings settings = choice_.settings;
         change(settings);
-        const std::uint64_t least = settings.generator == Generator::sobol ? 2 * least_points : least_trial_samples;
-        const double needed = preparation_ + static_cast<double>(least + 1) * best_->seconds_a_sample;
+        const double needed = preparation_ + static_cast<double>(least_samples(settings) + 1) * best_->seconds_a_sample;
         const double left = seconds_left();
         if (needed > left || stop_.stop_requested()) return;
         const double each = std::max(needed, left / static_cast<double>(others + 1));
@@ -260,7 +264,7 @@ public:
     void try_roulette(std::uint32_t start) {
         RenderSettings settings = choice_.settings;
         settings.roulette_start = start;
-        if (best_->samples == 0) {
+        if (best_->points > 0.0) {
             try_with([&](RenderSettings& changed) { changed.roulette_start = start; }, 0);
             return;
         }
@@ -280,32 +284,38 @@ public:
         take(settings, std::move(job), std::move(*trial), seconds);
     }
 
+    // The best of independent samples: adaptive sampling is one way on from it, Sobol points are another.
+    void keep_independent() { independent_ = {choice_.settings, *best_, best_seconds_}; }
+
+    // Only where what it is foretold, without the slowness of its passes, is better than the best.
     void try_adaptive() {
         may_still_adapt_ = false;
-        RenderSettings settings = choice_.settings;
-        settings.sampling = Sampling::adaptive;
-        if (!best_->adaptive || !may_adapt(choice_.settings)) return;
-        const double factor = best_->adaptive->squared_error;
+        const auto& [uniform, trial, uniform_seconds] = *independent_;
+        if (!trial.adaptive || !may_adapt(uniform)) return;
         // Up to so many samples it is uniform sampling.
-        const double alike = static_cast<double>(least_alike) * best_->seconds_a_sample;
-        if (best_seconds_ <= alike) return;
-        SettingsTrial trial{settings, options_of(settings, given()), best_seconds_ * factor};
+        const double alike = static_cast<double>(least_alike) * trial.seconds_a_sample;
+        if (uniform_seconds <= alike) return;
+        RenderSettings settings = uniform;
+        settings.sampling = Sampling::adaptive;
+        const auto seconds_with = [&](double slowness) {
+            return std::max(alike, uniform_seconds * trial.adaptive->squared_error * slowness);
+        };
+        SettingsTrial tried{settings, options_of(settings, given()), seconds_with(1.0)};
         std::unique_ptr<RenderJob> job;
-        const double one = best_->seconds_a_sample, left = seconds_left();
-        const double least = preparation_ + 2.0 * one;
-        if (factor < clearly_better && least <= left && !stop_.stop_requested()) {
+        const double one = trial.seconds_a_sample, left = seconds_left();
+        if (tried.seconds_to_error < clearly_better * best_seconds_ && preparation_ + 2.0 * one <= left &&
+            !stop_.stop_requested()) {
             const Stopwatch watch;
             job = prepared(settings);
             if (!job) return;
             const double each = std::clamp(0.25 * (left - preparation_), one, 32.0 * one);
-            const std::optional<double> slowness = slowness_of_passes(*job, *best_, each, stop_);
+            const std::optional<double> slowness = slowness_of_passes(*job, trial, each, stop_);
             spent_ += watch.seconds();
             if (!slowness) return;
-            trial.seconds_to_error *= *slowness;
+            tried.seconds_to_error = seconds_with(*slowness);
         }
-        trial.seconds_to_error = std::max(alike, trial.seconds_to_error);
-        const double seconds = trial.seconds_to_error;
-        choice_.trials.push_back(std::move(trial));
+        const double seconds = tried.seconds_to_error;
+        choice_.trials.push_back(std::move(tried));
         if (job && seconds < clearly_better * best_seconds_) choose(settings, std::move(job), seconds);
     }
 
@@ -350,7 +360,13 @@ private:
     ChoiceGoal goal_;
     std::stop_token stop_;
     SettingsChoice choice_;
+    struct Independent {
+        RenderSettings settings;
+        Trial trial;
+        double seconds;
+    };
     std::optional<Trial> best_;  // what is chosen so far, with uniform sampling
+    std::optional<Independent> independent_;
     bool may_still_adapt_;
     double best_seconds_ = 0.0;               // forecast, of what is chosen so far
     double preparation_ = 0.0, spent_ = 0.0;  // seconds
@@ -383,15 +399,10 @@ SettingsChoice choose_settings(const Scene& scene, const RenderSettings& given, 
             },
             others);
     for (const std::uint32_t start : starts) choosing.try_roulette(start);
-    // Adaptive sampling and Sobol points exclude each other; the sooner is chosen.
+    // Sobol points and adaptive sampling exclude each other; the sooner is chosen.
+    choosing.keep_independent();
+    if (generators) choosing.try_with([](RenderSettings& settings) { settings.generator = Generator::sobol; }, 0);
     if (open.sampling) choosing.try_adaptive();
-    if (generators)
-        choosing.try_with(
-            [](RenderSettings& settings) {
-                settings.generator = Generator::sobol;
-                settings.sampling = Sampling::uniform;
-            },
-            0);
     return choosing.taken();
 }
 

@@ -41,10 +41,10 @@ struct SettingsChoice {
 
 // A trial of the given settings forecasts how long the render takes. Alternatives get trials as long as all of them
 // together take no more than a share of that, and each until there is no doubt. The integrator comes first, then
-// roulette, adaptive sampling and Sobol points, each on the best so far. Trials use random numbers that the render does
-// not. An alternative must be better by a tenth, as trials are short. Roulette is tried on the best's own random
-// numbers. Adaptive sampling is judged by how uneven the noise of the best is, and how long paths take in the pixels
-// that would get more. Sobol points are judged by two scramblings. Ends trying others after a stop.
+// roulette and Sobol points, each on the best so far, and adaptive sampling of independent samples. Trials use random
+// numbers that the render does not. An alternative must be better by a tenth, as trials are short. Roulette is tried on
+// the best's own random numbers. Adaptive sampling is judged by how uneven the noise of the best is, and how long paths
+// take in the pixels that would get more. Sobol points are judged by two scramblings. Ends trying others after a stop.
 [[nodiscard]] SettingsChoice choose_settings(const Scene& scene, const RenderSettings& given, const OpenSettings& open,
     Renderer& renderer, const ChoiceGoal& goal, std::stop_token stop);
 
