@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <numeric>
 #include <span>
 #include <utility>
@@ -25,14 +26,16 @@ constexpr double trials_share = 0.18;  // of the seconds that the best settings 
 constexpr std::uint64_t least_trial_samples = 8, most_trial_samples = 4096, least_points = 16;
 constexpr double known_enough = 0.05;  // how far a trial's squared error may be off, relatively
 
-// What a trial showed of settings. Sobol points: the squared error of n points falls as n^-(1 + gain).
+// What a trial showed of settings. Errors are squared, and relative to the image's mean. With Sobol points that of n
+// points falls as n^-(1 + gain).
 struct Trial {
-    double error_of_one = 0.0;  // squared, relative to the image's mean: of one sample, where errors fall so from there
+    double noise = 0.0;         // error of one independent sample
+    double error_of_one = 0.0;  // where errors fall so from there; of independent samples the noise
     double gain = 0.0;
     double seconds_a_sample = 0.0;  // of all pixels
     std::uint64_t pixels = 0;
-    double uncertainty = 0.0;                 // of error_of_one, relative: a standard error, at most
-    std::uint64_t least = samples_per_block;  // samples that a render has at least
+    double noise_uncertainty = 0.0, uncertainty = 0.0;  // of noise and error_of_one, relative: standard errors, at most
+    std::uint64_t least = samples_per_block;            // samples that a render has at least
     unsigned scramblings = 1;
     std::optional<Foretold> adaptive;
     std::uint64_t samples = 0;  // of all scramblings
@@ -49,11 +52,25 @@ struct Trial {
         const double further = std::log(std::max(1.0, squared / (scramblings * relative_error * relative_error)));
         return uncertainty * (1.0 / fall + further / (fall * fall * std::log(points)));
     }
+    [[nodiscard]] double samples_to(double relative_error) const {
+        const double of_one = error_of_one / (scramblings * relative_error * relative_error);
+        return scramblings * std::pow(of_one, 1.0 / (1.0 + gain));
+    }
+    [[nodiscard]] double seconds_of(double wanted) const {
+        return std::max(static_cast<double>(least), wanted) * seconds_a_sample;
+    }
     [[nodiscard]] double seconds_to(double relative_error) const {
-        if (!(error_of_one > 0.0)) return 0.0;
-        const double each =
-            std::pow(error_of_one / (scramblings * relative_error * relative_error), 1.0 / (1.0 + gain));
-        return std::max(static_cast<double>(least), scramblings * each) * seconds_a_sample;
+        return error_of_one > 0.0 ? seconds_of(samples_to(relative_error)) : 0.0;
+    }
+    // With independent samples in place of Sobol points.
+    [[nodiscard]] Trial independent() const {
+        Trial trial = *this;
+        trial.error_of_one = noise;
+        trial.uncertainty = noise_uncertainty;
+        trial.gain = trial.points = 0.0;
+        trial.scramblings = 1;
+        trial.least = samples_per_block;
+        return trial;
     }
 };
 
@@ -81,8 +98,8 @@ std::optional<Trial> independent_trial(RenderJob& job, std::uint64_t samples, st
     if (!(mean > 0.0)) return std::nullopt;
     const std::vector<double> variances = variance_of(result.estimate);
     Trial trial;
-    trial.error_of_one = mean_of_all(variances) / (mean * mean);
-    trial.uncertainty = uncertainty_of(variances);
+    trial.noise = trial.error_of_one = mean_of_all(variances) / (mean * mean);
+    trial.noise_uncertainty = trial.uncertainty = uncertainty_of(variances);
     trial.seconds_a_sample = std::max(result.seconds / static_cast<double>(samples), 1e-12);
     trial.pixels = result.estimate.pixel_count();
     trial.adaptive = foretell(result.estimate);
@@ -91,27 +108,35 @@ std::optional<Trial> independent_trial(RenderJob& job, std::uint64_t samples, st
 }
 
 // Two scramblings with half of the samples each. How even the points are shows in how much closer their means are
-// than those of as many independent samples.
+// than those of as many independent samples. Sobol points are no less even than those.
 std::optional<Trial> scrambled_trial(RenderJob& job, std::uint64_t samples, std::stop_token stop) {
     const std::uint64_t points = samples / 2;
     const auto render = [&](std::uint64_t begin) {
         return job.render({begin, begin + points}, {.stop = stop, .progress = {}});
     };
-    const RenderResult a = render(trial_begin), b = render(trial_begin + next_scrambling);
+    RenderResult a = render(trial_begin);
+    const RenderResult b = render(trial_begin + next_scrambling);
     if (a.estimate.count() < points || b.estimate.count() < points) return std::nullopt;
     const std::vector<double> means_a = mean_of(a.estimate), means_b = mean_of(b.estimate);
     std::vector<double> between(means_a.size());  // variance of a mean
     for (std::size_t i = 0; i < between.size(); ++i) between[i] = 0.5 * std::pow(means_a[i] - means_b[i], 2.0);
     const double mean = 0.5 * (mean_of_all(means_a) + mean_of_all(means_b));
     if (!(mean > 0.0)) return std::nullopt;
-    const double within = 0.5 * (mean_of_all(variance_of(a.estimate)) + mean_of_all(variance_of(b.estimate)));
     const double error = mean_of_all(between), n = static_cast<double>(points);
+    // Of points whose mean has less variance, each differs more from that mean: E s^2 = n / (n - 1) (variance - error).
+    const std::vector<double> within_a = variance_of(a.estimate), within_b = variance_of(b.estimate);
+    std::vector<double> noises(between);
+    for (std::size_t i = 0; i < noises.size(); ++i) noises[i] += (1.0 - 1.0 / n) * 0.5 * (within_a[i] + within_b[i]);
+    const double noise = mean_of_all(noises);
+    a.estimate.merge(b.estimate);
     constexpr double steepest = 1.0;  // a squared error of n^-2, which images with edges do not have
     Trial trial;
-    if (within > 0.0 && error > 0.0)
-        trial.gain = std::clamp(std::log(within / (n * error)) / std::log(n), 0.0, steepest);
-    trial.error_of_one = error * std::pow(n, 1.0 + trial.gain) / (mean * mean);
+    trial.noise = noise / (mean * mean);
+    if (noise > 0.0 && error > 0.0) trial.gain = std::clamp(std::log(noise / (n * error)) / std::log(n), 0.0, steepest);
+    trial.error_of_one = trial.gain > 0.0 ? error * std::pow(n, 1.0 + trial.gain) / (mean * mean) : trial.noise;
+    trial.noise_uncertainty = uncertainty_of(noises);
     trial.uncertainty = uncertainty_of(between);
+    trial.adaptive = foretell(a.estimate);
     trial.samples = samples;
     trial.points = n;
     trial.seconds_a_sample = std::max((a.seconds + b.seconds) / (2.0 * n), 1e-12);
@@ -121,36 +146,34 @@ std::optional<Trial> scrambled_trial(RenderJob& job, std::uint64_t samples, std:
     return trial;
 }
 
-// What an alternative is held against.
-struct TrialRival {
-    double relative_error;
-    double seconds;      // to that error
-    double uncertainty;  // of them, relative
+// A trial beside the best one so far.
+struct Compared {
+    double seconds = 0.0;      // to the error
+    double uncertainty = 0.0;  // of how many times those of the best they are, relative: a standard error
 };
 
-// Whether a trial leaves no doubt, at two standard errors, that it is better or not. That Sobol points are not better
-// may be for want of points.
-bool is_clear(const Trial& trial, const TrialRival& rival) {
-    const double doubt = 1.0 + 2.0 * std::hypot(trial.uncertainty_at(rival.relative_error), rival.uncertainty);
-    const double ratio = trial.seconds_to(rival.relative_error) / rival.seconds;
-    return ratio * doubt < clearly_better || (trial.points == 0.0 && ratio > clearly_better * doubt);
+// Of one generator, both are compared by their noise, which is known sooner than how even points are.
+Compared compare(const Trial& trial, const Trial& best, double relative_error) {
+    if ((trial.points > 0.0) != (best.points > 0.0) || !(best.noise > 0.0))
+        return {trial.seconds_to(relative_error),
+            std::hypot(trial.uncertainty_at(relative_error), best.uncertainty_at(relative_error))};
+    return {trial.seconds_of(best.samples_to(relative_error) * trial.noise / best.noise),
+        std::hypot(trial.noise_uncertainty, best.noise_uncertainty)};
 }
 
-std::uint64_t least_samples(const RenderSettings& settings) {
-    return settings.generator == Generator::sobol ? 2 * least_points : least_trial_samples;
-}
-
-// As short a trial as tells enough, but of no more than so many seconds where more than the least, or than one before.
-std::optional<Trial> trial_of(const RenderSettings& settings, RenderJob& job, double seconds, std::stop_token stop,
-    const std::optional<TrialRival>& rival = std::nullopt, std::optional<Trial> trial = std::nullopt) {
+// As short a trial as tells enough: until `is_clear`, but of no more than so many seconds where more than the least
+// samples, or than those of a trial before.
+std::optional<Trial> trial_of(const RenderSettings& settings, RenderJob& job, std::uint64_t samples, double seconds,
+    std::stop_token stop, const std::function<bool(const Trial&)>& is_clear = {},
+    std::optional<Trial> trial = std::nullopt) {
     constexpr std::uint64_t growth = 4;
     const Stopwatch watch;
     if (!trial && job.render({trial_begin, trial_begin + 1}, {.stop = stop, .progress = {}}).estimate.count() == 0)
         return std::nullopt;  // else it is warm now
-    for (std::uint64_t samples = trial ? growth * trial->samples : least_samples(settings);; samples *= growth) {
+    if (trial) samples = growth * trial->samples;
+    for (;; samples *= growth) {
         if (trial) {
-            if (trial->uncertainty <= known_enough || samples > most_trial_samples ||
-                (rival && is_clear(*trial, *rival)))
+            if (trial->uncertainty <= known_enough || samples > most_trial_samples || (is_clear && is_clear(*trial)))
                 return trial;
             if (watch.seconds() + static_cast<double>(samples) * trial->seconds_a_sample > seconds) return trial;
         }
@@ -212,114 +235,140 @@ std::string options_of(const RenderSettings& settings, const RenderSettings& giv
 // The trials so far, and the time that is left for others.
 class Choosing {
 public:
+    // `presumed`: the first trial has Sobol points, which tell the noise of independent samples as well.
     Choosing(const Scene& scene, const RenderSettings& given, Renderer& renderer, const ChoiceGoal& goal, bool adapts,
-        std::stop_token stop)
-        : scene_(scene), renderer_(renderer), goal_(goal), stop_(std::move(stop)), may_still_adapt_(adapts) {
+        bool presumed, std::stop_token stop)
+        : scene_(scene),
+          given_(given),
+          renderer_(renderer),
+          goal_(goal),
+          stop_(std::move(stop)),
+          may_still_adapt_(adapts) {
         const Stopwatch preparing;
-        choice_.job = renderer.prepare(scene, given);
+        if (presumed) {
+            choice_.settings = given;
+            choice_.settings.generator = Generator::sobol;
+            choice_.job = prepared(choice_.settings);
+        }
+        if (!choice_.job) {
+            choice_.settings = given;
+            choice_.job = renderer.prepare(scene, given);
+        }
         preparation_ = preparing.seconds();
-        choice_.settings = given;
     }
 
     // First a short one, which says how long the trials may be. False: nothing can be judged.
-    bool try_given(std::size_t others) {
+    bool try_given() {
         const Stopwatch watch;
-        best_ = trial_of(choice_.settings, *choice_.job, 0.0, stop_);
-        if (best_ && best_->uncertainty > known_enough) {
-            best_seconds_ = best_->seconds_to(goal_.relative_error);
-            const double each = seconds_left() / static_cast<double>(others + 1);
-            if (std::optional<Trial> longer = trial_of(choice_.settings, *choice_.job, each, stop_, {}, best_))
-                best_ = std::move(longer);
+        best_ = trial_of(choice_.settings, *choice_.job, least_trial_samples, 0.0, stop_);
+        best_seconds_ = best_ ? best_->seconds_to(goal_.relative_error) : 0.0;
+        choice_.trials.push_back({given_, "", best_seconds_});
+        if (choice_.settings.generator != given_.generator) {
+            const double independent = best_ ? best_->independent().seconds_to(goal_.relative_error) : 0.0;
+            choice_.trials.front().seconds_to_error = independent;
+            choice_.trials.push_back({choice_.settings, options_of(choice_.settings, given_), best_seconds_});
+            choice_.chosen = 1;
+            // Two scramblings have more samples than a block, which may suffice.
+            if (best_ && preparation_ + independent < clearly_better * best_seconds_ && !stop_.stop_requested()) {
+                best_ = best_->independent();
+                choose(given_, renderer_.prepare(scene_, given_), independent, 0);
+            }
         }
         spent_ += watch.seconds();
-        if (!best_) return false;
-        best_seconds_ = best_->seconds_to(goal_.relative_error);
-        choice_.trials.push_back({choice_.settings, "", best_seconds_});
-        return true;
+        return best_.has_value();
+    }
+
+    // A longer trial of the best, in an equal share of the time with so many `others`, until its noise is known.
+    void know_noise(std::size_t others) {
+        const double each = seconds_left() / static_cast<double>(others + 1);
+        go_on(each, [](const Trial& trial) { return trial.noise_uncertainty <= known_enough; });
     }
 
     // The best so far with a change, if there is time for it, in an equal share with so many `others` that are to come.
+    // It must be better by more than a standard error.
     template <class Change>
     void try_with(const Change& change, std::size_t others) {
         RenderSettings settings = choice_.settings;
         change(settings);
-        const double needed = preparation_ + static_cast<double>(least_samples(settings) + 1) * best_->seconds_a_sample;
+        const bool sobol = settings.generator == Generator::sobol;
+        const std::uint64_t least = sobol && !is_sobol() ? 2 * least_points : least_trial_samples;
+        const double needed = preparation_ + static_cast<double>(least + 1) * best_->seconds_a_sample;
         const double left = seconds_left();
         if (needed > left || stop_.stop_requested()) return;
         const double each = std::max(needed, left / static_cast<double>(others + 1));
         const Stopwatch watch;
         std::unique_ptr<RenderJob> job = prepared(settings);
         std::optional<Trial> trial;
-        if (job)
-            trial = trial_of(settings, *job, each - watch.seconds(), stop_,
-                TrialRival{goal_.relative_error, best_seconds_, best_->uncertainty_at(goal_.relative_error)});
+        // That Sobol points are not better may be for want of points.
+        const auto is_clear = [&](const Trial& one) {
+            const Compared compared = compare(one, *best_, goal_.relative_error);
+            const double doubt = 1.0 + 2.0 * compared.uncertainty, ratio = compared.seconds / best_seconds_;
+            return ratio * doubt < clearly_better || (sobol == is_sobol() && ratio > clearly_better * doubt);
+        };
+        if (job) trial = trial_of(settings, *job, least, each - watch.seconds(), stop_, is_clear);
         spent_ += watch.seconds();
         if (!trial) return;
-        const double seconds = trial->seconds_to(goal_.relative_error);
-        take(settings, std::move(job), std::move(*trial), seconds);
+        const Compared compared = compare(*trial, *best_, goal_.relative_error);
+        take(settings, std::move(job), std::move(*trial), compared, sobol == is_sobol() ? 1.0 : 0.0);
     }
 
     // Roulette spares what dim paths take, for more variance. It is held against the best so far on the same random
-    // numbers, where the bright paths of both are the same. Sobol points and adaptive sampling then come on top.
+    // numbers, where the bright paths of both are the same.
     void try_roulette(std::uint32_t start) {
         RenderSettings settings = choice_.settings;
         settings.roulette_start = start;
-        if (best_->points > 0.0) {
-            try_with([&](RenderSettings& changed) { changed.roulette_start = start; }, 0);
-            return;
-        }
         const double needed = preparation_ + static_cast<double>(best_->samples + 1) * best_->seconds_a_sample;
         if (needed > seconds_left() || stop_.stop_requested()) return;
         const Stopwatch watch;
         std::unique_ptr<RenderJob> job = prepared(settings);
         std::optional<Trial> trial;
-        if (job) {
-            (void)job->render({trial_begin, trial_begin + 1}, {.stop = stop_, .progress = {}});  // warms up
-            trial = independent_trial(*job, best_->samples, stop_);
-        }
+        if (job) trial = trial_of(settings, *job, best_->samples, 0.0, stop_);
         spent_ += watch.seconds();
         if (!trial) return;
-        const double variance = best_->error_of_one > 0.0 ? trial->error_of_one / best_->error_of_one : 1.0;
-        const double seconds = best_seconds_ * variance * trial->seconds_a_sample / best_->seconds_a_sample;
-        take(settings, std::move(job), std::move(*trial), seconds);
+        const Compared compared = compare(*trial, *best_, goal_.relative_error);
+        take(settings, std::move(job), std::move(*trial), compared, 0.0);
     }
 
-    // The best of independent samples: adaptive sampling is one way on from it, Sobol points are another.
-    void keep_independent() { independent_ = {choice_.settings, *best_, best_seconds_}; }
-
-    // Only where what it is foretold, without the slowness of its passes, is better than the best.
+    // Sobol points and adaptive sampling exclude each other; the sooner is chosen. Only where what it is foretold,
+    // without the slowness of its passes, is better than the best, and it is known how even Sobol points are.
     void try_adaptive() {
-        may_still_adapt_ = false;
-        const auto& [uniform, trial, uniform_seconds] = *independent_;
-        if (!trial.adaptive || !may_adapt(uniform)) return;
-        // Up to so many samples it is uniform sampling.
-        const double alike = static_cast<double>(least_alike) * trial.seconds_a_sample;
+        const Trial independent = (independent_ ? *independent_ : *best_).independent();
+        RenderSettings settings = choice_.settings;
+        settings.generator = given_.generator;
+        if (!independent.adaptive || !may_adapt(settings)) return;
+        const double one = independent.seconds_a_sample;
+        const double alike = static_cast<double>(least_alike) * one;  // up to so many samples it is uniform sampling
+        const double uniform_seconds = independent.seconds_to(goal_.relative_error);
         if (uniform_seconds <= alike) return;
-        RenderSettings settings = uniform;
         settings.sampling = Sampling::adaptive;
         const auto seconds_with = [&](double slowness) {
-            return std::max(alike, uniform_seconds * trial.adaptive->squared_error * slowness);
+            return std::max(alike, uniform_seconds * independent.adaptive->squared_error * slowness);
         };
-        SettingsTrial tried{settings, options_of(settings, given()), seconds_with(1.0)};
+        const double hoped = seconds_with(1.0);
+        if (best_->points > 0.0 && hoped < clearly_better * best_seconds_) go_on(seconds_left(), {});
+        may_still_adapt_ = false;
+        const double left = seconds_left();
+        SettingsTrial tried{settings, options_of(settings, given_), hoped};
         std::unique_ptr<RenderJob> job;
-        const double one = trial.seconds_a_sample, left = seconds_left();
-        if (tried.seconds_to_error < clearly_better * best_seconds_ && preparation_ + 2.0 * one <= left &&
+        const bool known = best_->points == 0.0 || best_->points >= static_cast<double>(least_points);
+        if (known && hoped < clearly_better * best_seconds_ && preparation_ + 2.0 * one <= left &&
             !stop_.stop_requested()) {
             const Stopwatch watch;
             job = prepared(settings);
             if (!job) return;
             const double each = std::clamp(0.25 * (left - preparation_), one, 32.0 * one);
-            const std::optional<double> slowness = slowness_of_passes(*job, trial, each, stop_);
+            const std::optional<double> slowness = slowness_of_passes(*job, independent, each, stop_);
             spent_ += watch.seconds();
             if (!slowness) return;
             tried.seconds_to_error = seconds_with(*slowness);
         }
         const double seconds = tried.seconds_to_error;
         choice_.trials.push_back(std::move(tried));
-        if (job && seconds < clearly_better * best_seconds_) choose(settings, std::move(job), seconds);
+        if (job && seconds < clearly_better * best_seconds_)
+            choose(settings, std::move(job), seconds, choice_.trials.size() - 1);
     }
 
-    [[nodiscard]] const RenderSettings& given() const { return choice_.trials.front().settings; }
+    [[nodiscard]] bool is_sobol() const { return choice_.settings.generator == Generator::sobol; }
     [[nodiscard]] SettingsChoice taken() {
         choice_.seconds = spent_;
         return std::move(choice_);
@@ -329,9 +378,22 @@ private:
     // Adaptive sampling is the one way whose gain is foretold before it is tried. So no trial is to take a share of
     // what it may save.
     [[nodiscard]] double seconds_left() const {
-        const bool hoped = may_still_adapt_ && best_->adaptive;
-        const double hope = hoped ? std::min(1.0, best_->adaptive->squared_error) : 1.0;
-        return std::min(goal_.most_seconds, trials_share * hope * best_seconds_) - spent_;
+        double best = best_seconds_;
+        if (may_still_adapt_ && best_->adaptive)
+            best =
+                std::min(best, best_->adaptive->squared_error * best_->independent().seconds_to(goal_.relative_error));
+        return std::min(goal_.most_seconds, trials_share * best) - spent_;
+    }
+    // A longer trial of the best.
+    void go_on(double seconds, const std::function<bool(const Trial&)>& is_enough) {
+        const Stopwatch watch;
+        if (std::optional<Trial> longer =
+                trial_of(choice_.settings, *choice_.job, 0, seconds, stop_, is_enough, best_)) {
+            best_ = std::move(longer);
+            best_seconds_ = best_->seconds_to(goal_.relative_error);
+            choice_.trials[choice_.chosen].seconds_to_error = best_seconds_;
+        }
+        spent_ += watch.seconds();
     }
     // Nothing: the renderer has no such settings.
     [[nodiscard]] std::unique_ptr<RenderJob> prepared(RenderSettings& settings) {
@@ -342,31 +404,31 @@ private:
             return nullptr;
         }
     }
-    void take(const RenderSettings& settings, std::unique_ptr<RenderJob> job, Trial trial, double seconds) {
-        choice_.trials.push_back({settings, options_of(settings, given()), seconds});
-        if (!(seconds < clearly_better * best_seconds_)) return;
+    // Better by a tenth, and by so many standard errors.
+    void take(const RenderSettings& settings, std::unique_ptr<RenderJob> job, Trial trial, const Compared& compared,
+        double errors) {
+        choice_.trials.push_back({settings, options_of(settings, given_), compared.seconds});
+        if (!(compared.seconds < clearly_better * best_seconds_)) return;
+        if (compared.seconds * (1.0 + errors * compared.uncertainty) > best_seconds_) return;
+        if (trial.points > 0.0 && best_->points == 0.0) independent_ = best_;
         best_ = std::move(trial);
-        choose(settings, std::move(job), seconds);
+        choose(settings, std::move(job), compared.seconds, choice_.trials.size() - 1);
     }
-    void choose(const RenderSettings& settings, std::unique_ptr<RenderJob> job, double seconds) {
+    void choose(const RenderSettings& settings, std::unique_ptr<RenderJob> job, double seconds, std::size_t trial) {
         best_seconds_ = seconds;
         choice_.settings = settings;
         choice_.job = std::move(job);
-        choice_.chosen = choice_.trials.size() - 1;
+        choice_.chosen = trial;
     }
 
     const Scene& scene_;
+    const RenderSettings given_;
     Renderer& renderer_;
     ChoiceGoal goal_;
     std::stop_token stop_;
     SettingsChoice choice_;
-    struct Independent {
-        RenderSettings settings;
-        Trial trial;
-        double seconds;
-    };
-    std::optional<Trial> best_;  // what is chosen so far, with uniform sampling
-    std::optional<Independent> independent_;
+    std::optional<Trial> best_;         // what is chosen so far, with uniform sampling
+    std::optional<Trial> independent_;  // the best of independent samples, where Sobol points came after it
     bool may_still_adapt_;
     double best_seconds_ = 0.0;               // forecast, of what is chosen so far
     double preparation_ = 0.0, spent_ = 0.0;  // seconds
@@ -376,19 +438,23 @@ private:
 
 SettingsChoice choose_settings(const Scene& scene, const RenderSettings& given, const OpenSettings& open,
     Renderer& renderer, const ChoiceGoal& goal, std::stop_token stop) {
-    Choosing choosing(scene, given, renderer, goal, open.sampling && may_adapt(given), std::move(stop));
     const bool either = given.integrator == Integrator::path || given.integrator == Integrator::next_event;
     // Punctual lights are found by next events alone: with them the two are different images.
     const bool integrators = open.integrator && either && scene.lights.empty();
     // Plain sums run over all samples one after another, which those of scramblings are not.
     const bool generators = open.generator && given.generator != Generator::sobol &&
                             given.sampling == Sampling::uniform && given.accumulation != Accumulation::plain;
+    const bool adapts = open.sampling && may_adapt(given);
     std::vector<std::uint32_t> starts;
     for (const std::uint32_t start : {1u, 4u})
         if (open.roulette && start != given.roulette_start && start <= given.bounces) starts.push_back(start);
-    if (!integrators && !generators && starts.empty() && !(open.sampling && may_adapt(given))) return choosing.taken();
-    std::size_t others = starts.size() + (generators ? 1 : 0) + (open.sampling ? 1 : 0);
-    if (!choosing.try_given(others + (integrators ? 1 : 0))) return choosing.taken();
+    const bool any = integrators || generators || !starts.empty() || adapts;
+    // Where two scramblings suffice, a render of Sobol points is no longer than one of independent samples.
+    const bool presumed = generators && scramblings_for(std::uint64_t{given.width} * given.height) == 2;
+    Choosing choosing(scene, given, renderer, goal, adapts, presumed, std::move(stop));
+    const std::size_t others = starts.size() + (generators && !presumed ? 1 : 0) + (open.sampling ? 1 : 0);
+    if (!any || !choosing.try_given()) return choosing.taken();
+    choosing.know_noise(others + (integrators ? 1 : 0));
     // What gains most, as a rule, comes first, as time may be short.
     if (integrators)
         choosing.try_with(
@@ -398,10 +464,10 @@ SettingsChoice choose_settings(const Scene& scene, const RenderSettings& given, 
                 settings.mis = true;
             },
             others);
+    if (!starts.empty()) choosing.know_noise(others);
     for (const std::uint32_t start : starts) choosing.try_roulette(start);
-    // Sobol points and adaptive sampling exclude each other; the sooner is chosen.
-    choosing.keep_independent();
-    if (generators) choosing.try_with([](RenderSettings& settings) { settings.generator = Generator::sobol; }, 0);
+    if (generators && !presumed)
+        choosing.try_with([](RenderSettings& settings) { settings.generator = Generator::sobol; }, 0);
     if (open.sampling) choosing.try_adaptive();
     return choosing.taken();
 }

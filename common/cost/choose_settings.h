@@ -34,17 +34,19 @@ struct SettingsTrial {
 struct SettingsChoice {
     RenderSettings settings;
     std::unique_ptr<RenderJob> job;     // made for them
-    std::vector<SettingsTrial> trials;  // [0] the given ones; one alone: nothing else was worth a trial
+    std::vector<SettingsTrial> trials;  // [0] the given ones
     std::size_t chosen = 0;
     double seconds = 0.0;  // that the trials and their preparations took, without that of the chosen job
 };
 
 // A trial of the given settings forecasts how long the render takes. Alternatives get trials as long as all of them
 // together take no more than a share of that, and each until there is no doubt. The integrator comes first, then
-// roulette and Sobol points, each on the best so far, and adaptive sampling of independent samples. Trials use random
-// numbers that the render does not. An alternative must be better by a tenth, as trials are short. Roulette is tried on
-// the best's own random numbers. Adaptive sampling is judged by how uneven the noise of the best is, and how long paths
-// take in the pixels that would get more. Sobol points are judged by two scramblings. Ends trying others after a stop.
+// roulette, Sobol points and adaptive sampling, each on the best so far. Trials use random numbers that the render does
+// not. An alternative must be better by a tenth, as trials are short. Roulette is tried on the best's own random
+// numbers. Adaptive sampling is judged by how uneven the noise of the best is, and how long paths take in the pixels
+// that would get more. Sobol points are judged by two scramblings. Where a render needs no more than two, they are part
+// of the first trial. Then they are left only where fewer samples than theirs suffice, or for adaptive sampling. Ends
+// trying others after a stop.
 [[nodiscard]] SettingsChoice choose_settings(const Scene& scene, const RenderSettings& given, const OpenSettings& open,
     Renderer& renderer, const ChoiceGoal& goal, std::stop_token stop);
 

@@ -85,10 +85,10 @@ private:
 };
 
 SettingsChoice chosen(double ratio, const OpenSettings& open, const Scene& scene = {}, bool even = false,
-    double error = 1e-5, double roulette = 10.0) {
+    double error = 1e-5, double roulette = 10.0, std::uint32_t size = 16) {
     TrialRenderer renderer(ratio, even, roulette);
     RenderSettings settings;
-    settings.width = settings.height = 16;
+    settings.width = settings.height = size;
     return choose_settings(scene, settings, open, renderer, {.relative_error = error}, {});
 }
 
@@ -124,6 +124,32 @@ TEST_CASE(
     CHECK(choice.trials.at(choice.chosen).seconds_to_error < 0.1 * choice.trials.front().seconds_to_error);
     CHECK(chosen(1.0, {.generator = false}, {}, true).settings.generator == Generator::philox);
     CHECK(chosen(1.0, {}, {}, false).settings.generator == Generator::philox);
+}
+
+TEST_CASE("an image of many pixels has Sobol points from the first trial, unless fewer samples than theirs suffice") {
+    for (const bool even : {false, true}) {
+        CAPTURE(even);
+        const SettingsChoice choice = chosen(0.25, {}, {}, even, 1e-7, 10.0, 64);
+        CHECK(choice.trials.at(1).options == "--generator sobol");
+        CHECK(choice.trials.at(choice.chosen).options == "--integrator next-event --generator sobol");
+        // 0.2^2 / 1e-7^2 independent samples.
+        CHECK(choice.trials.at(0).seconds_to_error == doctest::Approx(4e12 * seconds_of_sample).epsilon(0.2));
+    }
+    // 4 % takes 25 independent samples, and Sobol points are two blocks at least.
+    const SettingsChoice few = chosen(1.0, {}, {}, true, 0.04, 10.0, 64);
+    CHECK(few.chosen == 0);
+    CHECK(few.settings.generator == Generator::philox);
+    CHECK(few.trials.size() == 2);
+    CHECK(few.trials.at(0).seconds_to_error == doctest::Approx(64 * seconds_of_sample));
+    CHECK(few.trials.at(1).seconds_to_error == doctest::Approx(128 * seconds_of_sample));
+    // Given Sobol points are the given settings.
+    TrialRenderer renderer(0.25, true, 10.0);
+    RenderSettings settings;
+    settings.width = settings.height = 64;
+    settings.generator = Generator::sobol;
+    const SettingsChoice given = choose_settings({}, settings, {}, renderer, {.relative_error = 1e-7}, {});
+    CHECK(given.trials.at(0).options.empty());
+    CHECK(given.trials.at(1).options == "--integrator next-event");
 }
 
 TEST_CASE("roulette that saves time is chosen, and Sobol points on top of it") {
