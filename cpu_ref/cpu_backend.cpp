@@ -1,9 +1,8 @@
 // The backend "cpu": the Embree path tracer as a Renderer.
 #include <fmt/format.h>
 
-#include <thread>
-
 #include "common/error.h"
+#include "common/processors.h"
 #include "common/render/check_settings.h"
 #include "common/render/floating_origin.h"
 #include "cpu_ref/backend.h"
@@ -67,7 +66,7 @@ public:
     }
 
     [[nodiscard]] RendererInfo info() const override {
-        const unsigned threads = options_.threads == 0 ? std::thread::hardware_concurrency() : options_.threads;
+        const unsigned threads = options_.threads == 0 ? usable_processors() : options_.threads;
         return {"cpu", fmt::format("{}, {} thread{}", processor_name(), threads, threads == 1 ? "" : "s"),
             cpu::embree::version(), cpu::embree::version(), true};
     }

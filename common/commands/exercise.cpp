@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <thread>
 
 #include "common/commands/command.h"
 #include "common/commands/console.h"
@@ -12,6 +11,7 @@
 #include "common/exercise/class_marks.h"
 #include "common/exercise/mark_picture.h"
 #include "common/exercise/submission.h"
+#include "common/processors.h"
 #include "common/stopwatch.h"
 #include "common/text.h"
 
@@ -255,8 +255,7 @@ ExitStatus mark_class(const ExerciseArguments& arguments, const CommandContext& 
     {
         ProgressLine progress;
         mark_all(
-            students, context.program.exercises, arguments.seed,
-            arguments.jobs.value_or(std::max(1U, std::thread::hardware_concurrency())),
+            students, context.program.exercises, arguments.seed, arguments.jobs.value_or(usable_processors()),
             [&](double share) { progress.update(share, "marking"); }, context.stop);
     }
     print_table(students);

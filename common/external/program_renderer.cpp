@@ -4,8 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <thread>
 
+#include "common/processors.h"
 #include "common/render/check_settings.h"
 #include "common/render/foreign_job.h"
 #include "common/stopwatch.h"
@@ -118,7 +118,7 @@ std::optional<NamedImage> ProgramJob::image(SampleRange range, const RenderContr
                        : seed_of(settings_.seed, range.begin, samples_per_block / ProgramRenderer::images_a_call);
     request.bounces = settings_.bounces;
     request.filter = settings_.filter;
-    request.threads = std::max(1u, std::thread::hardware_concurrency());
+    request.threads = usable_processors();
     const auto tick = [&] {
         if (control.progress) control.progress(0.0);
     };

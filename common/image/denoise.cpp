@@ -8,6 +8,8 @@
 #include <numeric>
 #include <thread>
 
+#include "common/processors.h"
+
 namespace tandem {
 
 namespace {
@@ -277,7 +279,7 @@ std::optional<std::vector<double>> denoise(const NoisyImage& image, const Denois
             if (control.progress) control.progress(static_cast<double>(done) / bands);
         }
     };
-    const unsigned wanted = control.threads > 0 ? control.threads : std::max(1u, std::thread::hardware_concurrency());
+    const unsigned wanted = control.threads > 0 ? control.threads : usable_processors();
     {
         std::vector<std::jthread> others;
         for (unsigned i = 1; i < std::min(wanted, bands); ++i) others.emplace_back(work);

@@ -11,9 +11,9 @@
 #include <cmath>
 #include <limits>
 #include <mutex>
-#include <thread>
 
 #include "common/error.h"
+#include "common/processors.h"
 #include "common/render/path_trace.h"
 #include "common/stopwatch.h"
 #include "cpu_ref/bidirectional/paths.h"
@@ -35,9 +35,8 @@ public:
     BidirectionalJob(
         RTCDevice device, const Scene& scene, const RenderSettings& settings, unsigned threads, EffectSet effects)
         : sampler_(device, scene, settings),
-          threads_(threads == 0 ? std::max(1u, std::thread::hardware_concurrency()) : threads),
-          thread_limit_(tbb::global_control::max_allowed_parallelism,
-              std::max(threads_, std::max(1u, std::thread::hardware_concurrency()))),
+          threads_(threads == 0 ? usable_processors() : threads),
+          thread_limit_(tbb::global_control::max_allowed_parallelism, std::max(threads_, usable_processors())),
           arena_(static_cast<int>(threads_)),
           effects_(effects) {}
 

@@ -1,9 +1,8 @@
 // The backend "first": the path tracer of first_tracer/, which is there to be read, as a Renderer.
 #include <fmt/format.h>
 
-#include <thread>
-
 #include "common/error.h"
+#include "common/processors.h"
 #include "common/render/check_settings.h"
 #include "common/render/floating_origin.h"
 #include "common/scene/coincident_faces.h"
@@ -122,8 +121,7 @@ private:
 
 class FirstRenderer final : public Renderer {
 public:
-    explicit FirstRenderer(unsigned threads)
-        : threads_(threads != 0 ? threads : std::max(1u, std::thread::hardware_concurrency())) {}
+    explicit FirstRenderer(unsigned threads) : threads_(threads != 0 ? threads : usable_processors()) {}
 
     RendererInfo info() const override {
         return {"first", fmt::format("host processor, {} threads", threads_), "brute force, double precision", "C++20",

@@ -12,6 +12,7 @@
 #include <thread>
 
 #include "common/error.h"
+#include "common/processors.h"
 #include "common/render/check_settings.h"
 #include "common/render/contacts.h"
 #include "common/render/effects.h"
@@ -209,8 +210,7 @@ private:
 
 class OracleRenderer final : public Renderer {
 public:
-    explicit OracleRenderer(unsigned threads)
-        : threads_(threads != 0 ? threads : std::max(1u, std::thread::hardware_concurrency())) {}
+    explicit OracleRenderer(unsigned threads) : threads_(threads != 0 ? threads : usable_processors()) {}
 
     RendererInfo info() const override {
         RendererInfo info{"oracle", "host processor, " + std::to_string(threads_) + " threads",

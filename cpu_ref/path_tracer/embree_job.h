@@ -12,10 +12,10 @@
 #include <limits>
 #include <mutex>
 #include <optional>
-#include <thread>
 #include <utility>
 
 #include "common/error.h"
+#include "common/processors.h"
 #include "common/stopwatch.h"
 #include "cpu_ref/parallel.h"
 #include "cpu_ref/path_tracer/film.h"
@@ -94,8 +94,7 @@ public:
           shading_(tables_, scene, settings),
           accelerator_(device, tables_),
           workers_([this] { return Worker<Real, effects, Shade>(tables_, shading_.get(), accelerator_); }),
-          thread_limit_(tbb::global_control::max_allowed_parallelism,
-              std::max(threads, std::max(1u, std::thread::hardware_concurrency()))),
+          thread_limit_(tbb::global_control::max_allowed_parallelism, std::max(threads, usable_processors())),
           arena_(threads == 0 ? tbb::task_arena::automatic : static_cast<int>(threads)),
           film_(settings.accumulation.value_or(Accumulation::in_double),
               std::size_t{settings.width} * settings.height * channel_count) {}

@@ -1,8 +1,8 @@
 #include "cpu_ref/path_tracer/memory.h"
 
 #include <algorithm>
-#include <thread>
 
+#include "common/processors.h"
 #include "cpu_ref/path_tracer/tables.h"
 
 namespace tandem::cpu {
@@ -57,7 +57,7 @@ MemoryForecast memory_forecast(
     // A thread has its paths, its part of a batch, and Embree's.
     constexpr std::uint64_t thread_bytes = std::uint64_t{3} << 20;
     constexpr std::uint64_t pools = std::uint64_t{12} << 20;  // of TBB, Embree, and what allocators keep
-    forecast.workers = pools + (threads == 0 ? std::thread::hardware_concurrency() : threads) * thread_bytes;
+    forecast.workers = pools + (threads == 0 ? usable_processors() : threads) * thread_bytes;
     // The sums that a stop falls back on; compensated ones are added up in a plane of their own.
     forecast.pass_pixel = channel_count * sizeof(Moments);
     if (settings.accumulation.value_or(Accumulation::in_double) != Accumulation::in_double)

@@ -19,6 +19,7 @@
 #include <thread>
 
 #include "common/error.h"
+#include "common/processors.h"
 #include "common/validation/verify/verify.h"
 #include "tests/calibration/experiments.h"
 
@@ -30,7 +31,7 @@ namespace {
 
 struct Choice {
     std::vector<std::string> ids;
-    unsigned runs = 1000, first = 0, threads = std::max(1u, std::thread::hardware_concurrency());
+    unsigned runs = 1000, first = 0, threads = usable_processors();
     double seconds = 1e9;
     std::filesystem::path scenes = TANDEM_SOURCE_DIR "/scenes";
 };

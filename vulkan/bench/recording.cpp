@@ -2,8 +2,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <thread>
 
+#include "common/processors.h"
 #include "vulkan/bench/families.h"
 
 namespace tandem {
@@ -61,7 +61,7 @@ Family threads_family(const SharedDevice& device) {
         family.workloads.push_back(workload_of({size, samples, device->bounces()}));
     family.arms = [device](const Workload& workload) {
         std::vector<Arm> arms;
-        const unsigned most = std::clamp(2 * std::thread::hardware_concurrency(), 8u, 32u);
+        const unsigned most = std::clamp(2 * usable_processors(), 8u, 32u);
         for (unsigned threads = 1; threads <= most; threads *= 2) {
             JobPatterns patterns;
             patterns.vulkan.recording_threads = threads;

@@ -4,10 +4,10 @@
 #include <cstring>
 #include <functional>
 #include <future>
-#include <thread>
 #include <utility>
 
 #include "common/error.h"
+#include "common/processors.h"
 #include "vulkan/command/barrier.h"
 #include "vulkan/core/device_selection.h"
 
@@ -76,7 +76,7 @@ TracedVertex vertex_of(const gpu::Vec4* words) {
 
 // body(begin, end) for pieces of [0, count), each by a thread.
 void in_parallel(std::uint32_t count, const std::function<void(std::uint32_t, std::uint32_t)>& body) {
-    const std::uint32_t pieces = std::min(count, std::clamp(std::thread::hardware_concurrency(), 1u, most_threads));
+    const std::uint32_t pieces = std::min(count, std::clamp(usable_processors(), 1u, most_threads));
     const auto from = [&](std::uint32_t piece) {
         return static_cast<std::uint32_t>(std::uint64_t{count} * piece / pieces);
     };
