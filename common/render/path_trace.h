@@ -61,10 +61,12 @@ struct PathTrace {
     glm::dvec3 radiance{0.0};  // of the sample, as the renderer has it before section 12
 };
 
-// A random number that is taken to be another one, in all paths traced: u + 1/2 mod 1. So it shows what it decides.
+// A random number that is taken to be another one, in all paths traced: one bit of its word is turned over. So it shows
+// what it decides.
 struct ChangedNumber {
     std::uint32_t block = no_index;  // of MODEL.md section 3; no_index: none
     std::uint32_t number = 0;        // 0 ... 3 in the block
+    std::uint32_t bit = 31;          // 8 ... 31: u changes by 2^(bit - 32)
 };
 
 // The factor by which the vertex changed A, roulette included; 0 in channels that brought nothing.

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <span>
 #include <stop_token>
@@ -281,8 +282,12 @@ TANDEM_INLINE RandomLanes<X> PathTracer<Real, effects, Recorder, Shade>::numbers
     RandomLanes<X> u = random_numbers<X>(tables_.settings, id, block);
     if constexpr (Recorder::records) {
         Lanes<X>& changed = u[recorder_.changed.number];
-        for (int i = 0; i < lane_count<X>; ++i)
-            if (block.v[i] == recorder_.changed.block) changed.v[i] += changed.v[i] < X(0.5) ? X(0.5) : X(-0.5);
+        const X step = std::ldexp(X(1), static_cast<int>(recorder_.changed.bit) - 32);
+        for (int i = 0; i < lane_count<X>; ++i) {
+            if (block.v[i] != recorder_.changed.block) continue;
+            const bool set = std::fmod(changed.v[i], 2 * step) >= step;  // exact
+            changed.v[i] += set ? -step : step;
+        }
     }
     return u;
 }

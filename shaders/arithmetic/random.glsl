@@ -86,7 +86,7 @@ uvec4 random_words(uvec2 seed, uint pixel, uvec2 sample_index, uint block) {
 vec4 random_block(uvec2 seed, uint pixel, uvec2 sample_index, uint block) {
     uvec4 words = random_words(seed, pixel, sample_index, block);
 #ifdef RECORDS_PATHS
-    if (block == settings.changed_block) words[settings.changed_number] ^= 0x80000000u;  // ChangedNumber
+    if (block == settings.changed_block) words[settings.changed_number & 3u] ^= 1u << (settings.changed_number >> 2);
 #endif
     return to_unit(words);
 }

@@ -75,7 +75,7 @@ layout(push_constant, std430) uniform Settings {
     uint invocations;
     uint keeps_sums;  // a block's first sample is added to those of the block before
     uint changed_block;   // trace.comp's alone: ChangedNumber of common/render/path_trace.h
-    uint changed_number;
+    uint changed_number;  // number | bit << 2
     uint listed;      // the tile's pixels are those of a list, of so many (pixel_list.glsl); 0: no list
 #if defined(PARAMETERS_ADDRESS)
 };

@@ -28,7 +28,8 @@ struct Number {
     std::string_view name;
 };
 
-// Section 3's table, but for the time: it moves things, so that all else may follow from it.
+// Section 3's table, but for the time: it moves things, so that all else may follow from it. A number without a purpose
+// decides nothing by the bit that is changed.
 std::vector<Number> numbers_at(std::size_t vertex) {
     const auto first = static_cast<std::uint32_t>(dimension::first_vertex + dimension::blocks_per_vertex * vertex);
     const std::uint32_t scatter = first + dimension::scatter, to_light = first + dimension::light,
@@ -41,6 +42,15 @@ std::vector<Number> numbers_at(std::size_t vertex) {
         {{to_light, 2}, Decides::light, "the light's third number"},
         {{medium, 0}, Decides::distance, "the medium's first number"},
         {{medium, 1}, Decides::distance, "the medium's second number"}};
+    // What only chooses has hardly an effect by its lower half.
+    constexpr std::uint32_t lower = 15;
+    const auto chooses = [&](std::uint32_t block, std::uint32_t number, std::string_view name) {
+        numbers.push_back({{block, number, lower}, Decides::count, name});
+    };
+    chooses(scatter, 2, "scattering's third number, which only chooses,");
+    chooses(scatter, 3, "roulette's number, which only chooses,");
+    chooses(to_light, 0, "the light's first number, which only chooses,");
+    chooses(medium, 0, "the medium's first number, which only chooses,");
     if (vertex > 0) return numbers;
     constexpr std::array<std::string_view, 4> names{
         "the film's first number", "the film's second number", "the lens's first number", "the lens's second number"};

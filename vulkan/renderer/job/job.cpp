@@ -191,7 +191,7 @@ std::vector<PathTrace> VulkanJob::trace_with(
     if (x >= settings_.width || y >= settings_.height) throw Error("the pixel to trace lies outside of the image");
     gpu::Settings settings = told_settings(settings_, scene_);
     settings.changed_block = changed.block;
-    settings.changed_number = changed.number;
+    settings.changed_number = changed.number | changed.bit << 2;
     std::vector<PathTrace> traces = tracing().trace(y * settings_.width + x, samples, settings);
     instance_.log().raise();
     return traces;
