@@ -152,9 +152,11 @@ struct Compared {
     double uncertainty = 0.0;  // of how many times those of the best they are, relative: a standard error
 };
 
-// Of one generator, both are compared by their noise, which is known sooner than how even points are.
+// Of one generator, both are compared by their noise until it is known how even points are. Few points do not tell.
 Compared compare(const Trial& trial, const Trial& best, double relative_error) {
-    if ((trial.points > 0.0) != (best.points > 0.0) || !(best.noise > 0.0))
+    constexpr auto few = static_cast<double>(least_points);
+    const bool alike = (trial.points > 0.0) == (best.points > 0.0) && best.noise > 0.0;
+    if (!alike || (trial.points >= few && best.points >= few))
         return {trial.seconds_to(relative_error),
             std::hypot(trial.uncertainty_at(relative_error), best.uncertainty_at(relative_error))};
     return {trial.seconds_of(best.samples_to(relative_error) * trial.noise / best.noise),
@@ -278,10 +280,13 @@ public:
         return best_.has_value();
     }
 
-    // A longer trial of the best, in an equal share of the time with so many `others`, until its noise is known.
+    // A longer trial of the best, in an equal share of the time with so many `others`. It ends when its noise is known,
+    // and enough samples tell how long one takes.
     void know_noise(std::size_t others) {
         const double each = seconds_left() / static_cast<double>(others + 1);
-        go_on(each, [](const Trial& trial) { return trial.noise_uncertainty <= known_enough; });
+        go_on(each, [](const Trial& trial) {
+            return trial.noise_uncertainty <= known_enough && trial.samples >= 2 * least_points;
+        });
     }
 
     // The best so far with a change, if there is time for it, in an equal share with so many `others` that are to come.
@@ -303,12 +308,15 @@ public:
         const auto is_clear = [&](const Trial& one) {
             const Compared compared = compare(one, *best_, goal_.relative_error);
             const double doubt = 1.0 + 2.0 * compared.uncertainty, ratio = compared.seconds / best_seconds_;
-            return ratio * doubt < clearly_better || (sobol == is_sobol() && ratio > clearly_better * doubt);
+            const bool few = one.points > 0.0 && one.points < static_cast<double>(least_points);
+            return (!few && ratio * doubt < clearly_better) || (sobol == is_sobol() && ratio > clearly_better * doubt);
         };
         if (job) trial = trial_of(settings, *job, least, each - watch.seconds(), stop_, is_clear);
         spent_ += watch.seconds();
         if (!trial) return;
-        const Compared compared = compare(*trial, *best_, goal_.relative_error);
+        Compared compared = compare(*trial, *best_, goal_.relative_error);
+        // How even points are may differ as much between integrators as their noise does.
+        if (trial->points > 0.0 && trial->points < static_cast<double>(least_points)) compared.uncertainty += 1.0;
         take(settings, std::move(job), std::move(*trial), compared, sobol == is_sobol() ? 1.0 : 0.0);
     }
 
