@@ -120,10 +120,38 @@ TEST_CASE("light that lies in other pixels is indexing's, and a film that is dar
     evidence.place.moved = true;
     CHECK(evidence.suspects().front().part == Subsystem::indexing);
     CHECK(evidence.suspects().front().because == "no traced path parts, and the film's light lies in other pixels");
+    CHECK(names(evidence.suspects(), Subsystem::accumulation));
     evidence.place.moved = false;
     evidence.place.scaled = true;
     evidence.place.pattern = "rows 4 to 5";
     CHECK(evidence.suspects().front().part == Subsystem::accumulation);
+}
+
+TEST_CASE("a pixel without variance that differs in long films, and not in one block of them, is accumulation's") {
+    Evidence evidence;
+    evidence.level("image", true);
+    evidence.partings.parted = 0;
+    CHECK(evidence.suspects().front().part != Subsystem::accumulation);
+    evidence.judgement.fixed.mismatches = 1;
+    CHECK(evidence.suspects().front().part == Subsystem::accumulation);
+    evidence.partings.parted = 1;
+    CHECK(evidence.suspects().front().part != Subsystem::accumulation);
+}
+
+TEST_CASE("a side that is right with intersections in double precision, by the same rays, may have wrong data") {
+    Evidence evidence;
+    evidence.level("image", true);
+    PrecisionTrial trial{.side = VerifiedSide::candidate, .right_in_mixed = false, .parted = 400, .in_double = 3};
+    const auto suspects = [&] {
+        return suspects_of_difference(
+            {evidence.judgement, evidence.signature, evidence.partings, evidence.place, nullptr, &trial});
+    };
+    CHECK(suspects().front().part == Subsystem::arithmetic);
+    trial.right_in_mixed.reset();
+    CHECK(suspects().front().part == Subsystem::arithmetic);
+    trial.right_in_mixed = true;
+    CHECK(suspects().front().part != Subsystem::arithmetic);
+    CHECK(names(suspects(), Subsystem::scene_data));
 }
 
 TEST_CASE("paths that roulette or the limit of bounces ends on one side alone are path length's") {
@@ -212,6 +240,8 @@ TEST_CASE("a factor of a light that alone differs names its part, unless others 
     CHECK(first({PartsBy::found_weight, PartsBy::emission}).because ==
           "MIS weights alone differ in 100 % of the paths that part");
     CHECK(first({PartsBy::light_density, PartsBy::light_weight, PartsBy::light}).part == Subsystem::light_sampling);
+    CHECK(first({PartsBy::density, PartsBy::found_weight, PartsBy::emission}).part == Subsystem::mis_weights);
+    CHECK_FALSE(first({PartsBy::density, PartsBy::weight}).because.starts_with("the density of scattering differs"));
     const Suspect several = first({PartsBy::light_weight, PartsBy::light, PartsBy::direction});
     CHECK_FALSE(several.because.starts_with("MIS weights alone"));
 }

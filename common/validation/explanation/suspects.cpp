@@ -177,14 +177,19 @@ private:
             S::mis_weights, {light_weight, found_weight}, {PartsBy::light, emission}, "MIS weights alone differ");
         add_factor(S::light_sampling, {light_density}, {light_weight, found_weight, PartsBy::light, emission},
             "the density of light sampling alone differs");
+        // Scattering's own weight has the same density in it.
+        add_factor(S::mis_weights, {density}, {light_weight, found_weight, PartsBy::light, emission},
+            "the density of scattering differs, for MIS weights alone,");
     }
 
     // An offset of rays that is too short does no harm in double precision either: then rays go elsewhere. Normals come
     // from the scene by way of other code in double precision, and kernels are others there. None of these is the cause
-    // where intersections in double precision do not mend it.
+    // where intersections in double precision do not mend it. Where they do, and rays go the same way, no rounding of
+    // theirs was the fault: the scene reaches the device another way.
     void look_at_precision() {
         if (evidence_.precision_trial == nullptr) return;
-        const bool by_shading = evidence_.precision_trial->right_in_mixed == false;
+        const std::optional<bool> in_mixed = evidence_.precision_trial->right_in_mixed;
+        const bool by_shading = in_mixed == false;
         const auto& by = evidence_.partings.by;
         double elsewhere = 0.0;
         for (const PartsBy what :
@@ -192,14 +197,17 @@ private:
             elsewhere = std::max(elsewhere, by.at(static_cast<std::size_t>(what)));
         const bool same_way = elsewhere < 0.5 && evidence_.place.kernels_without.empty();
         const bool in_paths = !evidence_.place.outside_paths;
-        add(S::arithmetic, same_way || (by_shading && in_paths) ? certain : weak, told(*evidence_.precision_trial));
+        const std::string words = told(*evidence_.precision_trial);
+        if (same_way && in_mixed == true)
+            return add(S::scene_data, strong, words + ", or its intersections alone, though rays go the same way");
+        add(S::arithmetic, same_way || (by_shading && in_paths) ? certain : weak, words);
     }
 
     // A part that reads wrong data is needed as well. So needs say nothing against the data.
     void look_at_data() {
         if (evidence_.elimination == nullptr || evidence_.elimination->data_fault == nullptr) return;
         const bool sure = evidence_.elimination->data_fault->of_data_alone;
-        add(S::scene_data, sure ? certain : weak, told_of_data(*evidence_.elimination));
+        add(S::scene_data, sure ? certain : strong / 2, told_of_data(*evidence_.elimination));
     }
 
     // Nothing differs but under one condition, which is the work of one part.
@@ -216,6 +224,12 @@ private:
 
     void look_outside_paths() {
         const FaultPlace& place = evidence_.place;
+        // The samples of such a pixel are all alike.
+        if (!place.outside_paths && evidence_.partings.paths > 0 && evidence_.partings.parted == 0 &&
+            evidence_.judgement.fixed.mismatches > 0)
+            add(S::accumulation, certain,
+                "no traced path parts, films of one block are the same, and pixels without variance differ in longer "
+                "ones");
         if (!place.outside_paths) return;
         if (place.clamped_at)
             return add(S::accumulation, certain,
@@ -224,8 +238,10 @@ private:
             return add(S::indexing, certain,
                 fmt::format("no traced path parts, and the kernels {} are without the fault",
                     fmt::join(place.kernels_without, ", ")));
-        if (place.moved)
+        if (place.moved) {
+            add(S::accumulation, strong, "sums of other pixels' samples look alike");
             return add(S::indexing, certain, "no traced path parts, and the film's light lies in other pixels");
+        }
         if (place.scaled)
             return add(S::accumulation, certain, "no traced path parts, and the film differs by one factor everywhere");
         if (!place.pattern.empty() && place.pattern != every_pixel)
