@@ -26,7 +26,7 @@ inline PlantedFault planted_fault;
 #endif
 
 // In half precision.
-[[nodiscard]] inline double planted_half(double value) {
+[[nodiscard]] inline double in_half(double value) {
     const int exponent = std::max(std::ilogb(value), -14);
     return value > 0.0 && std::isfinite(value)
                ? std::ldexp(std::nearbyint(std::ldexp(value, 10 - exponent)), exponent - 10)
@@ -34,12 +34,17 @@ inline PlantedFault planted_fault;
 }
 
 // 1 / value with 12 bits after the first.
-[[nodiscard]] inline double planted_short_reciprocal(double value) {
+[[nodiscard]] inline double short_reciprocal(double value) {
     return static_cast<double>(
         std::bit_cast<float>(std::bit_cast<std::uint32_t>(static_cast<float>(1.0 / value)) & 0xFFFFF800u));
 }
 
 // 1, or with the bug planted 1 plus its amount.
 [[nodiscard]] inline double planted_scale(PlantedBug bug) { return planted(bug) ? 1.0 + planted_amount() : 1.0; }
+
+// Of a shadow ray's way.
+[[nodiscard]] inline double planted_reach() {
+    return planted_scale(PlantedBug::shadow_limit_long) * (2.0 - planted_scale(PlantedBug::shadow_limit_short));
+}
 
 }  // namespace tandem::cpu

@@ -66,8 +66,8 @@ enum class PlantedBug : std::uint32_t {
     priority_ignored,               // every surface of nested bodies is there
     outside_index_ignored,          // nested bodies refract as if vacuum were around them
     body_not_left,                  // bodies stay in the list after their back was passed
-    extinction_scaled,              // transmittance with extinction greater by the fraction `amount`
-    phase_sign,                     // phase functions sampled backwards
+    extinction_scaled,              // media denser by the fraction `amount`
+    phase_sign,                     // g with the wrong sign
     anisotropy_shifted,             // g greater by `amount`, in sampling and value
     free_path_unweighted,           // scattering in a medium without its weight
     absorption_scattering_swapped,  // what a medium absorbs it scatters, and the reverse

@@ -208,15 +208,8 @@ TANDEM_INLINE void PathTracer<Real, effects, Recorder, Shade>::pass_boundary(
     const ShadeMask boundary = lanes & has_bit(shaded(at.bits), W{material_bits::boundary});
     if (none(boundary)) return;
     const S one(Shade(1));
-    const Vec3<S> arriving = shaded(at.direction);
-    outcome.direction = select(boundary, arriving, outcome.direction);
+    outcome.direction = select(boundary, shaded(at.direction), outcome.direction);
     outcome.absorbed = select(boundary, Vec3<S>{one, one, one}, outcome.absorbed);
-    if (planted(PlantedBug::boundary_refracts)) {
-        const S eta = select(shaded(at.front), S(static_cast<Shade>(1.0 / 1.1)), S(static_cast<Shade>(1.1)));
-        const auto [reflectance, ct, total] = dielectric(at.cosine, eta, ShadeMask{});
-        const Vec3<S> bent = unit(along(arriving * eta, S(eta * at.cosine - ct), shaded(at.facing)));
-        outcome.direction = select(boundary & !total, bent, outcome.direction);
-    }
 }
 
 // Section 10: by the phase function. Absorption has been weighed on the way (cross_media).
@@ -226,8 +219,8 @@ TANDEM_INLINE void PathTracer<Real, effects, Recorder, Shade>::scatter_in_medium
     using W = UnsignedOf<Shade>;
     const ShadeMask medium = lanes & has_bit(shaded(at.bits), W{material_bits::medium});
     if (none(medium)) return;
-    const S one(Shade(1)), g = planted(PlantedBug::phase_sign) ? -at.more.anisotropy : at.more.anisotropy;
-    const Vec3<S> arriving = shaded(at.direction), w = sample_phase(arriving, g, u[0], u[1]);
+    const S one(Shade(1));
+    const Vec3<S> arriving = shaded(at.direction), w = sample_phase(arriving, at.more.anisotropy, u[0], u[1]);
     outcome.direction = select(medium, w, outcome.direction);
     outcome.absorbed = select(medium, Vec3<S>{one, one, one}, outcome.absorbed);
     outcome.density = select(medium, phase_density(arriving, w, at.more.anisotropy), outcome.density);

@@ -105,10 +105,7 @@ TANDEM_INLINE Mask<Real> PathTracer<Real, effects, Recorder, Shade>::sees_sample
     }
     const M reachable = lanes & sample.usable & above & (sample.distance >= V(tables_.t_min)) & within;
     if (none(reachable)) return M{};
-    V reach = sample.reach;
-    if (planted(PlantedBug::shadow_limit_short)) reach = reach * V(static_cast<Real>(1.0 - planted_amount()));
-    if (planted(PlantedBug::shadow_limit_long)) reach = reach * V(static_cast<Real>(1.0 + planted_amount()));
-    const V limit = least(V(tables_.limit), reach);
+    const V limit = least(V(tables_.limit), V(sample.reach * V(static_cast<Real>(planted_reach()))));
     const Ray<V> shadow = make_ray(receiver.point, sample.direction, V(tables_.t_min), limit);
     const Departure<V> departure{at.surface.primitive, receiver.inside};
     return reachable & !accelerator_.occluded(shadow, departure, sample.primitive, reachable, time);
@@ -134,14 +131,7 @@ TANDEM_INLINE void PathTracer<Real, effects, Recorder, Shade>::add_sample(Vertex
         colour = response.colour;
     }
     S weight = weighs_ ? power_heuristic(density, scattered) : S(Shade(1));
-    if (planted(PlantedBug::balance_on_one_side)) weight = density / (density + scattered);
-    if (planted(PlantedBug::mis_weights_unequal) && tables_.lights.count > 1) weight = weight * S(Shade(0.5));
-    if (planted(PlantedBug::cosine_dropped)) transfer = S(static_cast<Shade>(inverse_pi));
-    if (planted(PlantedBug::inverse_pi_dropped)) transfer = s_cosine;
-    transfer = transfer * S(static_cast<Shade>(planted_scale(PlantedBug::next_event_scaled)));
-    if (planted(PlantedBug::reciprocal_short))
-        for (int i = 0; i < lane_count<Shade>; ++i)
-            transfer.v[i] *= density[i] * static_cast<Shade>(planted_short_reciprocal(density[i]));
+    plant_in_next_event<Shade>({density, scattered, s_cosine, tables_.lights.count}, weight, transfer);
     if constexpr (general) {
         const S whole(Shade(1));
         weight = weighs_ ? select(shaded(sample.delta), whole, weight) : whole;

@@ -494,7 +494,7 @@ void PathTracer<Real, effects, Recorder, Shade>::scatter(Vertex& at, M lanes, st
     if (planted(PlantedBug::throughput_half))
         for (Slots<Real>& channel : paths_.throughput)
             for (std::uint32_t i = first; i < first + lane_count<Real>; ++i)
-                channel[i] = static_cast<Real>(planted_half(static_cast<double>(channel[i])));
+                channel[i] = static_cast<Real>(in_half(static_cast<double>(channel[i])));
 }
 
 // Stores the rays of the paths that go on, and what the next vertex asks of this one. Ends those in too many bodies.

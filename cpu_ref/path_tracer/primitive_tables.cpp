@@ -56,7 +56,6 @@ void TableBuilder<Real>::add(const PlacedPrimitive& placed) {
     tables_.primitives.push_back(ref);
     BoundingBox& box = tables_.bounds.back();
     box = {glm::min(box.low, box.low + entity.motion), glm::max(box.high, box.high + entity.motion)};
-    widen_whole(box.low, box.high, id_ == 0);
 }
 
 // A face of a sphere or cuboid, which has no edges.

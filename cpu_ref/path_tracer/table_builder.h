@@ -41,7 +41,6 @@ private:
     using dvec3 = glm::dvec3;
 
     // tables.cpp
-    void add_places();
     void add_surroundings();
     void add_motion();
     void add_materials();
@@ -67,11 +66,6 @@ private:
     void add_cuboid_patches(const dvec3& low, const dvec3& high, const std::array<double, 6>& areas, double total);
     void finish_lights();
 
-    void widen_whole(const dvec3& low, const dvec3& high, bool first) {
-        BoundingBox& all = whole_;
-        all = first ? BoundingBox{low, high} : BoundingBox{glm::min(all.low, low), glm::max(all.high, high)};
-    }
-
     [[nodiscard]] dvec3 to_world(const dvec3& p) const { return map_.to_world(p); }
     [[nodiscard]] std::uint32_t face_count() const { return static_cast<std::uint32_t>(face_material_.size()); }
 
@@ -80,7 +74,6 @@ private:
     Tables<Real> tables_;
     EntityMap map_;
     std::uint32_t id_ = 0, material_ = 0, entity_ = 0;
-    BoundingBox whole_;
 
     using Unsigned = UnsignedOf<Real>;
     VectorRows<Real> face_normal_, face_terms_;

@@ -53,7 +53,7 @@ Tables<Real> TableBuilder<Real>::build() {
         if (!tables_.meshes || !placed_.places(e))
             for (std::uint32_t i = 0; i < entity.primitive_count; ++i) add({e, entity.first_primitive + i});
     }
-    add_places();
+    tables_.first_placed_face = face_count();
     add_materials();
     finish_lights();
     finish_faces();
@@ -61,15 +61,6 @@ Tables<Real> TableBuilder<Real>::build() {
     add_camera();
     add_interval();
     return std::move(tables_);
-}
-
-template <class Real>
-void TableBuilder<Real>::add_places() {
-    tables_.first_placed_face = face_count();
-    if (!tables_.meshes) return;
-    bool first = tables_.primitives.empty();
-    for (const MeshTable::Place& place : tables_.meshes->places)
-        widen_whole(place.low, place.high, std::exchange(first, false));
 }
 
 // Textures, media and the background's image.
@@ -156,7 +147,6 @@ void TableBuilder<Real>::add_camera() {
     form.target_motion = to_vec3<Real>(camera.target_motion);
     tables_.background_down = to_vec3<Real>(scene_.background.down);
     tables_.background_up = to_vec3<Real>(scene_.background.up);
-    tables_.size = glm::length(whole_.high - whole_.low);
 }
 
 // The closed interval of section 5 as t_min <= t < limit.

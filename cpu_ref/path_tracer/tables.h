@@ -241,7 +241,6 @@ struct Tables {
     bool any_specular = false;
     bool default_kernels = true;  // of settings.intersection
     bool excludes_left = true;    // a ray ignores the primitive that it leaves
-    double size = 0.0;            // of the scene, world units
     RenderSettings settings;
 };
 

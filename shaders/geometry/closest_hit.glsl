@@ -46,10 +46,12 @@ uint meeting(bool is_own, bool inside) {
 // Distances to the two points of a body that a ray may meet; negative: none there. The exit of a ray that goes inside lies
 // ahead, whatever rounding says.
 vec2 sphere_distances(Ray unit_ray, uint how) {
-    if (how == meets_exit) return PLANT(sphere_inside_lost, vec2(-1.0), vec2(-1.0, sphere_far_side(unit_ray)));
-    float entry, exit;
-    const bool meets = how == meets_both && sphere_span(unit_ray, entry, exit);
-    return meets ? vec2(entry, PLANT(sphere_inside_lost, -1.0, exit)) : vec2(-1.0);
+    float entry = -1.0, exit;
+    if (how == meets_exit)
+        exit = sphere_far_side(unit_ray);
+    else if (how != meets_both || !sphere_span(unit_ray, entry, exit))
+        return vec2(-1.0);
+    return vec2(entry, PLANT(sphere_inside_lost, -1.0, exit));
 }
 
 // Where a line enters and leaves a cuboid; entry > exit: it misses.

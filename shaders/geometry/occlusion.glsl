@@ -112,10 +112,8 @@ bool is_lit(vec3 origin, uint word, ShadowRay shadow) {
     const float distance = length(shadow.offset);
     const Ray ray = Ray(origin, shadow.offset / distance);
     const bool far = (has_suns || has_sampled_background) && shadow.word == shadow_far;
-    const float limit = PLANT(shadow_limit_short, (1.0 - planted_amount) * distance,
-        PLANT(shadow_limit_long, (1.0 + planted_amount) * distance, distance));
     return !is_occluded(
-        ray, far ? ray_max : min(ray_max, limit), word & slot_mask, (word & ray_inside) != 0u, shadow.word);
+        ray, far ? ray_max : min(ray_max, PLANTED_REACH(distance)), word & slot_mask, (word & ray_inside) != 0u, shadow.word);
 }
 
 #endif

@@ -49,8 +49,7 @@ vec2 place_by_filter(vec2 u) {
         1.0 - sqrt(2.0 * rest) :
         vec2(gaussian_distance(gaussian_tail + (1.0 - 2.0 * gaussian_tail) * rest.x),
             gaussian_distance(gaussian_tail + (1.0 - 2.0 * gaussian_tail) * rest.y));
-    if (PLANTED(filter_even)) away = (pixel_filter == tent_filter ? 2.0 : 3.0) * (0.5 - rest);
-    away = PLANT_SCALE(filter_width_scaled, away);
+    away = PLANT_SCALE(filter_width_scaled, PLANT(filter_even, (pixel_filter == tent_filter ? 2.0 : 3.0) * (0.5 - rest), away));
     const vec2 middle = vec2(PLANT(filter_off_centre, 0.0, 0.5));
     return middle + vec2(u.x < 0.5 ? -away.x : away.x, u.y < 0.5 ? -away.y : away.y);
 }

@@ -231,7 +231,6 @@ vec3 offset_ray_origin(Surface surface, vec3 side) {
     precise float distance = dot(abs(side), surface.error);
     if (guard == guard_fixed_epsilon) distance = guard_epsilon;
     if (guard == guard_exclusion) return surface.point;
-    distance = PLANT(epsilon_too_large, planted_amount * scene.extent, distance);
     precise vec3 origin = surface.point + distance * side;
     return origin;
 }

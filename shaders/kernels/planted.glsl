@@ -12,10 +12,12 @@ layout(constant_id = id_planted_bug) const uint planted_bug = 0;
 #define PLANTED(bug) (planted_bug == bug_##bug)
 #define PLANT(bug, faulty, sound) (PLANTED(bug) ? (faulty) : (sound))
 #define PLANT_SCALE(bug, sound) ((sound) * (PLANTED(bug) ? 1.0 + planted_amount : 1.0))
+#define PLANTED_REACH(sound) (PLANT_SCALE(shadow_limit_long, sound) * (PLANTED(shadow_limit_short) ? 1.0 - planted_amount : 1.0))
 #else
 #define PLANTED(bug) false
 #define PLANT(bug, faulty, sound) (sound)
 #define PLANT_SCALE(bug, sound) (sound)
+#define PLANTED_REACH(sound) (sound)
 #endif
 
 #endif

@@ -182,7 +182,7 @@ bool is_there(Path path, Material material, uint body, bool front, out float out
     if (other == no_body) return true;
     const Material around = material_at(other);
     if (has_flag(around, flag_translucent)) outside = around.refractive_index;
-    return PLANT(priority_ignored, true, around.priority <= material.priority);
+    return around.priority <= material.priority;
 }
 
 bool is_tracked(Material material) { return has_interiors && has_flag(material, flag_tracked); }

@@ -44,6 +44,10 @@ struct TreeChoice {
     float chance;  // among near lights
 };
 
+float chance_of_child(float parent, float q, bool first) {
+    return PLANT(light_tree_parents_forgotten, 1.0, parent) * (first ? q : 1.0 - q);
+}
+
 TreeChoice choose_in_tree(float v, vec3 point, vec3 normal) {
     uint node = 0, first_light = 0, count = light_tree_leaves;
     float chance = 1.0;
@@ -53,7 +57,7 @@ TreeChoice choose_in_tree(float v, vec3 point, vec3 normal) {
         const bool to_first = v < q;
         const float rescaled = to_first ? v / q : (v - q) / (1.0 - q);
         v = PLANT(light_tree_number_reused, v, min(rescaled, 1.0 - 1.0 / 16777216.0));
-        chance = PLANT(light_tree_parents_forgotten, 1.0, chance) * (to_first ? q : 1.0 - q);
+        chance = chance_of_child(chance, q, to_first);
         node += to_first ? 1 : 2 * half_count;
         first_light += to_first ? 0 : half_count;
         count = to_first ? half_count : count - half_count;
@@ -69,7 +73,7 @@ float chance_in_tree(uint light, vec3 point, vec3 normal) {
         const uint half_count = count / 2;
         const float q = first_child_chance(node + 1, node + 2 * half_count, point, normal);
         const bool to_first = light < first_light + half_count;
-        chance = PLANT(light_tree_parents_forgotten, 1.0, chance) * (to_first ? q : 1.0 - q);
+        chance = chance_of_child(chance, q, to_first);
         node += to_first ? 1 : 2 * half_count;
         first_light += to_first ? 0 : half_count;
         count = to_first ? half_count : count - half_count;

@@ -80,12 +80,15 @@ float area_density(Light light, float distance2, float cosine) {
     return distance2 / (light.area * cosine);
 }
 
+bool has_cone(Light light, Receiver receiver) {
+    return has_sphere_lights && light.kind == kind_sphere && !is_inside_sphere(light, receiver);
+}
+
 // Density over solid angle with which `light` (its choice not counted) gives the direction from the receiver to the point on
 // it at `offset`. cosine = |n_light · direction|.
 float light_density(Light light, Receiver receiver, vec3 offset, float cosine) {
     if (PLANTED(jacobian_missing)) return 1.0 / light.area;
-    if (has_sphere_lights && light.kind == kind_sphere && !is_inside_sphere(light, receiver))
-        return 1.0 / (2.0 * pi * sphere_cone(light.radius, light.centre - receiver.point));
+    if (has_cone(light, receiver)) return 1.0 / (2.0 * pi * sphere_cone(light.radius, light.centre - receiver.point));
     if (has_ellipsoid_lights && light.kind == kind_ellipsoid)
         return ellipsoid_density(light, receiver, offset);
     return area_density(light, dot(offset, offset), cosine);
@@ -192,8 +195,7 @@ Incident from_primitive(Light light, Receiver receiver, vec2 v) {
     const bool front = light_cosine > 0.0;
     if (light_cosine == 0.0 || !emits_to(material, front) || (!front && !chosen.sees_back)) return no_incident;
     float density = light.probability * light_density(light, receiver, chosen.offset, abs(light_cosine));
-    if (PLANTED(sphere_light_cone_scaled) && light.kind == kind_sphere && !is_inside_sphere(light, receiver))
-        density /= PLANT_SCALE(sphere_light_cone_scaled, 1.0);
+    density = PLANT(sphere_light_cone_scaled, has_cone(light, receiver) ? density / (1.0 + planted_amount) : density, density);
     vec3 radiance = material.radiance;
     if (has_translucent_emission && has_flag(material, flag_translucent)) radiance *= material.alpha;
     // A shadow ray ends where one that leaves the light would start (5.2): short of its coplanar neighbours.
@@ -209,8 +211,7 @@ Incident from_point(Light light, Receiver receiver) {
     const vec3 direction = offset / distance;
     float share = 1.0;
     if (has_spot_lights && light.kind == kind_spot) {
-        const float outer = PLANT(spot_outer_scaled, mix(light.outer, light.inner, planted_amount), light.outer);
-        const float t = clamp((-dot(light.axis, direction) - outer) / (light.inner - outer), 0.0, 1.0);
+        const float t = clamp((-dot(light.axis, direction) - light.outer) / (light.inner - light.outer), 0.0, 1.0);
         share = PLANT(spot_falloff_linear, t, t * t * (3.0 - 2.0 * t));
     }
     return Incident(
@@ -221,7 +222,6 @@ Incident from_point(Light light, Receiver receiver) {
 // of all of them.
 Light chosen_light(Receiver receiver, float v) {
     if (!has_light_tree) return lights[choose_light(v)];
-    if (PLANTED(light_choice_squared)) v *= v;
     const float near_share = lights[0].probability;
     if (v >= near_share) return lights[choose_light(v)];
     const TreeChoice choice = choose_in_tree(v / near_share, receiver.point, receiver.normal);
@@ -259,8 +259,7 @@ vec3 answered_light(Incident incident, Response response) {
     const bool alone = !has_mis || incident.is_delta || (has_direct_only && settings.direct_only != 0);
     float weight = alone ? 1.0 : shaded(power_heuristic(incident.density, response.density));
     if (PLANTED(balance_on_one_side) && !alone) weight = shaded(incident.density / (incident.density + response.density));
-    weight = PLANT_SCALE(next_event_scaled, weight);
-    if (PLANTED(mis_weights_unequal) && settings.light_count > 1) weight *= 0.5;
+    weight = PLANT_SCALE(next_event_scaled, PLANT(mis_weights_unequal, settings.light_count > 1 ? 0.5 * weight : weight, weight));
     NOTE(light_radiance, incident.radiance);
     NOTE(light_pdf, incident.density);
     NOTE(light_response, response.colour * response.f_cosine);

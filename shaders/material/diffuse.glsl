@@ -7,9 +7,7 @@ Scattering scatter_diffuse(vec3 n_f, vec4 u) {
     vec3 local = sample_cosine_hemisphere(u.x, PLANT(number_exchanged, u.w, u.y));
     if (PLANTED(pdf_not_of_sampler)) local = vec3(sqrt(u.x * (2.0 - u.x)) * cos_sin_turn(u.y), 1.0 - u.x);
     const vec3 direction = normalize(frame_of(n_f) * local);
-    // Planted: the density is still that of the cosine rule's direction.
-    const float cosine = PLANT(pdf_not_of_sampler, sqrt(1.0 - u.x), dot(direction, n_f));
-    return Scattering(direction, vec3(1.0), cosine / pi);
+    return Scattering(direction, vec3(1.0), dot(direction, n_f) / pi);
 }
 
 Response diffuse_response(vec3 colour, vec3 n_f, vec3 direction) {

@@ -28,11 +28,11 @@ bool emits_to(Material material, bool front) {
 // The event at a surface. The normal n_f is on the side of the incoming ray, and `front` tells whether that is the front side.
 // c = -d·n_f. `outside` is the refractive index outside the body (9.4).
 Scattering scatter_at(Material material, vec3 d, vec3 n_f, float c, bool front, float outside, vec4 u) {
-    if (PLANTED(dimension_reused)) u.y = u.x;
+    u.y = PLANT(dimension_reused, u.x, u.y);
     if (has_diffuse && material.kind == material_diffuse) return scatter_diffuse(n_f, u);
     if (is_rough_diffuse(material)) return scatter_rough_diffuse(material, d, n_f, u);
     if (is_conductor(material)) return scatter_conductor(material, d, n_f, c, u);
-    if (is_boundary(material)) return scatter_boundary(material, d, n_f, c, front);
+    if (is_boundary(material)) return scatter_boundary(d);
     return scatter_specular(material, d, n_f, c, front, outside, u);
 }
 

@@ -72,7 +72,7 @@ Passage walk(Medium medium, Ray ray, float end, float wanted) {
 #include "arithmetic/shading_types.glsl"
 
 vec3 transmittance_of(Medium medium, float depth) {
-    return exp_minus(shaded(medium.absorption + medium.scattering) * PLANT_SCALE(extinction_scaled, depth));
+    return exp_minus(shaded(medium.absorption + medium.scattering) * depth);
 }
 
 vec3 transmittance(Medium medium, Ray ray, real end) {
@@ -110,7 +110,6 @@ float phase(float g, float mu) {
 vec3 sample_phase(float g, vec3 d, vec2 u) {
     float mu = 1.0 - 2.0 * u.x;
     if (has_anisotropic_phase && g != 0.0) {
-        g = PLANT(phase_sign, -g, g);
         const float s = (1.0 - g * g) / (1.0 - g + 2.0 * g * u.x);
         mu = clamp((1.0 + g * g - s * s) / (2.0 * g), -1.0, 1.0);
     }

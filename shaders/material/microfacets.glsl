@@ -13,6 +13,7 @@ float microfacet_distribution(vec3 h, float alpha) {
 }
 
 float microfacet_lambda(vec3 w, float alpha) {
+    if (PLANTED(ggx_masking_dropped)) return 0.0;
     const float tangent2 = (w.x * w.x + w.y * w.y) / (w.z * w.z);
     return 0.5 * (sqrt(1.0 + alpha * alpha * tangent2) - 1.0);
 }
@@ -20,12 +21,11 @@ float microfacet_lambda(vec3 w, float alpha) {
 // G_1 of the incoming, G_2 of both directions.
 float shadowing(vec3 i, float alpha) { return 1.0 / (1.0 + microfacet_lambda(i, alpha)); }
 float shadowing(vec3 i, vec3 o, float alpha) {
-    if (PLANTED(ggx_masking_dropped)) return 1.0;
     return 1.0 / (1.0 + microfacet_lambda(i, alpha) + microfacet_lambda(o, alpha));
 }
 // Weight of a sampled direction by shadowing: G2/G1.
 float shadowing_ratio(vec3 i, vec3 o, float alpha) {
-    return PLANT(ggx_masking_dropped, 1.0, shadowing(i, o, alpha) / shadowing(i, alpha));
+    return shadowing(i, o, alpha) / shadowing(i, alpha);
 }
 
 // A normal of the distribution as seen from i [Dupuy 2023].

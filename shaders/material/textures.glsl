@@ -54,10 +54,8 @@ vec3 texture_colour(uint index, uint slot, uint face, vec3 local, real3 rest) {
     vec2 uv = vec2(0.0);
     if (has_texture_coordinates && (by_coordinates || pattern.kind == texture_image))
         uv = texture_coordinates(slot, face, local);
-    if (has_image_texture && pattern.kind == texture_image) {
-        const vec3 colour = table_image(pattern.texels, uvec2(pattern.width, pattern.height), uv, false);
-        return PLANT(gamma_twice, pow(colour, vec3(2.2)), colour);
-    }
+    if (has_image_texture && pattern.kind == texture_image)
+        return table_image(pattern.texels, uvec2(pattern.width, pattern.height), uv, false);
     const vec3 q = shaded(pattern.frequency * (by_coordinates ? real3(uv, 0.0) : object_point(slot, rest)));
     if (has_noise && pattern.kind == texture_noise) return noise_colour(pattern, q);
     return checker_colour(pattern, q);

@@ -10,7 +10,7 @@
 
 layout(std140, set = 0, binding = 0) uniform SceneHeader {
     shading_real3 background_down;
-    shading_real extent;  // greatest extent of the scene: test builds' epsilon alone
+    shading_real extent;  // greatest extent of the scene
     shading_real3 background_up;
     shading_real background_probability;  // with which light sampling chooses the background; 0: it is not sampled
     Environment environment;

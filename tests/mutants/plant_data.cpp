@@ -28,6 +28,24 @@ void unshare_primitives(Scene& scene) {
     scene.primitives = std::move(primitives);
 }
 
+// The diagonal of a box around the places that primitives stand on, and around spheres.
+double size_of(const Scene& scene) {
+    dvec3 low(std::numeric_limits<double>::max()), high = -low;
+    for (const Entity& entity : scene.entities)
+        for (std::uint32_t i = 0; i < entity.primitive_count; ++i) {
+            const Primitive& primitive = scene.primitives[entity.first_primitive + i];
+            for (std::size_t corner = 0; corner < (primitive.kind == PrimitiveKind::triangle ? 3u : 2u); ++corner) {
+                const bool sphere = primitive.kind == PrimitiveKind::sphere;
+                dvec3 place = scene.vertices[primitive.index[sphere ? 0 : corner]];
+                if (sphere) place += dvec3(corner == 0 ? primitive.radius : -primitive.radius);
+                place = dvec3(entity.object_to_world * glm::dvec4(place, 1.0));
+                low = glm::min(low, place);
+                high = glm::max(high, place);
+            }
+        }
+    return glm::length(glm::max(high - low, dvec3(0.0)));
+}
+
 // Triangles without area, spheres too small for any ray.
 void lose_primitives(Scene& scene) {
     unshare_primitives(scene);
@@ -177,7 +195,6 @@ std::shared_ptr<const DensityGrid> axes_swapped(const DensityGrid& grid) {
     return std::make_shared<const DensityGrid>(std::move(result));
 }
 
-// A spot's outer cone is no such datum: how often the light is chosen follows from it, too.
 bool plant_in_material(const PlantedFault& fault, Material& material) {
     const double scale = 1.0 + fault.amount;
     switch (fault.bug) {
@@ -219,6 +236,16 @@ bool plant_in_material(const PlantedFault& fault, Material& material) {
         case Bug::roughness_not_squared:
             if (material.kind != MaterialKind::rough_diffuse) material.roughness = std::sqrt(material.roughness);
             return true;
+        case Bug::boundary_refracts:
+            if (material.kind == MaterialKind::boundary) {
+                material.kind = MaterialKind::specular;
+                material.translucent = true;
+                material.refractive_index = 1.1;
+            }
+            return true;
+        case Bug::priority_ignored:
+            if (material.priority) material.priority = 0;
+            return true;
         case Bug::light_from_behind:
             material.sides = EmittingSides::both;
             return true;
@@ -251,6 +278,11 @@ bool plant_in_texture(const PlantedFault& fault, Texture& texture) {
         case Bug::texture_channels_swapped:
             if (texture.image) texture.image = changed(*texture.image, [](float* c) { std::swap(c[0], c[2]); });
             return true;
+        case Bug::gamma_twice:
+            if (texture.image)
+                texture.image = changed(*texture.image,
+                    [](float* c) { std::transform(c, c + 3, c, [](float v) { return std::pow(v, 2.2F); }); });
+            return true;
         case Bug::texture_short:
             if (texture.image)
                 texture.image = changed(*texture.image, [](float* c) {
@@ -266,6 +298,13 @@ bool plant_in_medium(const PlantedFault& fault, Medium& medium) {
     switch (fault.bug) {
         case Bug::absorption_scattering_swapped:
             std::swap(medium.absorption, medium.scattering);
+            return true;
+        case Bug::extinction_scaled:
+            medium.absorption *= 1.0 + fault.amount;
+            medium.scattering *= 1.0 + fault.amount;
+            return true;
+        case Bug::phase_sign:
+            medium.anisotropy = -medium.anisotropy;
             return true;
         case Bug::anisotropy_shifted:
             if (medium.anisotropy != 0.0) medium.anisotropy += fault.amount;
@@ -341,6 +380,14 @@ bool plant_in_each(const PlantedFault& fault, std::vector<Element>& elements, Pl
     return plant(fault, fresh);
 }
 
+bool plant_in_light(const PlantedFault& fault, PunctualLight& light) {
+    if (fault.bug != Bug::spot_outer_scaled) return false;
+    const double inner = std::cos(glm::radians(light.inner_degrees)),
+                 outer = std::cos(glm::radians(light.outer_degrees));
+    light.outer_degrees = glm::degrees(std::acos(outer + fault.amount * (inner - outer)));
+    return true;
+}
+
 bool plant_in_scene(const PlantedFault& fault, Scene& scene) {
     Background& background = scene.background;
     switch (fault.bug) {
@@ -400,7 +447,8 @@ bool plant_in_scene(const PlantedFault& fault, Scene& scene) {
         default:
             return plant_in_each(fault, scene.materials, plant_in_material) ||
                    plant_in_each(fault, scene.textures, plant_in_texture) ||
-                   plant_in_each(fault, scene.media, plant_in_medium) || plant_in_camera(fault, scene.camera);
+                   plant_in_each(fault, scene.media, plant_in_medium) ||
+                   plant_in_each(fault, scene.lights, plant_in_light) || plant_in_camera(fault, scene.camera);
     }
 }
 
@@ -425,6 +473,11 @@ private:
 }  // namespace
 
 bool plant_data(const PlantedFault& fault, Scene& scene, RenderSettings& settings) {
+    if (fault.bug == Bug::epsilon_too_large) {
+        settings.intersection.guard = SelfIntersectionGuard::fixed_epsilon;
+        settings.intersection.epsilon = fault.amount * size_of(scene);
+        return true;
+    }
     return plant_in_settings(fault, settings) || plant_in_scene(fault, scene);
 }
 

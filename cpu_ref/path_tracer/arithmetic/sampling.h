@@ -7,7 +7,7 @@
 #include "common/render/renderer.h"
 #include "cpu_ref/path_tracer/arithmetic/generators.h"
 #include "cpu_ref/path_tracer/arithmetic/vec3.h"
-#include "cpu_ref/planted.h"
+#include "cpu_ref/path_tracer/planted_lanes.h"
 
 namespace tandem::cpu {
 
@@ -56,11 +56,7 @@ struct SampleId {
 template <class Real>
 TANDEM_INLINE RandomLanes<Real> random_numbers(std::uint64_t seed, const SampleId<Real>& id, Ints<Real> block) {
     std::array<Ints<Real>, 4> c{id.pixel, id.sample_low, block, id.sample_high};
-    if (planted(PlantedBug::seed_repeated)) c[0] = c[0] & Ints<Real>(~UnsignedOf<Real>{4096});
-    if (planted(PlantedBug::numbers_reused)) {
-        using U = UnsignedOf<Real>;
-        c[2] = select(c[2] >> 2 == Ints<Real>(U{10}), c[2] - Ints<Real>(U{16}), c[2]);
-    }
+    plant_in_counter<Real>(c);
     std::uint32_t key0 = static_cast<std::uint32_t>(seed), key1 = static_cast<std::uint32_t>(seed >> 32);
     for (int round = 0; round < 10; ++round) {
         const WideProduct<Real> p0 = multiply_wide(c[0], 0xD2511F53u), p1 = multiply_wide(c[2], 0xCD9E8D57u);

@@ -76,8 +76,6 @@ struct Interface {
         list.remove_left_unseen(material, bodies[material].count);
     else
         list.remove(material);
-    if (planted(PlantedBug::priority_ignored))
-        return {true, list.count > 0 ? bodies[list.material[list.count - 1]].refractive_index : 1.0};
     const std::uint32_t around = list.uppermost(bodies);
     if (around == no_index) return {};
     return {bodies[around].priority <= bodies[material].priority, bodies[around].refractive_index};

@@ -133,8 +133,6 @@ TANDEM_INLINE Surface<Real> surface_on(const Faces& faces, const Tables<Real>& t
     if (chosen.guard != SelfIntersectionGuard::error_bound) [[unlikely]]
         surface.error_bound =
             V(chosen.guard == SelfIntersectionGuard::fixed_epsilon ? static_cast<Real>(chosen.epsilon) : Real(0));
-    if (planted(PlantedBug::epsilon_too_large))
-        surface.error_bound = V(static_cast<Real>(tables.size * planted_amount()));
     return surface;
 }
 

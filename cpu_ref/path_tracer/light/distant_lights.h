@@ -144,7 +144,6 @@ TANDEM_INLINE TreeChoice<Real> choose_any_light(
     using V = Lanes<Real>;
     const V one(Real(1)), share(lights.near_share);
     if (lights.tree.count == 0) return {choose_light(lights, v), one};
-    if (planted(PlantedBug::light_choice_squared)) v = v * v;
     const Mask<Real> near = v < share;
     TreeChoice<Real> choice = choose_by_tree(
         lights.tree, TreeReceiver<Real>{receiver.point, receiver.facing, receiver.in_medium}, near, V(v / share));

@@ -114,8 +114,7 @@ std::vector<double> fill_light_table(
         direction.push_back(light.punctual.direction);
         motion.push_back(light.motion);
         const double inner_cosine = cosine_of_degrees(light.punctual.inner_degrees);
-        double outer_cosine = cosine_of_degrees(light.punctual.outer_degrees);
-        if (planted(PlantedBug::spot_outer_scaled)) outer_cosine += planted_amount() * (inner_cosine - outer_cosine);
+        const double outer_cosine = cosine_of_degrees(light.punctual.outer_degrees);
         outer.push_back(static_cast<Real>(outer_cosine));
         range.push_back(static_cast<Real>(1.0 / (inner_cosine - outer_cosine)));
         table.any_sphere = table.any_sphere || light.kind == LightKind::sphere;

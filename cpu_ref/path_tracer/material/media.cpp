@@ -109,8 +109,7 @@ double MediumForm::distance_to(const MediumRay& ray, double length, double targe
 dvec3 MediumForm::attenuation(double integral) const {
     dvec3 result(1.0);
     for (int c = 0; c < 3; ++c)
-        if (extinction_[c] > 0.0)
-            result[c] = std::exp(-extinction_[c] * integral * planted_scale(PlantedBug::extinction_scaled));
+        if (extinction_[c] > 0.0) result[c] = std::exp(-extinction_[c] * integral);
     return result;
 }
 

@@ -15,6 +15,7 @@ inline constexpr double least_cosine = 0x1p-30;
 template <class V>
 TANDEM_INLINE V smith_lambda(Vec3<V> w, V alpha) {
     using Real = RealOf<V>;
+    if (planted(PlantedBug::ggx_masking_dropped)) return V(Real(0));
     const V z = greatest(absolute(w.z), V(static_cast<Real>(least_cosine))), one(Real(1));
     const V tangent_squared = (w.x * w.x + w.y * w.y) / (z * z);
     return V(Real(0.5)) * (sqrt(V(one + alpha * alpha * tangent_squared)) - one);
@@ -43,7 +44,6 @@ TANDEM_INLINE Vec3<V> sample_visible_normal(Vec3<V> i, V alpha, V u1, V u2) {
 template <class V>
 TANDEM_INLINE V ggx_weight(Vec3<V> i, Vec3<V> o, V alpha) {
     const V one(RealOf<V>(1)), seen = one + smith_lambda(i, alpha);
-    if (planted(PlantedBug::ggx_masking_dropped)) return one;
     return seen / (seen + smith_lambda(o, alpha));
 }
 
@@ -58,7 +58,6 @@ TANDEM_INLINE Reflection<V> ggx_reflection(Vec3<V> i, Vec3<V> o, V alpha) {
     const V one(Real(1)), z = greatest(i.z, V(static_cast<Real>(least_cosine)));
     const Vec3<V> h = unit(i + o);
     const V base = ggx_distribution(h, alpha) / (V(Real(4)) * z), seen = one + smith_lambda(i, alpha);
-    if (planted(PlantedBug::ggx_masking_dropped)) return {base, base / seen, dot(i, h)};
     if (planted(PlantedBug::ggx_jacobian_missing))
         return {base / (seen + smith_lambda(o, alpha)), V(Real(4)) * z * base / seen, dot(i, h)};
     return {base / (seen + smith_lambda(o, alpha)), base / seen, dot(i, h)};

@@ -130,10 +130,8 @@ dvec3 bilinear(const Pixels& image, double u, double v, Rows rows) {
 }
 
 dvec3 texture_colour(const Texture& texture, const dvec3& object_point, const dvec2& coordinates) {
-    if (texture.kind == TextureKind::image) {
-        const dvec3 colour = bilinear(*texture.image, coordinates.x, coordinates.y, Rows::repeated);
-        return planted(PlantedBug::gamma_twice) ? glm::pow(colour, dvec3(2.2)) : colour;
-    }
+    if (texture.kind == TextureKind::image)
+        return bilinear(*texture.image, coordinates.x, coordinates.y, Rows::repeated);
     const dvec3 place =
         texture.space == TextureSpace::coordinates ? dvec3(coordinates.x, coordinates.y, 0.0) : object_point;
     const dvec3 q = texture.frequency * place;
