@@ -42,7 +42,7 @@ inline PlantedFault planted_fault;
 // 1, or with the bug planted 1 plus its amount.
 [[nodiscard]] inline double planted_scale(PlantedBug bug) { return planted(bug) ? 1.0 + planted_amount() : 1.0; }
 
-// Of a shadow ray's way.
+// The factor of a shadow ray's way.
 [[nodiscard]] inline double planted_reach() {
     return planted_scale(PlantedBug::shadow_limit_long) * (2.0 - planted_scale(PlantedBug::shadow_limit_short));
 }

@@ -123,7 +123,7 @@ std::optional<Trial> scrambled_trial(RenderJob& job, std::uint64_t samples, std:
     const double mean = 0.5 * (mean_of_all(means_a) + mean_of_all(means_b));
     if (!(mean > 0.0)) return std::nullopt;
     const double error = mean_of_all(between), n = static_cast<double>(points);
-    // Of points whose mean has less variance, each differs more from that mean: E s^2 = n / (n - 1) (variance - error).
+    // Points differ more from their mean where that has less variance: E s^2 = n / (n - 1) (variance - error).
     const std::vector<double> within_a = variance_of(a.estimate), within_b = variance_of(b.estimate);
     std::vector<double> noises(between);
     for (std::size_t i = 0; i < noises.size(); ++i) noises[i] += (1.0 - 1.0 / n) * 0.5 * (within_a[i] + within_b[i]);
@@ -152,7 +152,7 @@ struct Compared {
     double uncertainty = 0.0;  // of how many times those of the best they are, relative: a standard error
 };
 
-// Of one generator, both are compared by their noise until it is known how even points are. Few points do not tell.
+// Trials of one generator are compared by their noise until it is known how even points are. Few points do not tell.
 Compared compare(const Trial& trial, const Trial& best, double relative_error) {
     constexpr auto few = static_cast<double>(least_points);
     const bool alike = (trial.points > 0.0) == (best.points > 0.0) && best.noise > 0.0;
