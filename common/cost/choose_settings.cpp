@@ -457,7 +457,7 @@ SettingsChoice choose_settings(const Scene& scene, const RenderSettings& given, 
     for (const std::uint32_t start : {1u, 4u})
         if (open.roulette && start != given.roulette_start && start <= given.bounces) starts.push_back(start);
     const bool any = integrators || generators || !starts.empty() || adapts;
-    // Where two scramblings suffice, a render of Sobol points is no longer than one of independent samples.
+    // Two scramblings are two blocks of samples, as few renders need less. Eight of a small image would be many.
     const bool presumed = generators && scramblings_for(std::uint64_t{given.width} * given.height) == 2;
     Choosing choosing(scene, given, renderer, goal, adapts, presumed, std::move(stop));
     const std::size_t others = starts.size() + (generators && !presumed ? 1 : 0) + (open.sampling ? 1 : 0);
