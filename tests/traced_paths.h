@@ -17,6 +17,7 @@
 #include "common/render/path_trace.h"
 #include "common/render/renderer.h"
 #include "common/scene/loader/scene_loader.h"
+#include "tests/scene_builder.h"
 
 namespace tandem::test {
 
@@ -122,6 +123,26 @@ inline void check_traces_of_shipped_scenes(
         else
             check_traces(renderer, scene, settings, side, roundoff);
     });
+}
+
+// A point light 2 above a floor, behind a plate or not: the trace tells where the shadow ray went all the same.
+inline void check_hidden_light_is_told(Renderer& renderer) {
+    for (const bool hidden : {false, true}) {
+        SceneBuilder builder;
+        builder.camera({0.0, 0.5, 0.0}, {0.0, 0.0, 0.001}, 1.0).floor(diffuse(white), 0.0, 9.0);
+        if (hidden) builder.floor(diffuse(white), 1.0, 9.0);
+        Scene scene = builder.scene();
+        PunctualLight light;
+        light.position = {0.0, 2.0, 0.0};
+        light.intensity = white;
+        scene.lights.push_back(light);
+        const PathTrace trace =
+            renderer.prepare(scene, settings_of(1, 1, Integrator::next_event))->trace(0, 0, {0, 1}).front();
+        const TracedVertex& vertex = trace.vertices.front();
+        CHECK((vertex.light == glm::dvec3(0.0)) == hidden);
+        CHECK((vertex.next_event.pdf == 0.0) == hidden);
+        CHECK(vertex.next_event.direction.y > 0.999);
+    }
 }
 
 }  // namespace tandem::test

@@ -65,11 +65,13 @@ std::string met(const Result& result, const TracedVertex& vertex) {
         material.empty() ? "" : ", material" + quoted(material));
 }
 
-// The oracle and the first tracer tell the direction alone.
+// The oracle tells the direction alone, others where the light was not seen.
 bool is_told(const TracedLight& light) { return light.pdf > 0.0; }
 
 void print_light(const TracedVertex& vertex, const char* indent) {
     const TracedLight& light = vertex.next_event;
+    if (vertex.light == glm::dvec3(0.0))
+        return fmt::print("{}a shadow ray to {} brought nothing\n", indent, text_of(light.direction));
     fmt::print("{}a light seen to {} brought {}\n", indent, text_of(light.direction), text_of(vertex.light));
     if (!is_told(light)) return;
     fmt::print("{}  of radiance {}, pdf {:.6g}, MIS weight {:.6g}, BSDF with cosine {}{}\n", indent,
@@ -90,7 +92,7 @@ void print_whole(const Result& result, const std::string& name, const TracedVert
         fmt::print("{}left by roulette with probability {:.6g}\n", indent, vertex.survival);
     if (vertex.found_weight > 0.0 && vertex.found_weight < 1.0)
         fmt::print("{}the light met there has MIS weight {:.6g}\n", indent, vertex.found_weight);
-    if (vertex.light != glm::dvec3(0.0)) print_light(vertex, indent);
+    if (vertex.next_event.direction != glm::dvec3(0.0)) print_light(vertex, indent);
     fmt::print("{}throughput {}, radiance so far {}\n", indent, text_of(vertex.throughput), text_of(vertex.radiance));
 }
 
@@ -169,8 +171,8 @@ nlohmann::json index_or_null(std::uint32_t index) {
 nlohmann::json positive_or_null(double value) { return value > 0.0 ? nlohmann::json(value) : nlohmann::json(); }
 
 nlohmann::json json_of_light(const TracedVertex& vertex) {
-    if (vertex.light == glm::dvec3(0.0)) return {};
     const TracedLight& light = vertex.next_event;
+    if (light.direction == glm::dvec3(0.0)) return {};
     nlohmann::json result{{"direction", json_of(light.direction)}};
     if (!is_told(light)) return result;
     result.update({{"radiance", json_of(light.radiance)}, {"pdf", light.pdf}, {"response", json_of(light.response)},

@@ -23,9 +23,9 @@ enum class PathEnd : std::uint32_t {
     invalid        // a ninth body (9.4)
 };
 
-// A light that was sampled (9.2), and seen. It brought A f L T w / p.
+// A light that was sampled (9.2). Where it was seen it brought A f L T w / p, and all is told.
 struct TracedLight {
-    glm::dvec3 direction{0.0};      // to it
+    glm::dvec3 direction{0.0};      // to it: wherever a shadow ray was sent
     glm::dvec3 radiance{0.0};       // L; of lights without a surface what MODEL.md 8.3 has in its place
     double pdf = 0.0;               // p, of the direction, the choice of the light included
     glm::dvec3 response{0.0};       // f with its cosine

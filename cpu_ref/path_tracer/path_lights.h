@@ -93,7 +93,7 @@ void PathTracer<Real, effects, Recorder, Shade>::add_direct_light(
 template <class Real, std::uint64_t effects, class Recorder, class Shade>
 template <class Sample>
 TANDEM_INLINE Mask<Real> PathTracer<Real, effects, Recorder, Shade>::sees_sample(
-    const Vertex& at, const Receiver<Real>& receiver, const Sample& sample, M lanes, V time) const {
+    const Vertex& at, const Receiver<Real>& receiver, const Sample& sample, M lanes, V time) {
     const V zero(Real(0));
     M above = dot(at.facing, sample.direction) > zero, within = sample.distance < V(tables_.limit);
     if constexpr (has(Effect::shading_normals))
@@ -105,6 +105,7 @@ TANDEM_INLINE Mask<Real> PathTracer<Real, effects, Recorder, Shade>::sees_sample
     }
     const M reachable = lanes & sample.usable & above & (sample.distance >= V(tables_.t_min)) & within;
     if (none(reachable)) return M{};
+    if constexpr (Recorder::records) record_aim(sample.direction, reachable);
     const V limit = least(V(tables_.limit), V(sample.reach * V(static_cast<Real>(planted_reach()))));
     const Ray<V> shadow = make_ray(receiver.point, sample.direction, V(tables_.t_min), limit);
     const Departure<V> departure{at.surface.primitive, receiver.inside};

@@ -172,7 +172,7 @@ private:
     void add_direct_light(Vertex& at, M lanes, std::uint32_t first);
     template <class Sample>
     [[nodiscard]] M sees_sample(
-        const Vertex& at, const Receiver<Real>& receiver, const Sample& sample, M lanes, V time) const;
+        const Vertex& at, const Receiver<Real>& receiver, const Sample& sample, M lanes, V time);
     template <class Sample>
     void add_sample(Vertex& at, std::uint32_t first, const Vec3<V>& side, const Sample& sample, M lit);
     void scatter(Vertex& at, M lanes, std::uint32_t first);
@@ -218,6 +218,7 @@ private:
         Vec3<S> response, transmittance;
         S weight;
     };
+    void record_aim(const Vec3<V>& direction, M lanes);
     void record_light(const SeenLight& light, const Vec3<S>& brought, M lit);
     template <class X>
     void record_at_hand(double TracedVertex::*figure, const X& value, M lanes);

@@ -71,9 +71,9 @@ bool advance(inout Path path, uint at_record) {
     noted = Noted(vec3(0.0), vec3(0.0), vec3(0.0), vec3(0.0), 0.0, 0.0, 0.0, 0.0);
     const Departure leaving = leave(path, hit, at, vec4(0.0));
     vec3 brought = vec3(0.0), towards_light = vec3(0.0);
+    if (has_shadow(leaving)) towards_light = as_float(normalize(leaving.shadow.offset));
     if (has_shadow(leaving) && is_lit(leaving.origin, leaving.word, leaving.shadow)) {
         brought = as_float(leaving.contribution);
-        towards_light = as_float(normalize(leaving.shadow.offset));
         path.radiance += leaving.contribution;
     }
     const uint end = goes_on(leaving) ? end_none : end_of(path, hit, at);

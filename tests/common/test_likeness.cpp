@@ -109,6 +109,30 @@ TEST_CASE("what parts two paths is told by its cause, not by what follows from i
         p.vertices[1].light = glm::dvec3(0.0);
         p.vertices[1].radiance -= 0.25;
     }) == Parts{PartsBy::shadow});
+    // Another light is hidden, or none is aimed at: no shadow ray is at fault.
+    CHECK(changed([](PathTrace& p) {
+        p.vertices[1].light = glm::dvec3(0.0);
+        p.vertices[1].next_event = {.direction = {0.0, 0.6, 0.8}};
+        p.vertices[1].radiance -= 0.25;
+    }) == Parts{PartsBy::light_direction});
+    CHECK(changed([](PathTrace& p) {
+        p.vertices[1].light = glm::dvec3(0.0);
+        p.vertices[1].next_event = {};
+        p.vertices[1].radiance -= 0.25;
+    }) == Parts{PartsBy::light_direction});
+}
+
+TEST_CASE("paths part where they look for light in different places, though they see none") {
+    PathTrace one = path(), other = path();
+    for (PathTrace* const p : {&one, &other}) {
+        p->vertices[1].light = glm::dvec3(0.0);
+        p->vertices[1].next_event = {.direction = {0.0, 1.0, 0.0}};
+    }
+    CHECK_FALSE(parting_of(one, other).has_value());
+    other.vertices[1].next_event.direction = {0.0, 0.6, 0.8};
+    const std::optional<Parting> parting = parting_of(one, other);
+    REQUIRE(parting.has_value());
+    CHECK(parting->by[static_cast<std::size_t>(PartsBy::light_direction)]);
 }
 
 TEST_CASE("of what a next event brings the factor is told that differs") {

@@ -30,6 +30,10 @@ TEST_CASE("traced paths bring the very radiance that renders have, in every ship
     check_traces_of_shipped_scenes(*cpu(Precision::double_precision), 4, 0x1p-53);
 }
 
+TEST_CASE("a trace tells where a shadow ray went, whether or not the light is seen") {
+    check_hidden_light_is_told(*cpu(Precision::single_precision));
+}
+
 TEST_CASE("first vertices of all pixels end at a stop, by threads or one pixel after the other") {
     const Scene scene = floor_below(diffuse(dvec3(0.5))).scene();
     const RenderSettings s = settings(64, Integrator::next_event, 1);

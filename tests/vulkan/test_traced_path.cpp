@@ -12,6 +12,10 @@ TEST_CASE("traced paths bring the very radiance that the device's renders have, 
     test::check_traces_of_shipped_scenes(default_renderer(), 4, 0x1p-24, false);
 }
 
+TEST_CASE("the device tells where a shadow ray went, whether or not the light is seen") {
+    test::check_hidden_light_is_told(default_renderer());
+}
+
 TEST_CASE("the device traces many samples of a pixel at once, each as if it were alone") {
     const Scene scene = full_scene();
     const auto job = default_renderer().prepare(scene, settings_of(4, 6, Integrator::next_event));

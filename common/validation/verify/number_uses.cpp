@@ -78,7 +78,7 @@ void compare(const PathTrace& plain, const PathTrace& changed, std::size_t verte
     if (vertex == 0 && !a.in_medium && !b.in_medium) answers.add(Decides::time, !there);
     if (a.in_medium || b.in_medium) answers.add(Decides::distance, !there);
     if (!there || a.throughput != b.throughput) return;
-    if (a.light != glm::dvec3(0.0) || b.light != glm::dvec3(0.0))
+    if (a.next_event.direction != glm::dvec3(0.0) || b.next_event.direction != glm::dvec3(0.0))
         answers.add(Decides::light, a.next_event.direction != b.next_event.direction);
     if (a.survival > 0.0 && a.survival < 1.0 && a.survival == b.survival) answers.add(Decides::end, a.end != b.end);
     if (a.end == PathEnd::goes_on && b.end == PathEnd::goes_on)

@@ -81,9 +81,7 @@ private:
 
     void leaving() {
         const TracedVertex &a = a_.vertices[k_], &b = b_.vertices[k_];
-        const bool lit_a = largest_coordinate(a.light) > 0.0, lit_b = largest_coordinate(b.light) > 0.0;
-        if (lit_a != lit_b) set(PartsBy::shadow);
-        if (lit_a && lit_b) next_event(a, b);
+        next_event(a, b);
         if (told(dvec3(a.found_weight), dvec3(b.found_weight))) set(PartsBy::found_weight);
         const dvec3 found_a = emission(a_), found_b = emission(b_);
         const double all = std::max(largest_coordinate(a.radiance), largest_coordinate(b.radiance));
@@ -107,9 +105,12 @@ private:
     // All else follows from another direction.
     void next_event(const TracedVertex& at_a, const TracedVertex& at_b) {
         const TracedLight &a = at_a.next_event, &b = at_b.next_event;
-        if (apart(a.direction, b.direction)) {
-            set(PartsBy::light_direction);
-        } else if (a.pdf > 0.0 && b.pdf > 0.0) {
+        const bool lit_a = largest_coordinate(at_a.light) > 0.0, lit_b = largest_coordinate(at_b.light) > 0.0;
+        const bool both_aim = a.direction != dvec3(0.0) && b.direction != dvec3(0.0);
+        if (both_aim ? apart(a.direction, b.direction) : lit_a != lit_b) return set(PartsBy::light_direction);
+        if (lit_a != lit_b) set(PartsBy::shadow);
+        if (!lit_a || !lit_b) return;
+        if (a.pdf > 0.0 && b.pdf > 0.0) {
             if (apart(a.radiance, b.radiance)) set(PartsBy::light_radiance, a.radiance, b.radiance);
             if (apart(dvec3(a.pdf), dvec3(b.pdf))) set(PartsBy::light_density, dvec3(b.pdf), dvec3(a.pdf));
             if (apart(a.response, b.response)) set(PartsBy::light_response, a.response, b.response);
@@ -352,6 +353,7 @@ double Draws::independence() const {
 PathPartings counted(const Scene& scene, std::uint32_t bounces, const std::vector<std::optional<Parting>>& paths) {
     PathPartings counts;
     counts.paths = paths.size();
+    counts.punctual_lights = !scene.lights.empty();
     const PlacedPrimitives placed = placed_primitives(scene);
     for (const std::optional<Parting>& parting : paths) {
         if (!parting) continue;

@@ -26,13 +26,13 @@ enum class PartsBy : std::uint32_t {
     normal,
     shading_normal,
     throughput,       // dimmed on its way
-    light_direction,  // next event: the point of the light
+    light_direction,  // next event: the point of the light, or whether any is aimed at
     light_radiance,
     light_density,
     light_response,       // the BSDF for it
     light_transmittance,  // of the way to it
     light_weight,         // against scattering
-    shadow,               // whether it is seen
+    shadow,               // whether it is seen, from the same point
     light,                // what it brings
     found_weight,         // of light that the ray itself has found, against next events
     emission,             // found by the ray itself
@@ -80,8 +80,9 @@ struct PathPartings {
     std::array<double, static_cast<std::size_t>(Meeting::count)> at{};
     std::array<double, 3> shape{};  // of PrimitiveKind
     double textured = 0.0;
-    double by_roulette = 0.0;  // one path alone is ended by roulette
-    double at_limit = 0.0;     // one path ends at the last scattering event that the settings allow, or just after it
+    bool punctual_lights = false;  // the scene has some
+    double by_roulette = 0.0;      // one path alone is ended by roulette
+    double at_limit = 0.0;  // one path ends at the last scattering event that the settings allow, or just after it
     std::array<double, depth_classes> depth{};
     // Log2 ratios: their mean size, their spread about the mean, the spread of their channels.
     double ratio = 0.0, ratio_spread = 0.0, ratio_colour = 0.0;

@@ -58,8 +58,9 @@ TracedVertex vertex_of(const gpu::Vec4* words) {
     vertex.survival = last_of(words[7]);
     vertex.shading_normal = vector_of(words[10]);
     vertex.light = vector_of(words[9]);
+    vertex.next_event.direction = vector_of(words[8]);
     if (vertex.light != glm::dvec3(0.0))
-        vertex.next_event = {vector_of(words[8]), vector_of(words[11]), last_of(words[8]), vector_of(words[12]),
+        vertex.next_event = {vertex.next_event.direction, vector_of(words[11]), last_of(words[8]), vector_of(words[12]),
             vector_of(words[13]), last_of(words[9])};
     if (vertex.end != PathEnd::left_scene) {
         vertex.t = last_of(words[0]);
