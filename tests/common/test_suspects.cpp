@@ -242,8 +242,21 @@ TEST_CASE("a factor of a light that alone differs names its part, unless others 
     CHECK(first({PartsBy::light_density, PartsBy::light_weight, PartsBy::light}).part == Subsystem::light_sampling);
     CHECK(first({PartsBy::density, PartsBy::found_weight, PartsBy::emission}).part == Subsystem::mis_weights);
     CHECK_FALSE(first({PartsBy::density, PartsBy::weight}).because.starts_with("the density of scattering differs"));
+    CHECK(first({PartsBy::light_radiance, PartsBy::light}).part == Subsystem::emission);
+    evidence.partings.punctual_lights = true;
+    CHECK(first({PartsBy::light_radiance, PartsBy::light}).part == Subsystem::light_sampling);
     const Suspect several = first({PartsBy::light_weight, PartsBy::light, PartsBy::direction});
     CHECK_FALSE(several.because.starts_with("MIS weights alone"));
+}
+
+TEST_CASE("shadow rays to one point that end differently are light sampling's, or of what they met") {
+    Evidence evidence;
+    evidence.level("image", true);
+    evidence.signature.figures = {};
+    evidence.signature[Figure::scene_light_sampling] = evidence.signature[Figure::parted] = 1.0F;
+    evidence.signature[Figure::by_shadow] = 1.0F;
+    CHECK(evidence.suspects().front().part == Subsystem::light_sampling);
+    CHECK(names(evidence.suspects(), Subsystem::geometry));
 }
 
 TEST_CASE("a number that decides on one side what it is not for names random numbers") {

@@ -93,7 +93,9 @@ Scores conclusions(const Signature& signature) {
     Scores scores{};
     const auto set = [&](Subsystem subsystem, double score) { scores.at(static_cast<std::size_t>(subsystem)) = score; };
     set(Subsystem::camera, f(F::by_camera));
-    set(Subsystem::volumes, most({F::by_throughput, F::at_medium, F::by_light_transmittance}));
+    // Where a next event from within a medium looks for light, and what is in its way, is not the medium's work.
+    const double within = f(F::at_medium) * (1.0 - most({F::by_shadow, F::by_light_direction}));
+    set(Subsystem::volumes, std::max(within, most({F::by_throughput, F::by_light_transmittance})));
     set(Subsystem::dielectric, glass * std::max(scattering, most({F::by_end, F::by_emission})));
     set(Subsystem::textures,
         f(F::on_texture) * std::max({f(F::by_weight), answered, 0.5 * f(F::by_light)}) * (1.0 - f(F::by_direction)));
@@ -108,8 +110,10 @@ Scores conclusions(const Signature& signature) {
     set(Subsystem::mis_weights, weighted);
     set(Subsystem::emission, std::max(f(F::by_emission) * (1.0 - weighted), f(F::by_light_radiance)));
     set(Subsystem::bsdf, std::max(scattering, answered) * surface * untextured);
+    // Of a shadow ray that ends differently, the end that it was given may be wrong, or what it met.
     set(Subsystem::geometry,
-        most({F::by_met, F::by_normal, F::by_shading_normal, F::by_place, F::by_spawned}) * (1.0 - f(F::at_medium)));
+        std::max(f(F::by_shadow), most({F::by_met, F::by_normal, F::by_shading_normal, F::by_place, F::by_spawned}) *
+                                      (1.0 - f(F::at_medium))));
     set(Subsystem::accumulation, std::max(f(F::by_sum), together * f(F::film_apart) * (1.0 - f(F::pattern))));
     set(Subsystem::indexing, together * std::max(f(F::film_apart) * f(F::pattern), f(F::sizes) - f(F::short_paths)));
     // Other numbers part paths and keep the mean; noise alone makes tiles differ, to both sides. Half, as much else
@@ -146,12 +150,16 @@ std::vector<Kind> kinds_by_distance(
     return result;
 }
 
+// The kinds of a subsystem share one vote: how many the record happens to have says nothing of a fault.
 Scores scores_by(const std::vector<Kind>& kinds, const Signature& signature) {
-    Scores scores{};
+    Scores scores{}, recorded{};
+    for (const Kind& kind : kinds) recorded.at(static_cast<std::size_t>(kind.subsystem)) += 1.0;
     double all = 0.0;
     for (std::size_t i = 0; i < std::min(neighbours, kinds.size()); ++i) {
-        const double weight = 1.0 / (kinds[i].distance * kinds[i].distance + own_distance * own_distance);
-        scores.at(static_cast<std::size_t>(kinds[i].subsystem)) += weight;
+        const auto subsystem = static_cast<std::size_t>(kinds[i].subsystem);
+        const double near = kinds[i].distance * kinds[i].distance + own_distance * own_distance;
+        const double weight = 1.0 / (near * recorded.at(subsystem));
+        scores.at(subsystem) += weight;
         all += weight;
     }
     const Scores concluded = conclusions(signature);

@@ -27,11 +27,12 @@ constexpr FigureClause figure_clauses[] = {
     {S::geometry, Figure::by_normal, "normals differ first"},
     {S::geometry, Figure::by_place, "hits lie at different points first"},
     {S::geometry, Figure::by_spawned, "rays leave one hit at different points first"},
+    {S::geometry, Figure::by_shadow, "shadow rays to one point end differently first"},
     {S::volumes, Figure::by_throughput, "the way through a medium dims differently first"},
     {S::volumes, Figure::at_medium, "they part within a medium"},
     {S::light_sampling, Figure::by_light, "what a next event brings differs first"},
     {S::light_sampling, Figure::by_light_direction, "next events aim at different points first"},
-    {S::light_sampling, Figure::by_shadow, "shadow rays end differently first"},
+    {S::light_sampling, Figure::by_shadow, "shadow rays to one point end differently first"},
     {S::mis_weights, Figure::by_emission, "light that scattering has found differs first"},
     {S::emission, Figure::by_emission, "light that the ray itself has found differs first"},
     {S::roulette, Figure::by_end, "one path ends where the other goes on"},
@@ -177,6 +178,9 @@ private:
             S::mis_weights, {light_weight, found_weight}, {PartsBy::light, emission}, "MIS weights alone differ");
         add_factor(S::light_sampling, {light_density}, {light_weight, found_weight, PartsBy::light, emission},
             "the density of light sampling alone differs");
+        // Of points, spots and suns it is light sampling's (8.3), as how it falls off.
+        if (!partings.punctual_lights)
+            add_factor(S::emission, {light_radiance}, {PartsBy::light}, "the radiance of sampled lights alone differs");
         // Scattering's own weight has the same density in it.
         add_factor(S::mis_weights, {density}, {light_weight, found_weight, PartsBy::light, emission},
             "the density of scattering differs, for MIS weights alone,");
