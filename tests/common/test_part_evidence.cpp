@@ -100,11 +100,16 @@ TEST_CASE("a ratio is that of how often bugs of the part show it to how often ot
 TEST_CASE("what is needed of planted bugs counts as the room's page says") {
     const EvidenceWeights weights = evidence_weights(planted_signatures(), planted_needs());
     const std::string text = page();
-    for (std::size_t i = 0; i < part_need_names.size(); ++i) {
-        const std::string line = fmt::format("| {} | {:+.1f} |", part_need_names[i], weights.need.at(i));
-        CAPTURE(line);
-        CHECK(text.find(line) != std::string::npos);
-    }
+    const auto check_said = [&](const std::string& said) {
+        CAPTURE(said);
+        CHECK(text.find(said) != std::string::npos);
+    };
+    for (std::size_t i = 0; i < part_need_names.size(); ++i)
+        check_said(fmt::format("| {} | {:+.1f} |", part_need_names[i], weights.need.at(i)));
+    check_said(fmt::format("{:.1f} to {:+.1f}.", weights.pattern.front(), weights.pattern.back()));
+    check_said(fmt::format("random numbers count {:+.1f}, else {:.1f}.", weights.draws[1], weights.draws[0]));
+    check_said(fmt::format("random numbers count {:+.1f}, where none does {:.1f}.",
+        weights.numbers.at(static_cast<std::size_t>(NumberUse::own)), weights.numbers.front()));
     for (std::size_t i = 1; i < weights.pattern.size(); ++i) CHECK(weights.pattern[i] >= weights.pattern[i - 1] - 1.0);
     CHECK(weights.draws[1] > weights.draws[0]);
 }
