@@ -110,7 +110,7 @@ Scores conclusions(const Signature& signature) {
     set(Subsystem::mis_weights, weighted);
     set(Subsystem::emission, std::max(f(F::by_emission) * (1.0 - weighted), f(F::by_light_radiance)));
     set(Subsystem::bsdf, std::max(scattering, answered) * surface * untextured);
-    // Of a shadow ray that ends differently, the end that it was given may be wrong, or what it met.
+    // A shadow ray ends differently by the length that it was given, or by what it meets.
     set(Subsystem::geometry,
         std::max(f(F::by_shadow), most({F::by_met, F::by_normal, F::by_shading_normal, F::by_place, F::by_spawned}) *
                                       (1.0 - f(F::at_medium))));
