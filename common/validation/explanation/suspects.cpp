@@ -178,7 +178,7 @@ private:
             S::mis_weights, {light_weight, found_weight}, {PartsBy::light, emission}, "MIS weights alone differ");
         add_factor(S::light_sampling, {light_density}, {light_weight, found_weight, PartsBy::light, emission},
             "the density of light sampling alone differs");
-        // Of points, spots and suns it is light sampling's (8.3), as how it falls off.
+        // The radiance of points, spots and suns holds how it falls off, which is light sampling's (8.3).
         if (!partings.punctual_lights)
             add_factor(S::emission, {light_radiance}, {PartsBy::light}, "the radiance of sampled lights alone differs");
         // Scattering's own weight has the same density in it.
