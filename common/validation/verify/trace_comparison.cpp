@@ -53,11 +53,18 @@ std::string ending(const TracedVertex& vertex) {
 // How the light at the vertex came about, where both tell it. All else follows from another direction to a light.
 std::string difference_of_light(const TracedVertex& a, const TracedVertex& b, double tolerated) {
     const auto one = [](double x) { return glm::dvec3(x); };
+    const glm::dvec3 none(0.0);
     const TracedLight &l = a.next_event, &m = b.next_event;
+    if (l.direction != none && m.direction != none) {
+        const double apart = ulps(l.direction, m.direction);
+        if (!(apart <= tolerated))
+            return fmt::format("the directions to the sampled light are {:.0f} ulp apart", apart);
+        if ((a.light == none) != (b.light == none))
+            return "one shadow ray to the sampled light is blocked, the other not";
+    }
     std::vector<std::pair<double, const char*>> factors;
     if (l.pdf > 0.0 && m.pdf > 0.0)
-        factors = {{ulps(l.direction, m.direction), "the directions to the sampled light are"},
-            {ulps(l.radiance, m.radiance), "the radiances of the sampled light are"},
+        factors = {{ulps(l.radiance, m.radiance), "the radiances of the sampled light are"},
             {ulps(one(l.pdf), one(m.pdf)), "the densities of light sampling are"},
             {ulps(l.response, m.response), "the BSDFs for the sampled light are"},
             {ulps(l.transmittance, m.transmittance), "the transmittances to the sampled light are"},
