@@ -73,6 +73,11 @@ TEST_CASE("a misreading is a disagreement, of the part that it lies in") {
     CHECK(verdict.sentence.starts_with("the scene is not what its file says: /render/bounces is 40"));
     REQUIRE(verdict.suspects.size() == 1);
     CHECK(verdict.suspects[0].part == Subsystem::roulette);
-    CHECK(suspect_of({"/materials/wall/colour/2", ""}).part == Subsystem::scene_data);
-    CHECK(suspect_of({"/camera/up/0", ""}).part == Subsystem::camera);
+    const std::vector<Suspect> of_material = suspects_of({"/materials/wall/colour/2", ""});
+    REQUIRE(of_material.size() == 2);
+    CHECK(of_material[0].part == Subsystem::scene_data);
+    CHECK(of_material[1].part == Subsystem::bsdf);
+    CHECK(suspects_of({"/materials/pane/priority", ""}).back().part == Subsystem::dielectric);
+    CHECK(suspects_of({"/entities/0/material", ""}).back().part == Subsystem::scene_data);
+    CHECK(suspects_of({"/camera/up/0", ""}).front().part == Subsystem::camera);
 }

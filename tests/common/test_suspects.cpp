@@ -104,6 +104,13 @@ TEST_CASE("a film that is not the sum of its paths, with every kernel, is accumu
         evidence.place.pattern = "rows 4 to 5";
         CHECK(evidence.suspects().front().part == Subsystem::indexing);
     }
+    SUBCASE("and indexing's where few pixels differ, as sums are formed alike in all") {
+        evidence.partings.touched = 0.04;
+        CHECK(evidence.suspects().front().part == Subsystem::indexing);
+        CHECK(names(evidence.suspects(), Subsystem::accumulation));
+        evidence.partings.touched = 0.9;
+        CHECK(evidence.suspects().front().part == Subsystem::accumulation);
+    }
     SUBCASE("but not where its paths are cut, as on a lamp") {
         evidence.place.pattern = "rows 4 to 5";
         evidence.place.clamped_at = 10.0;

@@ -251,6 +251,14 @@ private:
         if (!place.pattern.empty() && place.pattern != every_pixel)
             return add(S::indexing, certain, "no traced path parts, and the pixels that differ lie in a pattern");
         if (place.reference_adds && place.candidate_adds) return;
+        // Sums are formed alike in all pixels.
+        constexpr double few = 0.25;
+        if (evidence_.partings.touched > 0.0 && evidence_.partings.touched < few) {
+            add(S::accumulation, strong, "a film is not the sum of its paths");
+            return add(S::indexing, certain,
+                fmt::format("no traced path parts, and a film is not the sum of its paths in {} of the pixels",
+                    percent(evidence_.partings.touched)));
+        }
         add(S::accumulation, certain, "no traced path parts, and a film is not the sum of its paths");
         add(S::indexing, strong, "a path's state may be lost between stages, which traces do without");
     }
@@ -339,13 +347,26 @@ std::vector<Suspect> suspects_of_difference(const DifferenceEvidence& evidence, 
     return Ranking(evidence, record).ranked();
 }
 
-Suspect suspect_of(const Misreading& misreading) {
-    constexpr std::array<std::pair<std::string_view, S>, 6> parts{
-        {{"/camera", S::camera}, {"/background", S::emission}, {"/media", S::volumes}, {"/textures", S::textures},
-            {"/render/bounces", S::roulette}, {"/render/roulette_start", S::roulette}}};
-    const auto found =
-        std::ranges::find_if(parts, [&](const auto& part) { return misreading.pointer.starts_with(part.first); });
-    return {found == parts.end() ? S::scene_data : found->second, misreading.words};
+std::vector<Suspect> suspects_of(const Misreading& misreading) {
+    using Reader = std::pair<std::string_view, S>;
+    constexpr std::array sections{Reader{"/camera", S::camera}, Reader{"/background", S::emission},
+        Reader{"/media", S::volumes}, Reader{"/textures", S::textures}, Reader{"/render/bounces", S::roulette},
+        Reader{"/render/roulette_start", S::roulette}};
+    for (const auto& [section, part] : sections)
+        if (misreading.pointer.starts_with(section)) return {{part, misreading.words}};
+    std::vector<Suspect> suspects{{S::scene_data, misreading.words}};
+    constexpr std::array fields{Reader{"roughness", S::bsdf}, Reader{"fuzz", S::bsdf}, Reader{"eta", S::bsdf},
+        Reader{"k", S::bsdf}, Reader{"colour", S::bsdf}, Reader{"refractive_index", S::dielectric},
+        Reader{"fresnel", S::dielectric}, Reader{"priority", S::dielectric}, Reader{"radiance", S::emission},
+        Reader{"sides", S::emission}, Reader{"alpha", S::emission}, Reader{"interior", S::volumes}};
+    constexpr std::string_view materials = "/materials/";
+    const std::string& pointer = misreading.pointer;
+    const std::size_t name_ends = pointer.find('/', materials.size());
+    if (!pointer.starts_with(materials) || name_ends == std::string::npos) return suspects;
+    const std::string field = pointer.substr(name_ends + 1, pointer.find('/', name_ends + 1) - name_ends - 1);
+    const auto reader = std::ranges::find(fields, std::string_view(field), &Reader::first);
+    if (reader != fields.end()) suspects.push_back({reader->second, "which reads " + field});
+    return suspects;
 }
 
 std::string told(std::span<const Suspect> suspects) {

@@ -43,8 +43,9 @@ struct MissEvidence {
 // has noise, or is not one colour.
 [[nodiscard]] std::optional<Suspect> film_misses(const ClosedForm& form, const SampledImage& side);
 
-// The part where the loader reads otherwise than the scene's file says.
-[[nodiscard]] Suspect suspect_of(const Misreading& misreading);
+// Who is suspected where the loader reads otherwise than the scene's file says. With a material that is the scene's
+// data, and then the part that its field is for.
+[[nodiscard]] std::vector<Suspect> suspects_of(const Misreading& misreading);
 
 // Where the two sides differ.
 struct DifferenceEvidence {

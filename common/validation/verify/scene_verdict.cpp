@@ -88,9 +88,10 @@ void judge_misreading(SceneVerdict& verdict) {
     verdict.verdict = Verdict::disagree;
     if (verdict.outvoted == Outvoted::nobody) verdict.outvoted = Outvoted::both;
     verdict.sentence = "the scene is not what its file says: " + verdict.misreading->words + "; " + verdict.sentence;
-    const Suspect suspect = suspect_of(*verdict.misreading);
-    std::erase_if(verdict.suspects, [&](const Suspect& one) { return one.part == suspect.part; });
-    verdict.suspects.insert(verdict.suspects.begin(), suspect);
+    std::vector<Suspect> suspects = suspects_of(*verdict.misreading);
+    for (Suspect& one : verdict.suspects)
+        if (std::ranges::find(suspects, one.part, &Suspect::part) == suspects.end()) suspects.push_back(std::move(one));
+    verdict.suspects = std::move(suspects);
     if (verdict.suspects.size() > most_suspects) verdict.suspects.resize(most_suspects);
 }
 
