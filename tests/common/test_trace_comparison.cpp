@@ -128,7 +128,7 @@ TEST_CASE("traces: where radiances differ, the factor of the light is told that 
     CHECK(told([](TracedVertex& v) {
         v.light = glm::dvec3(0.0);
         v.next_event = {.direction = v.next_event.direction};
-    }) == "one shadow ray to the sampled light is blocked, the other not");
+    }) == "one shadow ray to the sampled light brings light, the other none");
 }
 
 TEST_CASE("traces: events have the names that one would give them") {

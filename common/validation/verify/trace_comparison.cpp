@@ -60,7 +60,7 @@ std::string difference_of_light(const TracedVertex& a, const TracedVertex& b, do
         if (!(apart <= tolerated))
             return fmt::format("the directions to the sampled light are {:.0f} ulp apart", apart);
         if ((a.light == none) != (b.light == none))
-            return "one shadow ray to the sampled light is blocked, the other not";
+            return "one shadow ray to the sampled light brings light, the other none";
     }
     std::vector<std::pair<double, const char*>> factors;
     if (l.pdf > 0.0 && m.pdf > 0.0)
