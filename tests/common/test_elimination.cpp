@@ -113,7 +113,7 @@ std::vector<Suspect> suspects_of(const Elimination& elimination) {
     const FaultPlace place;
     Signature signature{};  // as if next events differed
     signature[Figure::by_light] = 1.0F;
-    return suspects_of_difference({judgement, signature, partings, place, &elimination}, {.patterns = {}});
+    return suspects_of_difference({judgement, signature, partings, place, &elimination}, {.patterns = {}}).suspects;
 }
 
 }  // namespace

@@ -74,7 +74,8 @@ std::vector<Suspect> suspects_of(const PrecisionTrial& trial, const PathPartings
                                       .partings = partings,
                                       .place = place,
                                       .precision_trial = &trial},
-        {.patterns = {}});
+        {.patterns = {}})
+        .suspects;
 }
 
 }  // namespace

@@ -33,7 +33,7 @@ struct Evidence {
         judgement.levels.push_back(level);
     }
     [[nodiscard]] std::vector<Suspect> suspects() const {
-        return suspects_of_difference({judgement, signature, partings, place});
+        return suspects_of_difference({judgement, signature, partings, place}).suspects;
     }
 };
 
@@ -77,6 +77,23 @@ TEST_CASE("what the traced paths show first is suspected first") {
     CHECK(suspects.size() <= most_suspects);
     CHECK(suspects.front().part == Subsystem::light_sampling);
     CHECK(suspects.front().because == "what a next event brings differs first in 100 % of the paths that part");
+}
+
+TEST_CASE("the ranking says what each part's place follows from") {
+    Evidence evidence;
+    evidence.level("image", true);
+    const auto ranked = [&] {
+        return suspects_of_difference({evidence.judgement, evidence.signature, evidence.partings, evidence.place});
+    };
+    const PartRanking plain = ranked().ranking;
+    CHECK(plain.evidence.pattern == scores_of(evidence.signature, planted_signatures()));
+    CHECK_FALSE(plain.evidence.needs);
+    evidence.place.outside_paths = true;
+    evidence.place.scaled = true;
+    const auto accumulation = static_cast<std::size_t>(Subsystem::accumulation);
+    const PartRanking outside = ranked().ranking;
+    CHECK(outside.counted == plain.counted);
+    CHECK(outside.all.at(accumulation) > outside.counted.at(accumulation) + 10.0);
 }
 
 TEST_CASE("a fault that no traced path shows and some kernels lack lies in indexing, whatever the paths look like") {
@@ -151,7 +168,8 @@ TEST_CASE("a side that is right with intersections in double precision, by the s
     PrecisionTrial trial{.side = VerifiedSide::candidate, .right_in_mixed = false, .parted = 400, .in_double = 3};
     const auto suspects = [&] {
         return suspects_of_difference(
-            {evidence.judgement, evidence.signature, evidence.partings, evidence.place, nullptr, &trial});
+            {evidence.judgement, evidence.signature, evidence.partings, evidence.place, nullptr, &trial})
+            .suspects;
     };
     CHECK(suspects().front().part == Subsystem::arithmetic);
     trial.right_in_mixed.reset();
@@ -187,7 +205,8 @@ TEST_CASE("without traced paths the place of the fault alone is told, or nothing
     evidence.level("image", true);
     const auto suspects = [&] {
         return suspects_of_difference(
-            {evidence.judgement, evidence.signature, evidence.partings, evidence.place}, {.patterns = {}});
+            {evidence.judgement, evidence.signature, evidence.partings, evidence.place}, {.patterns = {}})
+            .suspects;
     };
     CHECK(suspects().empty());
     evidence.place.outside_paths = true;

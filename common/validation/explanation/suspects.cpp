@@ -73,14 +73,13 @@ class Ranking {
 public:
     Ranking(const DifferenceEvidence& evidence, const BugRecord& record)
         : evidence_(evidence),
-          pattern_(scores_of(evidence.signature, record.patterns)),
-          scores_(weight_of_evidence(
-              {pattern_,
-                  evidence.elimination != nullptr ? std::optional(needs_by_part(*evidence.elimination)) : std::nullopt,
-                  draws_are_independent(evidence.partings), evidence.partings.numbers.use},
-              evidence_weights(record.patterns, record.needs))) {}
+          part_evidence_{scores_of(evidence.signature, record.patterns),
+              evidence.elimination != nullptr ? std::optional(needs_by_part(*evidence.elimination)) : std::nullopt,
+              draws_are_independent(evidence.partings), evidence.partings.numbers.use},
+          counted_(weight_of_evidence(part_evidence_, evidence_weights(record.patterns, record.needs))),
+          scores_(counted_) {}
 
-    std::vector<Suspect> ranked() {
+    RankedSuspects ranked() {
         look_at_needs();
         look_at_bounces();
         look_at_ends();
@@ -100,7 +99,7 @@ public:
             const std::string& said = because_.at(index(part));
             suspects.push_back({part, said.empty() ? clause_of(part, evidence_.signature) : said});
         }
-        return suspects;
+        return {suspects, {part_evidence_, counted_, scores_}};
     }
 
 private:
@@ -118,7 +117,7 @@ private:
     }
     // Something speaks for it.
     [[nodiscard]] bool is_told(S part) const {
-        return !because_.at(index(part)).empty() || pattern_.at(index(part)) > 0.0;
+        return !because_.at(index(part)).empty() || part_evidence_.pattern.at(index(part)) > 0.0;
     }
 
     // Features stand in order, the most particular first.
@@ -282,7 +281,9 @@ private:
     }
 
     const DifferenceEvidence& evidence_;
-    Scores pattern_, scores_;
+    const PartEvidence part_evidence_;
+    const Scores counted_;
+    Scores scores_;
     std::array<std::string, subsystem_names.size()> because_{};
 };
 
@@ -343,7 +344,7 @@ std::optional<Suspect> film_misses(const ClosedForm& form, const SampledImage& s
     return std::nullopt;
 }
 
-std::vector<Suspect> suspects_of_difference(const DifferenceEvidence& evidence, const BugRecord& record) {
+RankedSuspects suspects_of_difference(const DifferenceEvidence& evidence, const BugRecord& record) {
     return Ranking(evidence, record).ranked();
 }
 

@@ -61,8 +61,16 @@ struct BugRecord {
     std::span<const PlantedSignature> patterns = planted_signatures();
     std::span<const PlantedNeeds> needs = planted_needs();
 };
-[[nodiscard]] std::vector<Suspect> suspects_of_difference(
-    const DifferenceEvidence& evidence, const BugRecord& record = {});
+// What the ranking follows from. Each part's log-likelihood ratio: of what is counted, and with what else was observed.
+struct PartRanking {
+    PartEvidence evidence;
+    Scores counted{}, all{};
+};
+struct RankedSuspects {
+    std::vector<Suspect> suspects;
+    PartRanking ranking;
+};
+[[nodiscard]] RankedSuspects suspects_of_difference(const DifferenceEvidence& evidence, const BugRecord& record = {});
 
 // "suspects: camera, lens and time (the rays of the camera differ in 98 % of the paths that part); else ..."
 [[nodiscard]] std::string told(std::span<const Suspect> suspects);

@@ -141,6 +141,19 @@ json elimination_json(const std::optional<Elimination>& elimination) {
         {"left_out", elimination->left_out}};
 }
 
+json ranking_json(const std::optional<PartRanking>& ranking) {
+    if (!ranking) return nullptr;
+    const PartEvidence& evidence = ranking->evidence;
+    json parts = json::array();
+    for (std::size_t i = 0; i < subsystem_names.size(); ++i)
+        parts.push_back({{"subsystem", subsystem_names.at(i)}, {"pattern_score", evidence.pattern.at(i)},
+            {"need", evidence.needs ? json(part_need_names.at(static_cast<std::size_t>(evidence.needs->at(i))))
+                                    : json(nullptr)},
+            {"counted", ranking->counted.at(i)}, {"score", ranking->all.at(i)}});
+    return {{"parts", parts}, {"independent_draws", evidence.independent_draws},
+        {"numbers", number_use_names.at(static_cast<std::size_t>(evidence.numbers))}};
+}
+
 json precision_json(const std::optional<PrecisionTrial>& trial) {
     if (!trial) return nullptr;
     return {{"text", told(*trial)}, {"right_in_double", name_of(trial->side)},
@@ -297,6 +310,7 @@ json to_json(const SceneVerdict& v) {
     result["suspects"] = json::array();
     for (const Suspect& suspect : v.suspects)
         result["suspects"].push_back({{"subsystem", name_of(suspect.part)}, {"because", suspect.because}});
+    result["ranking"] = ranking_json(v.ranking);
     result["elimination"] = elimination_json(v.elimination);
     result["precision_trial"] = precision_json(v.precision_trial);
     result["missed_form"] = missed_form_json(v.missed_form);

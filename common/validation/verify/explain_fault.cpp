@@ -79,8 +79,10 @@ private:
     }
     void suspect() {
         constexpr std::span<const PlantedSignature> no_patterns;
-        verdict_.suspects =
+        RankedSuspects ranked =
             suspects_of_difference(evidence(), {.patterns = verdict_.signature ? planted_signatures() : no_patterns});
+        verdict_.suspects = std::move(ranked.suspects);
+        verdict_.ranking = ranked.ranking;
     }
 
     // What is left of the time, beside the oracle's part.

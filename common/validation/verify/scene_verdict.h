@@ -53,6 +53,7 @@ struct SceneVerdict {
     std::optional<Elimination> elimination;         // ... from each other
     std::optional<MissedForm> missed_form;          // where both miss the closed form alike
     std::vector<Suspect> suspects;                  // likeliest first; of a disagreement, where anything is known
+    std::optional<PartRanking> ranking;             // what they follow from, where the sides differ
     std::vector<SceneFeature> features;             // of the scene
     ClosedFormUse closed_form;                      // of the scene, at these settings
     std::optional<OracleOpinion> oracle;            // asked where the sides disagree
