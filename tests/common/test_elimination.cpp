@@ -204,54 +204,6 @@ TEST_CASE("a limit of bounces that is one off is told by the samples, which are 
     CHECK_FALSE(other.run().bounces_off);
 }
 
-TEST_CASE("data of one side that went wrong are told by the other's samples of the scene that is wrong alike") {
-    for (const bool candidate : {false, true}) {
-        CAPTURE(candidate);
-        // What a conductor reflects follows from its k on one side, and from its eta on the other.
-        const auto brighter_by = [](dvec3 Material::*index) {
-            return [index](const Scene& scene, const RenderSettings&) {
-                double factor = 1.0;
-                for (const Material& m : scene.materials)
-                    if (m.kind == MaterialKind::conductor) factor += (m.*index).x;
-                return Wrong{.factor = factor};
-            };
-        };
-        Trial trial(brighter_by(candidate ? &Material::eta : &Material::k));
-        trial.reference = Faulty(brighter_by(candidate ? &Material::k : &Material::eta));
-        for (Material& m : trial.scene.materials)
-            if (m.kind == MaterialKind::conductor) {
-                m.eta = dvec3(0.5);
-                m.k = dvec3(3.0);
-            }
-        const Elimination elimination = trial.run();
-        REQUIRE(elimination.by_samples);
-        REQUIRE(elimination.data_fault != nullptr);
-        CHECK(elimination.data_fault->words == "the k of conductors is their eta");
-        CHECK((elimination.faulty_side == VerifiedSide::candidate) == candidate);
-        const std::vector<Suspect> suspects = suspects_of(elimination);
-        REQUIRE(!suspects.empty());
-        CHECK(suspects[0].part == Subsystem::scene_data);
-        CHECK(suspects[0].because == fmt::format("the {} draws the {}'s samples where the k of conductors is their eta",
-                                         candidate ? "reference" : "candidate", candidate ? "candidate" : "reference"));
-    }
-    Trial formula(
-        [](const Scene& scene, const RenderSettings&) { return Wrong{.factor = has_texture(scene) ? 1.5 : 1.0}; });
-    CHECK(formula.run().data_fault == nullptr);
-}
-
-TEST_CASE("faults of data leave a scene sound") {
-    const Scene scene = rich_scene();
-    std::size_t planted = 0;
-    for (const DataFault& fault : data_faults()) {
-        CAPTURE(fault.words);
-        Scene wrong = scene;
-        if (!fault.plant(wrong)) continue;
-        ++planted;
-        CHECK(unsound_part(wrong).empty());
-    }
-    CHECK(planted >= 8);
-}
-
 TEST_CASE("two sides that are right have no feature taken out, which is told") {
     Trial trial(right);
     const Elimination elimination = trial.run();

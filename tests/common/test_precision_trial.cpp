@@ -5,44 +5,17 @@
 #include "common/error.h"
 #include "common/validation/explanation/suspects.h"
 #include "common/validation/verify/precision_trial.h"
-#include "tests/common/synthetic_renderer.h"
+#include "tests/common/traced_renderer.h"
 
 namespace tandem::test {
 namespace {
 
-// Scatters once, every path to the same direction, which a fault turns in `parting` of 64 paths.
-class TracedRenderer : public Renderer {
-public:
-    explicit TracedRenderer(std::uint64_t parting) : parting_(parting) {}
-    RendererInfo info() const override { return {"traced", "no device", "no driver", "C++", true}; }
-    std::unique_ptr<RenderJob> prepare(const Scene&, const RenderSettings& settings) override {
-        return std::make_unique<Job>(settings, parting_);
-    }
-
-private:
-    struct Job : SyntheticJob {
-        Job(const RenderSettings& settings, std::uint64_t parting) : SyntheticJob(settings, mixed), parting_(parting) {}
-        std::vector<PathTrace> trace(std::uint32_t, std::uint32_t, SampleRange samples) override {
-            std::vector<PathTrace> paths;
-            for (std::uint64_t sample = samples.begin; sample < samples.end; ++sample) {
-                TracedVertex vertex;
-                vertex.direction = {0.0, 0.0, -1.0};
-                vertex.t = 1.0;
-                vertex.normal = vertex.shading_normal = {0.0, 0.0, 1.0};
-                vertex.primitive = vertex.material = 0;
-                vertex.next_direction = sample < parting_ ? glm::dvec3(0.0, 1.0, 0.0) : glm::dvec3(0.0, 0.0, 1.0);
-                vertex.pdf = 0.3;
-                TracedVertex last;
-                last.direction = vertex.next_direction;
-                last.end = PathEnd::left_scene;
-                paths.push_back({{vertex, last}, {}});
-            }
-            return paths;
-        }
-        std::uint64_t parting_;
-    };
-    std::uint64_t parting_;
-};
+// Every path goes the same way, but for `parting` of 64 that a fault turns.
+std::unique_ptr<TracedRenderer> traced(std::uint64_t parting) {
+    return std::make_unique<TracedRenderer>([parting](const Scene&, std::uint64_t sample) {
+        return scattered_once(sample < parting ? glm::dvec3(0.0, 1.0, 0.0) : glm::dvec3(0.0, 0.0, 1.0));
+    });
+}
 
 struct Sides {
     std::uint64_t reference = 0, candidate = 0;  // of 64 paths that a fault turns
@@ -51,18 +24,16 @@ using Parting = std::function<std::uint64_t(VerifiedSide, Precision)>;
 
 std::optional<PrecisionTrial> trial_of(const Sides& sides, const Parting& parting, bool in_time = true) {
     const Scene scene;
-    TracedRenderer reference(sides.reference), candidate(sides.candidate);
+    const auto reference = traced(sides.reference), candidate = traced(sides.candidate);
     const std::vector<glm::uvec2> pixels{{0, 0}, {1, 0}};
     const InPrecision in_precision = [&](VerifiedSide side, Precision precision) -> std::unique_ptr<Renderer> {
-        return std::make_unique<TracedRenderer>(parting(side, precision));
+        return traced(parting(side, precision));
     };
-    return try_precisions({.scene = scene,
-        .settings = {},
-        .reference = reference,
-        .candidate = candidate,
-        .in_precision = in_precision,
-        .pixels = pixels,
-        .in_time = [&] { return in_time; }});
+    const RetracedPaths paths({scene, {}, *reference, *candidate, pixels});
+    return try_precisions(
+        {.paths = paths, .scene = scene, .settings = {}, .in_precision = in_precision, .in_time = [&] {
+             return in_time;
+         }});
 }
 
 std::vector<Suspect> suspects_of(const PrecisionTrial& trial, const PathPartings& partings) {

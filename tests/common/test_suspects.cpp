@@ -67,7 +67,46 @@ double independence(double offset, double factor) {
     return draws.independence();
 }
 
+// Paths that scatter once at a sphere, to a direction of their own where `differs` of the normal.
+std::string frames_where(const std::function<bool(const glm::dvec3& normal)>& differs, std::uint32_t materials = 1) {
+    Frames frames;
+    std::vector<PathTrace> a, b;
+    std::vector<std::optional<Parting>> partings;
+    for (int i = 0; i < 64; ++i) {
+        const double z = (i - 31.5) / 32.0, r = std::sqrt(1.0 - z * z);
+        TracedVertex vertex;
+        vertex.position = vertex.normal = vertex.shading_normal = {r * std::cos(i), r * std::sin(i), z};
+        vertex.primitive = 0;
+        vertex.material = materials == 1 || z < 0.0 ? 0 : 1;
+        vertex.next_direction = {0.0, 1.0, 0.0};
+        vertex.pdf = 1.0;
+        a.push_back({{vertex}, {}});
+        if (differs(vertex.normal)) vertex.next_direction = {1.0, 0.0, 0.0};
+        b.push_back({{vertex}, {}});
+        partings.push_back(parting_of(a.back(), b.back()));
+    }
+    frames.add(a, partings);
+    return frames.words();
+}
+
 }  // namespace
+
+TEST_CASE("new directions that differ on one side of a coordinate plane alone speak for the frame") {
+    CHECK(frames_where([](const glm::dvec3& n) { return n.z < 0.0; }) ==
+          "new directions differ about normals with z below 0 alone");
+    CHECK(frames_where([](const glm::dvec3& n) { return n.x > 0.0; }) ==
+          "new directions differ about normals with x above 0 alone");
+    CHECK(frames_where([](const glm::dvec3&) { return true; }).empty());
+    CHECK(frames_where([](const glm::dvec3& n) { return n.z < -0.9; }).empty());       // too few paths
+    CHECK(frames_where([](const glm::dvec3& n) { return n.x * n.y < 0.0; }).empty());  // on both sides
+    // One material lies on one side of the plane, and may be what differs.
+    CHECK(frames_where([](const glm::dvec3& n) { return n.z < 0.0; }, 2).empty());
+    Evidence evidence;
+    evidence.level("image", true);
+    evidence.partings.frames = "new directions differ about normals with z below 0 alone";
+    CHECK(evidence.suspects().front().part == Subsystem::arithmetic);
+    CHECK(evidence.suspects().front().because == evidence.partings.frames);
+}
 
 TEST_CASE("what the traced paths show first is suspected first") {
     Evidence evidence;

@@ -50,6 +50,23 @@ void without_entity_motion(EditedScene& e) {
     for (Entity& entity : e.scene.entities) entity.motion = dvec3(0.0);
 }
 
+// What turns or shears it; how long its axes are stays.
+bool is_turned(const Entity& entity) {
+    const glm::dmat3 map(entity.object_to_world);
+    for (int column = 0; column < 3; ++column)
+        for (int row = 0; row < 3; ++row)
+            if (row != column && map[column][row] != 0.0) return true;
+    return false;
+}
+void without_turns(EditedScene& e) {
+    for (Entity& entity : e.scene.entities)
+        for (int column = 0; column < 3; ++column) {
+            const double length = glm::length(dvec3(entity.object_to_world[column]));
+            entity.object_to_world[column] = glm::dvec4(0.0);
+            entity.object_to_world[column][column] = length;
+        }
+}
+
 template <PunctualKind kind>
 void without_lights(EditedScene& e) {
     std::erase_if(e.scene.lights, [](const PunctualLight& light) { return light.kind == kind; });
@@ -226,6 +243,8 @@ constexpr SceneFeature two_ways{
 constexpr SceneFeature light_tree{
     S::light_sampling, "a choice of the light by a tree", "9.2", without_light_tree, false, Naming::particular, true};
 constexpr SceneFeature wide_filter{S::camera, "a pixel filter wider than a pixel", "4.1", without_wide_filter};
+constexpr SceneFeature turned_entities{
+    S::scene_data, "an entity that is turned", "6", without_turns, false, Naming::general};
 constexpr SceneFeature philox{
     S::random_numbers, "Philox's numbers", "3", without_philox, false, Naming::particular, true};
 constexpr SceneFeature long_paths{
@@ -265,6 +284,7 @@ std::vector<SceneFeature> removable_features(const Scene& scene, const RenderSet
     const bool two = settings.integrator == Integrator::next_event && settings.mis;
     if (two && effects.has(Effect::light_sampling)) features.push_back(two_ways);
     add_called(plain_features, effects, features);
+    if (std::ranges::any_of(scene.entities, is_turned)) features.push_back(turned_entities);
     add_called(shape_features, effects, features);
     if (settings.generator == Generator::philox) features.push_back(philox);
     if (settings.bounces > 1) features.push_back(long_paths);

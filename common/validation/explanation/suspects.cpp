@@ -84,6 +84,7 @@ public:
         look_at_bounces();
         look_at_ends();
         look_at_factors();
+        look_at_frames();
         look_at_precision();
         look_at_data();
         look_at_numbers();
@@ -185,6 +186,11 @@ private:
             "the density of scattering differs, for MIS weights alone,");
     }
 
+    void look_at_frames() {
+        const std::string& frames = evidence_.partings.frames;
+        if (!frames.empty() && !evidence_.place.outside_paths) add(S::arithmetic, certain, frames);
+    }
+
     // An offset of rays that is too short does no harm in double precision either: then rays go elsewhere. Normals come
     // from the scene by way of other code in double precision, and kernels are others there. None of these is the cause
     // where intersections in double precision do not mend it. Where they do, and rays go the same way, no rounding of
@@ -208,9 +214,9 @@ private:
 
     // A part that reads wrong data is needed as well. So needs say nothing against the data.
     void look_at_data() {
-        if (evidence_.elimination == nullptr || evidence_.elimination->data_fault == nullptr) return;
-        const bool sure = evidence_.elimination->data_fault->of_data_alone;
-        add(S::scene_data, sure ? certain : strong / 2, told_of_data(*evidence_.elimination));
+        if (evidence_.data_trial == nullptr) return;
+        add(S::scene_data, evidence_.data_trial->fault.of_data_alone ? certain : strong / 2,
+            told(*evidence_.data_trial));
     }
 
     // Nothing differs but under one condition, which is the work of one part.

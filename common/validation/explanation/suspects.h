@@ -14,6 +14,7 @@
 #include "common/validation/explanation/part_evidence.h"
 #include "common/validation/explanation/scene_features.h"
 #include "common/validation/verdict/closed_form.h"
+#include "common/validation/verify/data_trial.h"
 #include "common/validation/verify/elimination.h"
 #include "common/validation/verify/fault_place.h"
 #include "common/validation/verify/missed_form.h"
@@ -55,6 +56,7 @@ struct DifferenceEvidence {
     const FaultPlace& place;
     const Elimination* elimination = nullptr;         // where features were taken out
     const PrecisionTrial* precision_trial = nullptr;  // where a side is right in double precision
+    const DataTrial* data_trial = nullptr;            // where a side has wrong data
 };
 // What planted bugs showed.
 struct BugRecord {

@@ -135,10 +135,13 @@ json elimination_json(const std::optional<Elimination>& elimination) {
     return {{"text", told(*elimination)}, {"scenes", elimination->scenes}, {"seconds", elimination->seconds},
         {"whole", paired_look_json(elimination->whole)}, {"features", trials},
         {"bounces_off", elimination->bounces_off ? json(*elimination->bounces_off) : json(nullptr)},
-        {"data_fault", elimination->data_fault != nullptr ? json{{"fault", elimination->data_fault->words},
-                                                                {"side", name_of(elimination->faulty_side)}}
-                                                          : json(nullptr)},
         {"left_out", elimination->left_out}};
+}
+
+json data_json(const std::optional<DataTrial>& trial) {
+    if (!trial) return nullptr;
+    return {{"text", told(*trial)}, {"fault", trial->fault.words}, {"side", name_of(trial->faulty)},
+        {"parted", trial->parted}, {"parted_with_fault", trial->left}};
 }
 
 json ranking_json(const std::optional<PartRanking>& ranking) {
@@ -312,6 +315,7 @@ json to_json(const SceneVerdict& v) {
         result["suspects"].push_back({{"subsystem", name_of(suspect.part)}, {"because", suspect.because}});
     result["ranking"] = ranking_json(v.ranking);
     result["elimination"] = elimination_json(v.elimination);
+    result["data_trial"] = data_json(v.data_trial);
     result["precision_trial"] = precision_json(v.precision_trial);
     result["missed_form"] = missed_form_json(v.missed_form);
     result["signature"] = signature_json(v.signature);

@@ -2,22 +2,22 @@
 // renderer of the edited scene draws the same samples as a faulty one of the scene itself.
 #pragma once
 
-#include <span>
-#include <string_view>
+#include <functional>
+#include <string>
+#include <vector>
 
 #include "common/scene/scene.h"
 
 namespace tandem {
 
 struct DataFault {
-    std::string_view words;  // "the k of conductors is their eta"
-    // Whether it changed the scene.
-    bool (*plant)(Scene& scene) = nullptr;
+    std::string words;                    // "the k of conductors is their eta"
+    std::function<bool(Scene&)> plant{};  // whether it changed the scene
     // Else a wrong formula or loop does the same: it leaves a figure out, exchanges two, or ends one too early.
     bool of_data_alone = false;
 };
 
-// Those of data alone first.
-[[nodiscard]] std::span<const DataFault> data_faults();
+// Those of data alone first. Each leaves out, exchanges or moves entries of a table, for all or for one kind of entry.
+[[nodiscard]] std::vector<DataFault> data_faults();
 
 }  // namespace tandem

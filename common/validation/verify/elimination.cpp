@@ -131,7 +131,6 @@ public:
             out_.assign(features_.size(), false);
             move_limit();
             reduce_all();
-            try_data_faults();
             look_longer();
             if (late_) result_.left_out = "no time was left for the rest";
         }
@@ -198,9 +197,7 @@ private:
         RenderSettings of_candidate = edited.settings;
         of_candidate.bounces =
             static_cast<std::uint32_t>(static_cast<std::int64_t>(of_candidate.bounces) + candidate_bounces_);
-        const bool wrong = wrong_scene_.has_value();
-        Jobs jobs{reference_->prepare(wrong && !wrong_to_candidate_ ? *wrong_scene_ : edited.scene, edited.settings),
-            candidate_->prepare(wrong && wrong_to_candidate_ ? *wrong_scene_ : edited.scene, of_candidate)};
+        Jobs jobs{reference_->prepare(edited.scene, edited.settings), candidate_->prepare(edited.scene, of_candidate)};
         PairedSums sums(edited.settings, question_.criteria);
         PairedLook look;
         std::uint64_t invalid = 0;
@@ -275,31 +272,6 @@ private:
         } catch (const UnsupportedError&) {
             return false;
         }
-    }
-
-    // In the plainest scene that differs, so that few faults change it.
-    void try_data_faults() {
-        constexpr double part_of_rest = 0.5;
-        if (!result_.by_samples || result_.bounces_off || late_) return;
-        const double until = since_start() + part_of_rest * (question_.budget_seconds - since_start());
-        for (const DataFault& fault : data_faults()) {
-            EditedScene edited = without(out_);
-            wrong_scene_ = edited.scene;
-            if (!fault.plant(*wrong_scene_)) continue;
-            if (edited.settings.effects)
-                edited.settings.effects =
-                    edited.settings.effects->united(needed_effects(*wrong_scene_, edited.settings));
-            for (const bool to_candidate : {false, true}) {
-                if (!in_time(1.2 * last_seconds_) || since_start() > until) break;
-                wrong_to_candidate_ = to_candidate;
-                if (!same_samples(edited)) continue;
-                result_.data_fault = &fault;
-                result_.faulty_side = to_candidate ? VerifiedSide::reference : VerifiedSide::candidate;
-                break;
-            }
-            if (result_.data_fault != nullptr) break;
-        }
-        wrong_scene_.reset();
     }
 
     // Whether the candidate's limit of bounces is one off. Samples tell that are the same again, as hardly another
@@ -424,9 +396,7 @@ private:
     double rounding_ = 0.0;
     double last_seconds_ = 0.0;  // of the last scene, to its first look
     bool by_means_ = false, late_ = false, longer_ = false;
-    int candidate_bounces_ = 0;         // more than the reference's
-    std::optional<Scene> wrong_scene_;  // of one side, in place of the edited one
-    bool wrong_to_candidate_ = false;
+    int candidate_bounces_ = 0;  // more than the reference's
     std::vector<bool> out_;
     PairedLook with_;  // the plainest scene yet that differs
     Elimination result_;
@@ -468,13 +438,6 @@ std::string told_of_bounces(const Elimination& elimination) {
         elimination.bounces_off.value_or(0) > 0 ? "more" : "fewer");
 }
 
-std::string told_of_data(const Elimination& elimination) {
-    const VerifiedSide faulty = elimination.faulty_side;
-    const VerifiedSide other = faulty == VerifiedSide::candidate ? VerifiedSide::reference : VerifiedSide::candidate;
-    return fmt::format(
-        "the {} draws the {}'s samples where {}", name_of(other), name_of(faulty), elimination.data_fault->words);
-}
-
 std::string told(const Elimination& elimination) {
     if (elimination.scenes <= 1 || elimination.trials.empty())
         return fmt::format("no feature was taken out: {}", elimination.left_out);
@@ -488,7 +451,6 @@ std::string told(const Elimination& elimination) {
             text += fmt::format("; {}: {}", need_names.at(static_cast<std::size_t>(need)), fmt::join(words, ", "));
     }
     if (elimination.bounces_off) text += "; " + told_of_bounces(elimination);
-    if (elimination.data_fault != nullptr) text += "; " + told_of_data(elimination);
     if (!elimination.left_out.empty()) text += "; " + elimination.left_out;
     return text;
 }

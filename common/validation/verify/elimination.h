@@ -14,8 +14,6 @@
 #include "common/validation/explanation/scene_features.h"
 #include "common/validation/verdict/criteria.h"
 #include "common/validation/verdict/sample_pairs.h"
-#include "common/validation/verify/data_faults.h"
-#include "common/validation/verify/verified_side.h"
 
 namespace tandem {
 
@@ -47,10 +45,6 @@ struct Elimination {
     bool by_samples = false;  // samples that part told, or else means
     // The candidate draws the reference's samples again with one bounce more (1) or fewer (-1).
     std::optional<int> bounces_off;
-    // One side draws the other's samples from a scene with this fault, so that the other's data may have it:
-    // faulty_side.
-    const DataFault* data_fault = nullptr;
-    VerifiedSide faulty_side = VerifiedSide::reference;
     std::string left_out;  // why nothing, or not all, was tried; empty: all was
 };
 
@@ -80,8 +74,6 @@ struct EliminationQuestion {
 [[nodiscard]] std::string told(const Elimination& elimination, const FeatureTrial& needed);
 // "with one bounce more the candidate has the samples of the reference"; where bounces_off is set.
 [[nodiscard]] std::string told_of_bounces(const Elimination& elimination);
-// "the reference draws the candidate's samples where motion is lost"; where data_fault is set.
-[[nodiscard]] std::string told_of_data(const Elimination& elimination);
 // "features taken out on both sides (7 scenes in 3.2 s): needed: a lens; not needed: ...; not known: ..."
 [[nodiscard]] std::string told(const Elimination& elimination);
 

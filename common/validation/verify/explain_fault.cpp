@@ -6,11 +6,13 @@
 
 #include "common/error.h"
 #include "common/render/effects.h"
+#include "common/validation/verify/data_trial.h"
 #include "common/validation/verify/elimination.h"
 #include "common/validation/verify/fault_place.h"
 #include "common/validation/verify/missed_form.h"
 #include "common/validation/verify/path_partings.h"
 #include "common/validation/verify/precision_trial.h"
+#include "common/validation/verify/retraced_paths.h"
 
 namespace tandem {
 
@@ -30,7 +32,9 @@ public:
         if (misses_on_both_sides(verdict_)) look_into_the_miss();
         if (!sides_differ(verdict_)) return;
         compare_with_planted_bugs();
+        trace_again();
         suspect();
+        change_data();
         take_features_out();
         change_precision();
         suspect();
@@ -75,7 +79,8 @@ private:
             .partings = verdict_.partings ? *verdict_.partings : no_partings,
             .place = verdict_.fault_place,
             .elimination = verdict_.elimination ? &*verdict_.elimination : nullptr,
-            .precision_trial = verdict_.precision_trial ? &*verdict_.precision_trial : nullptr};
+            .precision_trial = verdict_.precision_trial ? &*verdict_.precision_trial : nullptr,
+            .data_trial = verdict_.data_trial ? &*verdict_.data_trial : nullptr};
     }
     void suspect() {
         constexpr std::span<const PlantedSignature> no_patterns;
@@ -133,22 +138,42 @@ private:
             .progress = request_.report});
     }
 
-    void change_precision() {
-        if (!verdict_.partings) return;
-        verdict_.precision_trial = try_precisions({.scene = request_.scene,
+    void trace_again() {
+        if (!verdict_.partings || verdict_.partings->parted == 0) return;
+        paths_.emplace(RetracedSides{
+            request_.scene, settings_, request_.reference, request_.candidate, verdict_.partings->pixels});
+    }
+
+    // Whether a side may be prepared once more, and so much of the time is left then.
+    [[nodiscard]] bool in_time(double left) const {
+        return budget() > left + 2.0 * request_.prepare_seconds && !request_.options.stop.stop_requested();
+    }
+
+    void change_data() {
+        if (!paths_) return;
+        constexpr double for_features = 0.7;
+        const double left = for_features * budget();
+        verdict_.data_trial = try_data_faults({.paths = *paths_,
+            .scene = request_.scene,
             .settings = settings_,
             .reference = request_.reference,
             .candidate = request_.candidate,
+            .in_time = [&] { return in_time(left); }});
+    }
+
+    void change_precision() {
+        if (!paths_) return;
+        verdict_.precision_trial = try_precisions({.paths = *paths_,
+            .scene = request_.scene,
+            .settings = settings_,
             .in_precision = request_.options.in_precision,
-            .pixels = verdict_.partings->pixels,
-            .in_time = [&] {
-                return budget() > 2.0 * request_.prepare_seconds && !request_.options.stop.stop_requested();
-            }});
+            .in_time = [&] { return in_time(0.0); }});
     }
 
     SceneVerdict& verdict_;
     const FaultRequest& request_;
     RenderSettings settings_;
+    std::optional<RetracedPaths> paths_;  // where some part
 };
 
 }  // namespace

@@ -25,8 +25,9 @@ struct FaultRequest {
     std::function<void(const std::string& what)> report;
 };
 
-// Sets the verdict's worst pixel, fault_place, signature, likeness, partings, elimination, precision_trial,
-// suspects and missed_form. A device that is lost meanwhile takes no verdict back: what is known by then stays.
+// Sets the verdict's worst pixel, fault_place, signature, likeness, partings, elimination, data_trial,
+// precision_trial, suspects, ranking and missed_form. A device that is lost meanwhile takes no verdict back: what is
+// known by then stays.
 void explain_fault(SceneVerdict& verdict, const FaultRequest& request);
 
 }  // namespace tandem

@@ -4,14 +4,12 @@
 
 #include <cstddef>
 #include <functional>
-#include <glm/vec2.hpp>
 #include <memory>
 #include <optional>
-#include <span>
 #include <string>
 
 #include "common/render/renderer.h"
-#include "common/validation/verify/verified_side.h"
+#include "common/validation/verify/retraced_paths.h"
 
 namespace tandem {
 
@@ -19,13 +17,11 @@ namespace tandem {
 using InPrecision = std::function<std::unique_ptr<Renderer>(VerifiedSide side, Precision)>;
 
 struct PrecisionQuestion {
-    const Scene& scene;
-    RenderSettings settings;  // the seed is that of both sides
-    Renderer& reference;
-    Renderer& candidate;
+    const RetracedPaths& paths;
+    const Scene& scene;       // as the paths'
+    RenderSettings settings;  // as the paths'
     const InPrecision& in_precision;
-    std::span<const glm::uvec2> pixels;  // whose first block of samples is traced
-    std::function<bool()> in_time;       // asked before each renderer that is made
+    std::function<bool()> in_time;  // asked before each renderer that is made
 };
 
 struct PrecisionTrial {
@@ -35,7 +31,7 @@ struct PrecisionTrial {
     std::optional<bool> right_in_mixed;
     std::size_t parted = 0, in_double = 0;  // paths that part
 };
-// Empty: neither side is right in double precision, fewer than 16 paths part, or paths cannot be traced.
+// Empty: neither side is right in double precision, or too few paths part.
 [[nodiscard]] std::optional<PrecisionTrial> try_precisions(const PrecisionQuestion& question);
 
 // "3 of 402 paths that part do where the candidate computes in double precision"

@@ -50,6 +50,7 @@ struct SceneVerdict {
     std::optional<PathPartings> partings;           // of the traced paths, with the signature
     FaultPlace fault_place;                         // where the sides disagree
     std::optional<PrecisionTrial> precision_trial;  // ... and a side is right in double precision
+    std::optional<DataTrial> data_trial;            // ... and a side has wrong data of the scene
     std::optional<Elimination> elimination;         // ... from each other
     std::optional<MissedForm> missed_form;          // where both miss the closed form alike
     std::vector<Suspect> suspects;                  // likeliest first; of a disagreement, where anything is known
