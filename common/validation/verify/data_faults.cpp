@@ -85,7 +85,7 @@ void lose(std::vector<DataFault>& faults, std::string_view field, T Material::*m
     }
 }
 
-// Of all materials of the group; `lost`: a value that says no more than that the field was lost.
+// `lost`: a value that says no more than that the field was lost.
 void copy(std::vector<DataFault>& faults, std::string_view to_name, double Material::*to, std::string_view from_name,
     double Material::*from, double lost) {
     faults.push_back(in_materials(
