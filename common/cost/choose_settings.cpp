@@ -32,7 +32,8 @@ struct Trial {
     double noise = 0.0;         // error of one independent sample
     double error_of_one = 0.0;  // where errors fall so from there; of independent samples the noise
     double gain = 0.0;
-    double seconds_a_sample = 0.0;  // of all pixels
+    double seconds_a_sample = 0.0;  // of all pixels, by the device's clock where there is one
+    double seconds_a_call = 0.0;    // beside that: trials are short, so it would seem to grow with their samples
     std::uint64_t pixels = 0;
     double noise_uncertainty = 0.0, uncertainty = 0.0;  // of noise and error_of_one, relative: standard errors, at most
     std::uint64_t least = samples_per_block;            // samples that a render has at least
@@ -57,7 +58,15 @@ struct Trial {
         return scramblings * std::pow(of_one, 1.0 / (1.0 + gain));
     }
     [[nodiscard]] double seconds_of(double wanted) const {
-        return std::max(static_cast<double>(least), wanted) * seconds_a_sample;
+        return seconds_a_call + std::max(static_cast<double>(least), wanted) * seconds_a_sample;
+    }
+    void take_time(double seconds, double on_device, double taken) {
+        seconds_a_sample = std::max(on_device / taken, 1e-12);
+        seconds_a_call = std::max(0.0, seconds - on_device);
+    }
+    // By a trial with so many samples, the first one included that warms up.
+    [[nodiscard]] double seconds_taken(std::uint64_t trial_samples) const {
+        return 2.0 * seconds_a_call + static_cast<double>(trial_samples) * seconds_a_sample;
     }
     [[nodiscard]] double seconds_to(double relative_error) const {
         return error_of_one > 0.0 ? seconds_of(samples_to(relative_error)) : 0.0;
@@ -100,7 +109,7 @@ std::optional<Trial> independent_trial(RenderJob& job, std::uint64_t samples, st
     Trial trial;
     trial.noise = trial.error_of_one = mean_of_all(variances) / (mean * mean);
     trial.noise_uncertainty = trial.uncertainty = uncertainty_of(variances);
-    trial.seconds_a_sample = std::max(result.seconds / static_cast<double>(samples), 1e-12);
+    trial.take_time(result.seconds, result.device_seconds.value_or(result.seconds), static_cast<double>(samples));
     trial.pixels = result.estimate.pixel_count();
     trial.adaptive = foretell(result.estimate);
     trial.samples = samples;
@@ -139,7 +148,8 @@ std::optional<Trial> scrambled_trial(RenderJob& job, std::uint64_t samples, std:
     trial.adaptive = foretell(a.estimate);
     trial.samples = samples;
     trial.points = n;
-    trial.seconds_a_sample = std::max((a.seconds + b.seconds) / (2.0 * n), 1e-12);
+    const auto on_device = [](const RenderResult& one) { return one.device_seconds.value_or(one.seconds); };
+    trial.take_time(0.5 * (a.seconds + b.seconds), 0.5 * (on_device(a) + on_device(b)), n);
     trial.pixels = a.estimate.pixel_count();
     trial.scramblings = scramblings_for(trial.pixels);
     trial.least = trial.scramblings * samples_per_block;
@@ -177,7 +187,7 @@ std::optional<Trial> trial_of(const RenderSettings& settings, RenderJob& job, st
         if (trial) {
             if (trial->uncertainty <= known_enough || samples > most_trial_samples || (is_clear && is_clear(*trial)))
                 return trial;
-            if (watch.seconds() + static_cast<double>(samples) * trial->seconds_a_sample > seconds) return trial;
+            if (watch.seconds() + trial->seconds_taken(samples) > seconds) return trial;
         }
         trial = settings.generator == Generator::sobol ? scrambled_trial(job, samples, stop)
                                                        : independent_trial(job, samples, stop);
@@ -297,7 +307,7 @@ public:
         change(settings);
         const bool sobol = settings.generator == Generator::sobol;
         const std::uint64_t least = sobol && !is_sobol() ? 2 * least_points : least_trial_samples;
-        const double needed = preparation_ + static_cast<double>(least + 1) * best_->seconds_a_sample;
+        const double needed = preparation_ + best_->seconds_taken(least + 1);
         const double left = seconds_left();
         if (needed > left || stop_.stop_requested()) return;
         const double each = std::max(needed, left / static_cast<double>(others + 1));
@@ -325,7 +335,7 @@ public:
     void try_roulette(std::uint32_t start) {
         RenderSettings settings = choice_.settings;
         settings.roulette_start = start;
-        const double needed = preparation_ + static_cast<double>(best_->samples + 1) * best_->seconds_a_sample;
+        const double needed = preparation_ + best_->seconds_taken(best_->samples + 1);
         if (needed > seconds_left() || stop_.stop_requested()) return;
         const Stopwatch watch;
         std::unique_ptr<RenderJob> job = prepared(settings);

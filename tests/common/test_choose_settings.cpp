@@ -92,6 +92,44 @@ SettingsChoice chosen(double ratio, const OpenSettings& open, const Scene& scene
     return choose_settings(scene, settings, open, renderer, {.relative_error = error}, {});
 }
 
+// A device whose every call takes as long as 10⁵ samples, beside what its own clock tells.
+class DistantRenderer : public Renderer {
+public:
+    static constexpr double call_seconds = 1e5 * seconds_of_sample;
+    RendererInfo info() const override { return device_.info(); }
+    std::unique_ptr<RenderJob> prepare(const Scene& scene, const RenderSettings& settings) override {
+        struct Job : RenderJob {
+            std::unique_ptr<RenderJob> device;
+            RenderResult render(SampleRange range, const RenderControl& control) override {
+                RenderResult result = device->render(range, control);
+                result.device_seconds = result.seconds;
+                result.seconds += call_seconds;
+                return result;
+            }
+        };
+        auto job = std::make_unique<Job>();
+        job->device = device_.prepare(scene, settings);
+        return job;
+    }
+
+private:
+    TrialRenderer device_{0.25, false, 10.0};
+};
+
+TEST_CASE("what a call takes is forecast once, not for every sample") {
+    DistantRenderer distant;
+    RenderSettings settings;
+    settings.width = settings.height = 16;
+    const OpenSettings open{.integrator = true, .roulette = false, .sampling = false, .generator = false};
+    const SettingsChoice far = choose_settings({}, settings, open, distant, {.relative_error = 1e-5}, {});
+    const SettingsChoice near = chosen(0.25, open);
+    REQUIRE(far.trials.size() == near.trials.size());
+    CHECK(far.chosen == near.chosen);
+    for (std::size_t i = 0; i < near.trials.size(); ++i)
+        CHECK(far.trials[i].seconds_to_error - near.trials[i].seconds_to_error ==
+              doctest::Approx(DistantRenderer::call_seconds).epsilon(0.01));
+}
+
 TEST_CASE("the settings of least variance times time are chosen, and the job is theirs") {
     const SettingsChoice choice = chosen(0.25, {});
     CHECK(choice.settings.integrator == Integrator::next_event);
