@@ -7,6 +7,7 @@
 
 #include "common/validation/explanation/pixel_pattern.h"
 #include "common/validation/explanation/suspects.h"
+#include "common/validation/verify/parting_patterns.h"
 #include "tests/scene_builder.h"
 
 using namespace tandem;
@@ -89,7 +90,46 @@ std::string frames_where(const std::function<bool(const glm::dvec3& normal)>& di
     return frames.words();
 }
 
+// Paths that meet one of 100 spheres each, at another place where it is `from` or a later one.
+std::string primitives_from(std::uint32_t from, std::uint32_t walls = 0) {
+    SceneBuilder builder;
+    for (std::uint32_t i = 0; i < 100 - walls; ++i) builder.sphere(diffuse(dvec3(0.5)), {i, 0.0, 0.0}, 0.4);
+    for (std::uint32_t i = 0; i < walls; ++i) builder.cuboid(diffuse(dvec3(0.5)), {i, 1.0, 0.0}, {i + 0.5, 2.0, 1.0});
+    PrimitiveEnd end(builder.scene());
+    std::vector<PathTrace> a, b;
+    std::vector<std::optional<Parting>> partings;
+    for (std::uint32_t i = 0; i < 100; ++i) {
+        TracedVertex vertex;
+        vertex.primitive = i;
+        vertex.material = 0;
+        vertex.t = 1.0;
+        vertex.position = {i, 0.4, 0.0};
+        vertex.normal = vertex.shading_normal = {0.0, 1.0, 0.0};
+        vertex.end = PathEnd::bounces;
+        a.push_back({{vertex}, {}});
+        if (i >= from) vertex.position = {0.0, 5.0, 0.0};
+        b.push_back({{vertex}, {}});
+        partings.push_back(parting_of(a.back(), b.back()));
+    }
+    end.add(a, b, partings);
+    return end.words();
+}
+
 }  // namespace
+
+TEST_CASE("paths that part at the last primitives alone, from a workgroup's begin on, speak for indexing") {
+    CHECK(primitives_from(64) == "paths part at the last 36 of 100 primitives alone");
+    CHECK(primitives_from(60).empty());      // no workgroup begins there
+    CHECK(primitives_from(0).empty());       // all
+    CHECK(primitives_from(96).empty());      // too few paths
+    CHECK(primitives_from(64, 36).empty());  // all of a shape
+    CHECK_FALSE(primitives_from(64, 50).empty());
+    Evidence evidence;
+    evidence.level("image", true);
+    evidence.partings.primitives = "paths part at the last 36 of 100 primitives alone";
+    CHECK(evidence.suspects().front().part == Subsystem::indexing);
+    CHECK(evidence.suspects().front().because == evidence.partings.primitives);
+}
 
 TEST_CASE("new directions that differ on one side of a coordinate plane alone speak for the frame") {
     CHECK(frames_where([](const glm::dvec3& n) { return n.z < 0.0; }) ==

@@ -85,6 +85,7 @@ public:
         look_at_ends();
         look_at_factors();
         look_at_frames();
+        look_at_primitives();
         look_at_precision();
         look_at_data();
         look_at_numbers();
@@ -189,6 +190,11 @@ private:
     void look_at_frames() {
         const std::string& frames = evidence_.partings.frames;
         if (!frames.empty() && !evidence_.place.outside_paths) add(S::arithmetic, certain, frames);
+    }
+
+    void look_at_primitives() {
+        const std::string& primitives = evidence_.partings.primitives;
+        if (!primitives.empty() && !evidence_.place.outside_paths) add(S::indexing, certain, primitives);
     }
 
     // An offset of rays that is too short does no harm in double precision either: then rays go elsewhere. Normals come

@@ -1,16 +1,14 @@
 #include "common/validation/verify/path_partings.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <map>
-#include <set>
 
 #include "common/error.h"
 #include "common/validation/explanation/pixel_pattern.h"
 #include "common/validation/verify/fault_place.h"
+#include "common/validation/verify/parting_patterns.h"
 
 namespace tandem {
 
@@ -234,6 +232,7 @@ public:
         std::vector<std::optional<Parting>> paths;
         Draws draws;
         Frames frames;
+        PrimitiveEnd end(question_.scene);
         std::size_t film_apart = 0;
         const std::vector<std::size_t> pixels = chosen(touched);
         for (const std::size_t pixel : pixels) {
@@ -242,6 +241,7 @@ public:
             for (std::size_t i = 0; i < a.size(); ++i) partings.push_back(parting_of(a[i], b[i]));
             draws.add(a, b, partings);
             frames.add(a, partings);
+            end.add(a, b, partings);
             paths.insert(paths.end(), partings.begin(), partings.end());
             film_apart += sums_differ(sum_of(a), sum(0, pixel)) || sums_differ(sum_of(b), sum(1, pixel)) ? 1 : 0;
         }
@@ -252,6 +252,7 @@ public:
         counts.pattern = !pixel_pattern(touched, width_, height_).empty();
         counts.independence = draws.independence();
         counts.frames = frames.words();
+        counts.primitives = end.words();
         counts.numbers = numbers_at(pixels, paths);
         return counts;
     }
@@ -330,46 +331,6 @@ std::optional<Parting> parting_of(const PathTrace& reference, const PathTrace& c
     for (std::size_t k = 0; k < both; ++k)
         if (std::optional<Parting> parting = Comparison(reference, candidate, k).vertex()) return parting;
     return Comparison(reference, candidate, both).sum();
-}
-
-void Frames::add(const std::vector<PathTrace>& reference, const std::vector<std::optional<Parting>>& partings) {
-    // Scattering over a range of directions from a surface: mirrors need no frame.
-    const auto scatters = [](const TracedVertex& at) {
-        return at.end == PathEnd::goes_on && !at.in_medium && at.pdf > 0.0 && at.shading_normal != dvec3(0.0);
-    };
-    for (std::size_t i = 0; i < partings.size(); ++i) {
-        const std::vector<TracedVertex>& vertices = reference[i].vertices;
-        const std::size_t same = partings[i] ? partings[i]->vertex : vertices.size();
-        for (std::size_t k = 0; k < std::min(same, vertices.size()); ++k)
-            if (scatters(vertices[k])) alike_.push_back({vertices[k].shading_normal, vertices[k].material});
-        if (!partings[i]) continue;
-        ++parted_;
-        if (same < vertices.size() && partings[i]->by[static_cast<std::size_t>(PartsBy::direction)] &&
-            scatters(vertices[same]))
-            differ_.push_back({vertices[same].shading_normal, vertices[same].material});
-    }
-}
-
-std::string Frames::words() const {
-    constexpr double nearly_all = 0.9;
-    constexpr std::size_t fewest = 16;
-    if (differ_.size() < fewest || static_cast<double>(differ_.size()) < nearly_all * static_cast<double>(parted_))
-        return {};
-    std::set<std::uint32_t> materials;
-    for (const Scattering& one : differ_) materials.insert(one.material);
-    for (int axis = 0; axis < 3; ++axis)
-        for (const double sign : {-1.0, 1.0}) {
-            const auto is_there = [&](const Scattering& one) { return sign * one.normal[axis] > 0.0; };
-            if (!std::ranges::all_of(differ_, is_there)) continue;
-            std::size_t there = 0, elsewhere = 0;
-            for (const Scattering& one : alike_)
-                if (materials.contains(one.material)) ++(is_there(one) ? there : elsewhere);
-            const double most = (1.0 - nearly_all) * static_cast<double>(differ_.size());
-            if (static_cast<double>(there) <= most && elsewhere >= fewest)
-                return fmt::format("new directions differ about normals with {} {} 0 alone", "xyz"[axis],
-                    sign < 0.0 ? "below" : "above");
-        }
-    return {};
 }
 
 void Draws::add(const std::vector<PathTrace>& reference, const std::vector<PathTrace>& candidate,

@@ -93,8 +93,9 @@ struct PathPartings {
     // How far apart the two sides' draws are where they differ, relative to one side's draws for different samples. 1
     // for other random numbers, near 0 for the same ones turned into something else. 0: too few draws differ.
     double independence = 0.0;
-    std::string frames;  // where new directions differ alone (Frames::words)
-    NumberUses numbers;  // at the vertex where most paths part; `same` where a side cannot tell
+    std::string frames;      // at which normals alone new directions differ (parting_patterns.h)
+    std::string primitives;  // at which primitives alone paths part (parting_patterns.h)
+    NumberUses numbers;      // at the vertex where most paths part; `same` where a side cannot tell
 };
 
 // What random numbers decided at a vertex: a light's point, a new direction, or how far to go in a medium.
@@ -108,23 +109,6 @@ public:
 private:
     double between_sides_ = 0.0, between_samples_ = 0.0;  // sums of squared distances
     std::size_t pairs_ = 0;
-};
-
-// Whether new directions differ on one side of a coordinate plane alone: the frame about the normal is another one
-// there. A wrong formula for directions tells at all normals of the material.
-class Frames {
-public:
-    void add(const std::vector<PathTrace>& reference, const std::vector<std::optional<Parting>>& partings);
-    // "new directions differ about normals with z below 0 alone"; empty: no such thing.
-    [[nodiscard]] std::string words() const;
-
-private:
-    struct Scattering {
-        glm::dvec3 normal{};
-        std::uint32_t material = no_index;
-    };
-    std::size_t parted_ = 0;
-    std::vector<Scattering> differ_, alike_;
 };
 
 // The counts over a list, without what needs the film. `bounces`: of the settings.
