@@ -139,7 +139,7 @@ private:
     }
 
     void trace_again() {
-        if (!verdict_.partings || verdict_.partings->parted == 0) return;
+        if (!verdict_.partings || verdict_.partings->parted == 0 || !in_time(0.0)) return;
         paths_.emplace(RetracedSides{
             request_.scene, settings_, request_.reference, request_.candidate, verdict_.partings->pixels});
     }
