@@ -132,8 +132,11 @@ Trial trial_of(const SceneVerdict& verdict, Planting planting, const std::string
     std::vector<Suspect> blamed = verdict.suspects;
     if (verdict.signature && verdict.partings)
         blamed = suspects_of_difference({judgement, *verdict.signature, *verdict.partings, verdict.fault_place,
-                                            verdict.elimination ? &*verdict.elimination : nullptr},
-            {rows, needs});
+                                            verdict.elimination ? &*verdict.elimination : nullptr,
+                                            verdict.precision_trial ? &*verdict.precision_trial : nullptr,
+                                            verdict.data_trial ? &*verdict.data_trial : nullptr},
+            {rows, needs})
+                     .suspects;
     for (const Suspect& suspect : blamed) trial.blamed.emplace_back(name_of(suspect.part));
     trial.coarse_arithmetic = judgement.coarse_arithmetic;
     trial.samples = std::min(verdict.reference.samples, verdict.candidate.samples);
