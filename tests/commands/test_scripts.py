@@ -320,7 +320,7 @@ else:
 
 FAKE_TANDEM = """#!/usr/bin/python3
 import array, json, pathlib, sys
-bugged = pathlib.Path(sys.argv[0]).name != "sound"
+bugged = pathlib.Path(sys.argv[0]).name not in ("sound", "unseen")
 if sys.argv[1] == "render":
     with open(sys.argv[sys.argv.index("-o") + 1], "wb") as file:
         file.write(b"PF\\n32 16\\n-1.0\\n")
@@ -339,7 +339,7 @@ class FreshBugs(unittest.TestCase):
         self.temporary = tempfile.TemporaryDirectory()
         self.addCleanup(self.temporary.cleanup)
         self.folder = pathlib.Path(self.temporary.name)
-        for name in "sound", "swapped":
+        for name in "sound", "swapped", "unseen":
             program = self.folder / "out/programs" / name
             program.parent.mkdir(parents=True, exist_ok=True)
             program.write_text(FAKE_TANDEM)
@@ -363,6 +363,33 @@ class FreshBugs(unittest.TestCase):
         self.assertEqual(self.run_script("--check").returncode, 0)
         (self.folder / "out/FRESH_BUGS.md").write_text(table.replace("1 of 1", "2 of 2"))
         self.assertEqual(self.run_script("--check").returncode, 1)
+
+    def test_bugs_by_chance_that_change_no_image_are_left_out(self):
+        patches = [self.folder / f"{name}.patch" for name in ("swapped", "unseen")]
+        for patch in patches:
+            patch.write_text("subsystem: textures\n\ndiff --git a/x b/x\n")
+        result = self.run_script(*patches, "--scenes", "glass", "--time", "1", "--visible")
+        self.assertEqual((result.returncode, result.stderr), (0, ""))
+        record = json.loads((self.folder / "out/fresh_bugs.json").read_text())
+        self.assertEqual(([line["bug"] for line in record["bugs"]], record["left_out"]), (["swapped"], ["unseen"]))
+        self.assertIn("1 more did not build, rendered no image or changed no tile", (self.folder / "out/FRESH_BUGS.md").read_text())
+
+    def test_bugs_by_chance_apply_and_follow_from_the_seed(self):
+        script = [sys.executable, SCRIPTS / "measure/random_bugs", "--count", "34", "--seed"]
+        for name, seed in ("a", 7), ("b", 7), ("c", 8):
+            subprocess.run([*script, str(seed), "-o", self.folder / name], check=True)
+        read = lambda name: {path.name: path.read_text() for path in (self.folder / name).iterdir()}
+        patches = read("a")
+        self.assertEqual(patches, read("b"))
+        self.assertNotEqual(patches, read("c"))
+        self.assertEqual(len(patches), 34)
+        for name in patches:
+            result = subprocess.run(["patch", "-p1", "--dry-run", "--batch", "--fuzz=0", "-d", SCRIPTS.parent, "-i", self.folder / "a" / name],
+                                    capture_output=True, text=True)
+            self.assertEqual(result.returncode, 0, result.stdout)
+        parts = {text.splitlines()[0] for text in patches.values()}
+        self.assertGreaterEqual(len(parts), 15)
+        self.assertEqual(subprocess.run([*script, "7", "-o", self.folder / "a"], capture_output=True).returncode, 2)
 
     # Two at a time, each in a tree of its own; one does not compile, and the tree is as before for the next.
     def test_bugs_of_a_folder_with_the_source_are_built_without_git(self):
