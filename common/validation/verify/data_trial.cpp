@@ -25,7 +25,7 @@ std::optional<std::size_t> left_with(const DataQuestion& question, const DataFau
     const VerifiedSide side = other_than(faulty);
     Renderer& renderer = side == VerifiedSide::reference ? question.reference : question.candidate;
     try {
-        return question.paths.parted_with(side, renderer, wrong, settings, question.paths.parted() / 10);
+        return question.paths.parted_with(side, renderer, wrong, settings, question.paths.most_left());
     } catch (const UnsupportedError&) {
         return std::nullopt;
     }

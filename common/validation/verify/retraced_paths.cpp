@@ -9,8 +9,8 @@ namespace {
 
 // Where another fault parts at least half of them still, one of 16 paths at most remains with a chance of 17 / 2^16, or
 // 0.03 %.
-constexpr std::size_t fewest = 16;    // paths that part
-constexpr double that_remains = 0.1;  // of them, where the change undoes it
+constexpr std::size_t fewest = 16;              // paths that part
+constexpr std::size_t one_of_that_remain = 10;  // at most, where the change undoes it
 
 std::size_t count_parted(const std::vector<PathTrace>& reference, const std::vector<PathTrace>& candidate) {
     std::size_t count = 0;
@@ -28,9 +28,7 @@ RetracedPaths::RetracedPaths(const RetracedSides& sides)
 
 bool RetracedPaths::tell() const { return parted_ >= fewest; }
 
-bool RetracedPaths::undone(std::size_t left) const {
-    return static_cast<double>(left) <= that_remains * static_cast<double>(parted_);
-}
+std::size_t RetracedPaths::most_left() const { return parted_ / one_of_that_remain; }
 
 std::size_t RetracedPaths::parted_with(
     VerifiedSide side, Renderer& renderer, const Scene& scene, const RenderSettings& settings, std::size_t most) const {

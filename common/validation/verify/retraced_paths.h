@@ -29,8 +29,9 @@ public:
     [[nodiscard]] std::size_t parted() const { return parted_; }
     // Enough paths part to tell whether a change undoes it.
     [[nodiscard]] bool tell() const;
-    // Nine of ten paths that part do so no more, if so many are left.
-    [[nodiscard]] bool undone(std::size_t left) const;
+    // Nine of ten paths that part do so no more, if so many are left: at most most_left().
+    [[nodiscard]] bool undone(std::size_t left) const { return left <= most_left(); }
+    [[nodiscard]] std::size_t most_left() const;
     // How many part where `side` is that renderer, of that scene. Traces no more pixels once they are more than `most`.
     [[nodiscard]] std::size_t parted_with(VerifiedSide side, Renderer& renderer, const Scene& scene,
         const RenderSettings& settings, std::size_t most = std::numeric_limits<std::size_t>::max()) const;
