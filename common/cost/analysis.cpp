@@ -168,6 +168,27 @@ std::optional<Estimated> seconds_of_one_more(const ArmTrials& arm) {
     return slope.low > 0.0 ? std::optional(slope) : std::nullopt;
 }
 
+// The stages of an arm that have enough replicates, the longest last.
+using Stages = std::vector<const ArmTrials*>;
+
+// How far the times of renders of one count lie from their median: the logarithm that 95 % of all arms' replicates keep
+// within. A median of n of them takes a part 1/n of their own scatter away.
+double log_scatter_of_times(const std::vector<Stages>& arms) {
+    std::vector<double> distances;
+    for (const Stages& stages : arms) {
+        const ArmTrials& arm = *stages.back();
+        const std::vector<double> seconds = at_level(arm, &Replicate::seconds, arm.samples.size() - 1);
+        const auto n = static_cast<double>(seconds.size());
+        const double middle = median(seconds), part = std::sqrt(n / std::max(1.0, n - 1.0));
+        for (const double one : seconds)
+            distances.push_back(part * std::abs(std::log(std::max(one, 1e-9) / std::max(middle, 1e-9))));
+    }
+    if (distances.empty()) return 0.0;
+    std::ranges::sort(distances);
+    const auto rank = static_cast<std::size_t>(std::ceil(0.95 * static_cast<double>(distances.size())));
+    return distances[rank - 1];
+}
+
 // d log(root of the squared error) / d log n by least squares, each error weighted by how well its logarithm is known.
 // NaN with fewer than three known errors.
 double slope_of(const std::vector<std::uint64_t>& samples, const std::vector<double>& squared_errors,
@@ -231,8 +252,6 @@ std::optional<Estimated> slope_with_interval(const ArmTrials& arm, double common
     return Estimated{whole, whole - half, whole + half};
 }
 
-// The stages of an arm that have enough replicates, the longest last.
-using Stages = std::vector<const ArmTrials*>;
 Stages stages_of(const CostSamples& samples, const std::string& name, StageRange range) {
     Stages stages;
     for (const ArmTrials& arm : samples.arms)
@@ -367,6 +386,7 @@ std::vector<ArmFigures> analyse_cost(const std::vector<CostArm>& arms, const Cos
     std::vector<ArmFigures> figures;
     std::vector<double> cost_p;
     Stages baseline;
+    std::vector<Stages> stages;
     const Regions regions = regions_of(samples.reference, samples.width);
     for (const CostArm& arm : arms) {
         const Stages own = stages_of(samples, arm.name(), range);
@@ -377,12 +397,16 @@ std::vector<ArmFigures> analyse_cost(const std::vector<CostArm>& arms, const Cos
         figures.push_back(figures_of(arm, own, samples.reference, samples.width));
         figures.back().regions = region_errors(*own.back(), samples.reference, regions);
         if (baseline.empty()) baseline = own;
+        stages.push_back(own);
         cost_p.push_back(figures.size() == 1 ? 1.0 : compare(own, baseline, figures.front(), figures.back()));
         if (figures.back().has_forecasts()) compare_regions(figures.front(), figures.back());
     }
     judge(figures, cost_p);
-    for (ArmFigures& arm : figures)
+    const double scatter = log_scatter_of_times(stages);
+    for (ArmFigures& arm : figures) {
+        arm.log_scatter_of_time = scatter;
         for (const double error : cost_errors) arm.times.push_back(arm.time_to(error));
+    }
     mark_pareto(figures);
     return figures;
 }

@@ -69,6 +69,8 @@ struct ArmFigures {
     std::optional<Estimated> efficiency;  // 1 / (variance of one sample x its seconds)
     // Time of one more sample, without a render's start. Nothing: one count was measured, or noise hides it.
     std::optional<Estimated> seconds_a_sample;
+    // Nineteen of twenty renders take the arm's median time, times or over exp of this: by the replicates of all arms.
+    double log_scatter_of_time = 0.0;
     std::vector<TimeToError> times;  // at cost_errors
     bool pareto = false;             // the soonest to some error from 10 to 0.1 %
     // Against the baseline, of rounds that both took part in: seconds a sample, and the efficiency's inverse.

@@ -24,9 +24,10 @@ inline double& rendered_seconds() {
 // quarter of the variance at half the speed. Double precision takes thrice the time.
 class KnownRenderer : public Renderer {
 public:
-    // Each render takes `start` seconds before its first sample.
-    KnownRenderer(BackendOptions options, double bias, double start = 0.0)
-        : options_(std::move(options)), bias_(bias), start_(start) {
+    // Each render takes `start` seconds before its first sample. Times are even in logarithm between exp(-sway) and
+    // exp(sway) times what they would be.
+    KnownRenderer(BackendOptions options, double bias, double start = 0.0, double sway = 0.0)
+        : options_(std::move(options)), bias_(bias), start_(start), sway_(sway) {
         const Precision precision = options_.precision.value_or(Precision::single_precision);
         if (precision != Precision::single_precision && precision != Precision::double_precision)
             throw UnsupportedError("not here");
@@ -44,23 +45,26 @@ public:
                 const double value = level + scale * random.triangular() + (x % 2 == 0 ? bias : -bias);
                 return Radiance{value, value, value};
             },
-            seconds, start_);
+            seconds, start_, sway_);
     }
 
 private:
     struct Job : SyntheticJob {
-        Job(RenderSettings settings, Sampler sampler, double seconds, double start)
-            : SyntheticJob(settings, std::move(sampler)), seconds_(seconds), start_(start) {}
+        Job(RenderSettings settings, Sampler sampler, double seconds, double start, double sway)
+            : SyntheticJob(settings, std::move(sampler)), seconds_(seconds), start_(start), sway_(sway) {}
         RenderResult render(SampleRange range, const RenderControl& control) override {
             RenderResult result = SyntheticJob::render(range, control);
+            const double golden = 0.6180339887, phase = golden * ++calls_;
             result.seconds = start_ + seconds_ * static_cast<double>(range.count());
+            result.seconds *= std::exp(sway_ * (2.0 * (phase - std::floor(phase)) - 1.0));
             rendered_seconds() += result.seconds;
             return result;
         }
-        double seconds_, start_;
+        double seconds_, start_, sway_;
+        int calls_ = 0;
     };
     BackendOptions options_;
-    double bias_, start_;
+    double bias_, start_, sway_;
 };
 
 // A clock that moves on by what was rendered, and a millisecond at every look. So what is done does not depend on the

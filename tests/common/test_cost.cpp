@@ -54,6 +54,23 @@ TEST_CASE("cost: the start of a render is no sample's time, so that a forecast f
     CHECK(holds(*time.seconds, start + 3.0 * seconds_a_sample * samples));
 }
 
+TEST_CASE("cost: a forecast's interval holds nineteen of twenty renders, not their median alone") {
+    static constexpr double sway = 0.3, error = 0.002;
+    int looks = 0;
+    CostRequest request = request_for(0.0);
+    request.seconds = 12.0;
+    request.make = [](const BackendOptions& options) {
+        return std::make_unique<KnownRenderer>(options, 0.0, 0.0, sway);
+    };
+    const CostReport report = run_cost(Scene{}, request, control_of(looks));
+    const TimeToError time = report.figures.front().time_to(error);
+    REQUIRE(time.extrapolated);
+    const double seconds = seconds_a_sample / (level * level * error * error);
+    CHECK(holds(*time.seconds, seconds * std::exp(0.9 * sway)));
+    CHECK(holds(*time.seconds, seconds * std::exp(-0.9 * sway)));
+    CHECK(time.seconds->high / time.seconds->low < std::exp(4.0 * sway));
+}
+
 TEST_CASE("cost: a bias is a floor of its size, which no time gets below") {
     const double bias = 0.2;
     const CostReport report = measured(bias);
