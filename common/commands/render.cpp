@@ -52,7 +52,7 @@ void write_output(const std::string& file, const RenderArguments& arguments, con
             feature_picture(features, feature, film.width, film.height), 1.0, read);
 }
 
-// What was tried for a target error; of no trials where nothing was open.
+// What was tried for a target error: no settings where none was open.
 struct Tried {
     std::vector<SettingsTrial> trials;
     std::size_t chosen = 0;
@@ -61,20 +61,25 @@ struct Tried {
 
 // For a target error also chooses what the user has left open of `settings`.
 std::unique_ptr<RenderJob> prepare(const RenderArguments& arguments, const Scene& scene, Renderer& renderer,
-    const StoppingRule& rule, RenderSettings& settings, Tried& tried, const CommandContext& context) {
+    StoppingRule& rule, RenderSettings& settings, Tried& tried, const CommandContext& context) {
     // --mis off and --light-sampling are of next events, so they choose the integrator.
     const bool of_next_events = !settings.mis || settings.light_sampling != LightSampling::power;
     const OpenSettings open{.integrator = arguments.options.integrator.empty() && !of_next_events,
         .roulette = !arguments.options.roulette.has_value(),
         .sampling = arguments.options.sampling.empty(),
         .generator = !arguments.has_generator};
-    if (!rule.relative_error || (!open.integrator && !open.roulette && !open.sampling && !open.generator))
-        return renderer.prepare(scene, settings);
+    if (!rule.relative_error) return renderer.prepare(scene, settings);
     ChoiceGoal goal{.relative_error = *rule.relative_error};
     constexpr double share = 0.1;  // of the time
     if (rule.seconds) goal.most_seconds = std::min(goal.most_seconds, share * *rule.seconds);
-    SettingsChoice choice = choose_settings(scene, settings, open, renderer, goal, context.stop);
+    // Even the first trial may take longer than there is time for.
+    const Deadline limit(context.stop, rule.seconds ? std::optional(goal.most_seconds) : std::nullopt);
+    SettingsChoice choice = choose_settings(scene, settings, open, renderer, goal, limit.token());
     settings = choice.settings;
+    rule.expected_samples = choice.expected_samples;
+    rule.whole_blocks = settings.accumulation == Accumulation::plain;
+    tried.seconds = choice.seconds;
+    if (!open.integrator && !open.roulette && !open.sampling && !open.generator) return std::move(choice.job);
     if (context.verbose)
         for (const SettingsTrial& trial : choice.trials)
             fmt::print(stderr, "tried {}: {}{}\n", trial.options.empty() ? "the scene's own settings" : trial.options,
@@ -93,8 +98,8 @@ std::unique_ptr<RenderJob> prepare(const RenderArguments& arguments, const Scene
 }
 
 void tell(const Tried& tried, nlohmann::json& report) {
+    if (tried.seconds > 0.0) report["trial_seconds"] = tried.seconds;
     if (tried.trials.empty()) return;
-    report["trial_seconds"] = tried.seconds;
     report["trials"] = nlohmann::json::array();
     for (const SettingsTrial& trial : tried.trials)
         report["trials"].push_back({{"options", trial.options}, {"forecast_seconds", trial.seconds_to_error},

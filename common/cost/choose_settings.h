@@ -4,6 +4,7 @@
 
 #include <functional>
 #include <memory>
+#include <optional>
 #include <stop_token>
 #include <string>
 #include <vector>
@@ -37,6 +38,7 @@ struct SettingsChoice {
     std::vector<SettingsTrial> trials;  // [0] the given ones
     std::size_t chosen = 0;
     double seconds = 0.0;  // that the trials and their preparations took, without that of the chosen job
+    std::optional<double> expected_samples = {};  // that the error takes; none of adaptive sampling, and without noise
 };
 
 // A trial of the given settings forecasts how long the render takes. Alternatives get trials as long as all of them
@@ -45,8 +47,8 @@ struct SettingsChoice {
 // not. An alternative must be better by a tenth, as trials are short. Roulette is tried on the best's own random
 // numbers. Adaptive sampling is judged by how uneven the noise of the best is, and how long paths take in the pixels
 // that would get more. Sobol points are judged by two scramblings. Where a render needs no more than two, they are part
-// of the first trial. Then they are left only where fewer samples than theirs suffice, or for adaptive sampling. Ends
-// trying others after a stop.
+// of the first trial. Then they are left only where fewer samples than theirs suffice, or for adaptive sampling. Where
+// nothing is open, a short trial tells how many samples the error takes. Ends trying others after a stop.
 [[nodiscard]] SettingsChoice choose_settings(const Scene& scene, const RenderSettings& given, const OpenSettings& open,
     Renderer& renderer, const ChoiceGoal& goal, std::stop_token stop);
 

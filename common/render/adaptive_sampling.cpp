@@ -172,28 +172,29 @@ std::optional<VarianceScatter::Misjudged> VarianceScatter::misjudged(std::span<c
     return Misjudged{std::sqrt(variance) / error, variance * variance / by_degrees};
 }
 
-bool GrowingFilm::render(
+bool GrowingFilm::grow_alike(std::uint64_t samples, const RenderControl& control, Growth& growth) {
+    if (control.stop.stop_requested()) return false;
+    const std::uint64_t before = uniform_.count();
+    RenderControl inner{.stop = control.stop, .progress = {}};
+    if (control.progress) inner.progress = [&, had = samples_](double more) { control.progress(had + more); };
+    const Growth part =
+        uniform_.grow_to(job_, samples, inner, [&](const Estimate& blocks) { scatter_.add(blocks, {}); });
+    growth.add_time(part.seconds, part.device_seconds);
+    samples_ += static_cast<double>(uniform_.count() - before);
+    return part.complete;
+}
+
+bool GrowingFilm::render_pass(
     SampleRange range, std::span<const std::uint32_t> pixels, const RenderControl& control, Growth& growth) {
     if (control.stop.stop_requested()) return false;
-    const double all = uniform_.pixel_count() == 0 ? 1.0 : static_cast<double>(uniform_.pixel_count());
-    const double share = pixels.empty() ? 1.0 : static_cast<double>(pixels.size()) / all;
+    const double share = static_cast<double>(pixels.size()) / static_cast<double>(more_counts_.size());
     RenderControl inner{.stop = control.stop, .progress = {}};
-    if (control.progress)
-        inner.progress = [&, before = samples_](double samples) { control.progress(before + share * samples); };
-    RenderResult part = pixels.empty() ? job_.render(range, inner) : job_.render_pixels(range, pixels, inner);
-    growth.seconds += part.seconds;
-    if (part.device_seconds) growth.device_seconds = growth.device_seconds.value_or(0.0) + *part.device_seconds;
+    if (control.progress) inner.progress = [&, had = samples_](double more) { control.progress(had + share * more); };
+    const RenderResult part = job_.render_pixels(range, pixels, inner);
+    growth.add_time(part.seconds, part.device_seconds);
     const std::uint64_t count = part.estimate.count();
-    const bool whole = count == range.count();
     samples_ += share * static_cast<double>(count);
     scatter_.add(part.estimate, pixels);
-    if (pixels.empty()) {
-        if (uniform_.pixel_count() == 0)
-            uniform_ = std::move(part.estimate);
-        else if (count > 0)
-            uniform_.merge(std::move(part.estimate));
-        return whole;
-    }
     const Estimate::Plane sums = part.estimate.totals();
     for (std::size_t i = 0; i < pixels.size(); ++i) {
         more_counts_[pixels[i]] += count;
@@ -204,15 +205,16 @@ bool GrowingFilm::render(
         }
     }
     more_invalid_ += part.estimate.invalid();
-    return whole;
+    return count == range.count();
 }
 
 // What pixels lack of `samples` a pixel. Each colour shares out its own by the other's noise, as the samples that all
 // pixels have alike show it. Nothing here depends on a pixel's own samples. Counts so far do not either, as they came
 // about in the same way.
 std::vector<std::uint64_t> GrowingFilm::units_to_add(std::uint64_t samples, std::uint64_t unit) const {
-    const std::uint32_t width = uniform_.width();
-    const std::vector<double> deviations = neighbour_deviations(width, uniform_.height(), pixel_variances(uniform_));
+    const std::uint32_t width = uniform_.blocks().width();
+    const std::vector<double> deviations =
+        neighbour_deviations(width, uniform_.blocks().height(), pixel_variances(uniform_.blocks()));
     const double alike = static_cast<double>(uniform_.count()), mean = static_cast<double>(samples);
     std::vector<std::uint64_t> units(deviations.size(), 0);
     for (const std::vector<std::uint32_t>& colour : colours(width, deviations.size())) {
@@ -243,15 +245,13 @@ bool GrowingFilm::add_passes(std::uint64_t samples, const RenderControl& control
         if (pixels.empty()) continue;
         const std::uint64_t begin = first_sample_ + numbers_alike + next_more_, count = unit * digit;
         check_numbers(next_more_ + count, film_numbers - numbers_alike);
-        if (!render({begin, begin + count}, pixels, control, growth)) return false;
+        if (!render_pass({begin, begin + count}, pixels, control, growth)) return false;
         next_more_ += (count + samples_per_block - 1) / samples_per_block * samples_per_block;
     }
     return true;
 }
 
 GrowingFilm::Growth GrowingFilm::grow_to(std::uint64_t samples, const RenderControl& control) {
-    const std::uint64_t alike = uniform_.count();
-    if (alike % samples_per_block != 0) throw Error("a film cannot grow from samples that end within a block");
     Growth growth;
     RenderControl here{.stop = control.stop, .progress = {}};
     if (control.progress) here.progress = [&, before = samples_](double done) { control.progress(done - before); };
@@ -260,15 +260,16 @@ GrowingFilm::Growth GrowingFilm::grow_to(std::uint64_t samples, const RenderCont
     if (adapts) {
         // In whole blocks, but no more than are left to be shared out.
         const double blocks = std::ceil(uniform_share * static_cast<double>(samples) / samples_per_block);
-        const double left = std::floor((static_cast<double>(samples) - samples_) / samples_per_block);
+        const double had = samples_ - static_cast<double>(uniform_.rest().count());
+        const double left = std::floor((static_cast<double>(samples) - had) / samples_per_block);
         wanted = std::min(std::max(least_alike, static_cast<std::uint64_t>(blocks) * samples_per_block),
-            alike + static_cast<std::uint64_t>(std::max(0.0, left)) * samples_per_block);
+            uniform_.blocks().count() + static_cast<std::uint64_t>(std::max(0.0, left)) * samples_per_block);
         check_numbers(wanted, numbers_alike);
     }
-    if (wanted > alike && !render({first_sample_ + alike, first_sample_ + wanted}, {}, here, growth)) return growth;
+    if (wanted > uniform_.count() && !grow_alike(wanted, here, growth)) return growth;
     if (adapts) {
-        more_.resize(uniform_.pixel_count() * channel_count);
-        more_counts_.resize(uniform_.pixel_count(), 0);
+        more_.resize(uniform_.blocks().pixel_count() * channel_count);
+        more_counts_.resize(uniform_.blocks().pixel_count(), 0);
         if (!add_passes(samples, here, growth)) return growth;
     }
     growth.complete = true;
@@ -276,7 +277,7 @@ GrowingFilm::Growth GrowingFilm::grow_to(std::uint64_t samples, const RenderCont
 }
 
 FilmMoments GrowingFilm::film() const {
-    FilmMoments film = film_of(uniform_);
+    FilmMoments film = uniform_.film();
     film.invalid += more_invalid_;
     for (std::size_t i = 0; i < more_.size(); ++i) {
         film.moments[i].sum += more_[i].sum;
@@ -284,6 +285,12 @@ FilmMoments GrowingFilm::film() const {
     }
     for (std::size_t i = 0; i < more_counts_.size(); ++i) film.counts[i] += more_counts_[i];
     return film;
+}
+
+VarianceScatter GrowingFilm::scatter() const {
+    VarianceScatter scatter = scatter_;
+    if (uniform_.ends_within_block()) scatter.add(uniform_.rest(), {});
+    return scatter;
 }
 
 }  // namespace tandem

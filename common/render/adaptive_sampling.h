@@ -7,7 +7,7 @@
 #include <span>
 #include <vector>
 
-#include "common/render/renderer.h"
+#include "common/render/growing_estimate.h"
 
 namespace tandem {
 
@@ -71,36 +71,33 @@ public:
     // `job` must outlive it. Samples have numbers of the film_numbers from `first_sample` on, a multiple of
     // samples_per_block.
     GrowingFilm(RenderJob& job, Sampling sampling, std::uint64_t first_sample = 0)
-        : job_(job), sampling_(sampling), first_sample_(first_sample) {}
+        : job_(job), sampling_(sampling), first_sample_(first_sample), uniform_(first_sample) {}
 
-    struct Growth {
-        double seconds = 0.0;
-        std::optional<double> device_seconds;
-        bool complete = false;  // false: stopped
-    };
-    // Goes on until there are `samples` a pixel, in the mean, or until a stop. Where there are samples already their
-    // number must be a multiple of samples_per_block (else Error). `progress` tells samples of this call.
+    using Growth = GrowingEstimate::Growth;
+    // Goes on until there are `samples` a pixel, in the mean, or until a stop. `progress` tells samples that are added.
     Growth grow_to(std::uint64_t samples, const RenderControl& control);
 
     [[nodiscard]] double samples() const { return samples_; }  // a pixel, in the mean
     [[nodiscard]] FilmMoments film() const;
-    [[nodiscard]] const VarianceScatter& scatter() const { return scatter_; }
+    [[nodiscard]] VarianceScatter scatter() const;
 
 private:
-    // `pixels`: empty: all. False if it was stopped before its end.
-    bool render(SampleRange range, std::span<const std::uint32_t> pixels, const RenderControl& control, Growth& growth);
+    // False if it was stopped before its end.
+    bool grow_alike(std::uint64_t samples, const RenderControl& control, Growth& growth);
+    bool render_pass(
+        SampleRange range, std::span<const std::uint32_t> pixels, const RenderControl& control, Growth& growth);
     [[nodiscard]] std::vector<std::uint64_t> units_to_add(std::uint64_t samples, std::uint64_t unit) const;
     bool add_passes(std::uint64_t samples, const RenderControl& control, Growth& growth);
 
     RenderJob& job_;
     Sampling sampling_;
     std::uint64_t first_sample_;
-    Estimate uniform_;      // of every pixel alike
-    Estimate::Plane more_;  // of adaptive sampling's passes
+    GrowingEstimate uniform_;  // of every pixel alike
+    Estimate::Plane more_;     // of adaptive sampling's passes
     std::vector<std::uint64_t> more_counts_;
     std::uint64_t more_invalid_ = 0, next_more_ = 0;
     double samples_ = 0.0;
-    VarianceScatter scatter_;
+    VarianceScatter scatter_;  // of whole blocks and of passes
 };
 
 }  // namespace tandem

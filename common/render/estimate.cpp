@@ -89,6 +89,12 @@ void Estimate::merge(Estimate other) {
     invalid_ += other.invalid_;
 }
 
+Estimate Estimate::take_ragged() {
+    Estimate taken(width_, height_);
+    taken.ragged_.swap(ragged_);
+    return taken;
+}
+
 std::uint64_t Estimate::count() const {
     std::uint64_t total = 0;
     for (const SampleRange& range : ranges()) total += range.count();

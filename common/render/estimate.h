@@ -65,6 +65,9 @@ public:
     // Takes in a disjoint estimate of the same size; any order of merges gives the same bits. Throws Error on overlap.
     void merge(Estimate other);
 
+    // Takes its ragged blocks out, so that they can be rendered whole. Samples added as invalid stay.
+    [[nodiscard]] Estimate take_ragged();
+
     // Samples a pixel, the same for every pixel.
     [[nodiscard]] std::uint64_t count() const;
     [[nodiscard]] std::vector<SampleRange> ranges() const;  // ascending, adjacent ranges joined

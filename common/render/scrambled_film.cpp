@@ -1,7 +1,6 @@
 #include "common/render/scrambled_film.h"
 
 #include <algorithm>
-#include <utility>
 
 #include "common/error.h"
 
@@ -14,29 +13,25 @@ constexpr unsigned scrambling_shift = 32;
 
 }  // namespace
 
+ScrambledFilm::ScrambledFilm(RenderJob& job, unsigned scramblings) : job_(job) {
+    for (std::uint64_t i = 0; i < scramblings; ++i) of_scramblings_.emplace_back(i << scrambling_shift);
+}
+
 GrowingFilm::Growth ScrambledFilm::grow_to(std::uint64_t points, const RenderControl& control) {
     if (points > std::uint64_t{1} << scrambling_shift)
         throw UnsupportedError("a scrambling of Sobol points has 2^32 of them; use another --generator");
     GrowingFilm::Growth growth;
     double done = 0.0;  // of this call
-    for (std::size_t i = 0; i < of_scramblings_.size(); ++i) {
-        Estimate& own = of_scramblings_[i];
-        const std::uint64_t has = own.count(), begin = std::uint64_t{i} << scrambling_shift;
+    for (GrowingEstimate& own : of_scramblings_) {
+        const std::uint64_t has = own.count();
         if (has >= points) continue;
-        if (has % samples_per_block != 0) throw Error("a film cannot grow from samples that end within a block");
         if (control.stop.stop_requested()) return growth;
         RenderControl inner{.stop = control.stop, .progress = {}};
         if (control.progress) inner.progress = [&](double samples) { control.progress(done + samples); };
-        RenderResult part = job_.render({begin + has, begin + points}, inner);
-        growth.seconds += part.seconds;
-        if (part.device_seconds) growth.device_seconds = growth.device_seconds.value_or(0.0) + *part.device_seconds;
-        const std::uint64_t count = part.estimate.count();
-        done += static_cast<double>(count);
-        if (own.pixel_count() == 0)
-            own = std::move(part.estimate);
-        else if (count > 0)
-            own.merge(std::move(part.estimate));
-        if (count < points - has) return growth;
+        const GrowingFilm::Growth part = own.grow_to(job_, points, inner);
+        growth.add_time(part.seconds, part.device_seconds);
+        done += static_cast<double>(own.count() - has);
+        if (!part.complete) return growth;
     }
     growth.complete = true;
     return growth;
@@ -44,14 +39,14 @@ GrowingFilm::Growth ScrambledFilm::grow_to(std::uint64_t points, const RenderCon
 
 double ScrambledFilm::samples() const {
     double sum = 0.0;
-    for (const Estimate& own : of_scramblings_) sum += static_cast<double>(own.count());
+    for (const GrowingEstimate& own : of_scramblings_) sum += static_cast<double>(own.count());
     return sum;
 }
 
 FilmMoments ScrambledFilm::film() const {
-    Estimate all = of_scramblings_.front();
+    Estimate all = of_scramblings_.front().all();
     for (std::size_t i = 1; i < of_scramblings_.size(); ++i)
-        if (of_scramblings_[i].count() > 0) all.merge(of_scramblings_[i]);
+        if (of_scramblings_[i].count() > 0) all.merge(of_scramblings_[i].all());
     return film_of(all);
 }
 
@@ -59,14 +54,14 @@ FilmMoments ScrambledFilm::film() const {
 // taken to fall as 1 / n_r.
 std::vector<double> ScrambledFilm::pixel_errors() const {
     if (of_scramblings_.size() < 2 ||
-        std::ranges::any_of(of_scramblings_, [](const Estimate& own) { return own.count() == 0; }))
+        std::ranges::any_of(of_scramblings_, [](const GrowingEstimate& own) { return own.count() == 0; }))
         return {};
     const double all = samples(), degrees = static_cast<double>(of_scramblings_.size() - 1);
     const std::vector<double> mean = mean_of(film());
     std::vector<double> errors(mean.size() / channel_count, 0.0);
-    for (const Estimate& own : of_scramblings_) {
+    for (const GrowingEstimate& own : of_scramblings_) {
         const double weight = static_cast<double>(own.count()) / all;
-        const std::vector<double> of_own = mean_of(own);
+        const std::vector<double> of_own = mean_of(own.film());
         for (std::size_t i = 0; i < mean.size(); ++i) {
             const double deviation = of_own[i] - mean[i];
             errors[i / channel_count] += weight * deviation * deviation / degrees;

@@ -16,10 +16,9 @@ namespace tandem {
 class ScrambledFilm {
 public:
     // `job` must outlive it, and be prepared with Generator::sobol. `scramblings` >= 1; one tells no error.
-    ScrambledFilm(RenderJob& job, unsigned scramblings) : job_(job), of_scramblings_(scramblings) {}
+    ScrambledFilm(RenderJob& job, unsigned scramblings);
 
-    // Goes on until each scrambling has `points` a pixel, or until a stop. Where there are points already, their number
-    // must be a multiple of samples_per_block (else Error). `progress` tells samples of this call.
+    // Goes on until each scrambling has `points` a pixel, or until a stop. `progress` tells samples that are added.
     GrowingFilm::Growth grow_to(std::uint64_t points, const RenderControl& control);
 
     [[nodiscard]] double samples() const;  // a pixel, of all scramblings
@@ -31,7 +30,7 @@ public:
 
 private:
     RenderJob& job_;
-    std::vector<Estimate> of_scramblings_;
+    std::vector<GrowingEstimate> of_scramblings_;
 };
 
 }  // namespace tandem

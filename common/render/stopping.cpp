@@ -48,34 +48,60 @@ private:
 // So many black samples a pixel say that the image is black: it then has no relative error that could be met.
 constexpr std::uint64_t black_samples = 1024;
 
-// Samples to ask for next: all that are left, if they are uniform and without a target error. Else they are a quarter
-// of what there is, but no more than the error is expected to need. So the error is looked at often, the overshoot is
-// small, and a stop finds useful adaptive samples and scramblings.
-std::uint64_t next_end(
-    const StoppingRule& rule, std::uint64_t done, std::optional<double> error, Sampling sampling, bool scrambled) {
-    const std::uint64_t last = rule.samples.value_or(std::uint64_t{1} << 40);
-    std::uint64_t step = last - done;
-    if (rule.relative_error || !rule.samples || sampling == Sampling::adaptive || scrambled) {
-        step = std::min(step, std::max(samples_per_block, done / 4));
-        if (rule.relative_error && error) {
-            const double needed = static_cast<double>(done) * std::pow(*error / *rule.relative_error, 2.0);
-            const double left = std::max(1.0, std::ceil(needed - static_cast<double>(done)));
-            if (left < static_cast<double>(step)) step = static_cast<std::uint64_t>(left);
-        }
-    }
-    std::uint64_t end = done + step;
-    if (end < last) end = (end + samples_per_block - 1) / samples_per_block * samples_per_block;
-    return std::min(end, last);
+// Ends of looks are multiples of a sixteenth of the power of two below. Sobol points stay nearly as even as a power of
+// two there. An end that is forecast is rounded up to it, by a thirtieth in the mean, so that few miss the error.
+std::uint64_t look_after(std::uint64_t samples) {
+    const std::uint64_t unit = std::max<std::uint64_t>(1, std::bit_floor(samples) / 16);
+    return (samples + unit - 1) / unit * unit;
 }
 
-// A scrambling's points for so many samples, and no more in all than asked for. They are a multiple of a sixteenth of
-// the power of two below, which stays nearly as even as a power of two.
-std::uint64_t next_points(const StoppingRule& rule, std::uint64_t end, unsigned scramblings) {
-    const std::uint64_t last = rule.samples.value_or(std::uint64_t{1} << 40) / scramblings;
-    const std::uint64_t points = (end + scramblings - 1) / scramblings;
-    const std::uint64_t unit = std::max(samples_per_block, std::bit_floor(points) / 16);
-    return std::min(last, (points + unit - 1) / unit * unit);
+std::uint64_t whole_blocks_of(std::uint64_t samples) {
+    return (samples + samples_per_block - 1) / samples_per_block * samples_per_block;
 }
+
+// How many samples a film has next.
+class Looks {
+public:
+    Looks(const StoppingRule& rule, Sampling sampling, unsigned scramblings)
+        : rule_(rule),
+          last_(rule.samples.value_or(std::uint64_t{1} << 40) / scramblings),
+          scramblings_(scramblings),
+          steps_(rule.relative_error || !rule.samples || sampling == Sampling::adaptive || scrambled()) {}
+
+    [[nodiscard]] std::uint64_t last() const { return scramblings_ * last_; }  // as many in every scrambling
+
+    // All that are left, if they are uniform and without a target error. Else they are a quarter of what there is, but
+    // no more than the error is expected to need. So the error is looked at often, the overshoot is small, and a stop
+    // finds useful adaptive samples and scramblings.
+    [[nodiscard]] std::uint64_t next(std::uint64_t done, std::optional<double> error) const {
+        if (!steps_) return last();
+        const std::uint64_t has = done / scramblings_;  // of each scrambling
+        std::uint64_t end = has + std::max(samples_per_block, has / 4);
+        end = whole_blocks_of(scrambled() ? look_after(end) : end);
+        if (const std::optional<double> needed = samples_needed(done, error)) {
+            const auto of_each = static_cast<std::uint64_t>(std::ceil(*needed / scramblings_));
+            // A forecast that missed within a block may do so again, which renders the block anew: by a quarter more.
+            const std::uint64_t least = has % samples_per_block != 0 ? has + (has + 3) / 4 : has + 1;
+            const std::uint64_t look = look_after(std::max(of_each, least));
+            if (look < end) end = rule_.whole_blocks ? whole_blocks_of(look) : look;
+        }
+        return scramblings_ * std::min(end, last_);
+    }
+
+private:
+    [[nodiscard]] bool scrambled() const { return scramblings_ > 1; }
+    [[nodiscard]] std::optional<double> samples_needed(std::uint64_t done, std::optional<double> error) const {
+        if (!rule_.relative_error) return std::nullopt;
+        if (done == 0) return rule_.expected_samples;
+        if (!error) return std::nullopt;
+        return static_cast<double>(done) * std::pow(*error / *rule_.relative_error, 2.0);
+    }
+
+    const StoppingRule& rule_;
+    std::uint64_t last_;  // of each scrambling
+    unsigned scramblings_;
+    bool steps_;
+};
 
 double fraction_done(const StoppingRule& rule, double samples, double seconds, std::optional<double> error) {
     double fraction = 0.0;
@@ -179,6 +205,12 @@ private:
 
 }  // namespace
 
+std::uint64_t least_judged(std::uint64_t pixels, unsigned scramblings) {
+    constexpr std::uint64_t paths = std::uint64_t{1} << 17, least = 8, least_points = 16;
+    const std::uint64_t samples = std::clamp(paths / std::max<std::uint64_t>(1, pixels), least, samples_per_block);
+    return scramblings > 1 ? std::max(samples, scramblings * least_points) : samples;
+}
+
 std::optional<double> relative_error_of(const FilmMoments& film) {
     if (film.counts.empty() || *std::ranges::min_element(film.counts) < 2) return std::nullopt;
     return relative_error_from(film, pixel_errors(film));
@@ -191,12 +223,10 @@ StoppedRender render_until(RenderJob& job, const StoppingRule& rule, std::stop_t
     TimeLimit limit(rule, stop);
     StoppedRender result;
     AnyFilm film(job, sampling, scramblings);
-    // Samples that every scrambling can have as many of.
-    const std::uint64_t last = rule.samples.value_or(std::uint64_t{1} << 40) / scramblings * scramblings;
+    const Looks looks(rule, sampling, scramblings);
     std::uint64_t done = 0;
     for (;;) {
-        std::uint64_t end = next_end(rule, done, result.relative_error, sampling, scramblings > 1);
-        if (scramblings > 1) end = scramblings * next_points(rule, end, scramblings);
+        const std::uint64_t end = looks.next(done, result.relative_error);
         const RenderControl control{
             .stop = limit.token(), .progress = [&](double samples) {
                 const double all = static_cast<double>(done) + samples;
@@ -213,10 +243,10 @@ StoppedRender render_until(RenderJob& job, const StoppingRule& rule, std::stop_t
         done = end;
         if (film.samples() > 0.0) film.tell(result);
         if (stop.stop_requested()) {
-            result.complete = growth.complete && rule.samples && done == last;
+            result.complete = growth.complete && rule.samples && done == looks.last();
             break;
         }
-        if (limit.passed() || done == last) break;
+        if (limit.passed() || done == looks.last()) break;
         if (!rule.relative_error) continue;
         if (result.relative_error && *result.relative_error <= *rule.relative_error) break;
         if (!result.relative_error && done >= black_samples && !rule.samples && !rule.seconds) {

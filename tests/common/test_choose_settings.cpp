@@ -173,13 +173,16 @@ TEST_CASE("an image of many pixels has Sobol points from the first trial, unless
         // 0.2^2 / 1e-7^2 independent samples.
         CHECK(choice.trials.at(0).seconds_to_error == doctest::Approx(4e12 * seconds_of_sample).epsilon(0.2));
     }
-    // 4 % takes 25 independent samples, and Sobol points are two blocks at least.
-    const SettingsChoice few = chosen(1.0, {}, {}, true, 0.04, 10.0, 64);
+    // 6 % takes 11 independent samples, and two scramblings are judged with 16 points each at least.
+    const SettingsChoice few = chosen(1.0, {}, {}, true, 0.06, 10.0, 128);
     CHECK(few.chosen == 0);
     CHECK(few.settings.generator == Generator::philox);
     CHECK(few.trials.size() == 2);
-    CHECK(few.trials.at(0).seconds_to_error == doctest::Approx(64 * seconds_of_sample));
-    CHECK(few.trials.at(1).seconds_to_error == doctest::Approx(128 * seconds_of_sample));
+    CHECK(few.trials.at(0).seconds_to_error == doctest::Approx(11.1 * seconds_of_sample).epsilon(0.1));
+    CHECK(few.trials.at(1).seconds_to_error == doctest::Approx(32 * seconds_of_sample));
+    REQUIRE(few.expected_samples.has_value());
+    CHECK(*few.expected_samples > 10.0);
+    CHECK(*few.expected_samples < 15.0);
     // Given Sobol points are the given settings.
     TrialRenderer renderer(0.25, true, 10.0);
     RenderSettings settings;
@@ -188,6 +191,16 @@ TEST_CASE("an image of many pixels has Sobol points from the first trial, unless
     const SettingsChoice given = choose_settings({}, settings, {}, renderer, {.relative_error = 1e-7}, {});
     CHECK(given.trials.at(0).options.empty());
     CHECK(given.trials.at(1).options == "--integrator next-event");
+}
+
+TEST_CASE("a short trial tells how many samples an error takes, where nothing is open, too") {
+    constexpr OpenSettings none{.integrator = false, .roulette = false, .sampling = false, .generator = false};
+    const SettingsChoice choice = chosen(1.0, none, {}, true, 0.02, 10.0, 64);  // 0.2^2 / 0.02^2
+    CHECK(choice.trials.size() == 1);
+    CHECK(choice.settings.integrator == Integrator::path);
+    REQUIRE(choice.expected_samples.has_value());
+    CHECK(*choice.expected_samples > 90.0);
+    CHECK(*choice.expected_samples < 150.0);
 }
 
 TEST_CASE("roulette that saves time is chosen, and Sobol points on top of it") {

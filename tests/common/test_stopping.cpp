@@ -2,6 +2,7 @@
 #include <doctest/doctest.h>
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <thread>
 
@@ -44,6 +45,84 @@ TEST_CASE("a render by error ends at the samples that the error needs") {
     CHECK(result.film.count() > 2000);
     CHECK(result.film.count() < 3800);
     CHECK(result.complete);
+}
+
+namespace {
+
+// Renders of exponential samples by an error of 15 %, which takes 44 of them. `expected`: by the forecast.
+StoppedRender by_forecast(SyntheticJob& job, double expected, std::stop_token stop = {}) {
+    return render_until(
+        job, {.samples = {}, .seconds = {}, .relative_error = 0.15, .expected_samples = expected}, stop, {});
+}
+
+RenderSettings many_pixels() {
+    RenderSettings settings;
+    settings.width = settings.height = 64;
+    return settings;
+}
+
+}  // namespace
+
+TEST_CASE("a render by error that needs less than a block ends within it, where that is forecast") {
+    SyntheticJob job(many_pixels(), noisy);
+    const StoppedRender result = by_forecast(job, 46.5);
+    CHECK(result.film.count() == 48);  // a multiple of two
+    CHECK(*result.relative_error <= 0.15);
+    CHECK(result.relative_error_interval.has_value());
+}
+
+TEST_CASE("a forecast that was too low is mended, and the image is that of as many samples") {
+    SyntheticJob job(many_pixels(), noisy);
+    const StoppedRender result = by_forecast(job, 10.0);
+    CHECK(result.film.count() >= 42);
+    CHECK(result.film.count() <= 50);
+    const auto samples = static_cast<std::uint64_t>(result.film.count());
+    const Estimate::Plane asked = SyntheticJob(many_pixels(), noisy).render({0, samples}, {}).estimate.totals();
+    CHECK(std::ranges::equal(result.film.moments, asked,
+        [](const Moments& a, const Moments& b) { return a.sum == b.sum && a.sum_of_squares == b.sum_of_squares; }));
+}
+
+TEST_CASE("after a first look a render by error ends at the samples that it needs, within a block, too") {
+    SyntheticJob job(many_pixels(), noisy);  // 10 % take 100 samples
+    const StoppedRender result = render_until(job, {.samples = {}, .seconds = {}, .relative_error = 0.1}, {}, {});
+    CHECK(result.film.count() >= 96);
+    CHECK(result.film.count() <= 112);
+    StoppingRule whole{.samples = {}, .seconds = {}, .relative_error = 0.1};
+    whole.whole_blocks = true;
+    CHECK(render_until(job, whole, {}, {}).film.count() == 2 * samples_per_block);
+}
+
+TEST_CASE("a stop while a block is rendered anew keeps the samples that it had") {
+    std::stop_source source;
+    SyntheticJob job(many_pixels(), noisy);
+    class Stopping : public RenderJob {
+    public:
+        Stopping(RenderJob& inner, std::stop_source& source) : inner_(inner), source_(source) {}
+        RenderResult render(SampleRange range, const RenderControl& control) override {
+            if (++calls_ < 2) return inner_.render(range, control);
+            source_.request_stop();
+            return inner_.render({range.begin, range.begin + 3}, {});
+        }
+
+    private:
+        RenderJob& inner_;
+        std::stop_source& source_;
+        unsigned calls_ = 0;
+    } stopping(job, source);
+    const StoppingRule rule{.samples = {}, .seconds = {}, .relative_error = 0.15, .expected_samples = 10.0};
+    const StoppedRender result = render_until(stopping, rule, source.get_token(), {});
+    CHECK(result.film.count() == 10);
+    CHECK_FALSE(result.complete);
+}
+
+TEST_CASE("scramblings end within a block, too, with as many points each") {
+    const StoppedRender result = [] {
+        SyntheticJob job(many_pixels(), noisy);
+        const StoppingRule rule{.samples = {}, .seconds = {}, .relative_error = 0.15, .expected_samples = 49.0};
+        return render_until(job, rule, {}, {}, Sampling::uniform, 2);
+    }();
+    CHECK(result.film.count() == 50);
+    CHECK(*result.relative_error <= 0.15);
 }
 
 TEST_CASE("a black image has no relative error, and a render by error gives it up") {
@@ -289,7 +368,9 @@ TEST_CASE("Sobol points state an error by scramblings, meet a target, and their 
             const StoppedRender result = render_until(job, {{}, {}, target}, {}, {}, Sampling::uniform, scramblings);
             REQUIRE(result.relative_error_interval.has_value());
             CHECK(*result.relative_error <= target);
-            CHECK(result.film.counts.front() % (scramblings * samples_per_block) == 0);
+            const std::uint64_t points = result.film.counts.front() / scramblings;
+            CHECK(result.film.counts.front() == scramblings * points);
+            CHECK(points % (std::bit_floor(points) / 16) == 0);  // nearly as even as a power of two
             double squares = 0.0;
             const std::vector<double> mean = mean_of(result.film);
             for (const double value : mean) squares += (value - 1.0) * (value - 1.0);
