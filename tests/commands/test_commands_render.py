@@ -262,6 +262,12 @@ class Render(ProgramTest):
                     self.assertLess(watch.seconds, 8.0)
                     self.assertFalse((self.folder / "out.exr").exists())
 
+    def test_time_is_kept_by_the_trials_for_a_target_error(self):
+        with Stopwatch() as watch:
+            tandem("render", self.closed_box(), "-o", self.folder / "out.pfm", "--size", "512", "--bounces", "4096",
+                   "--target-error", "1%", "--time", "1")
+        self.assertLess(watch.seconds, 8.0)  # as above
+
     def test_interrupt_keeps_what_was_rendered(self):
         out, figures = self.folder / "out.exr", self.folder / "out.json"
         for sampling in ["uniform", "adaptive"]:
