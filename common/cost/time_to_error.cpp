@@ -97,7 +97,7 @@ TimeToError ArmFigures::time_to(double relative_error) const {
     result.samples = samples_needed;
     result.floor_unknown = !has_floor && squared_bias.high >= aim;
     const Estimated seconds = seconds_at(samples_needed);
-    // Of one render, which takes more or less than the median of many.
+    // The forecast is of one render, which takes more or less than the median of many.
     const double log_half_of_time = std::hypot(log_half_of(seconds), log_scatter_of_time);
     Estimated time = times_or_over(seconds.value, std::hypot(log_half_of_variance, log_half_of_time));
     Estimated count = times_or_over(samples_needed, log_half_of_variance);
