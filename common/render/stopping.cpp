@@ -79,10 +79,10 @@ public:
         std::uint64_t end = has + std::max(samples_per_block, has / 4);
         end = whole_blocks_of(scrambled() ? look_after(end) : end);
         if (const std::optional<double> needed = samples_needed(done, error)) {
-            const auto of_each = static_cast<std::uint64_t>(std::ceil(*needed / scramblings_));
+            const double of_each = std::min(static_cast<double>(last_), std::ceil(*needed / scramblings_));
             // A forecast that missed within a block may do so again, which renders the block anew: by a quarter more.
             const std::uint64_t least = has % samples_per_block != 0 ? has + (has + 3) / 4 : has + 1;
-            const std::uint64_t look = look_after(std::max(of_each, least));
+            const std::uint64_t look = look_after(std::max(static_cast<std::uint64_t>(of_each), least));
             if (look < end) end = rule_.whole_blocks ? whole_blocks_of(look) : look;
         }
         return scramblings_ * std::min(end, last_);

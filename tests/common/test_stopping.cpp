@@ -82,6 +82,12 @@ TEST_CASE("a forecast that was too low is mended, and the image is that of as ma
         [](const Moments& a, const Moments& b) { return a.sum == b.sum && a.sum_of_squares == b.sum_of_squares; }));
 }
 
+TEST_CASE("an error that no number of samples meets is asked for in steps") {
+    SyntheticJob job(many_pixels(), noisy);
+    const StoppingRule rule{.samples = 256, .seconds = {}, .relative_error = 1e-300, .expected_samples = 1e300};
+    CHECK(render_until(job, rule, {}, {}).film.count() == 256);
+}
+
 TEST_CASE("after a first look a render by error ends at the samples that it needs, within a block, too") {
     SyntheticJob job(many_pixels(), noisy);  // 10 % take 100 samples
     const StoppedRender result = render_until(job, {.samples = {}, .seconds = {}, .relative_error = 0.1}, {}, {});
