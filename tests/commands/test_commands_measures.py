@@ -51,7 +51,9 @@ class Measures(ProgramTest):
         # Direct light and no light to sample: one segment.
         self.assertTrue(any(line.startswith("scatter: 1 of ") for line in told["not_dispatched"]), told["not_dispatched"])
         self.assertIsNone(told["specialised"]["variant"])
-        self.assertEqual(len(told["specialised"]["kernel_seconds_each"]), 2)
+        # Kernels are made once more where that leaves most of the time: 27 s each on a slow machine do not.
+        quick = told["specialised"]["make_seconds"] + told["general"]["make_seconds"] < 20
+        self.assertIn(len(told["specialised"]["kernel_seconds_each"]), (2,) if quick else (1, 2))
         self.assertGreater(told["general"]["kernel_seconds"], 0)
         self.assertIn("lower bound where the driver keeps kernels", result.stdout)
 
