@@ -71,10 +71,8 @@ std::unique_ptr<RenderJob> prepare(const RenderArguments& arguments, const Scene
     if (!rule.relative_error) return renderer.prepare(scene, settings);
     ChoiceGoal goal{.relative_error = *rule.relative_error};
     constexpr double share = 0.1;  // of the time
-    if (rule.seconds) goal.most_seconds = std::min(goal.most_seconds, share * *rule.seconds);
-    // Even the first trial may take longer than there is time for.
-    const Deadline limit(context.stop, rule.seconds ? std::optional(goal.most_seconds) : std::nullopt);
-    SettingsChoice choice = choose_settings(scene, settings, open, renderer, goal, limit.token());
+    if (rule.seconds) goal.stop_seconds = goal.most_seconds = std::min(goal.most_seconds, share * *rule.seconds);
+    SettingsChoice choice = choose_settings(scene, settings, open, renderer, goal, context.stop);
     settings = choice.settings;
     rule.expected_samples = choice.expected_samples;
     rule.whole_blocks = settings.accumulation == Accumulation::plain;

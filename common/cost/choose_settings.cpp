@@ -9,6 +9,7 @@
 #include <span>
 #include <utility>
 
+#include "common/deadline.h"
 #include "common/error.h"
 #include "common/render/adaptive_sampling.h"
 #include "common/render/check_settings.h"
@@ -265,7 +266,7 @@ public:
           given_(given),
           renderer_(renderer),
           goal_(goal),
-          stop_(std::move(stop)),
+          user_stop_(std::move(stop)),
           may_still_adapt_(adapts) {
         const Stopwatch preparing;
         if (presumed) {
@@ -278,12 +279,21 @@ public:
             choice_.job = renderer.prepare(scene, given);
         }
         preparation_ = preparing.seconds();
+        limit_.emplace(user_stop_, goal.stop_seconds);
+        stop_ = limit_->token();
     }
 
     // First a short one, which says how long the trials may be. False: nothing can be judged.
     bool try_given() {
         const Stopwatch watch;
         best_ = trial_of(choice_.settings, *choice_.job, least_trial_samples, 0.0, stop_);
+        if (!best_ && stop_.stop_requested()) {
+            // Independent samples tell their error at any stop.
+            if (choice_.settings.generator != given_.generator && !user_stop_.stop_requested())
+                choose(given_, renderer_.prepare(scene_, given_), 0.0, 0);
+            spent_ += watch.seconds();
+            return false;
+        }
         best_seconds_ = best_ ? best_->seconds_to(goal_.relative_error) : 0.0;
         choice_.trials.push_back({given_, "", best_seconds_});
         if (choice_.settings.generator != given_.generator) {
@@ -456,7 +466,8 @@ private:
     const RenderSettings given_;
     Renderer& renderer_;
     ChoiceGoal goal_;
-    std::stop_token stop_;
+    std::stop_token user_stop_, stop_;  // the second comes with the limit, too
+    std::optional<Deadline> limit_;
     SettingsChoice choice_;
     std::optional<Trial> best_;         // what is chosen so far, with uniform sampling
     std::optional<Trial> independent_;  // the best of independent samples, where Sobol points came after it
@@ -484,6 +495,9 @@ SettingsChoice choose_settings(const Scene& scene, const RenderSettings& given, 
     const bool presumed = generators && scramblings_for(std::uint64_t{given.width} * given.height) == 2;
     Choosing choosing(scene, given, renderer, goal, adapts, presumed, std::move(stop));
     const std::size_t others = starts.size() + (generators && !presumed ? 1 : 0) + (open.sampling ? 1 : 0);
+    // Adaptive sampling and plain sums make nothing of how many samples an error takes.
+    const bool foretells = given.sampling == Sampling::uniform && given.accumulation != Accumulation::plain;
+    if (!any && !foretells) return choosing.taken();
     if (!choosing.try_given() || !any) return choosing.taken();
     choosing.know_noise(others + (integrators ? 1 : 0));
     // What gains most, as a rule, comes first, as time may be short.

@@ -24,6 +24,8 @@ struct OpenSettings {
 struct ChoiceGoal {
     double relative_error = 0.01;  // that the render is to reach
     double most_seconds = 20.0;    // of all trials
+    // So long after the first preparation the trial that is under way is given up. None: the first one goes on.
+    std::optional<double> stop_seconds = {};
 };
 
 struct SettingsTrial {
@@ -35,7 +37,7 @@ struct SettingsTrial {
 struct SettingsChoice {
     RenderSettings settings;
     std::unique_ptr<RenderJob> job;     // made for them
-    std::vector<SettingsTrial> trials;  // [0] the given ones
+    std::vector<SettingsTrial> trials;  // [0] the given ones; empty: no trial came to its end
     std::size_t chosen = 0;
     double seconds = 0.0;  // that the trials and their preparations took, without that of the chosen job
     std::optional<double> expected_samples = {};  // that the error takes; none of adaptive sampling, and without noise

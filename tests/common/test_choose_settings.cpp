@@ -2,6 +2,7 @@
 #include <doctest/doctest.h>
 
 #include <cmath>
+#include <thread>
 
 #include "common/cost/choose_settings.h"
 #include "common/error.h"
@@ -128,6 +129,30 @@ TEST_CASE("what a call takes is forecast once, not for every sample") {
     for (std::size_t i = 0; i < near.trials.size(); ++i)
         CHECK(far.trials[i].seconds_to_error - near.trials[i].seconds_to_error ==
               doctest::Approx(DistantRenderer::call_seconds).epsilon(0.01));
+}
+
+TEST_CASE("a first trial that outlasts its time leaves the given settings, and nothing is said of it") {
+    class Endless : public Renderer {
+    public:
+        RendererInfo info() const override { return {"endless", "no device", "no driver", "C++"}; }
+        std::unique_ptr<RenderJob> prepare(const Scene&, const RenderSettings&) override {
+            struct Job : RenderJob {
+                RenderResult render(SampleRange, const RenderControl& control) override {
+                    while (!control.stop.stop_requested()) std::this_thread::yield();
+                    return {Estimate(64, 64), 0.0, std::nullopt};
+                }
+            };
+            return std::make_unique<Job>();
+        }
+    } endless;
+    RenderSettings settings;
+    settings.width = settings.height = 64;
+    const SettingsChoice choice = choose_settings({}, settings, {}, endless, {.stop_seconds = 0.01}, {});
+    CHECK(choice.chosen == 0);
+    CHECK(choice.settings.generator == Generator::philox);
+    CHECK(choice.job != nullptr);
+    CHECK(choice.trials.empty());
+    CHECK_FALSE(choice.expected_samples.has_value());
 }
 
 TEST_CASE("the settings of least variance times time are chosen, and the job is theirs") {
