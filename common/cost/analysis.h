@@ -23,7 +23,7 @@ struct CostPoint {
 // When an arm is at an error. Nothing: never, as its floor is above it, or not known.
 struct TimeToError {
     double relative_error = 0.0;
-    std::optional<Estimated> seconds;
+    std::optional<Estimated> seconds;           // the median where it was measured, one render's where forecast
     std::optional<Estimated> samples_interval;  // of `samples`
     std::optional<double> samples;
     // A forecast: the error is below all that were measured. Else it lies between measured ones, or at one.

@@ -47,10 +47,9 @@ ArmFigures renewed(const ArmFigures& before, const ArmFigures& anew) {
     return figures;
 }
 
-// Half-width of the interval of log time: how well the number of samples is known, and with a floor all that time_to
-// has to say.
+// Half-width of the interval of log time, as far as it is how well the number of samples is known. How much renders of
+// one number differ in time is left to rounds, which are paired.
 double log_half_of_noise(const ArmFigures& arm, const TimeToError& time) {
-    if (arm.has_floor) return log_half_of(*time.seconds);
     const double count = time.samples_interval ? log_half_of(*time.samples_interval) : 0.0;
     return std::max(count, arm.log_half_of_variance);
 }

@@ -26,7 +26,7 @@ struct Confirmation {
     std::string first;        // the arm that was found soonest before
     std::string recommended;  // the same, unless refuted: then the rival that was soonest now
     Confirmed outcome = Confirmed::open;
-    Estimated seconds;      // of `recommended` to the error, as measured anew; 95 %
+    Estimated seconds;      // of `recommended` to the error, as measured anew; 95 %, of one render if forecast
     bool forecast = false;  // they are: so many samples were not rendered
     std::size_t rounds = 0;
     std::vector<Rival> rivals;  // the nearest first

@@ -79,7 +79,8 @@ std::optional<Candidate> candidate(const ArmFigures& arm, double error) {
     if (!time.seconds || !time.samples || (!arm.arm.keeps_estimate && arm.has_floor && !arm.is_safe_at(error)))
         return std::nullopt;
     double wanted = surely * *time.samples;
-    if (time.extrapolated) wanted *= std::min(std::sqrt(time.seconds->high / time.seconds->value), 2.0);
+    if (time.extrapolated && time.samples_interval)
+        wanted *= std::min(std::sqrt(time.samples_interval->high / time.samples_interval->value), 2.0);
     if (arm.arm.settings.render.sampling == Sampling::adaptive)
         wanted = std::max(wanted, static_cast<double>(2 * least_alike));  // below it adapts to nothing
     return Candidate{&arm, levels_up_to(wanted), time.seconds->value};
