@@ -39,9 +39,10 @@ std::uint64_t film_pixel_bytes(const FilmUse& film, const MemoryForecast& foreca
     const auto runs_before = static_cast<std::uint64_t>(std::bit_width(blocks)) - 1;
     const std::uint64_t runs = static_cast<std::uint64_t>(std::popcount(blocks)) +
                                (blocks > 1 && film.samples % samples_per_block != 0 ? 1 : 0);
-    const std::uint64_t rendering = forecast.pass_pixel + plane * (1 + runs_before);
+    const std::uint64_t rest = film.by_error ? 2 * plane : 0;  // of two scramblings
+    const std::uint64_t rendering = forecast.pass_pixel + plane * (1 + runs_before) + rest;
     // Whole films also tell their error (stopping.h): variances, and how they scatter. Files are made in memory.
-    const std::uint64_t telling = plane * runs + film_bytes + (film.whole ? means_bytes + 16 : 0);
+    const std::uint64_t telling = plane * runs + film_bytes + (film.whole ? means_bytes + 16 : 0) + rest;
     const std::uint64_t writing =
         film_bytes + channels_bytes + (film.whole ? std::max(means_bytes, 3 * channels_bytes) : means_bytes);
     return forecast.job_pixel + std::max({rendering, telling, writing}) + (film.whole ? 0 : sizeof(std::uint32_t));
@@ -121,7 +122,9 @@ nlohmann::json MemoryNeed::json() const {
 
 FilmUse film_use(const RenderSettings& settings, const StoppingRule& rule) {
     constexpr std::uint64_t likely = 2 * samples_per_block;  // of a film by time that is large
-    return {.pixels = std::uint64_t{settings.width} * settings.height, .samples = rule.samples.value_or(likely)};
+    return {.pixels = std::uint64_t{settings.width} * settings.height,
+        .samples = rule.samples.value_or(likely),
+        .by_error = rule.relative_error.has_value()};
 }
 
 MemoryNeed memory_need(

@@ -56,7 +56,8 @@ struct MemoryNeed {
 struct FilmUse {
     std::uint64_t pixels = 0;  // at once
     std::uint64_t samples = 0;
-    bool whole = true;  // false: region by region
+    bool whole = true;      // false: region by region
+    bool by_error = false;  // it may end within a block, which is then held apart (growing_estimate.h)
 };
 [[nodiscard]] FilmUse film_use(const RenderSettings& settings, const StoppingRule& rule);
 
