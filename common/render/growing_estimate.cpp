@@ -34,7 +34,8 @@ Estimate GrowingEstimate::all() const {
 FilmMoments GrowingEstimate::film() const {
     FilmMoments film = film_of(blocks_);
     if (!ends_within_block()) return film;
-    const Estimate::Plane more = rest_.totals();  // the last piece, as Estimate::totals() adds them
+    const std::vector<Estimate::Piece> pieces = rest_.pieces();
+    const Estimate::Plane& more = *pieces.front().moments;  // the last one, as Estimate::totals() adds them
     for (std::size_t i = 0; i < more.size(); ++i) {
         film.moments[i].sum += more[i].sum;
         film.moments[i].sum_of_squares += more[i].sum_of_squares;

@@ -48,8 +48,8 @@ private:
 // So many black samples a pixel say that the image is black: it then has no relative error that could be met.
 constexpr std::uint64_t black_samples = 1024;
 
-// Ends of looks are multiples of a sixteenth of the power of two below. Sobol points stay nearly as even as a power of
-// two there. An end that is forecast is rounded up to it, by a thirtieth in the mean, so that few miss the error.
+// A multiple of a sixteenth of the power of two below. Sobol points stay nearly as even as a power of two there. An end
+// that is forecast is rounded up to it, by a fortieth in the mean, so that few miss the error.
 std::uint64_t look_after(std::uint64_t samples) {
     const std::uint64_t unit = std::max<std::uint64_t>(1, std::bit_floor(samples) / 16);
     return (samples + unit - 1) / unit * unit;
@@ -64,6 +64,7 @@ class Looks {
 public:
     Looks(const StoppingRule& rule, Sampling sampling, unsigned scramblings)
         : rule_(rule),
+          sampling_(sampling),
           last_(rule.samples.value_or(std::uint64_t{1} << 40) / scramblings),
           scramblings_(scramblings),
           steps_(rule.relative_error || !rule.samples || sampling == Sampling::adaptive || scrambled()) {}
@@ -72,7 +73,8 @@ public:
 
     // All that are left, if they are uniform and without a target error. Else they are a quarter of what there is, but
     // no more than the error is expected to need. So the error is looked at often, the overshoot is small, and a stop
-    // finds useful adaptive samples and scramblings.
+    // finds useful adaptive samples and scramblings. Where an expectation missed within a block, that is rendered anew.
+    // So it then has a quarter more, or is whole.
     [[nodiscard]] std::uint64_t next(std::uint64_t done, std::optional<double> error) const {
         if (!steps_) return last();
         const std::uint64_t has = done / scramblings_;  // of each scrambling
@@ -80,8 +82,8 @@ public:
         end = whole_blocks_of(scrambled() ? look_after(end) : end);
         if (const std::optional<double> needed = samples_needed(done, error)) {
             const double of_each = std::min(static_cast<double>(last_), std::ceil(*needed / scramblings_));
-            // A forecast that missed within a block may do so again, which renders the block anew: by a quarter more.
-            const std::uint64_t least = has % samples_per_block != 0 ? has + (has + 3) / 4 : has + 1;
+            const std::uint64_t least =
+                renders_anew(has) ? std::min(whole_blocks_of(has), has + (has + 3) / 4) : has + 1;
             const std::uint64_t look = look_after(std::max(static_cast<std::uint64_t>(of_each), least));
             if (look < end) end = rule_.whole_blocks ? whole_blocks_of(look) : look;
         }
@@ -90,6 +92,10 @@ public:
 
 private:
     [[nodiscard]] bool scrambled() const { return scramblings_ > 1; }
+    // Adaptive samples are in passes of any length.
+    [[nodiscard]] bool renders_anew(std::uint64_t has) const {
+        return has % samples_per_block != 0 && (sampling_ == Sampling::uniform || has <= least_alike);
+    }
     [[nodiscard]] std::optional<double> samples_needed(std::uint64_t done, std::optional<double> error) const {
         if (!rule_.relative_error) return std::nullopt;
         if (done == 0) return rule_.expected_samples;
@@ -98,6 +104,7 @@ private:
     }
 
     const StoppingRule& rule_;
+    Sampling sampling_;
     std::uint64_t last_;  // of each scrambling
     unsigned scramblings_;
     bool steps_;

@@ -14,12 +14,12 @@ struct StoppingRule {
     std::optional<double> relative_error;  // see relative_error_of
     // So long, in place of `seconds`, may the first sample take; empty: as long as it does.
     std::optional<double> first_sample_seconds = {};
-    // That the error is forecast to need, of all scramblings. Fewer than a block let the first look come there.
+    // That the error is forecast to need, of all scramblings. Fewer than a block of each let the first look come there.
     std::optional<double> expected_samples = {};
     bool whole_blocks = false;  // looks come at whole blocks alone: for plain sums, which go on from block to block
 };
 
-// A film of fewer samples a pixel is not judged by its error: together the pixels have some 10^5 paths by then.
+// No fewer samples a pixel are forecast to be enough, as their scatter tells too little: of some 10^5 paths in all.
 [[nodiscard]] std::uint64_t least_judged(std::uint64_t pixels, unsigned scramblings);
 
 struct RenderProgress {

@@ -202,6 +202,23 @@ TEST_CASE("passes have numbers of their own, beyond all samples that a render ma
     CHECK(end <= first + film_numbers);
 }
 
+TEST_CASE("a film that ends within a block goes on to passes with whole blocks") {
+    SyntheticJob job(adaptive(16), uneven);
+    GrowingFilm film(job, Sampling::adaptive);
+    for (const std::uint64_t samples : {40, 100, 153, 260}) {
+        CAPTURE(samples);
+        double told = 0.0;
+        const double before = film.samples();
+        CHECK(film.grow_to(samples, {.stop = {}, .progress = [&](double more) { told = more; }}).complete);
+        CHECK(film.samples() == doctest::Approx(static_cast<double>(samples)).epsilon(0.01));
+        CHECK(before + told == doctest::Approx(film.samples()));
+        const FilmMoments now = film.film();
+        CHECK(now.count() == doctest::Approx(film.samples()));
+        CHECK(*std::ranges::min_element(now.counts) >= std::min<std::uint64_t>(samples, least_alike));
+        for (const double mean : mean_of(now)) CHECK(mean == doctest::Approx(1.0).epsilon(0.4));
+    }
+}
+
 TEST_CASE("a stop keeps the passes that were done, in the mean and in the counts") {
     std::stop_source source;
     std::uint64_t drawn = 0;

@@ -82,6 +82,16 @@ TEST_CASE("a forecast that was too low is mended, and the image is that of as ma
         [](const Moments& a, const Moments& b) { return a.sum == b.sum && a.sum_of_squares == b.sum_of_squares; }));
 }
 
+TEST_CASE("a look that misses beyond the first block costs no more than that block") {
+    SyntheticJob job(many_pixels(), noisy);  // 6.25 % take 256 samples, and are missed or met near there
+    for (const double target : {0.0620, 0.0625, 0.0630}) {
+        const StoppedRender result =
+            render_until(job, {.samples = {}, .seconds = {}, .relative_error = target}, {}, {});
+        CHECK(*result.relative_error <= target);
+        CHECK(result.film.count() <= 1.1 / (target * target) + samples_per_block);
+    }
+}
+
 TEST_CASE("an error that no number of samples meets is asked for in steps") {
     SyntheticJob job(many_pixels(), noisy);
     const StoppingRule rule{.samples = 256, .seconds = {}, .relative_error = 1e-300, .expected_samples = 1e300};
