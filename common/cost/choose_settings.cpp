@@ -3,15 +3,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 #include <functional>
-#include <numeric>
 #include <span>
 #include <utility>
 
+#include "common/cost/settings_trial.h"
 #include "common/deadline.h"
 #include "common/error.h"
-#include "common/render/adaptive_sampling.h"
 #include "common/render/check_settings.h"
 #include "common/render/scrambled_film.h"
 #include "common/render/stopping.h"
@@ -21,169 +19,10 @@ namespace tandem {
 
 namespace {
 
-constexpr std::uint64_t trial_begin = std::uint64_t{1} << 62;      // samples that no render gets to
-constexpr std::uint64_t next_scrambling = std::uint64_t{1} << 32;  // MODEL.md section 3.2
 constexpr double clearly_better = 0.9;
 constexpr double trials_share = 0.18;  // of the seconds that the best settings so far are forecast to take
-constexpr std::uint64_t least_trial_samples = 8, most_trial_samples = 4096, least_points = 16;
+constexpr std::uint64_t least_trial_samples = 8, most_trial_samples = 4096;
 constexpr double known_enough = 0.05;  // how far a trial's squared error may be off, relatively
-
-// What a trial showed of settings. Errors are squared, and relative to the image's mean. With Sobol points that of n
-// points falls as n^-(1 + gain).
-struct Trial {
-    double noise = 0.0;         // error of one independent sample
-    double error_of_one = 0.0;  // where errors fall so from there; of independent samples the noise
-    double gain = 0.0;
-    double seconds_a_sample = 0.0;  // of all pixels, by the device's clock where there is one
-    double seconds_a_call = 0.0;    // beside that: trials are short, so it would seem to grow with their samples
-    std::uint64_t pixels = 0;
-    double noise_uncertainty = 0.0, uncertainty = 0.0;  // of noise and error_of_one, relative: standard errors, at most
-    std::uint64_t least = 0;                            // samples that a render has at least
-    unsigned scramblings = 1;
-    std::optional<Foretold> adaptive;
-    std::uint64_t samples = 0;  // of all scramblings
-    double points = 0.0;        // of each scrambling; 0: of independent samples
-
-    [[nodiscard]] double share_of(std::size_t some) const {
-        return static_cast<double>(some) / static_cast<double>(pixels);
-    }
-    // Relative standard error of seconds_to, at most. How even Sobol points are follows from the same error. So the
-    // further its fall is followed, the less it is known.
-    [[nodiscard]] double uncertainty_at(double relative_error) const {
-        if (points == 0.0) return uncertainty;
-        const double fall = 1.0 + gain, squared = error_of_one / std::pow(points, fall);
-        const double further = std::log(std::max(1.0, squared / (scramblings * relative_error * relative_error)));
-        return uncertainty * (1.0 / fall + further / (fall * fall * std::log(points)));
-    }
-    [[nodiscard]] double samples_to(double relative_error) const {
-        const double of_one = error_of_one / (scramblings * relative_error * relative_error);
-        return scramblings * std::pow(of_one, 1.0 / (1.0 + gain));
-    }
-    [[nodiscard]] double seconds_of(double wanted) const {
-        return seconds_a_call + std::max(static_cast<double>(least), wanted) * seconds_a_sample;
-    }
-    // With two standard errors more, so that few renders miss the error there. They are bounds, so no more than half is
-    // added: a block may be less. Between powers of two Sobol points' errors lie up to 3.5 % above their fall, as
-    // measured on two scenes. Nothing without noise, which may be rare.
-    [[nodiscard]] std::optional<double> samples_surely_to(double relative_error) const {
-        constexpr double most_added = 0.5, uneven = 0.07;
-        if (!(error_of_one > 0.0)) return std::nullopt;
-        const double added = std::min(most_added, 2.0 * uncertainty_at(relative_error) + (points > 0.0 ? uneven : 0.0));
-        return std::max(static_cast<double>(least), (1.0 + added) * samples_to(relative_error));
-    }
-    void take_time(double seconds, double on_device, double taken) {
-        seconds_a_sample = std::max(on_device / taken, 1e-12);
-        seconds_a_call = std::max(0.0, seconds - on_device);
-    }
-    // By a trial with so many samples, the first one included that warms up.
-    [[nodiscard]] double seconds_taken(std::uint64_t trial_samples) const {
-        return 2.0 * seconds_a_call + static_cast<double>(trial_samples) * seconds_a_sample;
-    }
-    [[nodiscard]] double seconds_to(double relative_error) const {
-        return error_of_one > 0.0 ? seconds_of(samples_to(relative_error)) : 0.0;
-    }
-    // With independent samples in place of Sobol points.
-    [[nodiscard]] Trial independent() const {
-        Trial trial = *this;
-        trial.error_of_one = noise;
-        trial.uncertainty = noise_uncertainty;
-        trial.gain = trial.points = 0.0;
-        trial.scramblings = 1;
-        trial.least = least_judged(pixels, 1);
-        return trial;
-    }
-};
-
-double mean_of_all(const std::vector<double>& values) {
-    return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
-}
-
-// Pixels are independent, and the variance of an estimate is at most the mean of its square. So a sum of pixels'
-// estimates is off by at most the root of the sum of their squares, for any distribution.
-double uncertainty_of(const std::vector<double>& values) {
-    double sum = 0.0, of_squares = 0.0;
-    for (std::size_t i = 0; i < values.size(); i += channel_count) {
-        const double own = values[i] + values[i + 1] + values[i + 2];
-        sum += own;
-        of_squares += own * own;
-    }
-    return sum > 0.0 ? std::sqrt(of_squares) / sum : 0.0;
-}
-
-// So many samples. Nothing after a stop, and of a black image.
-std::optional<Trial> independent_trial(RenderJob& job, std::uint64_t samples, std::stop_token stop) {
-    const RenderResult result = job.render({trial_begin, trial_begin + samples}, {.stop = stop, .progress = {}});
-    if (result.estimate.count() < samples) return std::nullopt;
-    const double mean = mean_of_all(mean_of(result.estimate));
-    if (!(mean > 0.0)) return std::nullopt;
-    const std::vector<double> variances = variance_of(result.estimate);
-    Trial trial;
-    trial.noise = trial.error_of_one = mean_of_all(variances) / (mean * mean);
-    trial.noise_uncertainty = trial.uncertainty = uncertainty_of(variances);
-    trial.take_time(result.seconds, result.device_seconds.value_or(result.seconds), static_cast<double>(samples));
-    trial.pixels = result.estimate.pixel_count();
-    trial.least = least_judged(trial.pixels, 1);
-    trial.adaptive = foretell(result.estimate);
-    trial.samples = samples;
-    return trial;
-}
-
-// Two scramblings with half of the samples each. How even the points are shows in how much closer their means are
-// than those of as many independent samples. Sobol points are no less even than those.
-std::optional<Trial> scrambled_trial(RenderJob& job, std::uint64_t samples, std::stop_token stop) {
-    const std::uint64_t points = samples / 2;
-    const auto render = [&](std::uint64_t begin) {
-        return job.render({begin, begin + points}, {.stop = stop, .progress = {}});
-    };
-    RenderResult a = render(trial_begin);
-    const RenderResult b = render(trial_begin + next_scrambling);
-    if (a.estimate.count() < points || b.estimate.count() < points) return std::nullopt;
-    const std::vector<double> means_a = mean_of(a.estimate), means_b = mean_of(b.estimate);
-    std::vector<double> between(means_a.size());  // variance of a mean
-    for (std::size_t i = 0; i < between.size(); ++i) between[i] = 0.5 * std::pow(means_a[i] - means_b[i], 2.0);
-    const double mean = 0.5 * (mean_of_all(means_a) + mean_of_all(means_b));
-    if (!(mean > 0.0)) return std::nullopt;
-    const double error = mean_of_all(between), n = static_cast<double>(points);
-    // Points differ more from their mean where that has less variance: E s^2 = n / (n - 1) (variance - error).
-    const std::vector<double> within_a = variance_of(a.estimate), within_b = variance_of(b.estimate);
-    std::vector<double> noises(between);
-    for (std::size_t i = 0; i < noises.size(); ++i) noises[i] += (1.0 - 1.0 / n) * 0.5 * (within_a[i] + within_b[i]);
-    const double noise = mean_of_all(noises);
-    a.estimate.merge(b.estimate);
-    constexpr double steepest = 1.0;  // a squared error of n^-2, which images with edges do not have
-    Trial trial;
-    trial.noise = noise / (mean * mean);
-    if (noise > 0.0 && error > 0.0) trial.gain = std::clamp(std::log(noise / (n * error)) / std::log(n), 0.0, steepest);
-    trial.error_of_one = trial.gain > 0.0 ? error * std::pow(n, 1.0 + trial.gain) / (mean * mean) : trial.noise;
-    trial.noise_uncertainty = uncertainty_of(noises);
-    trial.uncertainty = uncertainty_of(between);
-    trial.adaptive = foretell(a.estimate);
-    trial.samples = samples;
-    trial.points = n;
-    const auto on_device = [](const RenderResult& one) { return one.device_seconds.value_or(one.seconds); };
-    trial.take_time(0.5 * (a.seconds + b.seconds), 0.5 * (on_device(a) + on_device(b)), n);
-    trial.pixels = a.estimate.pixel_count();
-    trial.scramblings = scramblings_for(trial.pixels);
-    trial.least = least_judged(trial.pixels, trial.scramblings);
-    return trial;
-}
-
-// A trial beside the best one so far.
-struct Compared {
-    double seconds = 0.0;      // to the error
-    double uncertainty = 0.0;  // of how many times those of the best they are, relative: a standard error
-};
-
-// Trials of one generator are compared by their noise until it is known how even points are. Few points do not tell.
-Compared compare(const Trial& trial, const Trial& best, double relative_error) {
-    constexpr auto few = static_cast<double>(least_points);
-    const bool alike = (trial.points > 0.0) == (best.points > 0.0) && best.noise > 0.0;
-    if (!alike || (trial.points >= few && best.points >= few))
-        return {trial.seconds_to(relative_error),
-            std::hypot(trial.uncertainty_at(relative_error), best.uncertainty_at(relative_error))};
-    return {trial.seconds_of(best.samples_to(relative_error) * trial.noise / best.noise),
-        std::hypot(trial.noise_uncertainty, best.noise_uncertainty)};
-}
 
 // As short a trial as tells enough: until `is_clear`, but of no more than so many seconds where more than the least
 // samples, or than those of a trial before.
@@ -364,7 +203,7 @@ public:
         if (job) trial = trial_of(settings, *job, best_->samples, 0.0, stop_);
         spent_ += watch.seconds();
         if (!trial) return;
-        const Compared compared = compare(*trial, *best_, goal_.relative_error);
+        const Compared compared = compare_roulette(*trial, *best_, goal_.relative_error);
         take(settings, std::move(job), std::move(*trial), compared, 0.0);
     }
 
@@ -488,7 +327,7 @@ SettingsChoice choose_settings(const Scene& scene, const RenderSettings& given, 
                             given.sampling == Sampling::uniform && given.accumulation != Accumulation::plain;
     const bool adapts = open.sampling && may_adapt(given);
     std::vector<std::uint32_t> starts;
-    for (const std::uint32_t start : {1u, 4u})
+    for (const std::uint32_t start : {4u, 1u})
         if (open.roulette && start != given.roulette_start && start <= given.bounces) starts.push_back(start);
     const bool any = integrators || generators || !starts.empty() || adapts;
     // Eight scramblings of a small image would be many samples.
