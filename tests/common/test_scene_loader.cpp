@@ -49,7 +49,7 @@ std::string refusal(const std::string& text) {
 }
 
 nlohmann::json samples() {
-    std::ifstream stream(std::string(TANDEM_SOURCE_DIR) + "/tests/common/scene_samples.json");
+    std::ifstream stream(TANDEM_SOURCE_DIR "/tests/common/scene_samples.json");
     return nlohmann::json::parse(stream);
 }
 
@@ -329,7 +329,7 @@ TEST_CASE("messages show no control character, of one byte or of two") {
 }
 
 TEST_CASE("mutilated scene files are loaded or refused, never anything else") {
-    std::ifstream stream(std::string(TANDEM_SOURCE_DIR) + "/scenes/cornell-thesis.json");
+    std::ifstream stream(TANDEM_SOURCE_DIR "/scenes/cornell-thesis.json");
     const std::string whole((std::istreambuf_iterator<char>(stream)), std::istreambuf_iterator<char>());
     const TemporaryFolder folder;
     test::Draw draw;

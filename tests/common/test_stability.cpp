@@ -19,7 +19,7 @@ using tandem::test::Passage;
 
 namespace {
 
-const std::string catalogue = std::string(TANDEM_SOURCE_DIR) + "/scenes/hard/catalogue.json";
+const std::string catalogue = TANDEM_SOURCE_DIR "/scenes/hard/catalogue.json";
 
 bool met_exactly(const Surfaces& surfaces, const GivenRay& ray) {
     for (std::uint32_t id = 0; id < surfaces.size(); ++id) {

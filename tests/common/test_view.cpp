@@ -165,7 +165,7 @@ TEST_CASE("of two backends the first is seen left of the split") {
 }
 
 TEST_CASE("a saved view is a scene with the new camera, and finds its files from another folder") {
-    const std::filesystem::path original = std::string(TANDEM_SOURCE_DIR) + "/scenes/textures.json";
+    const std::filesystem::path original = TANDEM_SOURCE_DIR "/scenes/textures.json";
     Scene scene = load_scene(original);
     scene.camera = orbited(scene.camera, 0.1, 0.05);
     const std::filesystem::path folder = std::filesystem::temp_directory_path() / "tandem-view-test";

@@ -21,7 +21,7 @@ FilmMoments grown(const Backend& backend, const BackendOptions& options, const S
     return film.film();
 }
 
-Scene box() { return load_scene(std::string(TANDEM_SOURCE_DIR) + "/scenes/cornell-classic.json"); }
+Scene box() { return load_scene(TANDEM_SOURCE_DIR "/scenes/cornell-classic.json"); }
 
 RenderSettings small(const Scene& scene, std::uint32_t size) {
     RenderSettings settings = with_longer_side(default_settings(scene), size);

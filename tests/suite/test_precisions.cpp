@@ -47,7 +47,7 @@ double root_mean_square(const std::vector<double>& a, const std::vector<double>&
 }
 
 Scene shipped(const std::string& name) {
-    return load_scene(std::string(TANDEM_SOURCE_DIR) + "/scenes/" + name + ".json");
+    return load_scene(std::filesystem::path(TANDEM_SOURCE_DIR "/scenes") / (name + ".json"));
 }
 
 RenderSettings small(const Scene& scene) {

@@ -18,7 +18,7 @@ std::vector<Bench> default_benches() {
 }
 
 std::vector<HardCase> cases_where(const std::function<bool(const HardCase&)>& wanted) {
-    std::vector<HardCase> cases = load_catalogue(std::string(TANDEM_SOURCE_DIR) + "/scenes/hard/catalogue.json");
+    std::vector<HardCase> cases = load_catalogue(TANDEM_SOURCE_DIR "/scenes/hard/catalogue.json");
     std::erase_if(cases, [&](const HardCase& c) { return !wanted(c); });
     for (HardCase& c : cases) c.rays = std::min<std::uint64_t>(c.rays, 20000);
     return cases;

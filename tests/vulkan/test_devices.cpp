@@ -133,7 +133,7 @@ TEST_CASE("storage buffers are merged where a stage or the sets together have to
 }
 
 TEST_CASE("the Vulkan page has the limits that a device is held to") {
-    std::ifstream page(std::string(TANDEM_SOURCE_DIR) + "/vulkan/README.md");
+    std::ifstream page(TANDEM_SOURCE_DIR "/vulkan/README.md");
     std::vector<std::string> written, expected;
     for (std::string line; std::getline(page, line);)
         if (line.starts_with("| `max")) written.push_back(line);
