@@ -43,6 +43,19 @@ std::map<Key, Catch> recorded(const std::string& name = "mutants") {
     return catches;
 }
 
+// Most bugs show with the least effort, which takes a small part of the time that the recorded one does.
+void check_caught_by(const Catch& known, const Mutant& mutant) {
+    CAPTURE(mutant.id());
+    CAPTURE(known.scene);
+    std::string sentences;
+    for (const Effort& effort : {least_effort, efforts.at(known.effort)}) {
+        const SceneVerdict verdict = verdict_of(mutant.fault, mutant.planting, known.scene, effort);
+        if (trial_of(verdict, mutant.planting, known.scene).caught) return;
+        sentences += verdict.sentence + "; ";
+    }
+    FAIL_CHECK(sentences);
+}
+
 // Every `parts`th of a planting's bugs that effort 0 or 1 caught.
 void check_caught_again(Planting planting, std::size_t part, std::size_t parts) {
     const std::map<Key, Catch> catches = recorded();
@@ -51,12 +64,7 @@ void check_caught_again(Planting planting, std::size_t part, std::size_t parts) 
         if (mutant.planting != planting || index++ % parts != part) continue;
         const auto known = catches.find(key_of(mutant));
         if (known == catches.end() || !known->second.caught || known->second.effort > 1) continue;
-        const SceneVerdict verdict =
-            verdict_of(mutant.fault, planting, known->second.scene, efforts.at(known->second.effort));
-        CAPTURE(mutant.id());
-        CAPTURE(known->second.scene);
-        CAPTURE(verdict.sentence);
-        CHECK(trial_of(verdict, planting, known->second.scene).caught);
+        check_caught_by(known->second, mutant);
     }
 }
 

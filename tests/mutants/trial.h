@@ -25,6 +25,9 @@ struct Effort {
 // From little to that of `tandem verify` itself.
 inline constexpr std::array efforts{Effort{64, 512, 2, 3600.0}, Effort{128, 2048, 3, 3600.0}, Effort{128, 0, 6, 120.0}};
 
+// One short look, for bugs that are known to show.
+inline constexpr Effort least_effort{48, 128, 1, 3600.0, false};
+
 // Patterns show before small amounts do.
 inline constexpr Effort signature_effort{48, 128, 1, 3600.0, false, true};
 
