@@ -10,9 +10,9 @@
 #include "common/cost/settings_trial.h"
 #include "common/deadline.h"
 #include "common/error.h"
+#include "common/render/adaptive_sampling.h"
 #include "common/render/check_settings.h"
 #include "common/render/scrambled_film.h"
-#include "common/render/stopping.h"
 #include "common/stopwatch.h"
 
 namespace tandem {
@@ -26,9 +26,9 @@ constexpr double known_enough = 0.05;  // how far a trial's squared error may be
 
 // As short a trial as tells enough: until `is_clear`, but of no more than so many seconds where more than the least
 // samples, or than those of a trial before.
-std::optional<Trial> trial_of(const RenderSettings& settings, RenderJob& job, std::uint64_t samples, double seconds,
-    std::stop_token stop, const std::function<bool(const Trial&)>& is_clear = {},
-    std::optional<Trial> trial = std::nullopt) {
+std::optional<ShortTrial> trial_of(const RenderSettings& settings, RenderJob& job, std::uint64_t samples,
+    double seconds, std::stop_token stop, const std::function<bool(const ShortTrial&)>& is_clear = {},
+    std::optional<ShortTrial> trial = std::nullopt) {
     constexpr std::uint64_t growth = 4;
     const Stopwatch watch;
     if (!trial && job.render({trial_begin, trial_begin + 1}, {.stop = stop, .progress = {}}).estimate.count() == 0)
@@ -74,7 +74,8 @@ std::optional<double> seconds_of_pass(
 
 // How much longer adaptive samples take than as many uniform ones. Noisy pixels may have longer paths. Passes over few
 // pixels keep a device less busy, and the last pass is as long as the noisiest pixel wants. Nothing after a stop.
-std::optional<double> slowness_of_passes(RenderJob& job, const Trial& trial, double seconds, std::stop_token stop) {
+std::optional<double> slowness_of_passes(
+    RenderJob& job, const ShortTrial& trial, double seconds, std::stop_token stop) {
     const std::span<const std::uint32_t> favoured(trial.adaptive->favoured);
     const std::optional<double> many = seconds_of_pass(job, favoured, seconds, stop);
     const std::optional<double> one = seconds_of_pass(job, favoured.first(1), seconds, stop);
@@ -154,7 +155,7 @@ public:
     // and enough samples tell how long one takes.
     void know_noise(std::size_t others) {
         const double each = seconds_left() / static_cast<double>(others + 1);
-        go_on(each, [](const Trial& trial) {
+        go_on(each, [](const ShortTrial& trial) {
             return trial.noise_uncertainty <= known_enough && trial.samples >= 2 * least_points;
         });
     }
@@ -173,10 +174,10 @@ public:
         const double each = std::max(needed, left / static_cast<double>(others + 1));
         const Stopwatch watch;
         std::unique_ptr<RenderJob> job = prepared(settings);
-        std::optional<Trial> trial;
+        std::optional<ShortTrial> trial;
         // That Sobol points are not better may be for want of points.
-        const auto is_clear = [&](const Trial& one) {
-            const Compared compared = compare(one, *best_, goal_.relative_error);
+        const auto is_clear = [&](const ShortTrial& one) {
+            const ComparedTrials compared = compare_trials(one, *best_, goal_.relative_error);
             const double doubt = 1.0 + 2.0 * compared.uncertainty, ratio = compared.seconds / best_seconds_;
             const bool few = one.points > 0.0 && one.points < static_cast<double>(least_points);
             return (!few && ratio * doubt < clearly_better) || (sobol == is_sobol() && ratio > clearly_better * doubt);
@@ -184,7 +185,7 @@ public:
         if (job) trial = trial_of(settings, *job, least, each - watch.seconds(), stop_, is_clear);
         spent_ += watch.seconds();
         if (!trial) return;
-        Compared compared = compare(*trial, *best_, goal_.relative_error);
+        ComparedTrials compared = compare_trials(*trial, *best_, goal_.relative_error);
         // How even points are may differ as much between integrators as their noise does.
         if (trial->points > 0.0 && trial->points < static_cast<double>(least_points)) compared.uncertainty += 1.0;
         take(settings, std::move(job), std::move(*trial), compared, sobol == is_sobol() ? 1.0 : 0.0);
@@ -199,18 +200,19 @@ public:
         if (needed > seconds_left() || stop_.stop_requested()) return;
         const Stopwatch watch;
         std::unique_ptr<RenderJob> job = prepared(settings);
-        std::optional<Trial> trial;
+        std::optional<ShortTrial> trial;
         if (job) trial = trial_of(settings, *job, best_->samples, 0.0, stop_);
         spent_ += watch.seconds();
         if (!trial) return;
-        const Compared compared = compare_roulette(*trial, *best_, goal_.relative_error);
+        *trial = with_roulette(std::move(*trial), *best_);
+        const ComparedTrials compared = compare_trials(*trial, *best_, goal_.relative_error);
         take(settings, std::move(job), std::move(*trial), compared, 0.0);
     }
 
     // Sobol points and adaptive sampling exclude each other; the sooner is chosen. Only where what it is foretold,
     // without the slowness of its passes, is better than the best, and it is known how even Sobol points are.
     void try_adaptive() {
-        const Trial independent = (independent_ ? *independent_ : *best_).independent();
+        const ShortTrial independent = (independent_ ? *independent_ : *best_).independent();
         RenderSettings settings = choice_.settings;
         settings.generator = given_.generator;
         if (!independent.adaptive || !may_adapt(settings)) return;
@@ -265,10 +267,11 @@ private:
         return std::min(goal_.most_seconds, trials_share * best) - spent_;
     }
     // A longer trial of the best.
-    void go_on(double seconds, const std::function<bool(const Trial&)>& is_enough) {
+    void go_on(double seconds, const std::function<bool(const ShortTrial&)>& is_enough) {
         const Stopwatch watch;
-        if (std::optional<Trial> longer =
+        if (std::optional<ShortTrial> longer =
                 trial_of(choice_.settings, *choice_.job, 0, seconds, stop_, is_enough, best_)) {
+            if (best_->added > 0.0) longer->fall_as(*best_);
             best_ = std::move(longer);
             best_seconds_ = best_->seconds_to(goal_.relative_error);
             choice_.trials[choice_.chosen].seconds_to_error = best_seconds_;
@@ -285,8 +288,8 @@ private:
         }
     }
     // Better by a tenth, and by so many standard errors.
-    void take(const RenderSettings& settings, std::unique_ptr<RenderJob> job, Trial trial, const Compared& compared,
-        double errors) {
+    void take(const RenderSettings& settings, std::unique_ptr<RenderJob> job, ShortTrial trial,
+        const ComparedTrials& compared, double errors) {
         choice_.trials.push_back({settings, options_of(settings, given_), compared.seconds});
         if (!(compared.seconds < clearly_better * best_seconds_)) return;
         if (compared.seconds * (1.0 + errors * compared.uncertainty) > best_seconds_) return;
@@ -308,8 +311,8 @@ private:
     std::stop_token user_stop_, stop_;  // the second comes with the limit, too
     std::optional<Deadline> limit_;
     SettingsChoice choice_;
-    std::optional<Trial> best_;         // what is chosen so far, with uniform sampling
-    std::optional<Trial> independent_;  // the best of independent samples, where Sobol points came after it
+    std::optional<ShortTrial> best_;         // what is chosen so far, with uniform sampling
+    std::optional<ShortTrial> independent_;  // the best of independent samples, where Sobol points came after it
     bool may_still_adapt_;
     double best_seconds_ = 0.0;               // forecast, of what is chosen so far
     double preparation_ = 0.0, spent_ = 0.0;  // seconds

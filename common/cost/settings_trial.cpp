@@ -31,23 +31,36 @@ double uncertainty_of(const std::vector<double>& values) {
 
 }  // namespace
 
-Trial Trial::independent() const {
-    Trial trial = *this;
+double ShortTrial::samples_to(double relative_error) const {
+    const double wanted = scramblings * relative_error * relative_error;
+    const double without = std::pow(error_of_one / wanted, 1.0 / (1.0 + gain));
+    if (!(added > 0.0)) return scramblings * without;
+    // By bisection: the error falls with the number of points.
+    double few = without, many = without + std::max(1.0, (error_of_one + added) / wanted);
+    while (many - few > 1e-6 * many) {
+        const double between = 0.5 * (few + many);
+        (error_of(between) > wanted ? few : many) = between;
+    }
+    return scramblings * many;
+}
+
+ShortTrial ShortTrial::independent() const {
+    ShortTrial trial = *this;
     trial.error_of_one = noise;
     trial.uncertainty = noise_uncertainty;
-    trial.gain = trial.points = 0.0;
+    trial.gain = trial.added = trial.points = 0.0;
     trial.scramblings = 1;
     trial.least = least_judged(pixels, 1);
     return trial;
 }
 
-std::optional<Trial> independent_trial(RenderJob& job, std::uint64_t samples, std::stop_token stop) {
+std::optional<ShortTrial> independent_trial(RenderJob& job, std::uint64_t samples, std::stop_token stop) {
     const RenderResult result = job.render({trial_begin, trial_begin + samples}, {.stop = stop, .progress = {}});
     if (result.estimate.count() < samples) return std::nullopt;
     const double mean = mean_of_all(mean_of(result.estimate));
     if (!(mean > 0.0)) return std::nullopt;
     const std::vector<double> variances = variance_of(result.estimate);
-    Trial trial;
+    ShortTrial trial;
     trial.noise = trial.error_of_one = mean_of_all(variances) / (mean * mean);
     trial.noise_uncertainty = trial.uncertainty = uncertainty_of(variances);
     trial.take_time(result.seconds, result.device_seconds.value_or(result.seconds), static_cast<double>(samples));
@@ -58,7 +71,7 @@ std::optional<Trial> independent_trial(RenderJob& job, std::uint64_t samples, st
     return trial;
 }
 
-std::optional<Trial> scrambled_trial(RenderJob& job, std::uint64_t samples, std::stop_token stop) {
+std::optional<ShortTrial> scrambled_trial(RenderJob& job, std::uint64_t samples, std::stop_token stop) {
     const std::uint64_t points = samples / 2;
     const auto render = [&](std::uint64_t begin) {
         return job.render({begin, begin + points}, {.stop = stop, .progress = {}});
@@ -79,7 +92,7 @@ std::optional<Trial> scrambled_trial(RenderJob& job, std::uint64_t samples, std:
     const double noise = mean_of_all(noises);
     a.estimate.merge(b.estimate);
     constexpr double steepest = 1.0;  // a squared error of n^-2, which images with edges do not have
-    Trial trial;
+    ShortTrial trial;
     trial.noise = noise / (mean * mean);
     if (noise > 0.0 && error > 0.0) trial.gain = std::clamp(std::log(noise / (n * error)) / std::log(n), 0.0, steepest);
     trial.error_of_one = trial.gain > 0.0 ? error * std::pow(n, 1.0 + trial.gain) / (mean * mean) : trial.noise;
@@ -96,30 +109,23 @@ std::optional<Trial> scrambled_trial(RenderJob& job, std::uint64_t samples, std:
     return trial;
 }
 
-Compared compare(const Trial& trial, const Trial& best, double relative_error) {
+ComparedTrials compare_trials(const ShortTrial& trial, const ShortTrial& best, double relative_error) {
     constexpr auto few = static_cast<double>(least_points);
+    const double noises = std::hypot(trial.noise_uncertainty, best.noise_uncertainty);
+    if (trial.added > 0.0) return {trial.seconds_to(relative_error), noises};
     const bool alike = (trial.points > 0.0) == (best.points > 0.0) && best.noise > 0.0;
     if (!alike || (trial.points >= few && best.points >= few))
         return {trial.seconds_to(relative_error),
             std::hypot(trial.uncertainty_at(relative_error), best.uncertainty_at(relative_error))};
-    return {trial.seconds_of(best.samples_to(relative_error) * trial.noise / best.noise),
-        std::hypot(trial.noise_uncertainty, best.noise_uncertainty)};
+    return {trial.seconds_of(best.samples_to(relative_error) * trial.noise / best.noise), noises};
 }
 
-Compared compare_roulette(const Trial& trial, const Trial& best, double relative_error) {
-    const double added = trial.noise - best.noise;
-    if (best.points == 0.0 || added <= 0.0) return compare(trial, best, relative_error);
-    // Points of each scrambling, by bisection: the error falls with their number.
-    const double wanted = best.scramblings * relative_error * relative_error;
-    const auto error_of = [&](double points) {
-        return best.error_of_one / std::pow(points, 1.0 + best.gain) + added / points;
-    };
-    double few = 0.0, many = std::max(1.0, (best.error_of_one + added) / wanted);
-    while (many - few > 1e-6 * many) {
-        const double points = 0.5 * (few + many);
-        (error_of(points) > wanted ? few : many) = points;
-    }
-    return {trial.seconds_of(best.scramblings * many), std::hypot(trial.noise_uncertainty, best.noise_uncertainty)};
+ShortTrial with_roulette(ShortTrial trial, const ShortTrial& best) {
+    const double added = best.added + trial.noise - best.noise;
+    if (best.points == 0.0 || added <= 0.0) return trial;
+    trial.fall_as(best);
+    trial.added = added;
+    return trial;
 }
 
 }  // namespace tandem

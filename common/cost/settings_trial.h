@@ -12,15 +12,16 @@
 
 namespace tandem {
 
-inline constexpr std::uint64_t trial_begin = std::uint64_t{1} << 62;  // of its samples: no render gets to them
+inline constexpr std::uint64_t trial_begin = std::uint64_t{1} << 62;  // first sample of a trial: no render gets there
 inline constexpr std::uint64_t least_points = 16;                     // fewer do not tell how even Sobol points are
 
-// What a trial showed of settings. Errors are squared, and relative to the image's mean. With Sobol points that of n
-// points falls as n^-(1 + gain).
-struct Trial {
+// What a trial showed of settings. Errors are squared, and relative to the image's mean. That of n Sobol points falls
+// as error_of_one n^-(1 + gain) + added / n.
+struct ShortTrial {
     double noise = 0.0;         // error of one independent sample
     double error_of_one = 0.0;  // where errors fall so from there; of independent samples the noise
     double gain = 0.0;
+    double added = 0.0;             // part of the noise, by roulette
     double seconds_a_sample = 0.0;  // of all pixels, by the device's clock where there is one
     double seconds_a_call = 0.0;    // beside that: trials are short, so it would seem to grow with their samples
     std::uint64_t pixels = 0;
@@ -38,14 +39,15 @@ struct Trial {
     // further its fall is followed, the less it is known.
     [[nodiscard]] double uncertainty_at(double relative_error) const {
         if (points == 0.0) return uncertainty;
-        const double fall = 1.0 + gain, squared = error_of_one / std::pow(points, fall);
+        const double fall = 1.0 + gain, squared = error_of(points);
         const double further = std::log(std::max(1.0, squared / (scramblings * relative_error * relative_error)));
         return uncertainty * (1.0 / fall + further / (fall * fall * std::log(points)));
     }
-    [[nodiscard]] double samples_to(double relative_error) const {
-        const double of_one = error_of_one / (scramblings * relative_error * relative_error);
-        return scramblings * std::pow(of_one, 1.0 / (1.0 + gain));
+    [[nodiscard]] bool sees_noise() const { return error_of_one > 0.0 || added > 0.0; }
+    [[nodiscard]] double error_of(double some_points) const {
+        return error_of_one / std::pow(some_points, 1.0 + gain) + added / some_points;
     }
+    [[nodiscard]] double samples_to(double relative_error) const;
     [[nodiscard]] double seconds_of(double wanted) const {
         return seconds_a_call + std::max(static_cast<double>(least), wanted) * seconds_a_sample;
     }
@@ -54,9 +56,9 @@ struct Trial {
     // measured on two scenes. Nothing without noise, which may be rare.
     [[nodiscard]] std::optional<double> samples_surely_to(double relative_error) const {
         constexpr double most_added = 0.5, uneven = 0.07;
-        if (!(error_of_one > 0.0)) return std::nullopt;
-        const double added = std::min(most_added, 2.0 * uncertainty_at(relative_error) + (points > 0.0 ? uneven : 0.0));
-        return std::max(static_cast<double>(least), (1.0 + added) * samples_to(relative_error));
+        if (!sees_noise()) return std::nullopt;
+        const double margin = std::min(most_added, 2.0 * uncertainty_at(relative_error) + (points > 0.0 ? uneven : 0.0));
+        return std::max(static_cast<double>(least), (1.0 + margin) * samples_to(relative_error));
     }
     void take_time(double seconds, double on_device, double taken) {
         seconds_a_sample = std::max(on_device / taken, 1e-12);
@@ -67,30 +69,36 @@ struct Trial {
         return 2.0 * seconds_a_call + static_cast<double>(trial_samples) * seconds_a_sample;
     }
     [[nodiscard]] double seconds_to(double relative_error) const {
-        return error_of_one > 0.0 ? seconds_of(samples_to(relative_error)) : 0.0;
+        return sees_noise() ? seconds_of(samples_to(relative_error)) : 0.0;
     }
     // With independent samples in place of Sobol points.
-    [[nodiscard]] Trial independent() const;
+    [[nodiscard]] ShortTrial independent() const;
+    void fall_as(const ShortTrial& other) {
+        error_of_one = other.error_of_one;
+        gain = other.gain;
+        added = other.added;
+    }
 };
 
 // So many samples. Nothing after a stop, and of a black image.
-[[nodiscard]] std::optional<Trial> independent_trial(RenderJob& job, std::uint64_t samples, std::stop_token stop);
+[[nodiscard]] std::optional<ShortTrial> independent_trial(RenderJob& job, std::uint64_t samples, std::stop_token stop);
 
 // Two scramblings with half of the samples each. How even the points are shows in how much closer their means are
 // than those of as many independent samples. Sobol points are no less even than those.
-[[nodiscard]] std::optional<Trial> scrambled_trial(RenderJob& job, std::uint64_t samples, std::stop_token stop);
+[[nodiscard]] std::optional<ShortTrial> scrambled_trial(RenderJob& job, std::uint64_t samples, std::stop_token stop);
 
 // A trial beside the best one so far.
-struct Compared {
+struct ComparedTrials {
     double seconds = 0.0;      // to the error
     double uncertainty = 0.0;  // of how many times those of the best they are, relative: a standard error
 };
 
 // Trials of one generator are compared by their noise until it is known how even points are. Few points do not tell.
-[[nodiscard]] Compared compare(const Trial& trial, const Trial& best, double relative_error);
+[[nodiscard]] ComparedTrials compare_trials(const ShortTrial& trial, const ShortTrial& best, double relative_error);
 
-// The same settings with another roulette, on the same random numbers. Its decisions are steps in dimensions of their
-// own, which Sobol points average no better than independent numbers do. So noise that it adds falls as 1/n.
-[[nodiscard]] Compared compare_roulette(const Trial& trial, const Trial& best, double relative_error);
+// A trial of the best's settings with another roulette, on the same random numbers. Its decisions multiply what other
+// dimensions give, and Sobol points are even in pairs of them alone (MODEL.md section 3.2). So noise that roulette adds
+// falls about as 1/n, which is taken for a bound. The rest falls as that of the best does.
+[[nodiscard]] ShortTrial with_roulette(ShortTrial trial, const ShortTrial& best);
 
 }  // namespace tandem

@@ -238,6 +238,66 @@ TEST_CASE("roulette that saves time is chosen, and Sobol points on top of it") {
     CHECK(chosen(1.0, {}, {}, true, 1e-5, 0.95).settings.roulette_start == no_roulette);
 }
 
+// Sobol points with three tenths of the noise, which they do not reduce faster than 1/n. Roulette takes 0.6 of the time
+// for `added` more noise, of that kind. A sample takes so long that a trial has few points.
+class RouletteRenderer : public Renderer {
+public:
+    explicit RouletteRenderer(double added) : added_(added) {}
+    RendererInfo info() const override { return {"trial", "no device", "no driver", "C++"}; }
+    std::unique_ptr<RenderJob> prepare(const Scene&, const RenderSettings& settings) override {
+        struct Job : RenderJob {
+            RenderSettings settings;
+            double independent = 0.0, seconds = 0.0;
+            RenderResult render(SampleRange range, const RenderControl&) override {
+                RenderResult result;
+                result.estimate = Estimate(settings.width, settings.height);
+                Estimate::Plane plane(result.estimate.pixel_count() * channel_count);
+                for (std::uint64_t pixel = 0; pixel < result.estimate.pixel_count(); ++pixel)
+                    for (std::uint64_t sample = range.begin; sample < range.end; ++sample) {
+                        SampleRandom random(settings.seed + (sample >> 32), pixel, sample);
+                        double place = random.uniform() / 256.0;
+                        for (unsigned bit = 0; bit < 8; ++bit)
+                            if (((sample >> bit) & 1) != 0) place += std::ldexp(0.5, -static_cast<int>(bit));
+                        const double even = std::sqrt(0.7) * (place - 0.5) + std::sqrt(0.3) * (random.uniform() - 0.5);
+                        const double value =
+                            5.0 + std::sqrt(12.0) * (even + std::sqrt(independent) * (random.uniform() - 0.5));
+                        for (std::size_t c = 0; c < channel_count; ++c) {
+                            plane[pixel * channel_count + c].sum += value;
+                            plane[pixel * channel_count + c].sum_of_squares += value * value;
+                        }
+                    }
+                result.estimate.add_block(range, plane);
+                result.seconds = seconds * static_cast<double>(range.count());
+                return result;
+            }
+        };
+        auto job = std::make_unique<Job>();
+        const bool roulette = settings.roulette_start != no_roulette;
+        job->settings = settings;
+        job->independent = roulette ? added_ : 0.0;
+        job->seconds = roulette ? 0.6 : 1.0;
+        return job;
+    }
+
+private:
+    double added_;
+};
+
+TEST_CASE("roulette that adds noise is held against how even Sobol points are, roulette that adds none is taken") {
+    RenderSettings settings;
+    settings.width = settings.height = 64;
+    const OpenSettings open{.integrator = false, .roulette = true, .sampling = false, .generator = true};
+    for (const double added : {0.0, 0.3}) {
+        RouletteRenderer renderer(added);
+        const SettingsChoice choice =
+            choose_settings({}, settings, open, renderer, {.relative_error = 1.3e-3, .most_seconds = 1e6}, {});
+        CAPTURE(added);
+        CHECK(choice.settings.generator == Generator::sobol);
+        CHECK((choice.settings.roulette_start != no_roulette) == (added == 0.0));
+        CHECK(choice.trials.size() == 4);  // as given, with Sobol points, with roulette from 4 and from 1
+    }
+}
+
 TEST_CASE("trials take a small part of what the render is forecast to take, and none is tried for a short render") {
     // 4 % takes 0.2^2 / 0.04^2 = 25 samples: fewer than a trial of something else is worth.
     const SettingsChoice few = chosen(0.25, {}, {}, false, 0.04);

@@ -1,6 +1,6 @@
 // The verifier is verified: scripts/measure/mutants has run the whole catalogue of planted bugs and kept
 // which scene caught each (tests/records/mutants/mutants.json). Here every bug must have such a scene, and what little
-// effort caught must be caught by it again.
+// effort caught must be caught again, by that or less.
 #include <doctest/doctest.h>
 
 #include <fstream>
@@ -43,12 +43,15 @@ std::map<Key, Catch> recorded(const std::string& name = "mutants") {
     return catches;
 }
 
-// Most bugs show with the least effort, which takes a small part of the time that the recorded one does.
-void check_caught_by(const Catch& known, const Mutant& mutant) {
+// Most bugs show with the least effort, which takes a small part of the time that the recorded one does. `alone`: with
+// that one, as its later looks are to be tried, too.
+void check_caught_by(const Catch& known, const Mutant& mutant, bool alone) {
     CAPTURE(mutant.id());
     CAPTURE(known.scene);
     std::string sentences;
-    for (const Effort& effort : {least_effort, efforts.at(known.effort)}) {
+    std::vector<Effort> tried{efforts.at(known.effort)};
+    if (!alone) tried.insert(tried.begin(), least_effort);
+    for (const Effort& effort : tried) {
         const SceneVerdict verdict = verdict_of(mutant.fault, mutant.planting, known.scene, effort);
         if (trial_of(verdict, mutant.planting, known.scene).caught) return;
         sentences += verdict.sentence + "; ";
@@ -56,16 +59,35 @@ void check_caught_by(const Catch& known, const Mutant& mutant) {
     FAIL_CHECK(sentences);
 }
 
+// The side that a bug is planted in here: where both have it, the CPU's and Vulkan's in turn, as both would take CI too
+// long. scripts/measure/mutants plants it in both.
+std::map<std::string, Planting> side_in_turn() {
+    std::map<std::string, Planting> sides;
+    bool on_cpu = false;
+    for (const Mutant& mutant : catalogue()) {
+        if (mutant.planting == Planting::both) continue;
+        const auto [place, first] = sides.emplace(mutant.id(), mutant.planting);
+        if (first) continue;
+        place->second = on_cpu ? Planting::cpu : Planting::vulkan;
+        on_cpu = !on_cpu;
+    }
+    return sides;
+}
+
 // Every `parts`th of a planting's bugs that effort 0 or 1 caught.
 void check_caught_again(Planting planting, std::size_t part, std::size_t parts) {
     const std::map<Key, Catch> catches = recorded();
-    std::size_t index = 0;
+    const std::map<std::string, Planting> sides = side_in_turn();
+    std::size_t index = 0, checked = 0;
     for (const Mutant& mutant : catalogue()) {
-        if (mutant.planting != planting || index++ % parts != part) continue;
+        if (mutant.planting != planting) continue;
+        if (planting != Planting::both && sides.at(mutant.id()) != planting) continue;
+        if (index++ % parts != part) continue;
         const auto known = catches.find(key_of(mutant));
         if (known == catches.end() || !known->second.caught || known->second.effort > 1) continue;
-        check_caught_by(known->second, mutant);
+        check_caught_by(known->second, mutant, checked++ % 10 == 0);
     }
+    CHECK(checked > 10);
 }
 
 // What has not been run yet, or with little effort only, is said; scripts/measure/mutants goes on with it.
@@ -140,26 +162,22 @@ TEST_CASE("every bug that was run on an H200 and biases the image was caught, or
         check_caught_again(Planting::planting, part - 1, parts);                                                       \
     }
 
-TANDEM_CAUGHT(cpu, 1, 6)
-TANDEM_CAUGHT(cpu, 2, 6)
-TANDEM_CAUGHT(cpu, 3, 6)
-TANDEM_CAUGHT(cpu, 4, 6)
-TANDEM_CAUGHT(cpu, 5, 6)
-TANDEM_CAUGHT(cpu, 6, 6)
-TANDEM_CAUGHT(vulkan, 1, 6)
-TANDEM_CAUGHT(vulkan, 2, 6)
-TANDEM_CAUGHT(vulkan, 3, 6)
-TANDEM_CAUGHT(vulkan, 4, 6)
-TANDEM_CAUGHT(vulkan, 5, 6)
-TANDEM_CAUGHT(vulkan, 6, 6)
+TANDEM_CAUGHT(cpu, 1, 3)
+TANDEM_CAUGHT(cpu, 2, 3)
+TANDEM_CAUGHT(cpu, 3, 3)
+TANDEM_CAUGHT(vulkan, 1, 3)
+TANDEM_CAUGHT(vulkan, 2, 3)
+TANDEM_CAUGHT(vulkan, 3, 3)
 TANDEM_CAUGHT(both, 1, 2)
 TANDEM_CAUGHT(both, 2, 2)
 
 TEST_CASE("two sound backends do not disagree about the scenes that catch most" * doctest::test_suite("full")) {
     for (const char* scene : {"many-lamps", "whitted", "boundaries", "cornell-thesis", "glass", "textures", "motion"}) {
-        const SceneVerdict verdict = verdict_of({}, Planting::vulkan, scene, efforts[0]);
         CAPTURE(scene);
-        CAPTURE(verdict.sentence);
-        CHECK(verdict.verdict != Verdict::disagree);
+        for (const Effort& effort : {least_effort, efforts[0]}) {
+            const SceneVerdict verdict = verdict_of({}, Planting::vulkan, scene, effort);
+            CAPTURE(verdict.sentence);
+            CHECK(verdict.verdict != Verdict::disagree);
+        }
     }
 }
