@@ -13,6 +13,32 @@ namespace {
 
 constexpr double seconds_of_sample = 1e-6;
 
+// Even in [0, 1) for each power of two of samples up to 2^bits: bits reversed.
+double stratified(std::uint64_t sample, unsigned bits, SampleRandom& random) {
+    double place = std::ldexp(random.uniform(), -static_cast<int>(bits));
+    for (unsigned bit = 0; bit < bits; ++bit)
+        if (((sample >> bit) & 1) != 0) place += std::ldexp(0.5, -static_cast<int>(bit));
+    return place;
+}
+
+// All channels of a sample have the value that `value_of` gives for its number and random numbers.
+template <class Value>
+Estimate estimate_of(const RenderSettings& settings, SampleRange range, const Value& value_of) {
+    Estimate estimate(settings.width, settings.height);
+    Estimate::Plane plane(estimate.pixel_count() * channel_count);
+    for (std::uint64_t pixel = 0; pixel < estimate.pixel_count(); ++pixel)
+        for (std::uint64_t sample = range.begin; sample < range.end; ++sample) {
+            SampleRandom random(settings.seed + (sample >> 32), pixel, sample);
+            const double value = value_of(sample, random);
+            for (std::size_t c = 0; c < channel_count; ++c) {
+                plane[pixel * channel_count + c].sum += value;
+                plane[pixel * channel_count + c].sum_of_squares += value * value;
+            }
+        }
+    estimate.add_block(range, plane);
+    return estimate;
+}
+
 // Next events have `ratio` times the variance of paths at the same time. Roulette takes `roulette` times as long.
 class TrialRenderer : public Renderer {
 public:
@@ -48,25 +74,11 @@ private:
             double scale = 1.0;
             bool even = true;
             RenderResult render(SampleRange range, const RenderControl&) override {
-                constexpr double strata = 64.0;
                 RenderResult result;
-                result.estimate = Estimate(settings.width, settings.height);
-                Estimate::Plane plane(result.estimate.pixel_count() * channel_count);
-                for (std::uint64_t pixel = 0; pixel < result.estimate.pixel_count(); ++pixel)
-                    for (std::uint64_t sample = range.begin; sample < range.end; ++sample) {
-                        SampleRandom random(settings.seed + (sample >> 32), pixel, sample);
-                        // Bits reversed, so that each power of two of samples is even.
-                        double place = 0.0;
-                        for (unsigned bit = 0; bit < 6; ++bit)
-                            place += ((sample >> bit) & 1) != 0 ? std::ldexp(0.5, -static_cast<int>(bit)) : 0.0;
-                        const double u = even ? place + random.uniform() / strata : random.uniform();
-                        const double value = 5.0 + scale * (u - 0.5) * std::sqrt(12.0);
-                        for (std::size_t c = 0; c < channel_count; ++c) {
-                            plane[pixel * channel_count + c].sum += value;
-                            plane[pixel * channel_count + c].sum_of_squares += value * value;
-                        }
-                    }
-                result.estimate.add_block(range, plane);
+                result.estimate = estimate_of(settings, range, [&](std::uint64_t sample, SampleRandom& random) {
+                    const double u = even ? stratified(sample, 6, random) : random.uniform();
+                    return 5.0 + scale * (u - 0.5) * std::sqrt(12.0);
+                });
                 result.seconds = factor * seconds_of_sample * static_cast<double>(range.count());
                 return result;
             }
@@ -250,23 +262,12 @@ public:
             double independent = 0.0, seconds = 0.0;
             RenderResult render(SampleRange range, const RenderControl&) override {
                 RenderResult result;
-                result.estimate = Estimate(settings.width, settings.height);
-                Estimate::Plane plane(result.estimate.pixel_count() * channel_count);
-                for (std::uint64_t pixel = 0; pixel < result.estimate.pixel_count(); ++pixel)
-                    for (std::uint64_t sample = range.begin; sample < range.end; ++sample) {
-                        SampleRandom random(settings.seed + (sample >> 32), pixel, sample);
-                        double place = random.uniform() / 256.0;
-                        for (unsigned bit = 0; bit < 8; ++bit)
-                            if (((sample >> bit) & 1) != 0) place += std::ldexp(0.5, -static_cast<int>(bit));
-                        const double even = std::sqrt(0.7) * (place - 0.5) + std::sqrt(0.3) * (random.uniform() - 0.5);
-                        const double value =
-                            5.0 + std::sqrt(12.0) * (even + std::sqrt(independent) * (random.uniform() - 0.5));
-                        for (std::size_t c = 0; c < channel_count; ++c) {
-                            plane[pixel * channel_count + c].sum += value;
-                            plane[pixel * channel_count + c].sum_of_squares += value * value;
-                        }
-                    }
-                result.estimate.add_block(range, plane);
+                result.estimate = estimate_of(settings, range, [&](std::uint64_t sample, SampleRandom& random) {
+                    const double even = std::sqrt(0.7) * (stratified(sample, 8, random) - 0.5);
+                    const double uneven = std::sqrt(0.3) * (random.uniform() - 0.5);
+                    const double more = std::sqrt(independent) * (random.uniform() - 0.5);
+                    return 5.0 + std::sqrt(12.0) * (even + uneven + more);
+                });
                 result.seconds = seconds * static_cast<double>(range.count());
                 return result;
             }
