@@ -57,7 +57,8 @@ struct ShortTrial {
     [[nodiscard]] std::optional<double> samples_surely_to(double relative_error) const {
         constexpr double most_added = 0.5, uneven = 0.07;
         if (!sees_noise()) return std::nullopt;
-        const double margin = std::min(most_added, 2.0 * uncertainty_at(relative_error) + (points > 0.0 ? uneven : 0.0));
+        const double margin =
+            std::min(most_added, 2.0 * uncertainty_at(relative_error) + (points > 0.0 ? uneven : 0.0));
         return std::max(static_cast<double>(least), (1.0 + margin) * samples_to(relative_error));
     }
     void take_time(double seconds, double on_device, double taken) {
