@@ -5,6 +5,8 @@
 #include <array>
 #include <cmath>
 #include <numbers>
+#include <numeric>
+#include <vector>
 
 #include "common/validation/judges/judges.h"
 
@@ -49,84 +51,94 @@ Colour to_hunt_lab(const Colour& rgb) {
 
 double hyab(const Colour& a, const Colour& b) { return std::abs(a[0] - b[0]) + std::hypot(a[1] - b[1], a[2] - b[2]); }
 
-// A plane of numbers, its rim repeated outwards.
+// A plane of numbers.
 struct Plane {
     int width = 0, height = 0;
-    std::vector<double> values;
-    [[nodiscard]] double at(int x, int y) const {
-        return values[static_cast<std::size_t>(std::clamp(y, 0, height - 1) * width + std::clamp(x, 0, width - 1))];
-    }
+    std::vector<double> values;  // row by row
 };
 
-struct Kernel {
-    int radius = 0;
-    std::vector<double> weights;  // row by row
-};
+// Weights along one axis, from -radius to radius. Every filter of FLIP is a product of one along each axis, or a sum of
+// two such products.
+using Weights = std::vector<double>;
 
 template <class Weight>
-Kernel kernel_of(int radius, const Weight& weight) {
-    Kernel kernel{radius, {}};
-    for (int y = -radius; y <= radius; ++y)
-        for (int x = -radius; x <= radius; ++x) kernel.weights.push_back(weight(x, y));
-    return kernel;
+Weights weights_of(int radius, const Weight& weight) {
+    Weights weights;
+    for (int d = -radius; d <= radius; ++d) weights.push_back(weight(d));
+    return weights;
 }
 
-Plane convolved(const Plane& plane, const Kernel& kernel) {
-    Plane result = plane;
-    for (int y = 0; y < plane.height; ++y)
-        for (int x = 0; x < plane.width; ++x) {
-            double sum = 0.0;
-            std::size_t i = 0;
-            for (int dy = -kernel.radius; dy <= kernel.radius; ++dy)
-                for (int dx = -kernel.radius; dx <= kernel.radius; ++dx)
-                    sum += kernel.weights[i++] * plane.at(x + dx, y + dy);
-            result.values[static_cast<std::size_t>(y * plane.width + x)] = sum;
-        }
+double sum_of(const Weights& weights) { return std::accumulate(weights.begin(), weights.end(), 0.0); }
+
+Weights scaled(Weights weights, double by) {
+    for (double& weight : weights) weight *= by;
+    return weights;
+}
+
+// Filters `count` values that lie `stride` apart; the first and the last are repeated outwards.
+void filter_line(const double* values, double* result, int count, int stride, const Weights& weights) {
+    const int radius = static_cast<int>(weights.size() / 2);
+    for (int i = 0; i < count; ++i) {
+        double sum = 0.0;
+        for (int d = -radius; d <= radius; ++d)
+            sum += weights[static_cast<std::size_t>(d + radius)] * values[std::clamp(i + d, 0, count - 1) * stride];
+        result[i * stride] = sum;
+    }
+}
+
+Plane convolved(const Plane& plane, const Weights& along_x, const Weights& along_y) {
+    Plane rows = plane, result = plane;
+    for (int y = 0; y < plane.height; ++y) {
+        const int first = y * plane.width;
+        filter_line(plane.values.data() + first, rows.values.data() + first, plane.width, 1, along_x);
+    }
+    for (int x = 0; x < plane.width; ++x)
+        filter_line(rows.values.data() + x, result.values.data() + x, plane.height, plane.width, along_y);
     return result;
 }
 
-// Contrast sensitivity in one opponent channel: a sum of Gaussians.
-Kernel sensitivity(double a1, double b1, double a2, double b2) {
+// By the contrast sensitivity in one opponent channel: a sum of Gaussians, whose weights sum to 1.
+Plane filtered(const Plane& plane, double a1, double b1, double a2 = 0.0, double b2 = 1.0) {
     const int radius = static_cast<int>(std::ceil(3.0 * std::sqrt(0.04 / (2.0 * pi * pi)) * pixels_per_degree));
-    Kernel kernel = kernel_of(radius, [&](int x, int y) {
-        const double square = (x * x + y * y) / (pixels_per_degree * pixels_per_degree);
-        const auto gaussian = [&](double a, double b) {
-            return a * std::sqrt(pi / b) * std::exp(-pi * pi * square / b);
-        };
-        return gaussian(a1, b1) + gaussian(a2, b2);
-    });
-    double sum = 0.0;
-    for (const double weight : kernel.weights) sum += weight;
-    for (double& weight : kernel.weights) weight /= sum;
-    return kernel;
+    const auto gaussian = [&](double b) {
+        return weights_of(
+            radius, [&](int d) { return std::exp(-pi * pi * d * d / (b * pixels_per_degree * pixels_per_degree)); });
+    };
+    const Weights first = gaussian(b1), second = gaussian(b2);
+    const double whole1 = a1 * std::sqrt(pi / b1) * sum_of(first) * sum_of(first),
+                 whole2 = a2 * std::sqrt(pi / b2) * sum_of(second) * sum_of(second), share = whole1 / (whole1 + whole2);
+    const Weights unit1 = scaled(first, 1.0 / sum_of(first));
+    Plane result = convolved(plane, scaled(unit1, share), unit1);
+    if (!(a2 > 0.0)) return result;
+    const Weights unit2 = scaled(second, 1.0 / sum_of(second));
+    const Plane more = convolved(plane, scaled(unit2, 1.0 - share), unit2);
+    for (std::size_t i = 0; i < more.values.size(); ++i) result.values[i] += more.values[i];
+    return result;
 }
 
-// Derivatives of a Gaussian along x or y: of first order for edges, of second for points. Positive weights sum to 1,
+// Magnitudes of derivatives of a Gaussian: of first order for edges, of second for points. Positive weights sum to 1,
 // negative ones to −1.
-Kernel detector(bool points, bool along_y) {
+Plane magnitude(const Plane& grey, bool points) {
     constexpr double width = 0.082;  // of the features, degrees
     const double sigma = 0.5 * width * pixels_per_degree;
-    Kernel kernel = kernel_of(static_cast<int>(std::ceil(3.0 * sigma)), [&](int x, int y) {
-        const double along = along_y ? y : x, gaussian = std::exp(-(x * x + y * y) / (2.0 * sigma * sigma));
-        return points ? (along * along / (sigma * sigma) - 1.0) * gaussian : -along * gaussian;
-    });
+    const int radius = static_cast<int>(std::ceil(3.0 * sigma));
+    const auto gaussian = [&](int d) { return std::exp(-d * d / (2.0 * sigma * sigma)); };
+    const Weights bell = weights_of(radius, gaussian), across = scaled(bell, 1.0 / sum_of(bell));
+    Weights along =
+        weights_of(radius, [&](int d) { return gaussian(d) * (points ? d * d / (sigma * sigma) - 1.0 : -d); });
     double positive = 0.0, negative = 0.0;
-    for (const double weight : kernel.weights) (weight > 0.0 ? positive : negative) += std::abs(weight);
-    for (double& weight : kernel.weights) weight /= weight > 0.0 ? positive : negative;
-    return kernel;
+    for (const double weight : along) (weight > 0.0 ? positive : negative) += std::abs(weight);
+    for (double& weight : along) weight /= weight > 0.0 ? positive : negative;
+    Plane x = convolved(grey, along, across);
+    const Plane y = convolved(grey, across, along);
+    for (std::size_t i = 0; i < x.values.size(); ++i) x.values[i] = std::hypot(x.values[i], y.values[i]);
+    return x;
 }
 
 struct Prepared {
     std::array<Plane, 3> filtered;  // YCxCz
     Plane edges, points;            // magnitudes
 };
-
-Plane magnitude(const Plane& grey, bool points) {
-    Plane x = convolved(grey, detector(points, false));
-    const Plane y = convolved(grey, detector(points, true));
-    for (std::size_t i = 0; i < x.values.size(); ++i) x.values[i] = std::hypot(x.values[i], y.values[i]);
-    return x;
-}
 
 Prepared prepare(const std::vector<double>& linear, std::uint32_t width, std::uint32_t height) {
     const Plane empty{static_cast<int>(width), static_cast<int>(height), std::vector<double>(linear.size() / 3)};
@@ -139,9 +151,8 @@ Prepared prepare(const std::vector<double>& linear, std::uint32_t width, std::ui
         for (std::size_t c = 0; c < 3; ++c) planes[c].values[i] = opponent[c];
         grey.values[i] = (opponent[0] + 16.0) / 116.0;
     }
-    return {{convolved(planes[0], sensitivity(1.0, 0.0047, 0.0, 1e-5)),
-                convolved(planes[1], sensitivity(1.0, 0.0053, 0.0, 1e-5)),
-                convolved(planes[2], sensitivity(34.1, 0.04, 13.5, 0.025))},
+    return {{filtered(planes[0], 1.0, 0.0047), filtered(planes[1], 1.0, 0.0053),
+                filtered(planes[2], 34.1, 0.04, 13.5, 0.025)},
         magnitude(grey, false), magnitude(grey, true)};
 }
 
