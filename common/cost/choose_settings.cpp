@@ -76,12 +76,13 @@ std::optional<double> seconds_of_pass(
 // pixels keep a device less busy, and the last pass is as long as the noisiest pixel wants. Nothing after a stop.
 std::optional<double> slowness_of_passes(
     RenderJob& job, const ShortTrial& trial, double seconds, std::stop_token stop) {
-    const std::span<const std::uint32_t> favoured(trial.adaptive->favoured);
+    const Foretold& foretold = *trial.adaptive();
+    const std::span<const std::uint32_t> favoured(foretold.favoured);
     const std::optional<double> many = seconds_of_pass(job, favoured, seconds, stop);
     const std::optional<double> one = seconds_of_pass(job, favoured.first(1), seconds, stop);
     if (!many || !one) return std::nullopt;
     const double of_paths = *many / (trial.seconds_a_sample * trial.share_of(favoured.size()));
-    return uniform_share + (1.0 - uniform_share) * of_paths + trial.adaptive->most * *one / trial.seconds_a_sample;
+    return uniform_share + (1.0 - uniform_share) * of_paths + foretold.most * *one / trial.seconds_a_sample;
 }
 
 std::string options_of(const RenderSettings& settings, const RenderSettings& given) {
@@ -215,14 +216,15 @@ public:
         const ShortTrial independent = (independent_ ? *independent_ : *best_).independent();
         RenderSettings settings = choice_.settings;
         settings.generator = given_.generator;
-        if (!independent.adaptive || !may_adapt(settings)) return;
         const double one = independent.seconds_a_sample;
         const double alike = static_cast<double>(least_alike) * one;  // up to so many samples it is uniform sampling
         const double uniform_seconds = independent.seconds_to(goal_.relative_error);
-        if (uniform_seconds <= alike) return;
+        if (uniform_seconds <= alike || most_seconds_left() <= 0.0 || !may_adapt(settings)) return;
+        const Foretold* foretold = independent.adaptive();
+        if (foretold == nullptr) return;
         settings.sampling = Sampling::adaptive;
         const auto seconds_with = [&](double slowness) {
-            return std::max(alike, uniform_seconds * independent.adaptive->squared_error * slowness);
+            return std::max(alike, uniform_seconds * foretold->squared_error * slowness);
         };
         const double hoped = seconds_with(1.0);
         if (best_->points > 0.0 && hoped < clearly_better * best_seconds_) go_on(seconds_left(), {});
@@ -260,11 +262,14 @@ private:
     // Adaptive sampling is the one way whose gain is foretold before it is tried. So no trial is to take a share of
     // what it may save.
     [[nodiscard]] double seconds_left() const {
-        double best = best_seconds_;
-        if (may_still_adapt_ && best_->adaptive)
-            best =
-                std::min(best, best_->adaptive->squared_error * best_->independent().seconds_to(goal_.relative_error));
-        return std::min(goal_.most_seconds, trials_share * best) - spent_;
+        const double most = most_seconds_left();
+        const Foretold* foretold = most > 0.0 && may_still_adapt_ ? best_->adaptive() : nullptr;
+        if (foretold == nullptr) return most;
+        const double adaptive = foretold->squared_error * best_->independent().seconds_to(goal_.relative_error);
+        return std::min(most, trials_share * adaptive - spent_);
+    }
+    [[nodiscard]] double most_seconds_left() const {
+        return std::min(goal_.most_seconds, trials_share * best_seconds_) - spent_;
     }
     // A longer trial of the best.
     void go_on(double seconds, const std::function<bool(const ShortTrial&)>& is_enough) {

@@ -1,8 +1,7 @@
 #include "common/cost/settings_trial.h"
 
 #include <cmath>
-#include <numeric>
-#include <vector>
+#include <utility>
 
 #include "common/render/scrambled_film.h"
 #include "common/render/stopping.h"
@@ -13,23 +12,26 @@ namespace {
 
 constexpr std::uint64_t next_scrambling = std::uint64_t{1} << 32;  // MODEL.md section 3.2
 
-double mean_of_all(const std::vector<double>& values) {
-    return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
-}
-
-// Pixels are independent, and the variance of an estimate is at most the mean of its square. So a sum of pixels'
-// estimates is off by at most the root of the sum of their squares, for any distribution.
-double uncertainty_of(const std::vector<double>& values) {
+// Estimates of pixels, whose channels are added up.
+struct PixelSum {
     double sum = 0.0, of_squares = 0.0;
-    for (std::size_t i = 0; i < values.size(); i += channel_count) {
-        const double own = values[i] + values[i + 1] + values[i + 2];
-        sum += own;
-        of_squares += own * own;
+    void add(double pixel) {
+        sum += pixel;
+        of_squares += pixel * pixel;
     }
-    return sum > 0.0 ? std::sqrt(of_squares) / sum : 0.0;
-}
+    [[nodiscard]] double mean(std::uint64_t pixels) const { return sum / static_cast<double>(channel_count * pixels); }
+    // Pixels are independent, and the variance of an estimate is at most the mean of its square. So a sum of pixels'
+    // estimates is off by at most the root of the sum of their squares, for any distribution.
+    [[nodiscard]] double uncertainty() const { return sum > 0.0 ? std::sqrt(of_squares) / sum : 0.0; }
+};
 
 }  // namespace
+
+const Foretold* Pilot::foretold() {
+    if (samples_) foretold_ = foretell(*samples_);
+    samples_.reset();
+    return foretold_ ? &*foretold_ : nullptr;
+}
 
 double ShortTrial::samples_to(double relative_error) const {
     const double wanted = scramblings * relative_error * relative_error;
@@ -55,18 +57,28 @@ ShortTrial ShortTrial::independent() const {
 }
 
 std::optional<ShortTrial> independent_trial(RenderJob& job, std::uint64_t samples, std::stop_token stop) {
-    const RenderResult result = job.render({trial_begin, trial_begin + samples}, {.stop = stop, .progress = {}});
+    RenderResult result = job.render({trial_begin, trial_begin + samples}, {.stop = stop, .progress = {}});
     if (result.estimate.count() < samples) return std::nullopt;
-    const double mean = mean_of_all(mean_of(result.estimate));
-    if (!(mean > 0.0)) return std::nullopt;
-    const std::vector<double> variances = variance_of(result.estimate);
+    const Estimate::Plane sums = result.estimate.totals();
+    PixelSum means, variances;
+    for (std::size_t i = 0; i < sums.size(); i += channel_count) {
+        double mean = 0.0, variance = 0.0;
+        for (std::size_t c = i; c < i + channel_count; ++c) {
+            mean += mean_from(sums[c], samples);
+            variance += variance_from(sums[c], samples);
+        }
+        means.add(mean);
+        variances.add(variance);
+    }
     ShortTrial trial;
-    trial.noise = trial.error_of_one = mean_of_all(variances) / (mean * mean);
-    trial.noise_uncertainty = trial.uncertainty = uncertainty_of(variances);
-    trial.take_time(result.seconds, result.device_seconds.value_or(result.seconds), static_cast<double>(samples));
     trial.pixels = result.estimate.pixel_count();
+    const double mean = means.mean(trial.pixels);
+    if (!(mean > 0.0)) return std::nullopt;
+    trial.noise = trial.error_of_one = variances.mean(trial.pixels) / (mean * mean);
+    trial.noise_uncertainty = trial.uncertainty = variances.uncertainty();
+    trial.take_time(result.seconds, result.device_seconds.value_or(result.seconds), static_cast<double>(samples));
     trial.least = least_judged(trial.pixels, 1);
-    trial.adaptive = foretell(result.estimate);
+    trial.pilot = std::make_shared<Pilot>(std::move(result.estimate));
     trial.samples = samples;
     return trial;
 }
@@ -77,33 +89,40 @@ std::optional<ShortTrial> scrambled_trial(RenderJob& job, std::uint64_t samples,
         return job.render({begin, begin + points}, {.stop = stop, .progress = {}});
     };
     RenderResult a = render(trial_begin);
-    const RenderResult b = render(trial_begin + next_scrambling);
+    RenderResult b = render(trial_begin + next_scrambling);
     if (a.estimate.count() < points || b.estimate.count() < points) return std::nullopt;
-    const std::vector<double> means_a = mean_of(a.estimate), means_b = mean_of(b.estimate);
-    std::vector<double> between(means_a.size());  // variance of a mean
-    for (std::size_t i = 0; i < between.size(); ++i) between[i] = 0.5 * std::pow(means_a[i] - means_b[i], 2.0);
-    const double mean = 0.5 * (mean_of_all(means_a) + mean_of_all(means_b));
-    if (!(mean > 0.0)) return std::nullopt;
-    const double error = mean_of_all(between), n = static_cast<double>(points);
-    // Points differ more from their mean where that has less variance: E s^2 = n / (n - 1) (variance - error).
-    const std::vector<double> within_a = variance_of(a.estimate), within_b = variance_of(b.estimate);
-    std::vector<double> noises(between);
-    for (std::size_t i = 0; i < noises.size(); ++i) noises[i] += (1.0 - 1.0 / n) * 0.5 * (within_a[i] + within_b[i]);
-    const double noise = mean_of_all(noises);
-    a.estimate.merge(b.estimate);
-    constexpr double steepest = 1.0;  // a squared error of n^-2, which images with edges do not have
+    const Estimate::Plane sums_a = a.estimate.totals(), sums_b = b.estimate.totals();
+    const auto n = static_cast<double>(points);
+    PixelSum means, between, noises;  // `between`: variances of a mean
+    for (std::size_t i = 0; i < sums_a.size(); i += channel_count) {
+        double mean = 0.0, of_mean = 0.0, within = 0.0;
+        for (std::size_t c = i; c < i + channel_count; ++c) {
+            const double mean_a = mean_from(sums_a[c], points), mean_b = mean_from(sums_b[c], points);
+            mean += 0.5 * (mean_a + mean_b);
+            of_mean += 0.5 * (mean_a - mean_b) * (mean_a - mean_b);
+            within += 0.5 * (variance_from(sums_a[c], points) + variance_from(sums_b[c], points));
+        }
+        means.add(mean);
+        between.add(of_mean);
+        // Points differ more from their mean where that has less variance: E s^2 = n / (n - 1) (variance - error).
+        noises.add(of_mean + (1.0 - 1.0 / n) * within);
+    }
     ShortTrial trial;
+    trial.pixels = a.estimate.pixel_count();
+    const double mean = means.mean(trial.pixels), error = between.mean(trial.pixels), noise = noises.mean(trial.pixels);
+    if (!(mean > 0.0)) return std::nullopt;
+    a.estimate.merge(std::move(b.estimate));
+    constexpr double steepest = 1.0;  // a squared error of n^-2, which images with edges do not have
     trial.noise = noise / (mean * mean);
     if (noise > 0.0 && error > 0.0) trial.gain = std::clamp(std::log(noise / (n * error)) / std::log(n), 0.0, steepest);
     trial.error_of_one = trial.gain > 0.0 ? error * std::pow(n, 1.0 + trial.gain) / (mean * mean) : trial.noise;
-    trial.noise_uncertainty = uncertainty_of(noises);
-    trial.uncertainty = uncertainty_of(between);
-    trial.adaptive = foretell(a.estimate);
+    trial.noise_uncertainty = noises.uncertainty();
+    trial.uncertainty = between.uncertainty();
+    trial.pilot = std::make_shared<Pilot>(std::move(a.estimate));
     trial.samples = samples;
     trial.points = n;
     const auto on_device = [](const RenderResult& one) { return one.device_seconds.value_or(one.seconds); };
     trial.take_time(0.5 * (a.seconds + b.seconds), 0.5 * (on_device(a) + on_device(b)), n);
-    trial.pixels = a.estimate.pixel_count();
     trial.scramblings = scramblings_for(trial.pixels);
     trial.least = least_judged(trial.pixels, trial.scramblings);
     return trial;

@@ -4,8 +4,10 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <stop_token>
+#include <utility>
 
 #include "common/render/adaptive_sampling.h"
 #include "common/render/renderer.h"
@@ -14,6 +16,18 @@ namespace tandem {
 
 inline constexpr std::uint64_t trial_begin = std::uint64_t{1} << 62;  // first sample of a trial: no render gets there
 inline constexpr std::uint64_t least_points = 16;                     // fewer do not tell how even Sobol points are
+
+// The samples of a trial. What adaptive sampling would make of them is foretold when it is asked for the first time: on
+// a fast device that takes longer than the samples.
+class Pilot {
+public:
+    explicit Pilot(Estimate samples) : samples_(std::move(samples)) {}
+    [[nodiscard]] const Foretold* foretold();  // null: without noise
+
+private:
+    std::optional<Estimate> samples_;  // until it is foretold
+    std::optional<Foretold> foretold_;
+};
 
 // What a trial showed of settings. Errors are squared, and relative to the image's mean. That of n Sobol points falls
 // as error_of_one n^-(1 + gain) + added / n.
@@ -28,10 +42,11 @@ struct ShortTrial {
     double noise_uncertainty = 0.0, uncertainty = 0.0;  // of noise and error_of_one, relative: standard errors, at most
     std::uint64_t least = 0;                            // samples that a render has at least
     unsigned scramblings = 1;
-    std::optional<Foretold> adaptive;
+    std::shared_ptr<Pilot> pilot;
     std::uint64_t samples = 0;  // of all scramblings
     double points = 0.0;        // of each scrambling; 0: of independent samples
 
+    [[nodiscard]] const Foretold* adaptive() const { return pilot ? pilot->foretold() : nullptr; }
     [[nodiscard]] double share_of(std::size_t some) const {
         return static_cast<double>(some) / static_cast<double>(pixels);
     }
