@@ -3,13 +3,18 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
+#include <exception>
+#include <mutex>
 #include <numeric>
 #include <random>
+#include <thread>
 #include <utility>
 
 #include "common/cost/schedule.h"
 #include "common/error.h"
+#include "common/render/concurrent_renderer.h"
 #include "common/statistics/paired_effect.h"
 #include "common/stopwatch.h"
 #include "common/validation/judges/judges.h"
@@ -232,8 +237,14 @@ struct CostExperiment::Renderers {
     };
     MakeRenderer make;
     std::vector<One> all;
+    std::mutex mutex;
 
+    [[nodiscard]] std::size_t prepare_at_once() const {
+        const auto* many = all.empty() ? nullptr : dynamic_cast<ConcurrentRenderer*>(all.front().renderer.get());
+        return many == nullptr ? 1 : many->prepares_at_once();
+    }
     Renderer& of(const BackendOptions& options) {
+        const std::lock_guard lock(mutex);
         for (One& one : all)
             if (one.options.precision == options.precision && one.options.kernel == options.kernel)
                 return *one.renderer;
@@ -258,21 +269,60 @@ void CostExperiment::skip_for_time(const CostArm& arm, const std::string& reason
     skipped_.push_back({arm.knob, arm.setting, reason, true});
 }
 
-bool CostExperiment::add(const CostArm& arm) {
+struct CostExperiment::Ready {
+    std::unique_ptr<RenderJob> job;  // null: refused, or there was no time
+    std::unique_ptr<FilmDenoiser> denoiser;
+    std::string refusal;
+    std::exception_ptr failure;
+};
+
+CostExperiment::Ready CostExperiment::make_ready(const CostArm& arm) {
+    Ready ready;
     try {
         RenderSettings settings = arm.settings.render;
         settings.seed = seed_;
         Renderer& renderer = renderers_->of(arm.settings.backend);
         auto job = renderer.prepare(scene_, settings);
-        auto denoiser = arm.settings.denoise ? std::make_unique<FilmDenoiser>(renderer, scene_, settings) : nullptr;
-        jobs_.push_back(std::move(job));
-        denoisers_.push_back(std::move(denoiser));
-        arms_.push_back(arm);
-        return true;
+        if (arm.settings.denoise) ready.denoiser = std::make_unique<FilmDenoiser>(renderer, scene_, settings);
+        ready.job = std::move(job);
     } catch (const UnsupportedError& refusal) {
-        skipped_.push_back({arm.knob, arm.setting, refusal.what()});
-        return false;
+        ready.refusal = refusal.what();
+    } catch (...) {
+        ready.failure = std::current_exception();
     }
+    return ready;
+}
+
+std::size_t CostExperiment::add(std::span<const CostArm> arms, const std::function<bool()>& is_over) {
+    std::vector<Ready> all(arms.size());
+    std::atomic<std::size_t> next = 0;
+    const auto make_some = [&] {
+        for (std::size_t i = next++; i < arms.size(); i = next++)
+            if (!is_over()) all[i] = make_ready(arms[i]);
+    };
+    const std::size_t at_once = std::min(renderers_->prepare_at_once(), arms.size());
+    {
+        std::vector<std::jthread> threads;
+        while (threads.size() + 1 < at_once) threads.emplace_back(make_some);
+        make_some();
+    }
+    std::size_t added = 0;
+    for (std::size_t i = 0; i < arms.size(); ++i) {
+        Ready& ready = all[i];
+        if (ready.failure) std::rethrow_exception(ready.failure);
+        if (!ready.job) {
+            if (ready.refusal.empty())
+                skip_for_time(arms[i], "no time was left to make its kernels");
+            else
+                skipped_.push_back({arms[i].knob, arms[i].setting, ready.refusal});
+            continue;
+        }
+        jobs_.push_back(std::move(ready.job));
+        denoisers_.push_back(std::move(ready.denoiser));
+        arms_.push_back(arms[i]);
+        ++added;
+    }
+    return added;
 }
 
 void CostExperiment::time_hierarchies(double seconds, const CostControl& control) {

@@ -5,6 +5,7 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <span>
 #include <stop_token>
 #include <string>
 #include <vector>
@@ -67,8 +68,9 @@ public:
     CostExperiment(const Scene& scene, MakeRenderer make, std::uint64_t seed);
     ~CostExperiment();
 
-    // Makes an arm ready. False, with a SkippedArm, where the backend refuses it.
-    bool add(const CostArm& arm);
+    // Makes arms ready, as many at once as their renderer can. Returns how many; the others are SkippedArms: what the
+    // backend refuses, and what is not begun before the time `is_over`. Several threads may ask for that.
+    std::size_t add(std::span<const CostArm> arms, const std::function<bool()>& is_over);
     // Fills in hierarchy_seconds, if there are such arms. Each is prepared anew, in turn, as `seconds` allow.
     void time_hierarchies(double seconds, const CostControl& control);
     void skip_for_time(const CostArm& arm, const std::string& reason);
@@ -89,6 +91,8 @@ public:
 
 private:
     struct Renderers;
+    struct Ready;
+    [[nodiscard]] Ready make_ready(const CostArm& arm);
     // Warms the device up, and times a sample of each arm. Arms without samples get their counts. Returns the arms that
     // have time for a replicate, or nothing where a stop came.
     std::optional<std::vector<std::size_t>> try_speeds(

@@ -19,9 +19,10 @@ namespace {
 
 // Shares of the time: the reference, and of what is left then the short stage of all arms and that of mixed knobs.
 constexpr double reference_share = 0.3, short_share = 0.35, mix_share = 0.08;
-constexpr double making_share = 0.3;      // of the time after the reference, for the kernels of the arms
-constexpr double scheduled_share = 0.93;  // the rest is for replicates that take longer than foretold, and figures
-constexpr double saving_share = 0.05;     // of the time, for saving
+constexpr double most_short_seconds = 4.0;  // of an arm there, so that long measurements have the time for long renders
+constexpr double making_share = 0.3;        // of the time after the reference, for the kernels of the arms
+constexpr double scheduled_share = 0.93;    // the rest is for replicates that take longer than foretold, and figures
+constexpr double saving_share = 0.05;       // of the time, for saving
 
 // What is said on the way, as a share of the whole.
 CostControl within(const CostControl& control, double from, double to) {
@@ -55,7 +56,7 @@ std::vector<CostArm> mixes(
     return all;
 }
 
-std::vector<std::string> names_of(const std::vector<CostArm>& arms) {
+std::vector<std::string> names_of(std::span<const CostArm> arms) {
     std::vector<std::string> names;
     for (const CostArm& arm : arms) names.push_back(arm.name());
     return names;
@@ -176,7 +177,8 @@ private:
 };
 
 void CostRun::add_baseline() {
-    if (!experiment_.add({"baseline", "", "", request_.baseline, true}))
+    const CostArm baseline{"baseline", "", "", request_.baseline, true};
+    if (experiment_.add({&baseline, 1}, [] { return false; }) == 0)
         throw UnsupportedError(experiment_.skipped().back().reason);  // nothing to hold the others against
     info_ = experiment_.info();
     check_knobs(knob_settings(scene_, request_.baseline, info_, 0.0), request_.knobs);
@@ -200,12 +202,8 @@ void CostRun::render_reference() {
 void CostRun::add_arms() {
     // On a GPU the kernels of twenty arms take longer than many a time for measuring.
     const double making_end = spent() + making_share * std::max(0.0, request_.seconds - spent());
-    for (const CostArm& arm : single_arms(scene_, request_, info_, mean_, report_.skipped)) {
-        if (stopped() || spent() > making_end)
-            experiment_.skip_for_time(arm, "no time was left to make its kernels");
-        else
-            (void)experiment_.add(arm);
-    }
+    (void)experiment_.add(single_arms(scene_, request_, info_, mean_, report_.skipped),
+        [&] { return stopped() || spent() > making_end; });
     experiment_.time_hierarchies(std::max(0.0, making_end - spent()), control_);
     report_.device = info_.device;
     report_.driver = info_.driver;
@@ -240,20 +238,22 @@ void CostRun::take_figures() {
 }
 
 void CostRun::measure_short_stage() {
-    const double shortest = left() * short_share;
+    const double shortest =
+        std::min(left() * short_share, most_short_seconds * static_cast<double>(experiment_.arms().size()));
     report_.whole = experiment_.measure(names_of(experiment_.arms()), shortest, samples_, saving(reference_share, 0.5));
     take_figures();
 }
 
 void CostRun::measure_mixes() {
-    std::vector<std::string> mixed;
     // What is mixed follows from the short stage alone, so that a continued measurement mixes the same.
-    for (const CostArm& mix : mixes(analyse_cost(experiment_.arms(), samples_, {short_stage, short_stage + 1}),
-             knob_settings(scene_, request_.baseline, info_, mean_), request_))
-        if (!stopped() && experiment_.add(mix)) mixed.push_back(mix.name());
-    if (mixed.empty() || stopped()) return;
-    const double rest = left() * mix_share * static_cast<double>(mixed.size());
-    report_.whole = experiment_.measure(mixed, rest, samples_, saving(0.5, 0.55)) && report_.whole;
+    const std::vector<CostArm> mixed = mixes(analyse_cost(experiment_.arms(), samples_, {short_stage, short_stage + 1}),
+        knob_settings(scene_, request_.baseline, info_, mean_), request_);
+    if (stopped() || mixed.empty()) return;
+    const std::size_t added = experiment_.add(mixed, [this] { return stopped(); });
+    if (stopped() || added == 0) return;
+    const std::vector<std::string> names = names_of(std::span(experiment_.arms()).last(added));
+    const double rest = std::min(left() * mix_share, most_short_seconds) * static_cast<double>(added);
+    report_.whole = experiment_.measure(names, rest, samples_, saving(0.5, 0.55)) && report_.whole;
     take_figures();
 }
 

@@ -1,8 +1,12 @@
 // How `tandem cost` samples: rounds, floors, references, what is kept, mixes of knobs.
+#include <chrono>
 #include <cmath>
+#include <condition_variable>
 #include <fstream>
+#include <mutex>
 #include <nlohmann/json.hpp>
 
+#include "common/render/concurrent_renderer.h"
 #include "tests/common/known_cost.h"
 #include "tests/scene_builder.h"
 #include "tests/temporary_folder.h"
@@ -50,6 +54,55 @@ TEST_CASE("cost: a device that is slow until it is warm gets the samples of one 
         return counts;
     };
     CHECK(short_samples(request) == short_samples(request_for(0.0)));
+}
+
+TEST_CASE("cost: arms are made ready at once where the renderer can, and stay in their order") {
+    struct Meeting {
+        std::mutex mutex;
+        std::condition_variable changed;
+        int calls = 0, inside = 0;
+        bool met = false;
+    } meeting;
+    struct Concurrent : KnownRenderer, ConcurrentRenderer {
+        Concurrent(const BackendOptions& options, Meeting& meeting) : KnownRenderer(options, 0.0), meeting_(meeting) {}
+        unsigned prepares_at_once() const override { return 2; }
+        std::unique_ptr<RenderJob> prepare(const Scene& scene, const RenderSettings& settings) override {
+            std::unique_lock lock(meeting_.mutex);
+            if (meeting_.calls++ > 0 && !meeting_.met) {  // the baseline comes alone
+                ++meeting_.inside;
+                meeting_.changed.notify_all();
+                meeting_.changed.wait_for(
+                    lock, std::chrono::seconds(10), [&] { return meeting_.met || meeting_.inside > 1; });
+                meeting_.met = meeting_.met || meeting_.inside > 1;
+                --meeting_.inside;
+                meeting_.changed.notify_all();
+            }
+            lock.unlock();
+            return KnownRenderer::prepare(scene, settings);
+        }
+        Meeting& meeting_;
+    };
+    const auto names_of = [](const CostRequest& request) {
+        int looks = 0;
+        CostControl control = control_of(looks);
+        std::mutex mutex;
+        control.now = [&mutex, now = control.now] {
+            const std::lock_guard lock(mutex);
+            return now();
+        };
+        const CostReport report = run_cost(Scene{}, request, control);
+        std::vector<std::string> names;
+        for (const ArmFigures& figures : report.figures) names.push_back(figures.arm.name());
+        for (const SkippedArm& skipped : report.skipped) names.push_back(skipped.setting + ": " + skipped.reason);
+        return names;
+    };
+    CostRequest request = request_for(0.0);
+    request.seconds = 20.0;
+    const std::vector<std::string> one_by_one = names_of(request);
+    CHECK(std::ranges::find(one_by_one, "bidirectional: no bidirectional paths here") != one_by_one.end());
+    request.make = [&](const BackendOptions& options) { return std::make_unique<Concurrent>(options, meeting); };
+    CHECK(names_of(request) == one_by_one);
+    CHECK(meeting.met);
 }
 
 TEST_CASE("cost: arms of unlike numbers of samples are held against each other at one that both have") {

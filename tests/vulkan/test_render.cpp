@@ -2,9 +2,12 @@
 #include <doctest/doctest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <thread>
 
 #include "common/error.h"
+#include "common/render/concurrent_renderer.h"
 #include "tests/vulkan/scenes.h"
 #include "vulkan/framework/shader_library.h"
 #include "vulkan/renderer/kernels/constant_ids.h"
@@ -43,6 +46,28 @@ TEST_CASE("every sample of a furnace is the closed form of its depth") {
         const double bound = answer * (2.0 * bounces + 3.0) * 0x1p-23;
         for (const double mean : mean_of(result.estimate)) REQUIRE(std::abs(mean - answer) <= bound);
     }
+}
+
+TEST_CASE("jobs that several threads prepare at once render the bits of jobs prepared alone, and the layer is silent") {
+    const Scene scene = furnace(0.8, 0.5);
+    const auto settings_at = [](std::size_t i) {
+        RenderSettings settings = settings_of(16, 5, i % 2 == 0 ? Integrator::path : Integrator::next_event);
+        settings.generator = i < 4 ? Generator::philox : Generator::sobol;
+        return settings;
+    };
+    BackendOptions options;
+    options.validation = true;
+    const auto renderer = vulkan_backend().create(options);
+    CHECK(dynamic_cast<ConcurrentRenderer*>(renderer.get())->prepares_at_once() >= 1);
+    std::array<std::unique_ptr<RenderJob>, 8> jobs;
+    {
+        std::vector<std::jthread> threads;
+        for (std::size_t i = 0; i < jobs.size(); ++i)
+            threads.emplace_back([&, i] { jobs[i] = renderer->prepare(scene, settings_at(i)); });
+    }
+    for (std::size_t i = 0; i < jobs.size(); ++i)
+        CHECK(same_bits(jobs[i]->render({0, 4}, {}).estimate,
+            default_renderer().prepare(scene, settings_at(i))->render({0, 4}).estimate));
 }
 
 TEST_CASE("next events leave the furnace as it is") {

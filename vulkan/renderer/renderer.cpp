@@ -1,7 +1,11 @@
 // The Vulkan backend: a Renderer that owns instance, device and pipelines.
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <thread>
+
 #include "common/error.h"
+#include "common/render/concurrent_renderer.h"
 #include "common/render/floating_origin.h"
 #include "common/render/tiled_renderer.h"
 #include "vulkan/backend.h"
@@ -33,7 +37,7 @@ GeometryPrecision geometry_of(const BackendOptions& options) {
 // thus ends the program, with its text. Only with validation on.
 void raise_leftovers(const Instance& instance) { instance.log().raise(); }
 
-class VulkanRenderer : public Renderer, public TiledRenderer, public ForecastingRenderer {
+class VulkanRenderer : public Renderer, public TiledRenderer, public ForecastingRenderer, public ConcurrentRenderer {
 public:
     VulkanRenderer(const BackendOptions& options, Acceleration acceleration)
         : acceleration_(acceleration),
@@ -67,6 +71,10 @@ public:
 
     [[nodiscard]] std::unique_ptr<RenderJob> prepare(const Scene& given, const RenderSettings& settings) override {
         return prepare_tiled(given, settings, 0);
+    }
+
+    [[nodiscard]] unsigned prepares_at_once() const override {
+        return std::max(1u, std::thread::hardware_concurrency());
     }
 
     [[nodiscard]] std::unique_ptr<RenderJob> prepare_tiled(

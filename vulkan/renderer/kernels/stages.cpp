@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <exception>
 #include <utility>
 
 #include "common/error.h"
@@ -250,6 +251,7 @@ const PipelineLayout& Stages::layout(const KernelForm& form) {
     if (has_ray_pipeline(form.shape)) visible |= Bit::eRaygenKHR | Bit::eIntersectionKHR | Bit::eAnyHitKHR;
     if (visible == Bit::eCompute && !pushed && !form.has_arrays() && sets.size() == separate_bindings({}).size())
         return layout_;
+    const std::lock_guard lock(mutex_);
     return layouts_
         .try_emplace(form, device_, sets, settings_bytes,
             pushed ? static_cast<std::size_t>(SetIndex::rays) : PipelineLayout::no_set, visible)
@@ -277,6 +279,7 @@ vk::raii::Pipeline Stages::make(const PipelineLayout& layout, std::span<const st
 }
 
 const FullscreenPass& Stages::fullscreen_pass() {
+    const std::lock_guard lock(mutex_);
     if (!pass_) pass_.emplace(device_);
     return *pass_;
 }
@@ -377,12 +380,31 @@ KernelCode kernel_code(Stage stage, const KernelForm& form) {
     return {plain ? shader_code(stage) : code, plain};
 }
 
+// Who asks first makes them; others wait for it. What could not be made is tried anew.
 std::shared_ptr<const Stages::Pipelines> Stages::pipelines(
+    const Specialisation& specialisation, const KernelForm& form) {
+    const std::pair key{form, key_of(specialisation.constants())};
+    std::promise<std::shared_ptr<const Pipelines>> making;
+    std::unique_lock lock(mutex_);
+    const auto [place, first] = pipelines_.try_emplace(key);
+    if (first) place->second = making.get_future().share();
+    const std::shared_future<std::shared_ptr<const Pipelines>> kept = place->second;
+    lock.unlock();
+    if (!first) return kept.get();
+    try {
+        making.set_value(make_pipelines(specialisation, form));
+    } catch (...) {
+        making.set_exception(std::current_exception());
+        lock.lock();
+        pipelines_.erase(key);
+    }
+    return kept.get();
+}
+
+std::shared_ptr<const Stages::Pipelines> Stages::make_pipelines(
     const Specialisation& specialisation, const KernelForm& form) {
     const std::vector<SpecialisationConstant> constants = specialisation.constants();
     const PipelineLayout& form_layout = layout(form);
-    std::shared_ptr<const Pipelines>& kept = pipelines_[{form, key_of(constants)}];
-    if (kept) return kept;
     const Stopwatch watch;
     Pipelines made;
     made.plain.resize(stage_count);
@@ -407,8 +429,7 @@ std::shared_ptr<const Stages::Pipelines> Stages::pipelines(
     if (form.variant() != ShaderVariant::plain && !any_variant)
         throw UnsupportedError("this build has no kernels for the pattern or the precision");
     made.seconds = watch.seconds();
-    kept = std::make_shared<const Pipelines>(std::move(made));
-    return kept;
+    return std::make_shared<const Pipelines>(std::move(made));
 }
 
 }  // namespace tandem

@@ -2,8 +2,10 @@
 #pragma once
 
 #include <array>
+#include <future>
 #include <map>
 #include <memory>
+#include <mutex>
 #include <optional>
 #include <tuple>
 
@@ -121,7 +123,8 @@ struct KernelCode {
 };
 [[nodiscard]] KernelCode kernel_code(Stage stage, const KernelForm& form);
 
-// Pipelines are kept per specialisation and form, so that many jobs of one kind build them once.
+// Pipelines are kept per specialisation and form, so that many jobs of one kind build them once. Threads may ask at
+// once for layouts, pipelines() and the fullscreen pass. Pipelines of different kinds are then made at once.
 class Stages {
 public:
     struct Pipelines {
@@ -166,6 +169,8 @@ private:
     [[nodiscard]] vk::raii::Pipeline make(const PipelineLayout& layout, std::span<const std::uint32_t> code,
         const std::vector<SpecialisationConstant>& constants) const;
 
+    [[nodiscard]] std::shared_ptr<const Pipelines> make_pipelines(
+        const Specialisation& specialisation, const KernelForm& form);
     [[nodiscard]] vk::raii::Pipeline make_fragment(const PipelineLayout& layout, std::span<const std::uint32_t> code,
         const std::vector<SpecialisationConstant>& constants);
     [[nodiscard]] RayPipeline make_rays(const KernelForm& form, const PipelineLayout& layout,
@@ -177,10 +182,12 @@ private:
     bool merged_;            // storage buffers of a set are parts of one
     PipelineLayout layout_;  // of forms that need no other
     bool contracted_;
+    std::mutex mutex_;  // of what is kept
     bool trims_;  // kernels are trimmed for a driver that compiles on the CPU: bench's family pipelines has the gain
     std::map<KernelForm, PipelineLayout> layouts_;
     std::optional<FullscreenPass> pass_;  // made when a job renders by fragments
-    std::map<std::pair<KernelForm, std::vector<std::uint32_t>>, std::shared_ptr<const Pipelines>> pipelines_;
+    std::map<std::pair<KernelForm, std::vector<std::uint32_t>>, std::shared_future<std::shared_ptr<const Pipelines>>>
+        pipelines_;
     std::map<std::vector<std::uint32_t>, std::shared_ptr<const RayPipelines>> ray_pipelines_, double_ray_pipelines_;
     std::map<std::tuple<ShaderVariant, bool, std::vector<std::uint32_t>>, std::shared_ptr<const PathPipelines>>
         path_pipelines_;
