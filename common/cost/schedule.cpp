@@ -132,19 +132,36 @@ std::vector<CostStage::Arm> contenders(
     return chosen;
 }
 
-// Those of a goal's last attempt that are not at the error, with twice the samples at least.
+// The seconds of the arm that is soonest at the error, of those that took part in the goal's last attempt or before.
+double soonest_there(const std::vector<ArmFigures>& figures, const CostSamples& samples, std::size_t index) {
+    const double mean = samples.reference.image_mean();
+    double soonest = std::numeric_limits<double>::infinity();
+    for (const ArmFigures& arm : figures)
+        for (std::uint32_t attempt = 0; attempt < attempts; ++attempt) {
+            const ArmTrials* trials = trials_at(samples, arm.arm.name(), goal_stage(index, attempt));
+            if (trials == nullptr || !arm.has_forecasts() || !has_replicates(*trials, fewest_replicates) ||
+                !is_at(*trials, cost_errors[index], mean))
+                continue;
+            if (const TimeToError time = arm.time_to(cost_errors[index]); time.seconds)
+                soonest = std::min(soonest, time.seconds->value);
+        }
+    return soonest;
+}
+
+// Those of a goal's last attempt that are not at the error, with twice the samples at least: the baseline, and what may
+// be sooner than all that are.
 std::vector<CostStage::Arm> not_there(const std::vector<ArmFigures>& figures, const CostSamples& samples,
     std::size_t index, std::uint32_t attempt, double seconds) {
     std::vector<CostStage::Arm> again;
     double left = seconds * goal_share[index];
-    const double mean = samples.reference.image_mean();
+    const double mean = samples.reference.image_mean(), soonest = soonest_there(figures, samples, index);
     for (const ArmFigures& arm : figures) {
         const ArmTrials* before = trials_at(samples, arm.arm.name(), goal_stage(index, attempt - 1));
         if (before == nullptr || !has_replicates(*before, fewest_replicates) ||
             is_at(*before, cost_errors[index], mean))
             continue;
         auto one = candidate(arm, cost_errors[index]);
-        if (!one) continue;
+        if (!one || (one->seconds > soonest && &arm != figures.data())) continue;
         if (one->levels.back() <= before->samples.back())
             one->levels = levels_up_to(2.0 * static_cast<double>(before->samples.back()));
         const double takes = static_cast<double>(fewest_replicates) * seconds_of(arm, one->levels);

@@ -23,7 +23,7 @@ inline constexpr std::uint32_t short_stage = 0, floor_stage = 1, first_goal_stag
 inline constexpr double floor_bound = 0.01;
 
 // Arms that take part in a goal: fewer for smaller errors. The best adaptive and Sobol arms come besides.
-inline constexpr std::array<std::size_t, cost_errors.size()> goal_arms{12, 6, 4};
+inline constexpr std::array<std::size_t, cost_errors.size()> goal_arms{8, 6, 4};
 
 // Sample counts of a later stage, ascending. The last is `wanted`, or beyond it by a quarter or a block: most of what a
 // replicate takes. It is 2^30 at most.

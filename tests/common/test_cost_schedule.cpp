@@ -75,6 +75,26 @@ TEST_CASE("cost schedule: a planted bias is named with its interval, and other a
     }
 }
 
+TEST_CASE("cost schedule: of much time the short stage takes no more than tells which arms may be soonest") {
+    CostRequest request = request_for(0.2);
+    int looks = 0;
+    CostControl control = control_of(looks);
+    double short_seconds = 0.0, all_seconds = 0.0;
+    control.save = [&](const CostSamples& samples) {
+        short_seconds = all_seconds = 0.0;
+        for (const ArmTrials& trials : samples.arms)
+            for (const Replicate& replicate : trials.replicates) {
+                all_seconds += replicate.seconds.back();
+                if (trials.stage == short_stage) short_seconds += replicate.seconds.back();
+            }
+    };
+    request.seconds = 1000.0;
+    const CostReport report = run_cost(Scene{}, request, control);
+    constexpr double seconds_an_arm = 4.0;
+    CHECK(short_seconds <= seconds_an_arm * static_cast<double>(report.figures.size()));
+    CHECK(all_seconds > 300.0);
+}
+
 TEST_CASE("cost schedule: a slow setting is not measured to an error that the best reaches many times over") {
     const CostReport report = measured_for(12.0, 0.2);
     const auto longest = [&](const std::string& name) { return arm(report, name).points.back().samples; };
