@@ -18,7 +18,7 @@ namespace tandem {
 namespace {
 
 // Shares of the time: the reference, and of what is left then the short stage of all arms and that of mixed knobs.
-constexpr double reference_share = 0.3, short_share = 0.35, mix_share = 0.08;
+constexpr double reference_share = 0.3, short_share = 0.35, mix_share = 0.08, most_mix_share = 0.24;
 constexpr double most_short_seconds = 4.0;  // of an arm there, so that long measurements have the time for long renders
 constexpr double making_share = 0.3;        // of the time after the reference, for the kernels of the arms
 constexpr double scheduled_share = 0.93;    // the rest is for replicates that take longer than foretold, and figures
@@ -252,7 +252,8 @@ void CostRun::measure_mixes() {
     const std::size_t added = experiment_.add(mixed, [this] { return stopped(); });
     if (stopped() || added == 0) return;
     const std::vector<std::string> names = names_of(std::span(experiment_.arms()).last(added));
-    const double rest = std::min(left() * mix_share, most_short_seconds) * static_cast<double>(added);
+    const double share = std::min(mix_share * static_cast<double>(added), most_mix_share),
+                 rest = std::min(left() * share, most_short_seconds * static_cast<double>(added));
     report_.whole = experiment_.measure(names, rest, samples_, saving(0.5, 0.55)) && report_.whole;
     take_figures();
 }

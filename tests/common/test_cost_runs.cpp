@@ -268,6 +268,26 @@ TEST_CASE("cost: a mix has a limit of bounces or roulette, whichever is better, 
     CHECK(best_settings(noise) == std::vector<std::size_t>{2, 3});  // which refuses Sobol points
 }
 
+TEST_CASE("cost: where a limit of bounces may leave more than 1 %, Sobol points are measured without the limit, too") {
+    const auto figure = [](const char* knob, const char* setting, double cost, std::uint32_t bounces) {
+        ArmFigures arm;
+        arm.arm = {knob, setting, "", {}, true};
+        arm.arm.settings.render.bounces = bounces;
+        arm.cost_ratio = {cost, cost, cost};
+        return arm;
+    };
+    std::vector<ArmFigures> figures{figure("baseline", "", 1.0, 10), figure("bounces", "8", 0.8, 8),
+        figure("bounces", "32", 1.2, 32), figure("roulette", "1", 1.4, 256), figure("roulette", "8", 1.1, 256),
+        figure("generator", "sobol", 0.5, 10), figure("sampling", "adaptive", 0.9, 10)};
+    const std::vector<std::vector<std::size_t>> without_limit{{4, 5}, {4, 6}};
+    figures.front().squared_bias = {0.0, 0.0, 0.0099 * 0.0099};
+    CHECK(mixed_settings(figures).empty());
+    figures.front().squared_bias.high = 0.0101 * 0.0101;
+    CHECK(mixed_settings(figures) == without_limit);
+    figures[4].has_floor = true;  // so it is not without bias itself
+    CHECK(mixed_settings(figures) == std::vector<std::vector<std::size_t>>{{2, 5}, {2, 6}});
+}
+
 TEST_CASE("cost: of a setting without noise it is said that there is none") {
     CostPoint point;
     point.samples = 4;
