@@ -53,7 +53,7 @@ class Ranks(ProgramTest):
                 self.assertEqual(pixels(image), whole)
 
     def test_after_a_lost_rank_the_same_command_goes_on(self):
-        how = ("--size", "64", "--samples", 1 << 13)
+        how = ("--size", "64", "--samples", 1 << 11)
         sums = self.folder / "sums.exr"
         # One thread a rank, so that no machine is done before the kill comes.
         words = ["render", BOX, "-o", self.folder / "image.exr", *how, "--resume", sums, "--keep-every", "0.5", "--threads", "1"]
