@@ -114,8 +114,8 @@ struct StageRange {
 [[nodiscard]] std::vector<std::size_t> best_settings(const std::vector<ArmFigures>& figures);
 
 // Settings that are worth measuring together: best_settings, and the best of each knob. The latter have Sobol points or
-// adaptive sampling in place of what these exclude. Each has two settings at least. Where the baseline's limit of bounces
-// may leave more than 1 %, there are such mixes without that limit, too.
+// adaptive sampling in place of what these exclude. Each has two settings at least. Where the limit of bounces is not
+// known to leave less than 1 %, there are such mixes without it, too.
 [[nodiscard]] std::vector<std::vector<std::size_t>> mixed_settings(const std::vector<ArmFigures>& figures);
 
 }  // namespace tandem

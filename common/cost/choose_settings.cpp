@@ -127,7 +127,7 @@ public:
     // First a short one, which says how long the trials may be. False: nothing can be judged.
     bool try_given() {
         const Stopwatch watch;
-        best_ = trial_of(choice_.settings, *choice_.job, least_trial_samples, 0.0, stop_);
+        keep(trial_of(choice_.settings, *choice_.job, least_trial_samples, 0.0, stop_));
         if (!best_ && stop_.stop_requested()) {
             // Independent samples tell their error at any stop.
             if (choice_.settings.generator != given_.generator && !user_stop_.stop_requested())
@@ -220,7 +220,7 @@ public:
         const double alike = static_cast<double>(least_alike) * one;  // up to so many samples it is uniform sampling
         const double uniform_seconds = independent.seconds_to(goal_.relative_error);
         if (uniform_seconds <= alike || most_seconds_left() <= 0.0 || !may_adapt(settings)) return;
-        const Foretold* foretold = independent.adaptive();
+        const Foretold* foretold = foretold_by(independent);
         if (foretold == nullptr) return;
         settings.sampling = Sampling::adaptive;
         const auto seconds_with = [&](double slowness) {
@@ -261,15 +261,28 @@ public:
 private:
     // Adaptive sampling is the one way whose gain is foretold before it is tried. So no trial is to take a share of
     // what it may save.
-    [[nodiscard]] double seconds_left() const {
+    [[nodiscard]] double seconds_left() {
+        if (most_seconds_left() <= 0.0 || !may_still_adapt_) return most_seconds_left();
+        const Foretold* foretold = foretold_by(*best_);
         const double most = most_seconds_left();
-        const Foretold* foretold = most > 0.0 && may_still_adapt_ ? best_->adaptive() : nullptr;
         if (foretold == nullptr) return most;
         const double adaptive = foretold->squared_error * best_->independent().seconds_to(goal_.relative_error);
         return std::min(most, trials_share * adaptive - spent_);
     }
+    // That takes time, once a trial.
+    [[nodiscard]] const Foretold* foretold_by(const ShortTrial& trial) {
+        const Stopwatch watch;
+        const Foretold* foretold = trial.adaptive();
+        spent_ += watch.seconds();
+        return foretold;
+    }
     [[nodiscard]] double most_seconds_left() const {
         return std::min(goal_.most_seconds, trials_share * best_seconds_) - spent_;
+    }
+    // Its samples only where adaptive sampling may be foretold by them.
+    void keep(std::optional<ShortTrial> trial) {
+        best_ = std::move(trial);
+        if (best_ && !may_still_adapt_) best_->pilot.reset();
     }
     // A longer trial of the best.
     void go_on(double seconds, const std::function<bool(const ShortTrial&)>& is_enough) {
@@ -277,7 +290,7 @@ private:
         if (std::optional<ShortTrial> longer =
                 trial_of(choice_.settings, *choice_.job, 0, seconds, stop_, is_enough, best_)) {
             if (best_->added > 0.0) longer->fall_as(*best_);
-            best_ = std::move(longer);
+            keep(std::move(longer));
             best_seconds_ = best_->seconds_to(goal_.relative_error);
             choice_.trials[choice_.chosen].seconds_to_error = best_seconds_;
         }
@@ -299,7 +312,7 @@ private:
         if (!(compared.seconds < clearly_better * best_seconds_)) return;
         if (compared.seconds * (1.0 + errors * compared.uncertainty) > best_seconds_) return;
         if (trial.points > 0.0 && best_->points == 0.0) independent_ = best_;
-        best_ = std::move(trial);
+        keep(std::move(trial));
         choose(settings, std::move(job), compared.seconds, choice_.trials.size() - 1);
     }
     void choose(const RenderSettings& settings, std::unique_ptr<RenderJob> job, double seconds, std::size_t trial) {

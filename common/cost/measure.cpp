@@ -6,7 +6,6 @@
 #include <atomic>
 #include <cmath>
 #include <exception>
-#include <mutex>
 #include <numeric>
 #include <random>
 #include <thread>
@@ -72,15 +71,17 @@ std::optional<double> seconds_per_sample(RenderJob& job, double long_enough, con
 }
 
 // Devices raise their clocks under load (an H200 was four times as fast after 0.1 s): until trials get no faster.
-void warm_up(RenderJob& job, double long_enough, const CostControl& control) {
+// Returns seconds a sample, or nothing after a stop.
+std::optional<double> warm_up(RenderJob& job, double long_enough, const CostControl& control) {
     constexpr double faster = 0.9;
     constexpr int most = 8;
     std::optional<double> before = seconds_per_sample(job, long_enough, control);
     for (int i = 1; before && i < most; ++i) {
         const std::optional<double> now = seconds_per_sample(job, long_enough, control);
-        if (!now || *now > faster * *before) return;
+        if (!now || *now > faster * *before) return now;
         before = now;
     }
+    return before;
 }
 
 // Sample counts up to the greatest power of two that `share` seconds allow; none if they do not allow one sample.
@@ -237,14 +238,12 @@ struct CostExperiment::Renderers {
     };
     MakeRenderer make;
     std::vector<One> all;
-    std::mutex mutex;
 
     [[nodiscard]] std::size_t prepare_at_once() const {
         const auto* many = all.empty() ? nullptr : dynamic_cast<ConcurrentRenderer*>(all.front().renderer.get());
         return many == nullptr ? 1 : many->prepares_at_once();
     }
     Renderer& of(const BackendOptions& options) {
-        const std::lock_guard lock(mutex);
         for (One& one : all)
             if (one.options.precision == options.precision && one.options.kernel == options.kernel)
                 return *one.renderer;
@@ -276,15 +275,12 @@ struct CostExperiment::Ready {
     std::exception_ptr failure;
 };
 
-CostExperiment::Ready CostExperiment::make_ready(const CostArm& arm) {
+CostExperiment::Ready CostExperiment::make_ready(const CostArm& arm) const {
     Ready ready;
     try {
         RenderSettings settings = arm.settings.render;
         settings.seed = seed_;
-        Renderer& renderer = renderers_->of(arm.settings.backend);
-        auto job = renderer.prepare(scene_, settings);
-        if (arm.settings.denoise) ready.denoiser = std::make_unique<FilmDenoiser>(renderer, scene_, settings);
-        ready.job = std::move(job);
+        ready.job = renderers_->of(arm.settings.backend).prepare(scene_, settings);
     } catch (const UnsupportedError& refusal) {
         ready.refusal = refusal.what();
     } catch (...) {
@@ -293,12 +289,31 @@ CostExperiment::Ready CostExperiment::make_ready(const CostArm& arm) {
     return ready;
 }
 
+// It traces a path, which no other thread may do meanwhile.
+void CostExperiment::make_denoiser(const CostArm& arm, Ready& ready) const {
+    try {
+        RenderSettings settings = arm.settings.render;
+        settings.seed = seed_;
+        ready.denoiser = std::make_unique<FilmDenoiser>(renderers_->of(arm.settings.backend), scene_, settings);
+    } catch (const UnsupportedError& refusal) {
+        ready.job.reset();
+        ready.refusal = refusal.what();
+    }
+}
+
 std::size_t CostExperiment::add(std::span<const CostArm> arms, const std::function<bool()>& is_over) {
     std::vector<Ready> all(arms.size());
+    for (std::size_t i = 0; i < arms.size(); ++i) {
+        try {
+            (void)renderers_->of(arms[i].settings.backend);  // made by one thread
+        } catch (const UnsupportedError& refusal) {
+            all[i].refusal = refusal.what();
+        }
+    }
     std::atomic<std::size_t> next = 0;
     const auto make_some = [&] {
         for (std::size_t i = next++; i < arms.size(); i = next++)
-            if (!is_over()) all[i] = make_ready(arms[i]);
+            if (all[i].refusal.empty() && !is_over()) all[i] = make_ready(arms[i]);
     };
     const std::size_t at_once = std::min(renderers_->prepare_at_once(), arms.size());
     {
@@ -310,6 +325,7 @@ std::size_t CostExperiment::add(std::span<const CostArm> arms, const std::functi
     for (std::size_t i = 0; i < arms.size(); ++i) {
         Ready& ready = all[i];
         if (ready.failure) std::rethrow_exception(ready.failure);
+        if (ready.job && arms[i].settings.denoise) make_denoiser(arms[i], ready);
         if (!ready.job) {
             if (ready.refusal.empty())
                 skip_for_time(arms[i], "no time was left to make its kernels");
@@ -333,7 +349,9 @@ void CostExperiment::time_hierarchies(double seconds, const CostControl& control
     if (std::ranges::none_of(timed, [&](std::size_t i) { return arms_[i].knob == hierarchy_knob; })) return;
     const double start = now_by(control);
     std::vector<std::vector<double>> times(timed.size());
-    for (std::size_t k = 0; k < timed.size(); ++k) times[k] = {jobs_[timed[k]]->facts().hierarchy_seconds};
+    // What was built while others were made took longer.
+    if (renderers_->prepare_at_once() == 1)
+        for (std::size_t k = 0; k < timed.size(); ++k) times[k] = {jobs_[timed[k]]->facts().hierarchy_seconds};
     for (std::size_t round = 1; round < most_times; ++round) {
         const double spent = now_by(control) - start;
         const double next = round == 1 ? 0.0 : spent / static_cast<double>(round - 1);
@@ -345,7 +363,8 @@ void CostExperiment::time_hierarchies(double seconds, const CostControl& control
             times[k].push_back(renderers_->of(settings.backend).prepare(scene_, render)->facts().hierarchy_seconds);
         }
     }
-    for (std::size_t k = 0; k < timed.size(); ++k) arms_[timed[k]].hierarchy_seconds = median(times[k]);
+    for (std::size_t k = 0; k < timed.size(); ++k)
+        if (!times[k].empty()) arms_[timed[k]].hierarchy_seconds = median(times[k]);
 }
 
 std::optional<std::vector<std::size_t>> CostExperiment::try_speeds(
@@ -354,8 +373,6 @@ std::optional<std::vector<std::size_t>> CostExperiment::try_speeds(
     // Trials are quadrupled until they are long enough: all of them together take up to six times that.
     const double long_enough =
         std::min(probe_seconds, probing_share * seconds / (6.0 * static_cast<double>(names.size())));
-    constexpr double warming_share = 0.03;  // of the time: many arms make trials too short to warm a device
-    warm_up(*jobs_.front(), std::max(long_enough, std::min(probe_seconds, warming_share * seconds)), control);
     const double warm = now_by(control);
     for (std::size_t i = 0; i < arms_.size(); ++i) {
         if (std::ranges::find(names, arms_[i].name()) == names.end()) continue;
@@ -390,6 +407,12 @@ std::optional<std::vector<std::size_t>> CostExperiment::try_speeds(
 bool CostExperiment::measure(
     const std::vector<std::string>& names, double seconds, CostSamples& samples, const CostControl& control) {
     const double start = now_by(control);
+    constexpr double warming_share = 0.03;  // of the time: many arms make trials too short to warm a device
+    const std::optional<double> a_sample =
+        warm_up(*jobs_.front(), std::min(probe_seconds, warming_share * seconds), control);
+    if (!a_sample) return false;
+    const double enough = std::max(most_short_seconds, most_replicates * least_short_samples * *a_sample);
+    seconds = std::min(seconds, enough * static_cast<double>(names.size()));
     std::uint64_t round = next_round(samples);
     std::optional<std::vector<std::size_t>> tried = try_speeds(names, seconds, samples, control);
     if (!tried) return false;

@@ -46,6 +46,8 @@ struct CostControl {
 // generator.
 inline constexpr unsigned replicate_shift = film_numbers_shift;
 inline constexpr std::size_t fewest_replicates = 4, most_replicates = 12;
+// What tells enough of an arm in a short stage: so many seconds or, of slow samples, so many a replicate.
+inline constexpr double most_short_seconds = 4.0, least_short_samples = 8.0;
 inline constexpr double shown_mean = 0.2;  // of images as FLIP sees them, linear
 // Number of a stage's first replicate, so that no two stages share random numbers.
 [[nodiscard]] constexpr std::uint64_t first_replicate_of(std::uint32_t stage) { return std::uint64_t{stage} << 10; }
@@ -68,20 +70,20 @@ public:
     CostExperiment(const Scene& scene, MakeRenderer make, std::uint64_t seed);
     ~CostExperiment();
 
-    // Makes arms ready, as many at once as their renderer can. Returns how many; the others are SkippedArms: what the
-    // backend refuses, and what is not begun before the time `is_over`. Several threads may ask for that.
+    // Makes arms ready, as many at once as the first arm's renderer can. Returns how many; the others are SkippedArms:
+    // what the backend refuses, and what is not begun before the time `is_over`, which several threads call.
     std::size_t add(std::span<const CostArm> arms, const std::function<bool()>& is_over);
     // Fills in hierarchy_seconds, if there are such arms. Each is prepared anew, in turn, as `seconds` allow.
     void time_hierarchies(double seconds, const CostControl& control);
-    void skip_for_time(const CostArm& arm, const std::string& reason);
     [[nodiscard]] const std::vector<CostArm>& arms() const { return arms_; }
     [[nodiscard]] RendererInfo info() const;  // of the first arm's renderer
     [[nodiscard]] const std::vector<SkippedArm>& skipped() const { return skipped_; }
 
-    // The short stage: rounds over the arms of these names (all must have been added) for about `seconds`. There are at
-    // most most_replicates, and fewest_replicates at least, if no stop comes before. Arms without samples yet get the
-    // counts that their share of the time allows; those too slow for one sample a replicate are skipped. Results go to
-    // `samples`, whose reference is there. False where a stop came before there were fewest_replicates.
+    // The short stage: rounds over the arms of these names (all must have been added) for about `seconds`, or as tells
+    // enough of each arm (most_short_seconds, least_short_samples). There are at most most_replicates, and
+    // fewest_replicates at least, if no stop comes before. Arms without samples yet get the counts that their share of
+    // the time allows; those too slow for one sample a replicate are skipped. Results go to `samples`, whose reference
+    // is there. False where a stop came before there were fewest_replicates.
     bool measure(
         const std::vector<std::string>& names, double seconds, CostSamples& samples, const CostControl& control);
 
@@ -92,8 +94,10 @@ public:
 private:
     struct Renderers;
     struct Ready;
-    [[nodiscard]] Ready make_ready(const CostArm& arm);
-    // Warms the device up, and times a sample of each arm. Arms without samples get their counts. Returns the arms that
+    [[nodiscard]] Ready make_ready(const CostArm& arm) const;
+    void make_denoiser(const CostArm& arm, Ready& ready) const;
+    void skip_for_time(const CostArm& arm, const std::string& reason);
+    // Times a sample of each arm. Arms without samples get their counts. Returns the arms that
     // have time for a replicate, or nothing where a stop came.
     std::optional<std::vector<std::size_t>> try_speeds(
         const std::vector<std::string>& names, double seconds, CostSamples& samples, const CostControl& control);

@@ -17,12 +17,12 @@ namespace tandem {
 
 namespace {
 
-// Shares of the time: the reference, and of what is left then the short stage of all arms and that of mixed knobs.
+// Shares of the time: the reference, and of what is left then the short stage of all arms, that of each mix of knobs,
+// and that of all mixes.
 constexpr double reference_share = 0.3, short_share = 0.35, mix_share = 0.08, most_mix_share = 0.24;
-constexpr double most_short_seconds = 4.0;  // of an arm there, so that long measurements have the time for long renders
-constexpr double making_share = 0.3;        // of the time after the reference, for the kernels of the arms
-constexpr double scheduled_share = 0.93;    // the rest is for replicates that take longer than foretold, and figures
-constexpr double saving_share = 0.05;       // of the time, for saving
+constexpr double making_share = 0.3;      // of the time after the reference, for the kernels of the arms
+constexpr double scheduled_share = 0.93;  // the rest is for replicates that take longer than foretold, and figures
+constexpr double saving_share = 0.05;     // of the time, for saving
 
 // What is said on the way, as a share of the whole.
 CostControl within(const CostControl& control, double from, double to) {
@@ -44,7 +44,7 @@ void add_to(CostArm& mix, const CostArm& arm, const std::vector<KnobSetting>& kn
     mix.options = with_options(mix.options, arm.options);
 }
 
-// The best settings together; and, as these pay off at many samples, each with Sobol points and with adaptive sampling.
+// What is worth measuring together (mixed_settings).
 std::vector<CostArm> mixes(
     const std::vector<ArmFigures>& figures, const std::vector<KnobSetting>& knobs, const CostRequest& request) {
     std::vector<CostArm> all;
@@ -238,22 +238,20 @@ void CostRun::take_figures() {
 }
 
 void CostRun::measure_short_stage() {
-    const double shortest =
-        std::min(left() * short_share, most_short_seconds * static_cast<double>(experiment_.arms().size()));
+    const double shortest = left() * short_share;
     report_.whole = experiment_.measure(names_of(experiment_.arms()), shortest, samples_, saving(reference_share, 0.5));
     take_figures();
 }
 
 void CostRun::measure_mixes() {
-    // What is mixed follows from the short stage alone, so that a continued measurement mixes the same.
+    // What is mixed follows from the short stage, so that a continued measurement mixes the same unless it has grown.
     const std::vector<CostArm> mixed = mixes(analyse_cost(experiment_.arms(), samples_, {short_stage, short_stage + 1}),
         knob_settings(scene_, request_.baseline, info_, mean_), request_);
     if (stopped() || mixed.empty()) return;
-    const std::size_t added = experiment_.add(mixed, [this] { return stopped(); });
+    const std::size_t added = experiment_.add(mixed, [this] { return stopped() || left() <= 0.0; });
     if (stopped() || added == 0) return;
     const std::vector<std::string> names = names_of(std::span(experiment_.arms()).last(added));
-    const double share = std::min(mix_share * static_cast<double>(added), most_mix_share),
-                 rest = std::min(left() * share, most_short_seconds * static_cast<double>(added));
+    const double rest = left() * std::min(mix_share * static_cast<double>(added), most_mix_share);
     report_.whole = experiment_.measure(names, rest, samples_, saving(0.5, 0.55)) && report_.whole;
     take_figures();
 }

@@ -45,12 +45,17 @@ struct Lack {
     CostStage stage;
     double seconds = 0.0;
 };
-Lack lack_of(const CostSamples& samples, std::uint32_t stage, std::size_t replicates) {
+Lack lack_of(
+    const std::vector<ArmFigures>& figures, const CostSamples& samples, std::uint32_t stage, std::size_t replicates) {
+    const auto is_arm = [&](const std::string& name) {
+        return std::ranges::any_of(figures, [&](const ArmFigures& arm) { return arm.arm.name() == name; });
+    };
     Lack lack;
     lack.stage.stage = stage;
     lack.stage.replicates = replicates;
     for (const ArmTrials& arm : samples.arms) {
         if (arm.stage != stage || arm.samples.empty() || has_replicates(arm, replicates)) continue;
+        if (!is_arm(arm.name)) continue;  // a mix of the measurement that is continued
         lack.stage.arms.push_back({arm.name, arm.samples});
         lack.seconds += seconds_a_replicate(arm, samples) * static_cast<double>(replicates - arm.replicates.size());
     }
@@ -70,7 +75,7 @@ bool pays_late(const ArmFigures& arm) {
 struct Candidate {
     const ArmFigures* arm;
     std::vector<std::uint64_t> levels;
-    double seconds;  // to the error
+    double seconds, soonest;  // to the error; the low end of its interval
 };
 
 std::optional<Candidate> candidate(const ArmFigures& arm, double error) {
@@ -83,7 +88,7 @@ std::optional<Candidate> candidate(const ArmFigures& arm, double error) {
         wanted *= std::min(std::sqrt(time.samples_interval->high / time.samples_interval->value), 2.0);
     if (arm.arm.settings.render.sampling == Sampling::adaptive)
         wanted = std::max(wanted, static_cast<double>(2 * least_alike));  // below it adapts to nothing
-    return Candidate{&arm, levels_up_to(wanted), time.seconds->value};
+    return Candidate{&arm, levels_up_to(wanted), time.seconds->value, time.seconds->low};
 }
 
 // Arms without forecasts take part with the baseline's counts, so that they can be held against it there.
@@ -132,15 +137,15 @@ std::vector<CostStage::Arm> contenders(
     return chosen;
 }
 
-// The seconds of the arm that is soonest at the error, of those that took part in the goal's last attempt or before.
+// The seconds of the arm that is soonest at the error, of those that took part in the goal and may be recommended.
 double soonest_there(const std::vector<ArmFigures>& figures, const CostSamples& samples, std::size_t index) {
     const double mean = samples.reference.image_mean();
     double soonest = std::numeric_limits<double>::infinity();
     for (const ArmFigures& arm : figures)
         for (std::uint32_t attempt = 0; attempt < attempts; ++attempt) {
             const ArmTrials* trials = trials_at(samples, arm.arm.name(), goal_stage(index, attempt));
-            if (trials == nullptr || !arm.has_forecasts() || !has_replicates(*trials, fewest_replicates) ||
-                !is_at(*trials, cost_errors[index], mean))
+            if (trials == nullptr || !arm.has_forecasts() || !arm.is_safe_at(cost_errors[index]) ||
+                !has_replicates(*trials, fewest_replicates) || !is_at(*trials, cost_errors[index], mean))
                 continue;
             if (const TimeToError time = arm.time_to(cost_errors[index]); time.seconds)
                 soonest = std::min(soonest, time.seconds->value);
@@ -161,7 +166,7 @@ std::vector<CostStage::Arm> not_there(const std::vector<ArmFigures>& figures, co
             is_at(*before, cost_errors[index], mean))
             continue;
         auto one = candidate(arm, cost_errors[index]);
-        if (!one || (one->seconds > soonest && &arm != figures.data())) continue;
+        if (!one || (one->soonest > soonest && &arm != figures.data())) continue;
         if (one->levels.back() <= before->samples.back())
             one->levels = levels_up_to(2.0 * static_cast<double>(before->samples.back()));
         const double takes = static_cast<double>(fewest_replicates) * seconds_of(arm, one->levels);
@@ -179,7 +184,7 @@ std::optional<CostStage> goal(const std::vector<ArmFigures>& figures, const Cost
         const std::uint32_t stage = goal_stage(index, attempt);
         CostStage next;
         if (is_entered(samples, stage)) {
-            Lack lack = lack_of(samples, stage, fewest_replicates);
+            Lack lack = lack_of(figures, samples, stage, fewest_replicates);
             if (lack.stage.arms.empty()) continue;
             if (lack.seconds > seconds && !in_pieces) return std::nullopt;
             next = std::move(lack.stage);
@@ -215,7 +220,7 @@ std::optional<CostStage> floors(const std::vector<ArmFigures>& figures, const Co
     CostStage next;
     next.stage = floor_stage;
     next.purpose = "bounding bias";
-    Lack lack = lack_of(samples, floor_stage, fewest_replicates);
+    Lack lack = lack_of(figures, samples, floor_stage, fewest_replicates);
     if (!lack.stage.arms.empty() && lack.seconds <= seconds) {
         next.arms = std::move(lack.stage.arms);
         return next;
@@ -291,7 +296,7 @@ std::optional<CostStage> next_stage(
     for (std::uint32_t stage = goal_stage(cost_errors.size()); stage-- > first_goal_stage;) stages.push_back(stage);
     stages.insert(stages.end(), {floor_stage, short_stage});
     for (const std::uint32_t stage : stages) {
-        Lack lack = lack_of(samples, stage, most_replicates);
+        Lack lack = lack_of(figures, samples, stage, most_replicates);
         std::erase_if(lack.stage.arms, [&](const CostStage::Arm& arm) {
             return seconds_a_replicate(*trials_at(samples, arm.name, stage), samples) > seconds;
         });

@@ -13,7 +13,7 @@ namespace {
 constexpr std::uint64_t next_scrambling = std::uint64_t{1} << 32;  // MODEL.md section 3.2
 
 // Estimates of pixels, whose channels are added up.
-struct PixelSum {
+struct PixelTotal {
     double sum = 0.0, of_squares = 0.0;
     void add(double pixel) {
         sum += pixel;
@@ -60,7 +60,7 @@ std::optional<ShortTrial> independent_trial(RenderJob& job, std::uint64_t sample
     RenderResult result = job.render({trial_begin, trial_begin + samples}, {.stop = stop, .progress = {}});
     if (result.estimate.count() < samples) return std::nullopt;
     const Estimate::Plane sums = result.estimate.totals();
-    PixelSum means, variances;
+    PixelTotal means, variances;
     for (std::size_t i = 0; i < sums.size(); i += channel_count) {
         double mean = 0.0, variance = 0.0;
         for (std::size_t c = i; c < i + channel_count; ++c) {
@@ -93,7 +93,7 @@ std::optional<ShortTrial> scrambled_trial(RenderJob& job, std::uint64_t samples,
     if (a.estimate.count() < points || b.estimate.count() < points) return std::nullopt;
     const Estimate::Plane sums_a = a.estimate.totals(), sums_b = b.estimate.totals();
     const auto n = static_cast<double>(points);
-    PixelSum means, between, noises;  // `between`: variances of a mean
+    PixelTotal means, between, noises;  // `between`: variances of a mean
     for (std::size_t i = 0; i < sums_a.size(); i += channel_count) {
         double mean = 0.0, of_mean = 0.0, within = 0.0;
         for (std::size_t c = i; c < i + channel_count; ++c) {

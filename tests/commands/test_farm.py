@@ -154,7 +154,7 @@ class Items(FarmTest):
 
     def test_a_lost_item_of_an_image_goes_on_from_its_sums(self):
         # One thread, so that no machine is done before the kill comes.
-        plan = self.plan("render", BOX, "--samples", 1 << 11, "--size", "48", "--pieces", "1", "--keep-every", "0.2", "--threads", "1")
+        plan = self.plan("render", BOX, "--samples", 1 << 11, "--size", "48", "--pieces", "1", "--keep-every", "0.05", "--threads", "1")
         sums, result = (plan.with_suffix(".results") / name for name in ("0001.sums.exr", "0001.exr"))
         process = subprocess.Popen([TANDEM, "work", plan, "1"], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
         until(sums.exists, "sums are kept")

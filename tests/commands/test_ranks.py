@@ -56,7 +56,7 @@ class Ranks(ProgramTest):
         how = ("--size", "64", "--samples", 1 << 11)
         sums = self.folder / "sums.exr"
         # One thread a rank, so that no machine is done before the kill comes.
-        words = ["render", BOX, "-o", self.folder / "image.exr", *how, "--resume", sums, "--keep-every", "0.5", "--threads", "1"]
+        words = ["render", BOX, "-o", self.folder / "image.exr", *how, "--resume", sums, "--keep-every", "0.1", "--threads", "1"]
         process = self.start("-n", "3", TANDEM, *words)
         until(lambda: sums.exists() or process.poll() is not None, "sums are kept")
         self.assertIsNone(process.poll(), "too fast to be killed")

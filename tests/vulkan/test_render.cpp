@@ -2,9 +2,9 @@
 #include <doctest/doctest.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <thread>
+#include <future>
+#include <vector>
 
 #include "common/error.h"
 #include "common/render/concurrent_renderer.h"
@@ -58,13 +58,12 @@ TEST_CASE("jobs that several threads prepare at once render the bits of jobs pre
     BackendOptions options;
     options.validation = true;
     const auto renderer = vulkan_backend().create(options);
-    CHECK(dynamic_cast<ConcurrentRenderer*>(renderer.get())->prepares_at_once() >= 1);
-    std::array<std::unique_ptr<RenderJob>, 8> jobs;
-    {
-        std::vector<std::jthread> threads;
-        for (std::size_t i = 0; i < jobs.size(); ++i)
-            threads.emplace_back([&, i] { jobs[i] = renderer->prepare(scene, settings_at(i)); });
-    }
+    CHECK(dynamic_cast<ConcurrentRenderer*>(renderer.get()) != nullptr);
+    std::vector<std::future<std::unique_ptr<RenderJob>>> making;
+    for (std::size_t i = 0; i < 8; ++i)
+        making.push_back(std::async(std::launch::async, [&, i] { return renderer->prepare(scene, settings_at(i)); }));
+    std::vector<std::unique_ptr<RenderJob>> jobs;
+    for (auto& one : making) jobs.push_back(one.get());
     for (std::size_t i = 0; i < jobs.size(); ++i)
         CHECK(same_bits(jobs[i]->render({0, 4}, {}).estimate,
             default_renderer().prepare(scene, settings_at(i))->render({0, 4}).estimate));

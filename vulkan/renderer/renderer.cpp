@@ -2,9 +2,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <thread>
 
 #include "common/error.h"
+#include "common/processors.h"
 #include "common/render/concurrent_renderer.h"
 #include "common/render/floating_origin.h"
 #include "common/render/tiled_renderer.h"
@@ -74,7 +74,8 @@ public:
     }
 
     [[nodiscard]] unsigned prepares_at_once() const override {
-        return std::max(1u, std::thread::hardware_concurrency());
+        constexpr unsigned most = 8;  // as each compilation takes memory
+        return std::min(usable_processors(), most);
     }
 
     [[nodiscard]] std::unique_ptr<RenderJob> prepare_tiled(
