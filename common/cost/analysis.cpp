@@ -298,7 +298,8 @@ ArmFigures figures_of(const CostArm& arm, const Stages& stages, const CostRefere
             std::erase_if(points, [&](const CostPoint& p) { return p.samples >= figures.points.front().samples; });
         figures.points.insert(figures.points.begin(), points.begin(), points.end());
     }
-    figures.seconds_a_sample = seconds_of_one_more(samples);
+    for (auto stage = stages.rbegin(); stage != stages.rend() && !figures.seconds_a_sample; ++stage)
+        figures.seconds_a_sample = seconds_of_one_more(**stage);
     // Bias does not depend on the number of samples: the stage with the most tells it best.
     const ArmTrials& most = figures.has_forecasts() ? **std::ranges::max_element(stages, {}, samples_of_all) : samples;
     figures.samples_for_bias = samples_of_all(&most);

@@ -77,17 +77,29 @@ bool ran_together(const ArmTrials& a, const ArmTrials& b) {
     });
 }
 
+// Its interval holds for so many rivals together.
+Rival rival_of(const ArmFigures& arm, double log_ratio, double log_half, std::size_t rivals) {
+    const double widened =
+        normal_quantile(1.0 - 0.5 * rejection_level / static_cast<double>(rivals)) / normal_quantile(0.975);
+    const double half = widened * log_half;
+    return {arm.arm.name(), {std::exp(log_ratio), std::exp(log_ratio - half), std::exp(log_ratio + half)}};
+}
+
 // Seconds a sample are compared round by round, where what the machine does to both cancels.
 Rival compare(const Renewed& rival, const Renewed& best, std::size_t rivals) {
     const PairedEffect paired = paired_seconds(*rival.trials, *best.trials);
-    const double ratio = std::log(rival.time.seconds->value / best.time.seconds->value);
-    const double widened =
-        normal_quantile(1.0 - 0.5 * rejection_level / static_cast<double>(rivals)) / normal_quantile(0.975);
     // Not hypot of three, which in libstdc++ is NaN where one is infinite.
     const double noise =
         std::hypot(log_half_of_noise(rival.figures, rival.time), log_half_of_noise(best.figures, best.time));
-    const double half = widened * std::hypot(0.5 * (paired.high - paired.low), noise);
-    return {rival.figures.arm.name(), {std::exp(ratio), std::exp(ratio - half), std::exp(ratio + half)}};
+    return rival_of(rival.figures, std::log(rival.time.seconds->value / best.time.seconds->value),
+        std::hypot(0.5 * (paired.high - paired.low), noise), rivals);
+}
+
+// A rival that was not rendered beside the best: by what was known of it before.
+Rival compare_apart(const ArmFigures& rival, const Renewed& best, double error, std::size_t rivals) {
+    const Estimated before = *rival.time_to(error).seconds, &now = *best.time.seconds;
+    return rival_of(rival, std::log(before.value / now.value),
+        std::hypot(0.5 * std::log(before.high / before.low), 0.5 * std::log(now.high / now.low)), rivals);
 }
 
 // The setting that reaches the error soonest, of those that took part.
@@ -122,10 +134,15 @@ std::optional<Confirmation> confirm_at(
     result.forecast = best->time.extrapolated;
     result.rounds = best->trials->replicates.size();
     const std::vector<const ArmFigures*> rivals = rivals_of(figures, *first, error);
+    bool any = false;
     for (const ArmFigures* rival : rivals) {
         const std::optional<Renewed> again = renew(*rival, now, anew, error);
-        if (!again || !ran_together(*again->trials, *best->trials)) continue;
+        if (!again || !ran_together(*again->trials, *best->trials)) {
+            result.rivals.push_back(compare_apart(*rival, *best, error, rivals.size()));
+            continue;
+        }
         result.rivals.push_back(compare(*again, *best, rivals.size()));
+        any = true;
         const Rival& last = result.rivals.back();
         if (last.time_ratio.high < 1.0 && again->time.seconds->value < result.seconds.value) {
             result.recommended = last.name;
@@ -133,7 +150,7 @@ std::optional<Confirmation> confirm_at(
             result.forecast = again->time.extrapolated;
         }
     }
-    if (result.rivals.empty()) return std::nullopt;
+    if (!any) return std::nullopt;
     std::ranges::stable_sort(result.rivals, {}, [](const Rival& rival) { return rival.time_ratio.value; });
     const bool all_slower = std::ranges::all_of(result.rivals, [](const Rival& r) { return r.time_ratio.low > 1.0; });
     result.outcome = result.recommended != result.first ? Confirmed::refuted
@@ -142,24 +159,37 @@ std::optional<Confirmation> confirm_at(
     return result;
 }
 
+namespace {
+
+// Of each arm its last stage of those.
+CostSamples last_of(const CostSamples& samples, StageRange stages) {
+    CostSamples last;
+    last.reference = samples.reference;
+    last.width = samples.width;
+    for (const ArmTrials& arm : samples.arms) {
+        if (arm.stage < stages.from || arm.stage >= stages.until || arm.replicates.size() < fewest_replicates) continue;
+        std::erase_if(last.arms, [&](const ArmTrials& one) { return one.name == arm.name && one.stage < arm.stage; });
+        if (std::ranges::find(last.arms, arm.name, &ArmTrials::name) == last.arms.end()) last.arms.push_back(arm);
+    }
+    return last;
+}
+
+}  // namespace
+
 std::vector<Confirmation> confirm(const std::vector<CostArm>& arms, const CostSamples& samples) {
     std::vector<Confirmation> result;
     for (std::size_t index = 0; index < cost_errors.size(); ++index) {
-        const std::uint32_t begin = goal_stage(index), end = goal_stage(index + 1);
-        CostSamples anew;  // the last stage of each arm
-        anew.reference = samples.reference;
-        anew.width = samples.width;
-        for (const ArmTrials& arm : samples.arms) {
-            if (arm.stage < begin || arm.stage >= end || arm.replicates.size() < fewest_replicates) continue;
-            std::erase_if(
-                anew.arms, [&](const ArmTrials& one) { return one.name == arm.name && one.stage < arm.stage; });
-            if (std::ranges::find(anew.arms, arm.name, &ArmTrials::name) == anew.arms.end()) anew.arms.push_back(arm);
+        StageRange stages{goal_stage(index), goal_stage(index + 1)};
+        CostSamples anew = last_of(samples, stages);
+        if (anew.arms.empty()) {
+            stages = {first_growth_stage, first_goal_stage};
+            anew = last_of(samples, stages);
         }
         if (anew.arms.empty()) continue;
         std::vector<CostArm> measured;
         for (const CostArm& arm : arms)
             if (std::ranges::find(anew.arms, arm.name(), &ArmTrials::name) != anew.arms.end()) measured.push_back(arm);
-        const std::vector<ArmFigures> before = analyse_cost(arms, samples, {short_stage, begin});
+        const std::vector<ArmFigures> before = analyse_cost(arms, samples, {short_stage, stages.from});
         const std::vector<ArmFigures> now = analyse_cost(measured, anew);
         if (auto one = confirm_at(cost_errors[index], before, now, anew)) result.push_back(std::move(*one));
     }

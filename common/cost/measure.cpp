@@ -453,6 +453,9 @@ bool CostExperiment::extend(const CostStage& stage, double seconds, CostSamples&
     for (std::size_t before = 1; before > 0; ++round) {
         before = 0;
         std::shuffle(arms.begin(), arms.end(), order);
+        // Where there is no time for all of them, those that have least come first.
+        std::ranges::stable_sort(arms, {},
+            [&](const CostStage::Arm& arm) { return samples_of(samples, arm.name, stage.stage).replicates.size(); });
         for (const CostStage::Arm& wanted : arms) {
             ArmTrials& trials = samples_of(samples, wanted.name, stage.stage);
             if (trials.samples.empty()) trials.samples = wanted.samples;

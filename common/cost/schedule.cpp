@@ -16,6 +16,11 @@ namespace {
 // Shares of the time that is left which a goal or the floors may take, so that what comes later has a chance.
 constexpr std::array<double, cost_errors.size()> goal_share{0.25, 0.9, 1.0};
 constexpr double floor_share = 0.35;
+// Where no goal fits, the arms that may be soonest render so many times their samples, half as many arms each time.
+// That takes this share of the time that is left, at most. The second factor is for where the first leaves one arm.
+constexpr std::array growth_factors{4.0, 2.0};
+constexpr double growth_share = 0.3;
+constexpr std::size_t growth_arms = 8;
 // Where nothing else is left to do, a goal is begun that so many measurements as long as this one would finish.
 constexpr double pieces = 8.0;
 constexpr double surely = 1.15;  // samples beyond the forecast, as it may be too low by chance
@@ -91,6 +96,9 @@ std::optional<Candidate> candidate(const ArmFigures& arm, double error) {
     return Candidate{&arm, levels_up_to(wanted), time.seconds->value, time.seconds->low};
 }
 
+// Those whose errors foretell nothing come last, and are told apart by their noise.
+std::pair<double, double> by_time(const Candidate& one) { return {one.seconds, one.arm->cost_ratio.value}; }
+
 // Arms without forecasts take part with the baseline's counts, so that they can be held against it there.
 void accompany_baseline(const std::vector<ArmFigures>& figures, double left, std::vector<CostStage::Arm>& chosen) {
     const auto baseline = std::ranges::find(chosen, figures.front().arm.name(), &CostStage::Arm::name);
@@ -106,14 +114,11 @@ void accompany_baseline(const std::vector<ArmFigures>& figures, double left, std
     }
 }
 
-// The arms that could be soonest at an error, as far as the time allows. The soonest two, the baseline and what pays
-// late come before the rest.
-std::vector<CostStage::Arm> contenders(
-    const std::vector<ArmFigures>& figures, std::size_t index, double seconds, bool in_pieces) {
-    std::vector<Candidate> all;
-    for (const ArmFigures& arm : figures)
-        if (auto one = candidate(arm, cost_errors[index])) all.push_back(std::move(*one));
-    std::ranges::stable_sort(all, {}, &Candidate::seconds);
+// The `count` soonest candidates whose replicates take up to `most` seconds each, and `left` in all. The soonest two,
+// the baseline and what pays late come before the rest.
+std::vector<CostStage::Arm> soonest_of(
+    const std::vector<ArmFigures>& figures, std::vector<Candidate> all, std::size_t count, double left, double most) {
+    std::ranges::stable_sort(all, {}, by_time);
     constexpr std::size_t first = 2, late = 2;
     std::vector<const Candidate*> order;
     const auto add = [&](const Candidate& one) {
@@ -123,18 +128,31 @@ std::vector<CostStage::Arm> contenders(
     std::size_t paying = 0;
     for (const Candidate& one : all)
         if (one.arm == figures.data() || (pays_late(*one.arm) && paying++ < late)) add(one);
-    for (std::size_t i = 0; i < std::min(goal_arms[index], all.size()); ++i) add(all[i]);
+    for (std::size_t i = 0; i < std::min(count, all.size()); ++i) add(all[i]);
     std::vector<CostStage::Arm> chosen;
-    double left = seconds * (in_pieces ? pieces : goal_share[index]);
     for (const Candidate* one : order) {
         const double replicate = seconds_of(*one->arm, one->levels);
         const double takes = static_cast<double>(fewest_replicates) * replicate;
-        if (takes > left || replicate > seconds) continue;
+        if (takes > left || replicate > most) continue;
         left -= takes;
         chosen.push_back({one->arm->arm.name(), one->levels});
     }
     accompany_baseline(figures, left, chosen);
     return chosen;
+}
+
+// The arms that could be soonest at an error, as far as the time allows.
+std::vector<CostStage::Arm> contenders(
+    const std::vector<ArmFigures>& figures, std::size_t index, double seconds, bool in_pieces) {
+    std::vector<Candidate> all;
+    for (const ArmFigures& arm : figures)
+        if (auto one = candidate(arm, cost_errors[index])) all.push_back(std::move(*one));
+    const double left = seconds * (in_pieces ? pieces : goal_share[index]);
+    // Pieces are too dear for what is far behind.
+    if (in_pieces && !all.empty())
+        std::erase_if(all, [least = std::ranges::min_element(all, {}, by_time)->seconds](
+                               const Candidate& one) { return one.seconds > 2.0 * least; });
+    return soonest_of(figures, std::move(all), goal_arms[index], left, seconds);
 }
 
 // The seconds of the arm that is soonest at the error, of those that took part in the goal and may be recommended.
@@ -215,6 +233,51 @@ bool is_reached(const std::vector<ArmFigures>& figures, const CostSamples& sampl
     });
 }
 
+// The arms that may be soonest at the error, with `factor` times their samples; none where that is too much for the
+// first.
+std::vector<CostStage::Arm> grown(
+    const std::vector<ArmFigures>& figures, double error, double factor, std::size_t count, double seconds) {
+    std::vector<Candidate> all;
+    for (const ArmFigures& arm : figures) {
+        const TimeToError time = arm.time_to(error);
+        if (!arm.has_forecasts() || !(arm.variance > 0.0) || (!time.seconds && !time.unknown) ||
+            (!arm.arm.keeps_estimate && arm.has_floor && !arm.is_safe_at(error)))
+            continue;
+        double wanted = factor * static_cast<double>(arm.points.back().samples);
+        if (arm.arm.settings.render.sampling == Sampling::adaptive)
+            wanted = std::max(wanted, static_cast<double>(2 * least_alike));  // below it adapts to nothing
+        const double to_error = time.seconds ? time.seconds->value : std::numeric_limits<double>::infinity();
+        all.push_back({&arm, levels_up_to(wanted), to_error, to_error});
+    }
+    if (all.empty()) return {};
+    const std::string first = std::ranges::min_element(all, {}, by_time)->arm->arm.name();
+    std::vector<CostStage::Arm> chosen =
+        soonest_of(figures, std::move(all), count, growth_share * seconds, growth_share * seconds);
+    if (std::ranges::find(chosen, first, &CostStage::Arm::name) == chosen.end()) chosen.clear();
+    return chosen;
+}
+
+std::optional<CostStage> growth(
+    const std::vector<ArmFigures>& figures, const CostSamples& samples, double error, double seconds) {
+    for (std::uint32_t step = 0; step < growth_steps; ++step) {
+        CostStage next;
+        if (is_entered(samples, first_growth_stage + step)) {
+            Lack lack = lack_of(figures, samples, first_growth_stage + step, fewest_replicates);
+            if (lack.stage.arms.empty()) continue;
+            if (lack.seconds > seconds) return std::nullopt;
+            next = std::move(lack.stage);
+        } else {
+            for (const double factor : growth_factors)
+                if (next.arms.size() < 2) next.arms = grown(figures, error, factor, growth_arms >> step, seconds);
+            next.stage = first_growth_stage + step;
+        }
+        if (next.arms.empty()) return std::nullopt;
+        next.purpose = "more samples";
+        return next;
+    }
+    return std::nullopt;
+}
+
 // Arms whose bias is neither found nor bounded, the cheapest first.
 std::optional<CostStage> floors(const std::vector<ArmFigures>& figures, const CostSamples& samples, double seconds) {
     CostStage next;
@@ -289,12 +352,16 @@ std::optional<CostStage> next_stage(
         const bool last = !is_reached(figures, samples, index);
         if (index == 1 || last)
             if (auto next = floors(figures, samples, seconds)) return next;
-        if (last) break;
+        if (!last) continue;
+        if (auto next = growth(figures, samples, cost_errors[index], seconds)) return next;
+        break;
     }
     // More replicates, of the hardest goals first.
     std::vector<std::uint32_t> stages;
     for (std::uint32_t stage = goal_stage(cost_errors.size()); stage-- > first_goal_stage;) stages.push_back(stage);
-    stages.insert(stages.end(), {floor_stage, short_stage});
+    std::uint32_t longest = first_goal_stage - 1;  // of the growth
+    while (longest > first_growth_stage && !is_entered(samples, longest)) --longest;
+    stages.insert(stages.end(), {longest, floor_stage, short_stage});
     for (const std::uint32_t stage : stages) {
         Lack lack = lack_of(figures, samples, stage, most_replicates);
         std::erase_if(lack.stage.arms, [&](const CostStage::Arm& arm) {

@@ -1,6 +1,7 @@
 // What `tandem cost` measures next: successive halving. All arms have a short stage. Then, error by error from the
 // largest on, the arms that could reach it fastest are rendered until they reach it. In between, arms without a bound
-// on their bias get the samples that bound it. Decisions follow from the samples alone, so a continued measurement goes
+// on their bias get the samples that bound it. Where an error is too far to be met, the arms that may be soonest render
+// more samples, half as many arms each time. Decisions follow from the samples alone, so a continued measurement goes
 // on where it stopped.
 #pragma once
 
@@ -13,7 +14,8 @@
 
 namespace tandem {
 
-inline constexpr std::uint32_t short_stage = 0, floor_stage = 1, first_goal_stage = 4, attempts = 3;
+inline constexpr std::uint32_t short_stage = 0, floor_stage = 1, first_growth_stage = 2, growth_steps = 4;
+inline constexpr std::uint32_t first_goal_stage = first_growth_stage + growth_steps, attempts = 3;
 // Where error `index` of cost_errors is measured; attempts after the first are for arms that were not there yet.
 [[nodiscard]] constexpr std::uint32_t goal_stage(std::size_t index, std::uint32_t attempt = 0) {
     return first_goal_stage + attempts * static_cast<std::uint32_t>(index) + attempt;

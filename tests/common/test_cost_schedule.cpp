@@ -1,6 +1,7 @@
 // The schedule of `tandem cost`: which arms it renders until which error is measured.
 #include <nlohmann/json.hpp>
 
+#include "common/cost/confirm.h"
 #include "common/cost/schedule.h"
 #include "tests/common/known_cost.h"
 #include "tests/temporary_folder.h"
@@ -59,6 +60,65 @@ TEST_CASE("cost schedule: what there is no time to measure is called a forecast"
     const TimeToError time = arm(report, "integrator next-event").time_to(0.003);
     CHECK(time.extrapolated);
     CHECK(to_json(report).at("arms").at(0).at("seconds_to").at(2).at("measured") == false);
+}
+
+// Replicates of up to `most` samples, of a second each, whose squared error is `square` over their number.
+void add_trials(CostSamples& samples, const CostArm& arm, std::uint32_t stage, std::uint64_t most, double square) {
+    ArmTrials& trials = samples.arms.emplace_back();
+    trials.name = arm.name();
+    trials.stage = stage;
+    trials.samples = {most / 4, most / 2, most};
+    trials.sum = {0.01, -0.01, 0.01};
+    trials.sum_of_squares = {0.0, 0.0, 0.0};
+    for (std::uint64_t round = 0; round < fewest_replicates; ++round) {
+        const double sway = 1.0 + 0.01 * static_cast<double>(round % 3), n = static_cast<double>(most);
+        Replicate& replicate = trials.replicates.emplace_back();
+        replicate.round = stage * fewest_replicates + round;
+        replicate.sample_variance = square * sway;
+        for (const double count : {n / 4.0, n / 2.0, n}) {
+            replicate.seconds.push_back(count * sway);
+            replicate.squared_errors.push_back(square * sway / count);
+            replicate.relative_squared_errors.push_back(square * sway / count);
+        }
+    }
+}
+
+TEST_CASE("cost schedule: where an error is too far to be met, what may be soonest renders more samples") {
+    const std::vector<CostArm> arms{{"baseline", "", "", {}, true}, {"generator", "hash", "--generator hash", {}, true},
+        {"bounces", "32", "--bounces 32", {}, true}};
+    const std::vector<double> squares{10.0, 2.5, 40.0};
+    CostSamples samples;
+    samples.reference = {"", "", 1 << 20, 1.0, {4.0, 4.0, 4.0}, {0.0, 0.0, 0.0}, {1e-9, 1e-9, 1e-9}};
+    for (std::size_t i = 0; i < arms.size(); ++i) add_trials(samples, arms[i], short_stage, 4, squares[i]);
+    const auto next = [&](double seconds) { return next_stage(analyse_cost(arms, samples), samples, seconds); };
+    const auto samples_in = [&](const CostStage& stage, std::size_t i) -> std::uint64_t {
+        const auto found = std::ranges::find(stage.arms, arms[i].name(), &CostStage::Arm::name);
+        return found == stage.arms.end() ? 0 : found->samples.back();
+    };
+    const std::optional<CostStage> growth = next(1000.0);
+    REQUIRE(growth.has_value());
+    CHECK(growth->stage == first_growth_stage);
+    for (std::size_t i = 0; i < arms.size(); ++i) CHECK(samples_in(*growth, i) == 16);
+    const std::optional<CostStage> less = next(200.0);  // of which four times the samples leave one arm
+    REQUIRE(less.has_value());
+    CHECK(less->stage == first_growth_stage);
+    CHECK(samples_in(*less, 1) == 8);
+    // 5 % take 63 samples of `hash`, and up to 2.3 times as many, as they are forecast. A quarter of 2400 s allows
+    // them.
+    CHECK(next(2400.0)->stage == goal_stage(0));
+
+    for (std::size_t i = 0; i < arms.size(); ++i) add_trials(samples, arms[i], first_growth_stage, 16, squares[i]);
+    const std::optional<CostStage> later = next(950.0);
+    REQUIRE(later.has_value());
+    CHECK(later->stage == first_growth_stage + 1);
+    CHECK(samples_in(*later, 1) == 32);  // 64 would leave no time for another
+    const std::vector<Confirmation> found = confirm(arms, samples);
+    REQUIRE(found.size() == cost_errors.size());
+    for (const Confirmation& one : found) {
+        CHECK(one.recommended == arms[1].name());
+        CHECK(one.outcome == Confirmed::shown);
+        CHECK(one.forecast);
+    }
 }
 
 TEST_CASE("cost schedule: a planted bias is named with its interval, and other arms are bounded below 1 %") {
