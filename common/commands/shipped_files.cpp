@@ -30,7 +30,9 @@ fs::path shipped_root() {
 std::vector<std::string> shipped_scenes() {
     std::vector<std::string> names;
     std::error_code error;
-    for (const fs::directory_entry& entry : fs::directory_iterator(shipped_root() / "scenes", error))
+    const fs::path root = shipped_root();
+    if (root.empty()) return names;
+    for (const fs::directory_entry& entry : fs::directory_iterator(root / "scenes", error))
         if (entry.path().extension() == ".json") names.push_back(entry.path().stem().string());
     return names;
 }

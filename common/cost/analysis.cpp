@@ -6,7 +6,9 @@
 #include <numeric>
 #include <random>
 
+#include "common/at_once.h"
 #include "common/cost/regions.h"
+#include "common/processors.h"
 #include "common/statistics/distributions.h"
 #include "common/statistics/multiple_tests.h"
 #include "common/statistics/paired_effect.h"
@@ -383,26 +385,62 @@ void mark_pareto(std::vector<ArmFigures>& figures) {
 
 }  // namespace
 
+namespace {
+
+using StageReplicates = std::vector<std::pair<std::uint32_t, std::size_t>>;
+StageReplicates replicates_of(const Stages& stages) {
+    StageReplicates all;
+    for (const ArmTrials* trials : stages) all.emplace_back(trials->stage, trials->replicates.size());
+    return all;
+}
+
+// Brings `known` up to date for the arms that have stages. An image's figures take milliseconds, so several at once.
+void renew(const std::vector<CostArm>& arms, const std::vector<Stages>& stages, const CostSamples& samples,
+    KnownFigures& known) {
+    std::vector<std::size_t> changed;
+    for (std::size_t i = 0; i < arms.size(); ++i) {
+        if (stages[i].empty()) continue;
+        KnownFigures::One& one = known.by_name[arms[i].name()];
+        StageReplicates now = replicates_of(stages[i]);
+        if (one.replicates == now) continue;
+        one.replicates = std::move(now);
+        changed.push_back(i);
+    }
+    if (changed.empty()) return;
+    const Regions regions = regions_of(samples.reference, samples.width);
+    std::vector<ArmFigures> figures(changed.size());
+    at_once(changed.size(), usable_processors(), [&](std::size_t k) {
+        const std::size_t i = changed[k];
+        figures[k] = figures_of(arms[i], stages[i], samples.reference, samples.width);
+        figures[k].regions = region_errors(*stages[i].back(), samples.reference, regions);
+    });
+    for (std::size_t k = 0; k < changed.size(); ++k)
+        known.by_name[arms[changed[k]].name()].figures = std::move(figures[k]);
+}
+
+}  // namespace
+
 std::vector<ArmFigures> analyse_cost(const std::vector<CostArm>& arms, const CostSamples& samples, StageRange range) {
+    KnownFigures nothing;
+    return analyse_cost(arms, samples, range, nothing);
+}
+
+std::vector<ArmFigures> analyse_cost(
+    const std::vector<CostArm>& arms, const CostSamples& samples, StageRange range, KnownFigures& known) {
+    std::vector<Stages> stages;
+    for (const CostArm& arm : arms) stages.push_back(stages_of(samples, arm.name(), range));
+    if (stages.empty() || stages.front().empty()) return {};  // nothing to hold the others against
+    renew(arms, stages, samples, known);
     std::vector<ArmFigures> figures;
     std::vector<double> cost_p;
-    Stages baseline;
-    std::vector<Stages> stages;
-    const Regions regions = regions_of(samples.reference, samples.width);
-    for (const CostArm& arm : arms) {
-        const Stages own = stages_of(samples, arm.name(), range);
-        if (own.empty()) {
-            if (baseline.empty()) return {};  // nothing to hold the others against
-            continue;
-        }
-        figures.push_back(figures_of(arm, own, samples.reference, samples.width));
-        figures.back().regions = region_errors(*own.back(), samples.reference, regions);
-        if (baseline.empty()) baseline = own;
-        stages.push_back(own);
-        cost_p.push_back(figures.size() == 1 ? 1.0 : compare(own, baseline, figures.front(), figures.back()));
+    for (std::size_t i = 0; i < arms.size(); ++i) {
+        if (stages[i].empty()) continue;
+        figures.push_back(known.by_name.at(arms[i].name()).figures);
+        cost_p.push_back(i == 0 ? 1.0 : compare(stages[i], stages.front(), figures.front(), figures.back()));
         if (figures.back().has_forecasts()) compare_regions(figures.front(), figures.back());
     }
     judge(figures, cost_p);
+    std::erase_if(stages, [](const Stages& one) { return one.empty(); });
     const double scatter = log_scatter_of_times(stages);
     for (ArmFigures& arm : figures) {
         arm.log_scatter_of_time = scatter;

@@ -3,7 +3,10 @@
 #pragma once
 
 #include <array>
+#include <map>
 #include <optional>
+#include <string>
+#include <utility>
 
 #include "common/cost/measure.h"
 #include "common/statistics/interval.h"
@@ -91,6 +94,16 @@ struct ArmFigures {
     [[nodiscard]] TimeToError time_to(double relative_error) const;
 };
 
+// What arms have by themselves, without the others: it is made anew only where there are more replicates. For one
+// reference and one range of stages.
+struct KnownFigures {
+    struct One {
+        std::vector<std::pair<std::uint32_t, std::size_t>> replicates;  // of each stage
+        ArmFigures figures;
+    };
+    std::map<std::string, One> by_name;
+};
+
 // Figures from all stages from `from` until before `until`. Arms with fewer than fewest_replicates replicates in each
 // are left out. arms[0] is the baseline.
 struct StageRange {
@@ -98,6 +111,9 @@ struct StageRange {
 };
 [[nodiscard]] std::vector<ArmFigures> analyse_cost(
     const std::vector<CostArm>& arms, const CostSamples& samples, StageRange stages = {});
+// The same. Figures of arms that have no more replicates than `known` is of are taken from there; then it is of all.
+[[nodiscard]] std::vector<ArmFigures> analyse_cost(
+    const std::vector<CostArm>& arms, const CostSamples& samples, StageRange stages, KnownFigures& known);
 
 // Ratio of an arm's seconds a sample to another's, as the logarithm, over the rounds of both. It is at the greatest
 // number of samples that both have rendered, so that fixed costs of a render count alike. Without such a number it is

@@ -1,7 +1,6 @@
 // Choices by the figures of `tandem cost`: the fastest arm to an error, and the settings that are worth measuring
 // together.
 #include <algorithm>
-#include <optional>
 #include <utility>
 
 #include "common/cost/analysis.h"
@@ -52,18 +51,27 @@ namespace {
 constexpr double aim = 0.01;  // error that mixes are to reach soonest
 
 // What does without the baseline's limit of bounces at the least cost, where that limit may leave a greater error than
-// the aim.
-std::optional<std::size_t> limitless(const std::vector<ArmFigures>& figures) {
+// the aim. A higher limit may leave one, too, which few samples do not show: of those without any limit the cheapest is
+// there besides.
+std::vector<std::size_t> limitless(const std::vector<ArmFigures>& figures) {
     const ArmFigures& base = figures.front();
-    std::optional<std::size_t> best;
-    if (base.squared_bias.high <= aim * aim) return best;
+    if (base.squared_bias.high <= aim * aim) return {};
+    const auto bounces_of = [&](std::size_t i) { return figures[i].arm.settings.render.bounces; };
+    std::vector<std::size_t> all;
     for (std::size_t i = 1; i < figures.size(); ++i) {
         const ArmFigures& arm = figures[i];
-        if (arm.arm.knob != "bounces" && arm.arm.knob != "roulette") continue;
-        if (arm.arm.settings.render.bounces <= base.arm.settings.render.bounces || arm.has_floor) continue;
-        if (!best || arm.cost_ratio.value < figures[*best].cost_ratio.value) best = i;
+        if ((arm.arm.knob == "bounces" || arm.arm.knob == "roulette") && bounces_of(i) > bounces_of(0) &&
+            !arm.has_floor)
+            all.push_back(i);
     }
-    return best;
+    std::ranges::stable_sort(all, {}, [&](std::size_t i) { return figures[i].cost_ratio.value; });
+    if (all.empty()) return {};
+    const std::size_t most = std::ranges::max(all, {}, bounces_of);
+    const auto first_of_most =
+        std::ranges::find_if(all, [&](std::size_t i) { return bounces_of(i) == bounces_of(most); });
+    std::vector<std::size_t> chosen{all.front()};
+    if (*first_of_most != all.front()) chosen.push_back(*first_of_most);
+    return chosen;
 }
 
 std::vector<std::size_t> best_of_each(const std::vector<ArmFigures>& figures) {
@@ -108,12 +116,12 @@ std::vector<std::vector<std::size_t>> mixed_settings(const std::vector<ArmFigure
         return mix;
     };
     add(best);
-    const std::optional<std::size_t> whole = limitless(figures);
+    const std::vector<std::size_t> whole = limitless(figures);
     for (std::size_t i = 1; i < figures.size(); ++i) {
         const CostArm& late = figures[i].arm;
         if (late.setting != "sobol" && late.setting != "adaptive") continue;
         add(with_best({i}));
-        if (whole) add(with_best({i, *whole}));
+        for (const std::size_t one : whole) add(with_best({i, one}));
     }
     return mixes;
 }

@@ -3,14 +3,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <atomic>
 #include <cmath>
 #include <exception>
 #include <numeric>
 #include <random>
-#include <thread>
 #include <utility>
 
+#include "common/at_once.h"
 #include "common/cost/schedule.h"
 #include "common/error.h"
 #include "common/render/concurrent_renderer.h"
@@ -84,20 +83,29 @@ std::optional<double> warm_up(RenderJob& job, double long_enough, const CostCont
     return before;
 }
 
+// Counts of a short stage up to `most`, a power of two, ascending. Those below a block's are renders of their own, so
+// only powers of four are, which arms of different `most` share.
+std::vector<std::uint64_t> levels_to(std::uint64_t most) {
+    std::vector<std::uint64_t> levels;
+    for (std::uint64_t n = 1; n < std::min(most, samples_per_block); n *= 4) levels.push_back(n);
+    for (std::uint64_t n = std::min(most, samples_per_block); n <= most; n *= 2) levels.push_back(n);
+    if (levels.size() > most_levels) levels.erase(levels.begin(), levels.end() - most_levels);
+    return levels;
+}
+
 // Sample counts up to the greatest power of two that `share` seconds allow; none if they do not allow one sample.
 std::vector<std::uint64_t> levels_for(double seconds_a_sample, double share) {
     const double allowed = share / std::max(seconds_a_sample, 1e-12);
     if (allowed < 1.0) return {};
-    // Counts below a block's are rendered anew, in all as many samples again but one, or a block's.
-    const auto cost = [](std::uint64_t most) {
-        return static_cast<double>(most + std::min(most, samples_per_block) - 1);
+    const auto rendered = [](std::uint64_t most) {  // counts of whole blocks continue each other
+        double samples = static_cast<double>(most);
+        for (const std::uint64_t n : levels_to(most))
+            samples += n < std::min(most, samples_per_block) ? static_cast<double>(n) : 0.0;
+        return samples;
     };
     std::uint64_t most = 1;
-    while (cost(2 * most) <= allowed && most < (std::uint64_t{1} << 24)) most *= 2;
-    std::vector<std::uint64_t> levels;
-    for (std::uint64_t n = most; n >= 1 && levels.size() < most_levels; n /= 2) levels.push_back(n);
-    std::ranges::reverse(levels);
-    return levels;
+    while (rendered(2 * most) <= allowed && most < (std::uint64_t{1} << 24)) most *= 2;
+    return levels_to(most);
 }
 
 // A sample a replicate says little, but more than nothing; without a baseline nothing could be said at all.
@@ -310,17 +318,9 @@ std::size_t CostExperiment::add(std::span<const CostArm> arms, const std::functi
             all[i].refusal = refusal.what();
         }
     }
-    std::atomic<std::size_t> next = 0;
-    const auto make_some = [&] {
-        for (std::size_t i = next++; i < arms.size(); i = next++)
-            if (all[i].refusal.empty() && !is_over()) all[i] = make_ready(arms[i]);
-    };
-    const std::size_t at_once = std::min(renderers_->prepare_at_once(), arms.size());
-    {
-        std::vector<std::jthread> threads;
-        while (threads.size() + 1 < at_once) threads.emplace_back(make_some);
-        make_some();
-    }
+    at_once(arms.size(), renderers_->prepare_at_once(), [&](std::size_t i) {
+        if (all[i].refusal.empty() && !is_over()) all[i] = make_ready(arms[i]);
+    });
     std::size_t added = 0;
     for (std::size_t i = 0; i < arms.size(); ++i) {
         Ready& ready = all[i];

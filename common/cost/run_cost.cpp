@@ -171,6 +171,7 @@ private:
     CostReport report_;
     RendererInfo info_;
     CostSamples samples_;
+    KnownFigures known_;           // of all stages
     double mean_ = 0.0;            // of the reference image
     double seconds_before_ = 0.0;  // of the measurement that is continued
     double may_save_ = 0.0;        // many images are saved: no more often than it is worth
@@ -224,7 +225,7 @@ CostControl CostRun::saving(double from, double to) {
 
 // Figures of all samples so far.
 void CostRun::take_figures() {
-    report_.figures = analyse_cost(experiment_.arms(), samples_);
+    report_.figures = analyse_cost(experiment_.arms(), samples_, {}, known_);
     report_.reference = samples_.reference;
     report_.seconds = whole().seconds;
     if (report_.figures.empty())

@@ -13,8 +13,10 @@ namespace tandem {
 
 namespace {
 
-// Shares of the time that is left which a goal or the floors may take, so that what comes later has a chance.
+// Shares of the time that is left which a goal or the floors may take, so that what comes later has a chance. Where it
+// does not suffice for the soonest arm, nothing later has one, and the goal may take more.
 constexpr std::array<double, cost_errors.size()> goal_share{0.25, 0.9, 1.0};
+constexpr double most_share = 0.9;
 constexpr double floor_share = 0.35;
 // Where no goal fits, the arms that may be soonest render so many times their samples, half as many arms each time.
 // That takes this share of the time that is left, at most. The second factor is for where the first leaves one arm.
@@ -147,7 +149,12 @@ std::vector<CostStage::Arm> contenders(
     std::vector<Candidate> all;
     for (const ArmFigures& arm : figures)
         if (auto one = candidate(arm, cost_errors[index])) all.push_back(std::move(*one));
-    const double left = seconds * (in_pieces ? pieces : goal_share[index]);
+    if (all.empty()) return {};
+    const Candidate& soonest = *std::ranges::min_element(all, {}, by_time);
+    const double takes = static_cast<double>(fewest_replicates) * seconds_of(*soonest.arm, soonest.levels);
+    const double share =
+        takes <= goal_share[index] * seconds ? goal_share[index] : std::max(goal_share[index], most_share);
+    const double left = seconds * (in_pieces ? pieces : share);
     // Pieces are too dear for what is far behind.
     if (in_pieces && !all.empty())
         std::erase_if(all, [least = std::ranges::min_element(all, {}, by_time)->seconds](

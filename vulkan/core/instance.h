@@ -1,7 +1,9 @@
 // The Vulkan instance, with the validation layer when asked for, and the description of its devices.
 #pragma once
 
+#include <cstdint>
 #include <memory>
+#include <optional>
 #include <vulkan/vulkan_raii.hpp>
 
 #include "vulkan/core/validation.h"
