@@ -383,10 +383,6 @@ void mark_pareto(std::vector<ArmFigures>& figures) {
     }
 }
 
-}  // namespace
-
-namespace {
-
 using StageReplicates = std::vector<std::pair<std::uint32_t, std::size_t>>;
 StageReplicates replicates_of(const Stages& stages) {
     StageReplicates all;
@@ -400,11 +396,7 @@ void renew(const std::vector<CostArm>& arms, const std::vector<Stages>& stages, 
     std::vector<std::size_t> changed;
     for (std::size_t i = 0; i < arms.size(); ++i) {
         if (stages[i].empty()) continue;
-        KnownFigures::One& one = known.by_name[arms[i].name()];
-        StageReplicates now = replicates_of(stages[i]);
-        if (one.replicates == now) continue;
-        one.replicates = std::move(now);
-        changed.push_back(i);
+        if (known.by_name[arms[i].name()].replicates != replicates_of(stages[i])) changed.push_back(i);
     }
     if (changed.empty()) return;
     const Regions regions = regions_of(samples.reference, samples.width);
@@ -415,7 +407,7 @@ void renew(const std::vector<CostArm>& arms, const std::vector<Stages>& stages, 
         figures[k].regions = region_errors(*stages[i].back(), samples.reference, regions);
     });
     for (std::size_t k = 0; k < changed.size(); ++k)
-        known.by_name[arms[changed[k]].name()].figures = std::move(figures[k]);
+        known.by_name[arms[changed[k]].name()] = {replicates_of(stages[changed[k]]), std::move(figures[k])};
 }
 
 }  // namespace
@@ -436,6 +428,7 @@ std::vector<ArmFigures> analyse_cost(
     for (std::size_t i = 0; i < arms.size(); ++i) {
         if (stages[i].empty()) continue;
         figures.push_back(known.by_name.at(arms[i].name()).figures);
+        figures.back().arm = arms[i];
         cost_p.push_back(i == 0 ? 1.0 : compare(stages[i], stages.front(), figures.front(), figures.back()));
         if (figures.back().has_forecasts()) compare_regions(figures.front(), figures.back());
     }

@@ -94,8 +94,7 @@ struct ArmFigures {
     [[nodiscard]] TimeToError time_to(double relative_error) const;
 };
 
-// What arms have by themselves, without the others: it is made anew only where there are more replicates. For one
-// reference and one range of stages.
+// Figures that arms have by themselves, of one reference, one range of stages, and replicates that are only added to.
 struct KnownFigures {
     struct One {
         std::vector<std::pair<std::uint32_t, std::size_t>> replicates;  // of each stage
@@ -111,7 +110,7 @@ struct StageRange {
 };
 [[nodiscard]] std::vector<ArmFigures> analyse_cost(
     const std::vector<CostArm>& arms, const CostSamples& samples, StageRange stages = {});
-// The same. Figures of arms that have no more replicates than `known` is of are taken from there; then it is of all.
+// The same, but arms that `known` has with as many replicates are not looked at again. What is new is added to it.
 [[nodiscard]] std::vector<ArmFigures> analyse_cost(
     const std::vector<CostArm>& arms, const CostSamples& samples, StageRange stages, KnownFigures& known);
 

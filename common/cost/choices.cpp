@@ -51,8 +51,8 @@ namespace {
 constexpr double aim = 0.01;  // error that mixes are to reach soonest
 
 // What does without the baseline's limit of bounces at the least cost, where that limit may leave a greater error than
-// the aim. A higher limit may leave one, too, which few samples do not show: of those without any limit the cheapest is
-// there besides.
+// the aim. A higher limit may leave one, too, which few samples do not show. So the cheapest of the highest limit is
+// there besides: roulette has 256 bounces, as the reference.
 std::vector<std::size_t> limitless(const std::vector<ArmFigures>& figures) {
     const ArmFigures& base = figures.front();
     if (base.squared_bias.high <= aim * aim) return {};

@@ -44,14 +44,23 @@ ArmFigures renewed(const ArmFigures& before, const ArmFigures& anew) {
     figures.has_floor = before.has_floor;
     figures.squared_bias = before.squared_bias;
     figures.slope = before.slope;
+    if (!figures.seconds_a_sample) figures.seconds_a_sample = before.seconds_a_sample;
     return figures;
 }
 
-// Half-width of the interval of log time, as far as it is how well the number of samples is known. How much renders of
-// one number differ in time is left to rounds, which are paired.
-double log_half_of_noise(const ArmFigures& arm, const TimeToError& time) {
-    const double count = time.samples_interval ? log_half_of(*time.samples_interval) : 0.0;
-    return std::max(count, arm.log_half_of_variance);
+// How far the logarithm's interval reaches below and above its value.
+struct Reach {
+    double low = 0.0, high = 0.0;
+};
+Reach reach_of(const Estimated& figure) {
+    return {std::log(figure.value / figure.low), std::log(figure.high / figure.value)};
+}
+
+// That of log time, as far as it is how well the number of samples is known. How much renders of one number differ in
+// time is left to rounds, which are paired.
+Reach reach_of_noise(const ArmFigures& arm, const TimeToError& time) {
+    const Reach count = time.samples_interval ? reach_of(*time.samples_interval) : Reach{};
+    return {std::max(count.low, arm.log_half_of_variance), std::max(count.high, arm.log_half_of_variance)};
 }
 
 struct Renewed {
@@ -77,29 +86,34 @@ bool ran_together(const ArmTrials& a, const ArmTrials& b) {
     });
 }
 
-// Its interval holds for so many rivals together.
-Rival rival_of(const ArmFigures& arm, double log_ratio, double log_half, std::size_t rivals) {
+// Of `rival` over `best`, whose logarithms reach so far and differ by `log_ratio`. It holds for so many rivals
+// together.
+Rival rival_of(const ArmFigures& arm, double log_ratio, Reach rival, Reach best, double more, std::size_t rivals) {
     const double widened =
         normal_quantile(1.0 - 0.5 * rejection_level / static_cast<double>(rivals)) / normal_quantile(0.975);
-    const double half = widened * log_half;
-    return {arm.arm.name(), {std::exp(log_ratio), std::exp(log_ratio - half), std::exp(log_ratio + half)}};
+    // Not hypot of three, which in libstdc++ is NaN where one is infinite.
+    const double low = widened * std::hypot(more, std::hypot(rival.low, best.high));
+    const double high = widened * std::hypot(more, std::hypot(rival.high, best.low));
+    return {arm.arm.name(), {std::exp(log_ratio), std::exp(log_ratio - low), std::exp(log_ratio + high)}};
 }
 
 // Seconds a sample are compared round by round, where what the machine does to both cancels.
 Rival compare(const Renewed& rival, const Renewed& best, std::size_t rivals) {
     const PairedEffect paired = paired_seconds(*rival.trials, *best.trials);
-    // Not hypot of three, which in libstdc++ is NaN where one is infinite.
-    const double noise =
-        std::hypot(log_half_of_noise(rival.figures, rival.time), log_half_of_noise(best.figures, best.time));
     return rival_of(rival.figures, std::log(rival.time.seconds->value / best.time.seconds->value),
-        std::hypot(0.5 * (paired.high - paired.low), noise), rivals);
+        reach_of_noise(rival.figures, rival.time), reach_of_noise(best.figures, best.time),
+        0.5 * (paired.high - paired.low), rivals);
 }
 
-// A rival that was not rendered beside the best: by what was known of it before.
-Rival compare_apart(const ArmFigures& rival, const Renewed& best, double error, std::size_t rivals) {
-    const Estimated before = *rival.time_to(error).seconds, &now = *best.time.seconds;
-    return rival_of(rival, std::log(before.value / now.value),
-        std::hypot(0.5 * std::log(before.high / before.low), 0.5 * std::log(now.high / now.low)), rivals);
+// A rival that was not rendered beside the best: by what was known of it before. What the machine did since to the
+// best's samples is taken out.
+Rival compare_apart(
+    const ArmFigures& rival, const ArmFigures& best_before, const Renewed& best, double error, std::size_t rivals) {
+    const auto a_sample = [](const TimeToError& time) { return time.seconds->value / *time.samples; };
+    const TimeToError time = rival.time_to(error), before = best_before.time_to(error);
+    const double drift = before.seconds ? a_sample(best.time) / a_sample(before) : 1.0;
+    return rival_of(rival, std::log(drift * time.seconds->value / best.time.seconds->value), reach_of(*time.seconds),
+        reach_of(*best.time.seconds), 0.0, rivals);
 }
 
 // The setting that reaches the error soonest, of those that took part.
@@ -138,7 +152,7 @@ std::optional<Confirmation> confirm_at(
     for (const ArmFigures* rival : rivals) {
         const std::optional<Renewed> again = renew(*rival, now, anew, error);
         if (!again || !ran_together(*again->trials, *best->trials)) {
-            result.rivals.push_back(compare_apart(*rival, *best, error, rivals.size()));
+            result.rivals.push_back(compare_apart(*rival, *first, *best, error, rivals.size()));
             continue;
         }
         result.rivals.push_back(compare(*again, *best, rivals.size()));
@@ -161,7 +175,7 @@ std::optional<Confirmation> confirm_at(
 
 namespace {
 
-// Of each arm its last stage of those.
+// Each arm's last stage in that range.
 CostSamples last_of(const CostSamples& samples, StageRange stages) {
     CostSamples last;
     last.reference = samples.reference;
@@ -174,22 +188,41 @@ CostSamples last_of(const CostSamples& samples, StageRange stages) {
     return last;
 }
 
+// The stages that measure anew what was chosen before them: the error's own. Where these have no two arms, the last
+// growth that has: what it renders was chosen by the growth before.
+StageRange anew_for(const CostSamples& samples, std::size_t index) {
+    const StageRange own{goal_stage(index), goal_stage(index + 1)};
+    if (last_of(samples, own).arms.size() >= 2) return own;
+    for (std::uint32_t stage = first_goal_stage; stage-- > first_growth_stage;)
+        if (last_of(samples, {stage, stage + 1}).arms.size() >= 2) return {stage, stage + 1};
+    return own;
+}
+
+// Figures of the stages, with the floors that all samples tell: what is known to be biased is no choice.
+std::vector<ArmFigures> figures_until(const std::vector<CostArm>& arms, const CostSamples& samples, std::uint32_t until,
+    const std::vector<ArmFigures>& all) {
+    std::vector<ArmFigures> figures = analyse_cost(arms, samples, {short_stage, until});
+    for (ArmFigures& arm : figures)
+        if (const ArmFigures* whole = named(all, arm.arm.name())) {
+            arm.has_floor = whole->has_floor;
+            arm.squared_bias = whole->squared_bias;
+        }
+    return figures;
+}
+
 }  // namespace
 
 std::vector<Confirmation> confirm(const std::vector<CostArm>& arms, const CostSamples& samples) {
     std::vector<Confirmation> result;
+    const std::vector<ArmFigures> all = analyse_cost(arms, samples);
     for (std::size_t index = 0; index < cost_errors.size(); ++index) {
-        StageRange stages{goal_stage(index), goal_stage(index + 1)};
-        CostSamples anew = last_of(samples, stages);
-        if (anew.arms.empty()) {
-            stages = {first_growth_stage, first_goal_stage};
-            anew = last_of(samples, stages);
-        }
+        const StageRange stages = anew_for(samples, index);
+        const CostSamples anew = last_of(samples, stages);
         if (anew.arms.empty()) continue;
         std::vector<CostArm> measured;
         for (const CostArm& arm : arms)
             if (std::ranges::find(anew.arms, arm.name(), &ArmTrials::name) != anew.arms.end()) measured.push_back(arm);
-        const std::vector<ArmFigures> before = analyse_cost(arms, samples, {short_stage, stages.from});
+        const std::vector<ArmFigures> before = figures_until(arms, samples, stages.from, all);
         const std::vector<ArmFigures> now = analyse_cost(measured, anew);
         if (auto one = confirm_at(cost_errors[index], before, now, anew)) result.push_back(std::move(*one));
     }

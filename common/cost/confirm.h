@@ -34,8 +34,8 @@ struct Confirmation {
 
 inline constexpr std::size_t most_rivals = 3;  // of an error, and the baseline
 
-// For each of cost_errors that an arm reaches and that had a stage of its own. Where none fitted, the longest renders
-// of the growth stages are that stage. Floors are taken from all that came before it. Noise and times come from that
+// For each of cost_errors that an arm reaches and that had a stage of its own. Where no two arms had one, the last
+// growth stage of two or more is it. Floors are taken from all that came before it. Noise and times come from that
 // stage alone, whose random numbers had no part in the choice of arms. What did not render there is compared by what
 // was known of it before.
 [[nodiscard]] std::vector<Confirmation> confirm(const std::vector<CostArm>& arms, const CostSamples& samples);

@@ -110,7 +110,12 @@ std::string sentence_on_measured(const ArmFigures& arm, const ArmFigures& baseli
 
 const Confirmation* confirmation_of(const CostReport& report, double error) {
     const auto found = std::ranges::find(report.confirmations, error, &Confirmation::relative_error);
-    return found == report.confirmations.end() ? nullptr : &*found;
+    if (found == report.confirmations.end()) return nullptr;
+    // An arm whose time is not known by all samples together is not to be had, whatever its own stage says.
+    const auto is_had = [&](const ArmFigures& arm) {
+        return arm.arm.name() == found->recommended && arm.time_to(error).seconds.has_value();
+    };
+    return std::ranges::any_of(report.figures, is_had) ? &*found : nullptr;
 }
 
 std::string sentence_on(const Confirmation& confirmation) {
@@ -123,18 +128,23 @@ std::string sentence_on(const Confirmation& confirmation) {
         case Confirmed::shown:
             return anew + fmt::format("it is the fastest of what was measured: {} takes {} times as long.",
                               nearest.name, factor(nearest.time_ratio));
-        case Confirmed::refuted:
+        case Confirmed::refuted: {
+            const auto found = std::ranges::find(confirmation.rivals, confirmation.recommended, &Rival::name);
             return anew + fmt::format("it was faster than {}, which had been found soonest before: {} of its time.",
-                              confirmation.first, factor(nearest.time_ratio));
+                              confirmation.first, factor(found->time_ratio));
+        }
         case Confirmed::open:
             break;
     }
-    // Those that are not told apart from it.
-    std::string names;
-    for (const Rival& rival : confirmation.rivals)
-        if (rival.time_ratio.low <= 1.0)
-            names += fmt::format(
-                "{}{} ({} times its time)", names.empty() ? "" : ", ", rival.name, factor(rival.time_ratio));
+    // Those that are not told apart from it, and those that did not render beside it.
+    std::string names, faster;
+    for (const Rival& rival : confirmation.rivals) {
+        if (rival.time_ratio.low > 1.0) continue;
+        std::string& text = rival.time_ratio.high < 1.0 ? faster : names;
+        text += fmt::format("{}{} ({} times its time)", text.empty() ? "" : ", ", rival.name, factor(rival.time_ratio));
+    }
+    if (!faster.empty())
+        return anew + "these seem to be faster, but were not measured beside it: " + faster + "; give more --time.";
     return anew + "nothing is faster, but these may be as fast: " + names + ".";
 }
 

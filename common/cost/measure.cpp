@@ -83,8 +83,8 @@ std::optional<double> warm_up(RenderJob& job, double long_enough, const CostCont
     return before;
 }
 
-// Counts of a short stage up to `most`, a power of two, ascending. Those below a block's are renders of their own, so
-// only powers of four are, which arms of different `most` share.
+// Counts of a short stage up to `most`, a power of two, ascending. Those below a block's are renders of their own. So
+// `most` and powers of four are there; arms of any two `most` share the latter.
 std::vector<std::uint64_t> levels_to(std::uint64_t most) {
     std::vector<std::uint64_t> levels;
     for (std::uint64_t n = 1; n < std::min(most, samples_per_block); n *= 4) levels.push_back(n);
@@ -447,6 +447,10 @@ bool CostExperiment::extend(const CostStage& stage, double seconds, CostSamples&
     std::vector<CostStage::Arm> arms;
     std::ranges::copy_if(stage.arms, std::back_inserter(arms),
         [&](const CostStage::Arm& arm) { return job_of(arm.name) < arms_.size(); });
+    for (const CostStage::Arm& wanted : arms) {  // so that a stop leaves none out of the stage
+        ArmTrials& trials = samples_of(samples, wanted.name, stage.stage);
+        if (trials.samples.empty()) trials.samples = wanted.samples;
+    }
     std::uint64_t round = next_round(samples);
     std::mt19937_64 order(seed_ + round);
     bool any = false;
@@ -457,8 +461,7 @@ bool CostExperiment::extend(const CostStage& stage, double seconds, CostSamples&
         std::ranges::stable_sort(arms, {},
             [&](const CostStage::Arm& arm) { return samples_of(samples, arm.name, stage.stage).replicates.size(); });
         for (const CostStage::Arm& wanted : arms) {
-            ArmTrials& trials = samples_of(samples, wanted.name, stage.stage);
-            if (trials.samples.empty()) trials.samples = wanted.samples;
+            const ArmTrials& trials = samples_of(samples, wanted.name, stage.stage);
             const double spent = now_by(control) - start;
             if (trials.replicates.size() >= stage.replicates || spent + seconds_a_replicate(trials, samples) > seconds)
                 continue;

@@ -14,12 +14,12 @@ namespace tandem {
 namespace {
 
 // Shares of the time that is left which a goal or the floors may take, so that what comes later has a chance. Where it
-// does not suffice for the soonest arm, nothing later has one, and the goal may take more.
+// does not suffice for the soonest arm, the goal may take most_share: smaller errors have no chance then.
 constexpr std::array<double, cost_errors.size()> goal_share{0.25, 0.9, 1.0};
 constexpr double most_share = 0.9;
 constexpr double floor_share = 0.35;
-// Where no goal fits, the arms that may be soonest render so many times their samples, half as many arms each time.
-// That takes this share of the time that is left, at most. The second factor is for where the first leaves one arm.
+// Where no goal fits, the arms that may be soonest render so many times their samples, and fewer arms each time. That
+// takes this share of the time that is left, at most. The second factor is for where the first leaves one arm.
 constexpr std::array growth_factors{4.0, 2.0};
 constexpr double growth_share = 0.3;
 constexpr std::size_t growth_arms = 8;
@@ -150,16 +150,21 @@ std::vector<CostStage::Arm> contenders(
     for (const ArmFigures& arm : figures)
         if (auto one = candidate(arm, cost_errors[index])) all.push_back(std::move(*one));
     if (all.empty()) return {};
-    const Candidate& soonest = *std::ranges::min_element(all, {}, by_time);
-    const double takes = static_cast<double>(fewest_replicates) * seconds_of(*soonest.arm, soonest.levels);
-    const double share =
-        takes <= goal_share[index] * seconds ? goal_share[index] : std::max(goal_share[index], most_share);
-    const double left = seconds * (in_pieces ? pieces : share);
-    // Pieces are too dear for what is far behind.
-    if (in_pieces && !all.empty())
-        std::erase_if(all, [least = std::ranges::min_element(all, {}, by_time)->seconds](
-                               const Candidate& one) { return one.seconds > 2.0 * least; });
-    return soonest_of(figures, std::move(all), goal_arms[index], left, seconds);
+    std::ranges::stable_sort(all, {}, by_time);
+    if (in_pieces) {
+        // Pieces are too dear for what is far behind, but for a rival.
+        const double most = std::max(2.0 * all[0].seconds, all[std::min<std::size_t>(1, all.size() - 1)].seconds);
+        std::erase_if(all, [&](const Candidate& one) { return one.seconds > most; });
+        return soonest_of(figures, std::move(all), goal_arms[index], pieces * seconds, seconds);
+    }
+    const double takes = static_cast<double>(fewest_replicates) * seconds_of(*all[0].arm, all[0].levels);
+    if (takes <= goal_share[index] * seconds)
+        return soonest_of(figures, std::move(all), goal_arms[index], goal_share[index] * seconds, seconds);
+    const double share = std::max(goal_share[index], most_share);
+    std::vector<CostStage::Arm> chosen =
+        soonest_of(figures, std::move(all), goal_arms[index], share * seconds, seconds);
+    if (chosen.size() < 2) chosen.clear();  // without a rival so much time tells less than more samples of several do
+    return chosen;
 }
 
 // The seconds of the arm that is soonest at the error, of those that took part in the goal and may be recommended.
@@ -270,8 +275,10 @@ std::optional<CostStage> growth(
         CostStage next;
         if (is_entered(samples, first_growth_stage + step)) {
             Lack lack = lack_of(figures, samples, first_growth_stage + step, fewest_replicates);
+            std::erase_if(lack.stage.arms, [&](const CostStage::Arm& arm) {
+                return seconds_a_replicate(*trials_at(samples, arm.name, first_growth_stage + step), samples) > seconds;
+            });
             if (lack.stage.arms.empty()) continue;
-            if (lack.seconds > seconds) return std::nullopt;
             next = std::move(lack.stage);
         } else {
             for (const double factor : growth_factors)

@@ -105,21 +105,63 @@ TEST_CASE("cost schedule: where an error is too far to be met, what may be soone
     CHECK(less->stage == first_growth_stage);
     CHECK(samples_in(*less, 1) == 8);
     // 5 % take 63 samples of `hash`, and up to 2.3 times as many, as they are forecast. A quarter of 2400 s allows
-    // them; 600 s do where no share is kept for what comes later.
+    // them. All of 2040 s allows them, and those of a rival, where no share is kept for what comes later.
     CHECK(next(2400.0)->stage == goal_stage(0));
-    CHECK(next(600.0)->stage == goal_stage(0));
+    const std::optional<CostStage> whole = next(2040.0);
+    REQUIRE(whole.has_value());
+    CHECK(whole->stage == goal_stage(0));
+    CHECK(whole->arms.size() >= 2);
 
     for (std::size_t i = 0; i < arms.size(); ++i) add_trials(samples, arms[i], first_growth_stage, 16, squares[i]);
     const std::optional<CostStage> later = next(500.0);
     REQUIRE(later.has_value());
     CHECK(later->stage == first_growth_stage + 1);
     CHECK(samples_in(*later, 1) == 32);  // 64 take more than its share
-    const std::vector<Confirmation> found = confirm(arms, samples);
-    REQUIRE(found.size() == cost_errors.size());
-    for (const Confirmation& one : found) {
-        CHECK(one.recommended == arms[1].name());
-        CHECK(one.outcome == Confirmed::shown);
-        CHECK(one.forecast);
+    const auto is_shown = [&] {
+        const std::vector<Confirmation> found = confirm(arms, samples);
+        REQUIRE(found.size() == cost_errors.size());
+        for (const Confirmation& one : found) {
+            CHECK(one.recommended == arms[1].name());
+            CHECK(one.outcome == Confirmed::shown);
+            CHECK(one.forecast);
+            REQUIRE(one.rivals.size() == 2);
+            CHECK(holds(one.rivals[0].time_ratio, squares[0] / squares[1]));
+            CHECK(holds(one.rivals[1].time_ratio, squares[2] / squares[1]));
+        }
+    };
+    is_shown();
+    // The next step leaves one out, which is compared by what was known of it; twice as slow a machine changes nothing.
+    for (std::size_t i = 0; i < 2; ++i) {
+        add_trials(samples, arms[i], first_growth_stage + 1, 32, squares[i]);
+        for (Replicate& replicate : samples.arms.back().replicates)
+            for (double& seconds : replicate.seconds) seconds *= 2.0;
+    }
+    is_shown();
+    // One that did not render beside the best may be as fast.
+    std::erase_if(samples.arms, [&](const ArmTrials& trials) { return trials.name == arms[2].name(); });
+    add_trials(samples, arms[2], short_stage, 4, 1.001 * squares[1]);
+    for (const Confirmation& one : confirm(arms, samples)) CHECK(one.outcome == Confirmed::open);
+}
+
+TEST_CASE("cost schedule: figures of arms without new replicates are taken as they were, and the others made anew") {
+    const std::vector<CostArm> arms{
+        {"baseline", "", "", {}, true}, {"generator", "hash", "--generator hash", {}, true}};
+    CostSamples samples;
+    samples.reference = {"", "", 1 << 20, 1.0, {4.0, 4.0, 4.0}, {0.0, 0.0, 0.0}, {1e-9, 1e-9, 1e-9}};
+    for (const CostArm& arm : arms) add_trials(samples, arm, short_stage, 64, 1.0);
+    KnownFigures known;
+    CostReport report;
+    const auto text = [&](const std::vector<ArmFigures>& figures) {
+        report.figures = figures;
+        report.reference = samples.reference;
+        return to_json(report).dump();
+    };
+    for (const std::uint64_t most : {64, 256}) {
+        if (most > 64) add_trials(samples, arms[1], first_growth_stage, most, 1.0);
+        const std::string before = text(analyse_cost(arms, samples, {}, known));
+        CHECK(before == text(analyse_cost(arms, samples)));
+        CHECK(before == text(analyse_cost(arms, samples, {}, known)));
+        CHECK(report.figures[1].points.back().samples == most);
     }
 }
 
