@@ -86,8 +86,8 @@ bool ran_together(const ArmTrials& a, const ArmTrials& b) {
     });
 }
 
-// Of `rival` over `best`, whose logarithms reach so far and differ by `log_ratio`. It holds for so many rivals
-// together.
+// The ratio of two times, whose logarithms reach so far and differ by `log_ratio`. `more` is a half-width of both. The
+// interval holds for so many rivals together.
 Rival rival_of(const ArmFigures& arm, double log_ratio, Reach rival, Reach best, double more, std::size_t rivals) {
     const double widened =
         normal_quantile(1.0 - 0.5 * rejection_level / static_cast<double>(rivals)) / normal_quantile(0.975);
