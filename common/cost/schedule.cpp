@@ -85,17 +85,24 @@ struct Candidate {
     double seconds, soonest;  // to the error; the low end of its interval
 };
 
+bool may_be_had(const ArmFigures& arm, double error) {
+    return arm.has_forecasts() && (arm.arm.keeps_estimate || !arm.has_floor || arm.is_safe_at(error));
+}
+
+std::vector<std::uint64_t> levels_of(const ArmFigures& arm, double wanted) {
+    if (arm.arm.settings.render.sampling == Sampling::adaptive)
+        wanted = std::max(wanted, static_cast<double>(2 * least_alike));  // below it adapts to nothing
+    return levels_up_to(wanted);
+}
+
 std::optional<Candidate> candidate(const ArmFigures& arm, double error) {
-    if (!arm.has_forecasts()) return std::nullopt;
+    if (!may_be_had(arm, error)) return std::nullopt;
     const TimeToError time = arm.time_to(error);
-    if (!time.seconds || !time.samples || (!arm.arm.keeps_estimate && arm.has_floor && !arm.is_safe_at(error)))
-        return std::nullopt;
+    if (!time.seconds || !time.samples) return std::nullopt;
     double wanted = surely * *time.samples;
     if (time.extrapolated && time.samples_interval)
         wanted *= std::min(std::sqrt(time.samples_interval->high / time.samples_interval->value), 2.0);
-    if (arm.arm.settings.render.sampling == Sampling::adaptive)
-        wanted = std::max(wanted, static_cast<double>(2 * least_alike));  // below it adapts to nothing
-    return Candidate{&arm, levels_up_to(wanted), time.seconds->value, time.seconds->low};
+    return Candidate{&arm, levels_of(arm, wanted), time.seconds->value, time.seconds->low};
 }
 
 // Those whose errors foretell nothing come last, and are told apart by their noise.
@@ -252,14 +259,10 @@ std::vector<CostStage::Arm> grown(
     std::vector<Candidate> all;
     for (const ArmFigures& arm : figures) {
         const TimeToError time = arm.time_to(error);
-        if (!arm.has_forecasts() || !(arm.variance > 0.0) || (!time.seconds && !time.unknown) ||
-            (!arm.arm.keeps_estimate && arm.has_floor && !arm.is_safe_at(error)))
-            continue;
-        double wanted = factor * static_cast<double>(arm.points.back().samples);
-        if (arm.arm.settings.render.sampling == Sampling::adaptive)
-            wanted = std::max(wanted, static_cast<double>(2 * least_alike));  // below it adapts to nothing
+        if (!may_be_had(arm, error) || !(arm.variance > 0.0) || (!time.seconds && !time.unknown)) continue;
+        const double wanted = factor * static_cast<double>(arm.points.back().samples);
         const double to_error = time.seconds ? time.seconds->value : std::numeric_limits<double>::infinity();
-        all.push_back({&arm, levels_up_to(wanted), to_error, to_error});
+        all.push_back({&arm, levels_of(arm, wanted), to_error, to_error});
     }
     if (all.empty()) return {};
     const std::string first = std::ranges::min_element(all, {}, by_time)->arm->arm.name();

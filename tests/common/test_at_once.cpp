@@ -26,8 +26,8 @@ TEST_CASE("at once: an exception ends it, and is thrown where all began") {
             ++begun;
             if (i == 3) throw std::runtime_error("the fourth");
         };
-        CHECK_THROWS_WITH_AS(at_once(100000, threads, work), "the fourth", std::runtime_error);
-        CHECK(begun < 100000);
+        CHECK_THROWS_WITH_AS(at_once(100, threads, work), "the fourth", std::runtime_error);
+        if (threads == 1) CHECK(begun == 4);  // others may begin some before the exception is seen
     }
 }
 
