@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
@@ -18,6 +19,9 @@
 namespace tandem::fuzz {
 
 namespace {
+
+// As a texture may have: a file of few bytes may declare a picture of any size.
+constexpr std::uint64_t greatest_floats = std::uint64_t{1} << 26;
 
 // A line for a terminal: 64 levels of keys, each cut at 160 bytes, are the longest pointer.
 constexpr std::size_t greatest_line = 16384;
@@ -154,7 +158,7 @@ void image(Bytes bytes) {
     load("texture" + ending + ".json");
     load("sky" + ending + ".json");
     try {
-        const Image read = read_image(file);
+        const Image read = read_image(file, greatest_floats);
         if (read.pixels.size() != std::size_t{read.width} * read.height * read.channels.size())
             fail("an image of another size than it says", file.string());
     } catch (const InputError& error) {

@@ -24,11 +24,15 @@ namespace {
 // libpng and others behind OpenImageIO write to stderr what they also return as the error.
 class QuietStderr {
 public:
+#ifdef TANDEM_LIBRARY_MAY_WRITE_TO_STDERR
+    QuietStderr() : kept_(-1) {}
+#else
     QuietStderr() : kept_(::dup(STDERR_FILENO)) {
         const int nowhere = ::open("/dev/null", O_WRONLY | O_CLOEXEC);
         if (kept_ >= 0 && nowhere >= 0) ::dup2(nowhere, STDERR_FILENO);
         if (nowhere >= 0) ::close(nowhere);
     }
+#endif
     ~QuietStderr() {
         if (kept_ < 0) return;
         ::dup2(kept_, STDERR_FILENO);
