@@ -16,7 +16,7 @@ namespace tandem {
 // What the user has left open.
 struct OpenSettings {
     bool integrator = true;  // path against next-event
-    bool roulette = true;    // where it may end a path, within the same bounces
+    bool roulette = true;    // from the fourth event on, within the same bounces
     bool sampling = true;    // uniform against adaptive
     bool generator = true;   // Sobol points against the given one
 };

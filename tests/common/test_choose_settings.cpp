@@ -39,13 +39,14 @@ Estimate estimate_of(const RenderSettings& settings, SampleRange range, const Va
     return estimate;
 }
 
-// Next events have `ratio` times the variance of paths at the same time. Roulette takes `roulette` times as long.
+// Next events have `ratio` times the variance of paths at the same time. Roulette takes `roulette` times as long; 0:
+// there is none.
 class TrialRenderer : public Renderer {
 public:
     TrialRenderer(double ratio, bool even, double roulette) : ratio_(ratio), even_(even), roulette_(roulette) {}
     RendererInfo info() const override { return {"trial", "no device", "no driver", "C++"}; }
     std::unique_ptr<RenderJob> prepare(const Scene&, const RenderSettings& settings) override {
-        if (settings.roulette_start == 4) throw UnsupportedError("no roulette from 4 here");
+        if (settings.roulette_start != no_roulette && roulette_ == 0.0) throw UnsupportedError("no roulette here");
         if (settings.generator == Generator::sobol) return sobol_job(settings);
         struct Job : SyntheticJob {
             using SyntheticJob::SyntheticJob;
@@ -174,8 +175,9 @@ TEST_CASE("the settings of least variance times time are chosen, and the job is 
     CHECK(choice.trials.at(choice.chosen).options == "--integrator next-event");
     CHECK(choice.trials.at(choice.chosen).seconds_to_error ==
           doctest::Approx(0.25 * choice.trials.front().seconds_to_error).epsilon(0.1));
-    // With roulette from 1, and without that from 4; adaptive sampling and Sobol points of the best.
+    // As given, with next events, and with these roulette, Sobol points and adaptive sampling.
     CHECK(choice.trials.size() == 5);
+    CHECK(chosen(0.25, {}, {}, false, 1e-5, 0.0).trials.size() == 4);  // without roulette, which is not there
     const double variance = variance_of(choice.job->render({0, 4096}).estimate).front();
     CHECK(variance == doctest::Approx(0.25).epsilon(0.2));
 }
@@ -243,9 +245,9 @@ TEST_CASE("a short trial tells how many samples an error takes, where nothing is
 TEST_CASE("roulette that saves time is chosen, and Sobol points on top of it") {
     for (const bool even : {false, true}) {
         const SettingsChoice choice = chosen(1.0, {}, {}, even, 1e-5, 0.5);
-        CHECK(choice.settings.roulette_start == 1);
+        CHECK(choice.settings.roulette_start == 4);
         CHECK((choice.settings.generator == Generator::sobol) == even);
-        CHECK(choice.trials.at(choice.chosen).options == (even ? "--generator sobol --roulette 1" : "--roulette 1"));
+        CHECK(choice.trials.at(choice.chosen).options == (even ? "--generator sobol --roulette 4" : "--roulette 4"));
     }
     CHECK(chosen(1.0, {}, {}, true, 1e-5, 0.95).settings.roulette_start == no_roulette);
 }
@@ -295,7 +297,7 @@ TEST_CASE("roulette that adds noise is held against how even Sobol points are, r
         CAPTURE(added);
         CHECK(choice.settings.generator == Generator::sobol);
         CHECK((choice.settings.roulette_start != no_roulette) == (added == 0.0));
-        CHECK(choice.trials.size() == 4);  // as given, with Sobol points, with roulette from 4 and from 1
+        CHECK(choice.trials.size() == 3);  // as given, with Sobol points, with roulette
     }
 }
 
