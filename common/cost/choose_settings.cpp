@@ -22,8 +22,8 @@ namespace {
 constexpr double clearly_better = 0.9;
 constexpr double trials_share = 0.18;  // of the seconds that the best settings so far are forecast to take
 constexpr std::uint64_t least_trial_samples = 8, most_trial_samples = 4096;
-// Where roulette is tried. From the first event on it was fastest on 5 of 32 rows of TARGET_ERROR.md, by up to 1.2
-// times, and chosen for few points, whose evenness it spoils, it took up to 1.5 times as long at 1 %.
+// Where roulette is tried. From the first event on it is fastest on 5 of 32 rows of TARGET_ERROR.md, by up to 1.2
+// times. Elsewhere it takes up to 2.5 times as long, and few points, whose evenness it spoils, do not show that.
 constexpr std::uint32_t tried_roulette = 4;
 constexpr double known_enough = 0.05;  // how far a trial's squared error may be off, relatively
 
