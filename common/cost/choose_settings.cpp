@@ -6,6 +6,7 @@
 #include <functional>
 #include <span>
 #include <utility>
+#include <vector>
 
 #include "common/cost/settings_trial.h"
 #include "common/deadline.h"
@@ -22,9 +23,6 @@ namespace {
 constexpr double clearly_better = 0.9;
 constexpr double trials_share = 0.18;  // of the seconds that the best settings so far are forecast to take
 constexpr std::uint64_t least_trial_samples = 8, most_trial_samples = 4096;
-// Where roulette is tried. From the first event on it is fastest on 5 of 32 rows of TARGET_ERROR.md, by up to 1.2
-// times. Elsewhere it takes up to 2.5 times as long, and few points, whose evenness it spoils, do not show that.
-constexpr std::uint32_t tried_roulette = 4;
 constexpr double known_enough = 0.05;  // how far a trial's squared error may be off, relatively
 
 // As short a trial as tells enough: until `is_clear`, but of no more than so many seconds where more than the least
@@ -197,9 +195,9 @@ public:
 
     // Roulette spares what dim paths take, for more variance. It is held against the best so far on the same random
     // numbers, where the bright paths of both are the same.
-    void try_roulette() {
+    void try_roulette(std::uint32_t start) {
         RenderSettings settings = choice_.settings;
-        settings.roulette_start = tried_roulette;
+        settings.roulette_start = start;
         const double needed = preparation_ + best_->seconds_taken(best_->samples + 1);
         if (needed > seconds_left() || stop_.stop_requested()) return;
         const Stopwatch watch;
@@ -350,12 +348,17 @@ SettingsChoice choose_settings(const Scene& scene, const RenderSettings& given, 
     const bool generators = open.generator && given.generator != Generator::sobol &&
                             given.sampling == Sampling::uniform && given.accumulation != Accumulation::plain;
     const bool adapts = open.sampling && may_adapt(given);
-    const bool roulette = open.roulette && given.roulette_start != tried_roulette && tried_roulette <= given.bounces;
-    const bool any = integrators || generators || roulette || adapts;
+    // From the first event on it spoils how even Sobol points are, and few points do not show that: over the rows of
+    // TARGET_ERROR.md it saves up to 1.2 times there, and loses up to 2.5 times.
+    std::vector<std::uint32_t> roulette_starts{4};
+    if (!generators && given.generator != Generator::sobol) roulette_starts.push_back(1);
+    std::erase_if(roulette_starts,
+        [&](std::uint32_t start) { return !open.roulette || start == given.roulette_start || start > given.bounces; });
+    const bool any = integrators || generators || !roulette_starts.empty() || adapts;
     // Eight scramblings of a small image would be many samples.
     const bool presumed = generators && scramblings_for(std::uint64_t{given.width} * given.height) == 2;
     Choosing choosing(scene, given, renderer, goal, adapts, presumed, std::move(stop));
-    const std::size_t others = (roulette ? 1 : 0) + (generators && !presumed ? 1 : 0) + (open.sampling ? 1 : 0);
+    const std::size_t others = roulette_starts.size() + (generators && !presumed ? 1 : 0) + (open.sampling ? 1 : 0);
     // Adaptive sampling and plain sums make nothing of how many samples an error takes.
     const bool foretells = given.sampling == Sampling::uniform && given.accumulation != Accumulation::plain;
     if (!any && !foretells) return choosing.taken();
@@ -370,10 +373,8 @@ SettingsChoice choose_settings(const Scene& scene, const RenderSettings& given, 
                 settings.mis = true;
             },
             others);
-    if (roulette) {
-        choosing.know_noise(others);
-        choosing.try_roulette();
-    }
+    if (!roulette_starts.empty()) choosing.know_noise(others);
+    for (const std::uint32_t start : roulette_starts) choosing.try_roulette(start);
     if (generators && !presumed)
         choosing.try_with([](RenderSettings& settings) { settings.generator = Generator::sobol; }, 0);
     if (open.sampling) choosing.try_adaptive();

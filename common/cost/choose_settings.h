@@ -16,7 +16,7 @@ namespace tandem {
 // What the user has left open.
 struct OpenSettings {
     bool integrator = true;  // path against next-event
-    bool roulette = true;    // from the fourth event on, within the same bounces
+    bool roulette = true;    // where it may end a path, within the same bounces
     bool sampling = true;    // uniform against adaptive
     bool generator = true;   // Sobol points against the given one
 };
@@ -47,7 +47,8 @@ struct SettingsChoice {
 // together take no more than a share of that, and each until there is no doubt. The integrator comes first, then
 // roulette, Sobol points and adaptive sampling, each on the best so far. Trials use random numbers that the render does
 // not. An alternative must be better by a tenth, as trials are short. Roulette is tried on the best's own random
-// numbers. Sobol points do not reduce the noise that it adds faster than 1/n. Adaptive sampling is judged by how uneven
+// numbers, from the fourth event on; where Sobol points are not to be had, from the first on, too. They do not reduce
+// the noise that it adds faster than 1/n. Adaptive sampling is judged by how uneven
 // the noise of the best is, and how long paths take in the pixels that would get more. Sobol points are judged by two
 // scramblings. Where a render needs no more than two, they are part of the first trial. Then they are left only where
 // fewer samples than theirs suffice, or for adaptive sampling. In smaller images they come last, on the roulette that

@@ -39,8 +39,8 @@ Estimate estimate_of(const RenderSettings& settings, SampleRange range, const Va
     return estimate;
 }
 
-// Next events have `ratio` times the variance of paths at the same time. Roulette takes `roulette` times as long; 0:
-// there is none.
+// Next events have `ratio` times the variance of paths at the same time. Roulette takes `roulette` times as long, from
+// the first event on the square of it; 0: there is none.
 class TrialRenderer : public Renderer {
 public:
     TrialRenderer(double ratio, bool even, double roulette) : ratio_(ratio), even_(even), roulette_(roulette) {}
@@ -62,11 +62,15 @@ public:
             const double value = 5.0 + scale * random.triangular();
             return Radiance{value, value, value};
         });
-        if (settings.roulette_start != no_roulette) job->factor = roulette_;
+        job->factor = factor_of(settings);
         return job;
     }
 
 private:
+    double factor_of(const RenderSettings& settings) const {
+        if (settings.roulette_start == no_roulette) return 1.0;
+        return settings.roulette_start == 1 ? roulette_ * roulette_ : roulette_;
+    }
     // Points in strata, whose n points have a squared error that falls as n^-3; the choice believes n^-2. Or
     // independent numbers, for which `even_` is off.
     std::unique_ptr<RenderJob> sobol_job(const RenderSettings& settings) const {
@@ -86,7 +90,7 @@ private:
             double factor = 1.0;
         };
         auto job = std::make_unique<Job>();
-        if (settings.roulette_start != no_roulette) job->factor = roulette_;
+        job->factor = factor_of(settings);
         job->settings = settings;
         job->even = even_;
         job->scale = settings.integrator == Integrator::next_event ? std::sqrt(ratio_) : 1.0;
@@ -250,6 +254,20 @@ TEST_CASE("roulette that saves time is chosen, and Sobol points on top of it") {
         CHECK(choice.trials.at(choice.chosen).options == (even ? "--generator sobol --roulette 4" : "--roulette 4"));
     }
     CHECK(chosen(1.0, {}, {}, true, 1e-5, 0.95).settings.roulette_start == no_roulette);
+}
+
+TEST_CASE("roulette from the first event on is tried where Sobol points are not open, and chosen where it saves time") {
+    OpenSettings open;
+    open.generator = false;
+    const SettingsChoice choice = chosen(1.0, open, {}, false, 1e-5, 0.5);
+    CHECK(choice.settings.roulette_start == 1);
+    CHECK(choice.trials.at(choice.chosen).options == "--roulette 1");
+    CHECK(chosen(1.0, open, {}, false, 1e-5, 0.98).settings.roulette_start == no_roulette);
+    TrialRenderer renderer(1.0, false, 0.5);
+    RenderSettings sobol;
+    sobol.width = sobol.height = 16;
+    sobol.generator = Generator::sobol;
+    CHECK(choose_settings({}, sobol, open, renderer, {.relative_error = 1e-5}, {}).settings.roulette_start == 4);
 }
 
 // Sobol points with three tenths of the noise, which they do not reduce faster than 1/n. Roulette takes 0.6 of the time
