@@ -93,9 +93,24 @@ std::string options_of(const RenderSettings& settings, const RenderSettings& giv
     if (settings.mis != given.mis) add("--mis on");
     if (settings.generator != given.generator)
         add(fmt::format("--generator {}", generator_names[static_cast<std::size_t>(settings.generator)]));
-    if (settings.roulette_start != given.roulette_start) add(fmt::format("--roulette {}", settings.roulette_start));
+    if (settings.roulette_start != given.roulette_start)
+        add(fmt::format("--roulette {}", settings.roulette_start == no_roulette ? 0 : settings.roulette_start));
     if (settings.sampling != given.sampling) add("--sampling adaptive");
     return options;
+}
+
+// Where roulette may begin instead: never, or from the fourth event on, or from the first on. That spoils how even
+// Sobol points are, and few points do not show it: over the rows of TARGET_ERROR.md it saves up to 1.2 times there, and
+// loses up to 2.5 times.
+std::vector<std::uint32_t> other_roulette(const RenderSettings& given, bool no_sobol) {
+    constexpr std::uint32_t first = 1, late = 4;
+    std::vector<std::uint32_t> starts;
+    if (given.roulette_start != no_roulette) starts.push_back(no_roulette);
+    // A start between the two is much like `late`.
+    if (given.roulette_start == no_roulette || given.roulette_start == first) starts.push_back(late);
+    if (no_sobol && given.roulette_start != first) starts.push_back(first);
+    std::erase_if(starts, [&](std::uint32_t start) { return start != no_roulette && start > given.bounces; });
+    return starts;
 }
 
 // The trials so far, and the time that is left for others.
@@ -348,17 +363,14 @@ SettingsChoice choose_settings(const Scene& scene, const RenderSettings& given, 
     const bool generators = open.generator && given.generator != Generator::sobol &&
                             given.sampling == Sampling::uniform && given.accumulation != Accumulation::plain;
     const bool adapts = open.sampling && may_adapt(given);
-    // From the first event on it spoils how even Sobol points are, and few points do not show that: over the rows of
-    // TARGET_ERROR.md it saves up to 1.2 times there, and loses up to 2.5 times.
-    std::vector<std::uint32_t> roulette_starts{4};
-    if (!generators && given.generator != Generator::sobol) roulette_starts.push_back(1);
-    std::erase_if(roulette_starts,
-        [&](std::uint32_t start) { return !open.roulette || start == given.roulette_start || start > given.bounces; });
-    const bool any = integrators || generators || !roulette_starts.empty() || adapts;
+    const bool no_sobol = !generators && given.generator != Generator::sobol;
+    const std::vector<std::uint32_t> starts =
+        open.roulette ? other_roulette(given, no_sobol) : std::vector<std::uint32_t>();
+    const bool any = integrators || generators || !starts.empty() || adapts;
     // Eight scramblings of a small image would be many samples.
     const bool presumed = generators && scramblings_for(std::uint64_t{given.width} * given.height) == 2;
     Choosing choosing(scene, given, renderer, goal, adapts, presumed, std::move(stop));
-    const std::size_t others = roulette_starts.size() + (generators && !presumed ? 1 : 0) + (open.sampling ? 1 : 0);
+    const std::size_t others = starts.size() + (generators && !presumed ? 1 : 0) + (open.sampling ? 1 : 0);
     // Adaptive sampling and plain sums make nothing of how many samples an error takes.
     const bool foretells = given.sampling == Sampling::uniform && given.accumulation != Accumulation::plain;
     if (!any && !foretells) return choosing.taken();
@@ -373,8 +385,8 @@ SettingsChoice choose_settings(const Scene& scene, const RenderSettings& given, 
                 settings.mis = true;
             },
             others);
-    if (!roulette_starts.empty()) choosing.know_noise(others);
-    for (const std::uint32_t start : roulette_starts) choosing.try_roulette(start);
+    if (!starts.empty()) choosing.know_noise(others);
+    for (const std::uint32_t start : starts) choosing.try_roulette(start);
     if (generators && !presumed)
         choosing.try_with([](RenderSettings& settings) { settings.generator = Generator::sobol; }, 0);
     if (open.sampling) choosing.try_adaptive();

@@ -270,6 +270,19 @@ TEST_CASE("roulette from the first event on is tried where Sobol points are not 
     CHECK(choose_settings({}, sobol, open, renderer, {.relative_error = 1e-5}, {}).settings.roulette_start == 4);
 }
 
+TEST_CASE("the roulette of a scene is left where that saves time") {
+    for (const double roulette : {0.5, 2.0}) {
+        TrialRenderer renderer(1.0, true, roulette);
+        RenderSettings settings;
+        settings.width = settings.height = 16;
+        settings.roulette_start = 3;
+        const SettingsChoice choice = choose_settings({}, settings, {}, renderer, {.relative_error = 1e-5}, {});
+        CHECK(choice.settings.roulette_start == (roulette < 1.0 ? 3 : no_roulette));
+        CHECK(choice.trials.at(choice.chosen).options ==
+              (roulette < 1.0 ? "--generator sobol" : "--generator sobol --roulette 0"));
+    }
+}
+
 // Sobol points with three tenths of the noise, which they do not reduce faster than 1/n. Roulette takes 0.6 of the time
 // for `added` more noise, of that kind. A sample takes so long that a trial has few points.
 class RouletteRenderer : public Renderer {
