@@ -99,8 +99,8 @@ std::string options_of(const RenderSettings& settings, const RenderSettings& giv
     return options;
 }
 
-// Where roulette may begin instead: never, or from the fourth event on, or from the first on. That spoils how even
-// Sobol points are, and few points do not show it: over the rows of TARGET_ERROR.md it saves up to 1.2 times there, and
+// Where roulette may begin instead: never, from the fourth event on, or from the first on. The last spoils how even
+// Sobol points are, and few points do not show it. Over the rows of TARGET_ERROR.md it saves up to 1.2 times there, and
 // loses up to 2.5 times.
 std::vector<std::uint32_t> other_roulette(const RenderSettings& given, bool no_sobol) {
     constexpr std::uint32_t first = 1, late = 4;
