@@ -195,7 +195,8 @@ TEST_CASE("cost schedule: of much time the short stage takes no more than tells 
     request.seconds = 1000.0;
     const CostReport report = run_cost(Scene{}, request, control);
     CHECK(short_seconds <= most_short_seconds * static_cast<double>(report.figures.size()));
-    CHECK(all_seconds > 300.0);
+    CHECK(short_seconds <= 0.1 * all_seconds);  // the rest went to the errors
+    CHECK_FALSE(arm(report, "integrator next-event").time_to(cost_errors.back()).extrapolated);
 }
 
 TEST_CASE("cost schedule: with time enough no arm is too slow for a short stage") {
