@@ -212,6 +212,7 @@ public:
     // numbers, where the bright paths of both are the same.
     void try_roulette(std::uint32_t start) {
         RenderSettings settings = choice_.settings;
+        if (settings.roulette_start == start) return;
         settings.roulette_start = start;
         const double needed = preparation_ + best_->seconds_taken(best_->samples + 1);
         if (needed > seconds_left() || stop_.stop_requested()) return;
@@ -221,7 +222,13 @@ public:
         if (job) trial = trial_of(settings, *job, best_->samples, 0.0, stop_);
         spent_ += watch.seconds();
         if (!trial) return;
-        *trial = with_roulette(std::move(*trial), *best_);
+        if (trial->noise < best_->noise && best_->added == 0.0) {
+            best_ = with_roulette(std::move(*best_), *trial);
+            best_seconds_ = best_->seconds_to(goal_.relative_error);
+            choice_.trials[choice_.chosen].seconds_to_error = best_seconds_;
+        } else {
+            trial = with_roulette(std::move(*trial), *best_);
+        }
         const ComparedTrials compared = compare_trials(*trial, *best_, goal_.relative_error);
         take(settings, std::move(job), std::move(*trial), compared, 0.0);
     }
@@ -387,8 +394,12 @@ SettingsChoice choose_settings(const Scene& scene, const RenderSettings& given, 
             others);
     if (!starts.empty()) choosing.know_noise(others);
     for (const std::uint32_t start : starts) choosing.try_roulette(start);
-    if (generators && !presumed)
-        choosing.try_with([](RenderSettings& settings) { settings.generator = Generator::sobol; }, 0);
+    if (generators && !presumed) {
+        choosing.try_with(
+            [](RenderSettings& settings) { settings.generator = Generator::sobol; }, starts.empty() ? 0 : 1);
+        // Roulette that independent samples chose may spoil Sobol points.
+        if (choosing.is_sobol() && !starts.empty()) choosing.try_roulette(no_roulette);
+    }
     if (open.sampling) choosing.try_adaptive();
     return choosing.taken();
 }

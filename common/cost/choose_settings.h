@@ -52,8 +52,8 @@ struct SettingsChoice {
 // how uneven the noise of the best is, and how long paths take in the pixels that would get more. Sobol points are
 // judged by two scramblings. Where a render needs no more than two, they are part of the first trial. Then they are
 // left only where fewer samples than theirs suffice, or for adaptive sampling. In smaller images they come last, on the
-// roulette that independent samples chose. Where nothing is open, a short trial tells how many samples the error takes.
-// Ends trying others after a stop.
+// roulette that independent samples chose, and then without it. Where nothing is open, a short trial tells how many
+// samples the error takes. Ends trying others after a stop.
 [[nodiscard]] SettingsChoice choose_settings(const Scene& scene, const RenderSettings& given, const OpenSettings& open,
     Renderer& renderer, const ChoiceGoal& goal, std::stop_token stop);
 

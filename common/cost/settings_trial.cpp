@@ -33,9 +33,20 @@ const Foretold* Pilot::foretold() {
     return foretold_ ? &*foretold_ : nullptr;
 }
 
+double ShortTrial::uncertainty_at(double relative_error) const {
+    if (points == 0.0) return uncertainty;
+    const double wanted = scramblings * relative_error * relative_error, early = early_points();
+    const auto further = [&](double squared) { return std::log(std::max(1.0, squared / wanted)); };
+    const double followed = std::min(further(error_of(points)) / (1.0 + gain), std::log(early / points));
+    const double late = further(error_of(early)) / (1.0 + late_gain()), of_gain = uncertainty / std::log(points);
+    return (uncertainty + of_gain * followed + std::min(of_gain, most_late_gain) * late) / (1.0 + late_gain());
+}
+
 double ShortTrial::samples_to(double relative_error) const {
     const double wanted = scramblings * relative_error * relative_error;
-    const double without = std::pow(error_of_one / wanted, 1.0 / (1.0 + gain));
+    double without = std::pow(error_of_one / wanted, 1.0 / (1.0 + gain));
+    if (const double early = early_points(); points > 0.0 && without > early)
+        without = early * std::pow(error_of_one / std::pow(early, 1.0 + gain) / wanted, 1.0 / (1.0 + late_gain()));
     if (!(added > 0.0)) return scramblings * without;
     // By bisection: the error falls with the number of points.
     double few = without, many = without + std::max(1.0, (error_of_one + added) / wanted);
@@ -131,7 +142,7 @@ std::optional<ShortTrial> scrambled_trial(RenderJob& job, std::uint64_t samples,
 ComparedTrials compare_trials(const ShortTrial& trial, const ShortTrial& best, double relative_error) {
     constexpr auto few = static_cast<double>(least_points);
     const double noises = std::hypot(trial.noise_uncertainty, best.noise_uncertainty);
-    if (trial.added > 0.0) return {trial.seconds_to(relative_error), noises};
+    if (trial.added > 0.0 || best.added > 0.0) return {trial.seconds_to(relative_error), noises};
     const bool alike = (trial.points > 0.0) == (best.points > 0.0) && best.noise > 0.0;
     if (!alike || (trial.points >= few && best.points >= few))
         return {trial.seconds_to(relative_error),
@@ -139,12 +150,12 @@ ComparedTrials compare_trials(const ShortTrial& trial, const ShortTrial& best, d
     return {trial.seconds_of(best.samples_to(relative_error) * trial.noise / best.noise), noises};
 }
 
-ShortTrial with_roulette(ShortTrial trial, const ShortTrial& best) {
-    const double added = best.added + trial.noise - best.noise;
-    if (best.points == 0.0 || added <= 0.0) return trial;
-    trial.fall_as(best);
-    trial.added = added;
-    return trial;
+ShortTrial with_roulette(ShortTrial more, const ShortTrial& less) {
+    const double added = less.added + more.noise - less.noise;
+    if (less.points == 0.0 || (added <= 0.0 && less.added == 0.0)) return more;
+    more.fall_as(less);
+    more.added = std::max(0.0, added);
+    return more;
 }
 
 }  // namespace tandem

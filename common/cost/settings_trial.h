@@ -30,7 +30,7 @@ private:
 };
 
 // What a trial showed of settings. Errors are squared, and relative to the image's mean. That of n Sobol points falls
-// as error_of_one n^-(1 + gain) + added / n.
+// as error_of_one n^-(1 + gain) + added / n, up to early_points.
 struct ShortTrial {
     double noise = 0.0;         // error of one independent sample
     double error_of_one = 0.0;  // where errors fall so from there; of independent samples the noise
@@ -50,17 +50,20 @@ struct ShortTrial {
     [[nodiscard]] double share_of(std::size_t some) const {
         return static_cast<double>(some) / static_cast<double>(pixels);
     }
+    // What Sobol points gain on independent samples they gain by their first ones. Until so many they fall as those of
+    // the trial did. Then no more than late_gain is left: the middle of the scenes of
+    // tests/records/accuracy/ACCURACY.md.
+    static constexpr double most_late_gain = 0.05;
+    [[nodiscard]] double early_points() const { return std::max(points, 32.0); }
+    [[nodiscard]] double late_gain() const { return std::min(gain, most_late_gain); }
     // Relative standard error of seconds_to, at most. How even Sobol points are follows from the same error. So the
     // further its fall is followed, the less it is known.
-    [[nodiscard]] double uncertainty_at(double relative_error) const {
-        if (points == 0.0) return uncertainty;
-        const double fall = 1.0 + gain, squared = error_of(points);
-        const double further = std::log(std::max(1.0, squared / (scramblings * relative_error * relative_error)));
-        return uncertainty * (1.0 / fall + further / (fall * fall * std::log(points)));
-    }
+    [[nodiscard]] double uncertainty_at(double relative_error) const;
     [[nodiscard]] bool sees_noise() const { return error_of_one > 0.0 || added > 0.0; }
     [[nodiscard]] double error_of(double some_points) const {
-        return error_of_one / std::pow(some_points, 1.0 + gain) + added / some_points;
+        const double early = points > 0.0 ? std::min(some_points, early_points()) : some_points;
+        return error_of_one / std::pow(early, 1.0 + gain) / std::pow(some_points / early, 1.0 + late_gain()) +
+               added / some_points;
     }
     [[nodiscard]] double samples_to(double relative_error) const;
     [[nodiscard]] double seconds_of(double wanted) const {
@@ -112,9 +115,9 @@ struct ComparedTrials {
 // Trials of one generator are compared by their noise until it is known how even points are. Few points do not tell.
 [[nodiscard]] ComparedTrials compare_trials(const ShortTrial& trial, const ShortTrial& best, double relative_error);
 
-// A trial of the best's settings with another roulette, on the same random numbers. Its decisions multiply what other
-// dimensions give, and Sobol points are even in pairs of them alone (MODEL.md section 3.2). So noise that roulette adds
-// falls about as 1/n, which is taken for a bound. The rest falls as that of the best does.
-[[nodiscard]] ShortTrial with_roulette(ShortTrial trial, const ShortTrial& best);
+// The trial of settings with more roulette, beside one with less on the same random numbers. Its decisions multiply
+// what other dimensions give, and Sobol points are even in pairs of them alone (MODEL.md section 3.2). So noise that
+// roulette adds falls about as 1/n, which is taken for a bound. The rest falls as that of the other does.
+[[nodiscard]] ShortTrial with_roulette(ShortTrial more, const ShortTrial& less);
 
 }  // namespace tandem

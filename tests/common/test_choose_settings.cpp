@@ -332,6 +332,24 @@ TEST_CASE("roulette that adds noise is held against how even Sobol points are, r
     }
 }
 
+TEST_CASE(
+    "roulette of a scene that spoils Sobol points is left, in images whose roulette independent samples chose, too") {
+    const OpenSettings open{.integrator = false, .roulette = true, .sampling = false, .generator = true};
+    for (const std::uint32_t size : {16U, 64U})
+        for (const double added : {0.0, 0.3}) {
+            CAPTURE(size);
+            CAPTURE(added);
+            RouletteRenderer renderer(added);
+            RenderSettings settings;
+            settings.width = settings.height = size;
+            settings.roulette_start = 3;
+            const SettingsChoice choice =
+                choose_settings({}, settings, open, renderer, {.relative_error = 1.3e-3, .most_seconds = 1e6}, {});
+            CHECK(choice.settings.generator == Generator::sobol);
+            CHECK(choice.settings.roulette_start == (added == 0.0 ? 3 : no_roulette));
+        }
+}
+
 TEST_CASE("trials take a small part of what the render is forecast to take, and none is tried for a short render") {
     // 4 % takes 0.2^2 / 0.04^2 = 25 samples: fewer than a trial of something else is worth.
     const SettingsChoice few = chosen(0.25, {}, {}, false, 0.04);
