@@ -22,6 +22,9 @@ namespace {
 
 constexpr double clearly_better = 0.9;
 constexpr double trials_share = 0.18;  // of the seconds that the best settings so far are forecast to take
+// By how much Sobol points shorten that time where they are yet to be tried: the median of
+// tests/records/accuracy/ACCURACY.md.
+constexpr double sobol_gain = 2.3;
 constexpr std::uint64_t least_trial_samples = 8, most_trial_samples = 4096;
 constexpr double known_enough = 0.05;  // how far a trial's squared error may be off, relatively
 
@@ -116,15 +119,17 @@ std::vector<std::uint32_t> other_roulette(const RenderSettings& given, bool no_s
 // The trials so far, and the time that is left for others.
 class Choosing {
 public:
-    // `presumed`: the first trial has Sobol points, which tell the noise of independent samples as well.
+    // `presumed`: the first trial has Sobol points, which tell the noise of independent samples as well. `sobol`: they
+    // are tried later.
     Choosing(const Scene& scene, const RenderSettings& given, Renderer& renderer, const ChoiceGoal& goal, bool adapts,
-        bool presumed, std::stop_token stop)
+        bool presumed, bool sobol, std::stop_token stop)
         : scene_(scene),
           given_(given),
           renderer_(renderer),
           goal_(goal),
           user_stop_(std::move(stop)),
-          may_still_adapt_(adapts) {
+          may_still_adapt_(adapts),
+          sobol_to_come_(sobol) {
         const Stopwatch preparing;
         if (presumed) {
             choice_.settings = given;
@@ -206,6 +211,11 @@ public:
         // How even points are may differ as much between integrators as their noise does.
         if (trial->points > 0.0 && trial->points < static_cast<double>(least_points)) compared.uncertainty += 1.0;
         take(settings, std::move(job), std::move(*trial), compared, sobol == is_sobol() ? 1.0 : 0.0);
+    }
+
+    void try_sobol(std::size_t others) {
+        sobol_to_come_ = false;
+        try_with([](RenderSettings& settings) { settings.generator = Generator::sobol; }, others);
     }
 
     // Roulette spares what dim paths take, for more variance. It is held against the best so far on the same random
@@ -300,7 +310,8 @@ private:
         return foretold;
     }
     [[nodiscard]] double most_seconds_left() const {
-        return std::min(goal_.most_seconds, trials_share * best_seconds_) - spent_;
+        const double seconds = best_seconds_ / (sobol_to_come_ ? sobol_gain : 1.0);
+        return std::min(goal_.most_seconds, trials_share * seconds) - spent_;
     }
     // Its samples only where adaptive sampling may be foretold by them.
     void keep(std::optional<ShortTrial> trial) {
@@ -355,6 +366,7 @@ private:
     std::optional<ShortTrial> best_;         // what is chosen so far, with uniform sampling
     std::optional<ShortTrial> independent_;  // the best of independent samples, where Sobol points came after it
     bool may_still_adapt_;
+    bool sobol_to_come_;
     double best_seconds_ = 0.0;               // forecast, of what is chosen so far
     double preparation_ = 0.0, spent_ = 0.0;  // seconds
 };
@@ -376,7 +388,7 @@ SettingsChoice choose_settings(const Scene& scene, const RenderSettings& given, 
     const bool any = integrators || generators || !starts.empty() || adapts;
     // Eight scramblings of a small image would be many samples.
     const bool presumed = generators && scramblings_for(std::uint64_t{given.width} * given.height) == 2;
-    Choosing choosing(scene, given, renderer, goal, adapts, presumed, std::move(stop));
+    Choosing choosing(scene, given, renderer, goal, adapts, presumed, generators && !presumed, std::move(stop));
     const std::size_t others = starts.size() + (generators && !presumed ? 1 : 0) + (open.sampling ? 1 : 0);
     // Adaptive sampling and plain sums make nothing of how many samples an error takes.
     const bool foretells = given.sampling == Sampling::uniform && given.accumulation != Accumulation::plain;
@@ -395,8 +407,7 @@ SettingsChoice choose_settings(const Scene& scene, const RenderSettings& given, 
     if (!starts.empty()) choosing.know_noise(others);
     for (const std::uint32_t start : starts) choosing.try_roulette(start);
     if (generators && !presumed) {
-        choosing.try_with(
-            [](RenderSettings& settings) { settings.generator = Generator::sobol; }, starts.empty() ? 0 : 1);
+        choosing.try_sobol(starts.empty() ? 0 : 1);
         // Roulette that independent samples chose may spoil Sobol points.
         if (choosing.is_sobol() && !starts.empty()) choosing.try_roulette(no_roulette);
     }
