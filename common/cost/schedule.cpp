@@ -175,7 +175,7 @@ std::vector<CostStage::Arm> contenders(
     std::ranges::stable_sort(all, {}, by_time);
     const auto is_behind = [most = far_behind * all[0].seconds](const Candidate& one) { return one.soonest > most; };
     const bool has_rival = all.size() > 1 && !is_behind(all[1]);
-    const auto others = all.begin() + (has_rival || !in_pieces ? std::min<std::ptrdiff_t>(2, std::ssize(all)) : 1);
+    const auto others = all.begin() + (in_pieces ? 1 : std::min<std::ptrdiff_t>(2, std::ssize(all)));
     all.erase(std::remove_if(others, all.end(),
                   [&](const Candidate& one) {
                       const double takes = static_cast<double>(fewest_replicates) * seconds_of(*one.arm, one.levels);
