@@ -4,7 +4,6 @@
 
 #include "common/image/denoise.h"
 #include "common/render/path_trace.h"
-#include "common/stopwatch.h"
 
 namespace tandem {
 
@@ -14,21 +13,21 @@ FilmDenoiser::FilmDenoiser(Renderer& renderer, const Scene& scene, const RenderS
 }
 
 std::optional<FilmDenoiser::Result> FilmDenoiser::denoise(
-    const FilmMoments& film, std::uint64_t begin, const std::stop_token& stop) {
+    const FilmMoments& film, std::uint64_t begin, const std::function<double()>& now, const std::stop_token& stop) {
     const std::uint64_t least = std::ranges::min(film.counts);
     const SampleRange wanted{begin, begin + std::min(least, most_feature_samples)};
     if (!(wanted == known_)) {
-        const Stopwatch watch;
+        const double start = now();
         auto features = render_features(*job_, scene_, settings_, wanted, stop, {});
         if (!features) return std::nullopt;
         features_ = std::move(*features);
         known_ = wanted;
-        feature_seconds_ = watch.seconds();
+        feature_seconds_ = now() - start;
     }
-    const Stopwatch watch;
+    const double start = now();
     auto image = tandem::denoise(noisy_image_of(film, features_), {.threads = 0, .stop = stop, .progress = {}});
     if (!image) return std::nullopt;
-    return Result{std::move(*image), feature_seconds_ + watch.seconds(), feature_seconds_};
+    return Result{std::move(*image), feature_seconds_ + (now() - start), feature_seconds_};
 }
 
 }  // namespace tandem

@@ -2,6 +2,7 @@
 // denoise` makes of `tandem render --aov albedo,normal,depth`.
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <optional>
 #include <stop_token>
@@ -25,9 +26,9 @@ public:
     };
     // A film of samples from `begin` on, of fewest_to_denoise a pixel at least; nothing after a stop. Features are
     // those of its first samples, as many as render takes. Those that it has already are not rendered again; their time
-    // counts.
+    // counts. Times are by `now`, in seconds.
     [[nodiscard]] std::optional<Result> denoise(
-        const FilmMoments& film, std::uint64_t begin, const std::stop_token& stop);
+        const FilmMoments& film, std::uint64_t begin, const std::function<double()>& now, const std::stop_token& stop);
 
 private:
     const Scene& scene_;

@@ -115,12 +115,14 @@ std::optional<std::vector<std::uint64_t>> levels_or_one(double seconds_a_sample,
     return levels;
 }
 
+std::function<double()> clock_of(const CostControl& control) { return control.now ? control.now : steady_seconds; }
+
 // Those of what features and filters leave of the share; else a few, where these do not overdraw. Nothing after a stop.
 std::optional<std::vector<std::uint64_t>> denoised_levels(RenderJob& job, FilmDenoiser& denoiser,
     double seconds_a_sample, double share, double most, const CostControl& control) {
     const auto few = render_all(job, {0, fewest_to_denoise}, control);
     if (!few) return std::nullopt;
-    const auto denoised = denoiser.denoise(film_of(few->estimate), 0, control.stop);
+    const auto denoised = denoiser.denoise(film_of(few->estimate), 0, clock_of(control), control.stop);
     if (!denoised) return std::nullopt;
     const double features = denoised->feature_seconds * most_feature_samples / fewest_to_denoise;
     const double filter = denoised->seconds - denoised->feature_seconds;
@@ -185,7 +187,7 @@ bool render_replicate(const PreparedArm& prepared, std::uint64_t round, const Co
         double filtering = 0.0;
         if (prepared.denoiser == nullptr) {
             image = mean_of(now);
-        } else if (auto denoised = prepared.denoiser->denoise(now, begin, control.stop)) {
+        } else if (auto denoised = prepared.denoiser->denoise(now, begin, clock_of(control), control.stop)) {
             image = std::move(denoised->image);
             filtering = denoised->seconds;
         } else {
@@ -237,7 +239,7 @@ ArmTrials& samples_of(CostSamples& samples, const std::string& name, std::uint32
 
 }  // namespace
 
-double now_by(const CostControl& control) { return control.now ? control.now() : steady_seconds(); }
+double now_by(const CostControl& control) { return clock_of(control)(); }
 
 struct CostExperiment::Renderers {
     struct One {
