@@ -165,9 +165,9 @@ std::vector<CostStage::Arm> soonest_of(
     return chosen;
 }
 
-// The arms that could be soonest at an error, as far as the time allows.
+// The arms that could be soonest at an error, as far as the time allows. One `alone` only where so asked.
 std::vector<CostStage::Arm> contenders(
-    const std::vector<ArmFigures>& figures, std::size_t index, double seconds, bool in_pieces) {
+    const std::vector<ArmFigures>& figures, std::size_t index, double seconds, bool alone, bool in_pieces) {
     std::vector<Candidate> all;
     for (const ArmFigures& arm : figures)
         if (auto one = candidate(arm, cost_errors[index])) all.push_back(std::move(*one));
@@ -195,8 +195,8 @@ std::vector<CostStage::Arm> contenders(
     const double share = std::max(goal_share[index], most_share);
     std::vector<CostStage::Arm> chosen =
         soonest_of(figures, std::move(all), goal_arms[index], share * seconds, seconds);
-    // Without its rivals so much time tells less than more samples of several do.
-    if (has_rival && chosen.size() < 2) chosen.clear();
+    // Without its rivals so much time tells less than more samples of several do, until there are such.
+    if (has_rival && !alone && chosen.size() < 2) chosen.clear();
     return chosen;
 }
 
@@ -255,7 +255,8 @@ std::optional<CostStage> goal(const std::vector<ArmFigures>& figures, const Cost
                 return seconds_a_replicate(*trials_at(samples, arm.name, stage), samples) > seconds;
             });
         } else {
-            next.arms = attempt == 0 ? contenders(figures, index, seconds, in_pieces)
+            const bool alone = is_entered(samples, first_growth_stage);
+            next.arms = attempt == 0 ? contenders(figures, index, seconds, alone, in_pieces)
                                      : not_there(figures, samples, index, attempt, seconds);
             next.stage = stage;
         }

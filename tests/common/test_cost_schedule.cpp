@@ -143,6 +143,29 @@ TEST_CASE("cost schedule: where an error is too far to be met, what may be soone
     for (const Confirmation& one : confirm(arms, samples)) CHECK(one.outcome == Confirmed::open);
 }
 
+TEST_CASE(
+    "cost schedule: an error that only one of two rivals has time for is measured once both rendered more samples") {
+    const std::vector<CostArm> arms{
+        {"baseline", "", "", {}, true}, {"generator", "hash", "--generator hash", {}, true}};
+    CostSamples samples;
+    samples.reference = {"", "", 1 << 20, 1.0, {4.0, 4.0, 4.0}, {0.0, 0.0, 0.0}, {1e-9, 1e-9, 1e-9}};
+    const auto add = [&](std::uint32_t stage, std::uint64_t most) {
+        add_trials(samples, arms[0], stage, most, 2.6);
+        add_trials(samples, arms[1], stage, most, 2.5);
+    };
+    const auto next = [&](double seconds) { return next_stage(analyse_cost(arms, samples), samples, seconds); };
+    add(short_stage, 16);
+    CHECK(next(4000.0)->stage == goal_stage(0));  // time for both
+    const double for_one = 700.0;                 // 5 % take 63 samples, in four replicates
+    CHECK(next(for_one)->stage == first_growth_stage);
+    add(first_growth_stage, 32);
+    const std::optional<CostStage> alone = next(for_one);
+    REQUIRE(alone.has_value());
+    CHECK(alone->stage == goal_stage(0));
+    REQUIRE(alone->arms.size() == 1);
+    CHECK(alone->arms[0].name == arms[1].name());
+}
+
 TEST_CASE("cost schedule: figures of arms without new replicates are taken as they were, and the others made anew") {
     const std::vector<CostArm> arms{
         {"baseline", "", "", {}, true}, {"generator", "hash", "--generator hash", {}, true}};
