@@ -14,7 +14,8 @@ namespace tandem {
 namespace {
 
 // Shares of the time that is left which a goal or the floors may take, so that what comes later has a chance. Where it
-// does not suffice for the soonest arm, the goal may take most_share: smaller errors have no chance then.
+// does not suffice for the soonest arm, the goal may take most_share: smaller errors have no chance then. It may take
+// as much for that arm's rival.
 constexpr std::array<double, cost_errors.size()> goal_share{0.25, 0.9, 1.0};
 constexpr double most_share = 0.9;
 constexpr double floor_share = 0.35;
@@ -29,6 +30,7 @@ constexpr double surely = 1.15;  // samples beyond the forecast, as it may be to
 // A setting whose least time is so many times the soonest one's is far behind. It is left out where it takes more than
 // this share of the time that is left. One other is kept, as the soonest may be so by luck; but not in pieces.
 constexpr double far_behind = 1.5, far_share = 0.05;
+constexpr double baseline_share = 0.5;  // of the time left for all, which how far behind the baseline is may take
 // What adaptive sampling may gain beyond a forecast from samples that are nearly uniform. On the scenes of
 // tests/records/accuracy/TARGET_ERROR.md 3.9 was the most.
 constexpr double most_adaptive_gain = 4.0;
@@ -120,6 +122,10 @@ std::optional<Candidate> candidate(const ArmFigures& arm, double error) {
         &arm, levels_of(arm, wanted), time.seconds->value, time.seconds->low / (may_gain ? most_adaptive_gain : 1.0)};
 }
 
+double takes_of(const Candidate& one) {
+    return static_cast<double>(fewest_replicates) * seconds_of(*one.arm, one.levels);
+}
+
 // Those whose errors foretell nothing come last, and are told apart by their noise.
 std::pair<double, double> by_time(const Candidate& one) { return {one.seconds, one.arm->cost_ratio.value}; }
 
@@ -155,9 +161,8 @@ std::vector<CostStage::Arm> soonest_of(
     for (std::size_t i = 0; i < std::min(count, all.size()); ++i) add(all[i]);
     std::vector<CostStage::Arm> chosen;
     for (const Candidate* one : order) {
-        const double replicate = seconds_of(*one->arm, one->levels);
-        const double takes = static_cast<double>(fewest_replicates) * replicate;
-        if (takes > left || replicate > most) continue;
+        const double takes = takes_of(*one);
+        if (takes > left || takes > most * static_cast<double>(fewest_replicates)) continue;
         left -= takes;
         chosen.push_back({one->arm->arm.name(), one->levels});
     }
@@ -177,10 +182,7 @@ std::vector<CostStage::Arm> contenders(
     const bool has_rival = all.size() > 1 && !is_behind(all[1]);
     const auto others = all.begin() + (in_pieces ? 1 : std::min<std::ptrdiff_t>(2, std::ssize(all)));
     all.erase(std::remove_if(others, all.end(),
-                  [&](const Candidate& one) {
-                      const double takes = static_cast<double>(fewest_replicates) * seconds_of(*one.arm, one.levels);
-                      return is_behind(one) && takes > far_share * seconds;
-                  }),
+                  [&](const Candidate& one) { return is_behind(one) && takes_of(one) > far_share * seconds; }),
         all.end());
     if (in_pieces) {
         // Pieces are too dear for what may be far behind, but for a rival.
@@ -189,13 +191,12 @@ std::vector<CostStage::Arm> contenders(
         std::erase_if(all, [&](const Candidate& one) { return one.seconds > most; });
         return soonest_of(figures, std::move(all), goal_arms[index], pieces * seconds, seconds);
     }
-    const double takes = static_cast<double>(fewest_replicates) * seconds_of(*all[0].arm, all[0].levels);
-    if (takes <= goal_share[index] * seconds)
-        return soonest_of(figures, std::move(all), goal_arms[index], goal_share[index] * seconds, seconds);
-    const double share = std::max(goal_share[index], most_share);
-    std::vector<CostStage::Arm> chosen =
-        soonest_of(figures, std::move(all), goal_arms[index], share * seconds, seconds);
-    // Without its rivals so much time tells less than more samples of several do, until there are such.
+    const double share = goal_share[index] * seconds, most = std::max(share, most_share * seconds);
+    const double first = takes_of(all[0]), both = has_rival ? first + takes_of(all[1]) : first;
+    constexpr double rounding = 1.0 + 1e-12;  // of the sum, from which the parts are taken off again
+    const double budget = first > share ? most : std::clamp(rounding * both, share, most);
+    std::vector<CostStage::Arm> chosen = soonest_of(figures, std::move(all), goal_arms[index], budget, seconds);
+    // Without its rival so much time tells less than more samples of several do, until there are such.
     if (has_rival && !alone && chosen.size() < 2) chosen.clear();
     return chosen;
 }
@@ -232,7 +233,7 @@ std::vector<CostStage::Arm> not_there(const std::vector<ArmFigures>& figures, co
         if (!one || (one->soonest > soonest && &arm != figures.data())) continue;
         if (one->levels.back() <= before->samples.back())
             one->levels = levels_up_to(2.0 * static_cast<double>(before->samples.back()));
-        const double takes = static_cast<double>(fewest_replicates) * seconds_of(arm, one->levels);
+        const double takes = takes_of(*one);
         if (takes > left) continue;
         left -= takes;
         again.push_back({arm.arm.name(), std::move(one->levels)});
@@ -255,7 +256,8 @@ std::optional<CostStage> goal(const std::vector<ArmFigures>& figures, const Cost
                 return seconds_a_replicate(*trials_at(samples, arm.name, stage), samples) > seconds;
             });
         } else {
-            const bool alone = is_entered(samples, first_growth_stage);
+            // Longer renders have told which is soonest: to the error before, or of the growth.
+            const bool alone = index > 0 || is_entered(samples, first_growth_stage);
             next.arms = attempt == 0 ? contenders(figures, index, seconds, alone, in_pieces)
                                      : not_there(figures, samples, index, attempt, seconds);
             next.stage = stage;
@@ -277,6 +279,32 @@ bool is_reached(const std::vector<ArmFigures>& figures, const CostSamples& sampl
         return is_judged(arm) && arm.stage >= goal_stage(index) && has_replicates(arm, fewest_replicates) &&
                is_at(arm, cost_errors[index], mean);
     });
+}
+
+// The baseline to an error that others reached without it: users ask how far behind it is.
+std::optional<CostStage> baseline_left_out(
+    const std::vector<ArmFigures>& figures, const CostSamples& samples, double seconds) {
+    const ArmFigures& baseline = figures.front();
+    const std::string name = baseline.arm.name();
+    const double mean = samples.reference.image_mean();
+    for (std::size_t index = 0; index < cost_errors.size() && is_reached(figures, samples, index); ++index) {
+        const double error = cost_errors[index];
+        const bool took_part = std::ranges::any_of(samples.arms, [&](const ArmTrials& arm) {
+            return arm.name == name && has_replicates(arm, fewest_replicates) &&
+                   ((arm.stage >= goal_stage(index) && arm.stage < goal_stage(index + 1)) || is_at(arm, error, mean));
+        });
+        CostStage next;
+        next.stage = baseline_stage(index);
+        const ArmTrials* begun = trials_at(samples, name, next.stage);
+        const auto one = candidate(baseline, error);
+        if (took_part || !one || (begun != nullptr && has_replicates(*begun, fewest_replicates))) continue;
+        next.arms.push_back({name, begun != nullptr ? begun->samples : one->levels});
+        const double takes = static_cast<double>(fewest_replicates) * seconds_of(baseline, next.arms[0].samples);
+        if (takes > baseline_share * seconds) return std::nullopt;
+        next.purpose = fmt::format("to {:g} %", 100.0 * error);
+        return next;
+    }
+    return std::nullopt;
 }
 
 // The arms that may be soonest at the error, with `factor` times their samples; none where that is too much for the
@@ -400,6 +428,7 @@ std::optional<CostStage> next_stage(
         if (auto next = growth(figures, samples, cost_errors[index], seconds)) return next;
         break;
     }
+    if (auto next = baseline_left_out(figures, samples, seconds)) return next;
     // More replicates, of the hardest goals first.
     std::vector<std::uint32_t> stages;
     for (std::uint32_t stage = goal_stage(cost_errors.size()); stage-- > first_goal_stage;) stages.push_back(stage);

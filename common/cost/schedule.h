@@ -1,8 +1,9 @@
 // What `tandem cost` measures next: successive halving. All arms have a short stage. Then, error by error from the
 // largest on, the arms that could reach it fastest are rendered until they reach it. What is surely far behind takes no
-// time from them. In between, arms without a bound on their bias get the samples that bound it. Where an error is too
-// far to be met, the arms that may be soonest render more samples, fewer of them each time. Decisions follow from the
-// samples alone, so a continued measurement goes on where it stopped.
+// time from them; but the baseline is measured afterwards, where there is time. In between, arms without a bound on
+// their bias get the samples that bound it. Where an error is too far to be met, the arms that may be soonest render
+// more samples, fewer of them each time. Decisions follow from the samples alone, so a continued measurement goes on
+// where it stopped.
 #pragma once
 
 #include <cstdint>
@@ -19,6 +20,11 @@ inline constexpr std::uint32_t first_goal_stage = first_growth_stage + growth_st
 // Where error `index` of cost_errors is measured; attempts after the first are for arms that were not there yet.
 [[nodiscard]] constexpr std::uint32_t goal_stage(std::size_t index, std::uint32_t attempt = 0) {
     return first_goal_stage + attempts * static_cast<std::uint32_t>(index) + attempt;
+}
+
+// Where the baseline alone goes to an error afterwards. No other arm is in its rounds, so they confirm nothing.
+[[nodiscard]] constexpr std::uint32_t baseline_stage(std::size_t index) {
+    return goal_stage(cost_errors.size()) + static_cast<std::uint32_t>(index);
 }
 
 // A floor below this is bounded well enough.

@@ -164,6 +164,39 @@ TEST_CASE(
     CHECK(alone->stage == goal_stage(0));
     REQUIRE(alone->arms.size() == 1);
     CHECK(alone->arms[0].name == arms[1].name());
+    // A quarter of the time is for 5 %, but not at the price of a rival.
+    for (double seconds = 1200.0; seconds <= 4000.0; seconds += 200.0) {
+        CAPTURE(seconds);
+        CHECK(next(seconds)->arms.size() == 2);
+    }
+}
+
+TEST_CASE("cost schedule: a baseline that was left out as far behind is measured afterwards, and confirms nothing") {
+    const std::vector<CostArm> arms{{"baseline", "", "", {}, true}, {"generator", "hash", "--generator hash", {}, true},
+        {"bounces", "32", "--bounces 32", {}, true}};
+    CostSamples samples;
+    samples.reference = {"", "", 1 << 20, 1.0, {4.0, 4.0, 4.0}, {0.0, 0.0, 0.0}, {1e-9, 1e-9, 1e-9}};
+    const std::vector<double> squares{5.0, 2.5, 2.6};
+    for (std::size_t i = 0; i < arms.size(); ++i) add_trials(samples, arms[i], short_stage, 16, squares[i]);
+    for (std::size_t i = 1; i < arms.size(); ++i) add_trials(samples, arms[i], goal_stage(0), 128, squares[i]);
+    const auto next = [&](double seconds) { return next_stage(analyse_cost(arms, samples), samples, seconds); };
+    const std::optional<CostStage> afterwards = next(3000.0);  // too little for 1 %
+    REQUIRE(afterwards.has_value());
+    CHECK(afterwards->stage == baseline_stage(0));
+    REQUIRE(afterwards->arms.size() == 1);
+    CHECK(afterwards->arms[0].name == "baseline");
+    CHECK(afterwards->arms[0].samples.back() >= 125);
+    CHECK(next(500.0)->purpose == "more replicates");
+    const auto confirmed = [&] {
+        const std::vector<Confirmation> found = confirm(arms, samples);
+        REQUIRE_FALSE(found.empty());
+        return std::pair(found[0].recommended, found[0].rounds);
+    };
+    const auto before = confirmed();
+    add_trials(samples, arms[0], baseline_stage(0), afterwards->arms[0].samples.back(), squares[0]);
+    CHECK(confirmed() == before);
+    CHECK_FALSE(analyse_cost(arms, samples)[0].time_to(0.05).extrapolated);
+    CHECK(next(3000.0)->purpose == "more replicates");
 }
 
 TEST_CASE("cost schedule: figures of arms without new replicates are taken as they were, and the others made anew") {
