@@ -69,7 +69,7 @@ std::unique_ptr<RenderJob> prepare(const RenderArguments& arguments, const Scene
         .sampling = arguments.options.sampling.empty(),
         .generator = !arguments.has_generator};
     if (!rule.relative_error) return renderer.prepare(scene, settings);
-    ChoiceGoal goal{.relative_error = *rule.relative_error};
+    ChoiceGoal goal{.relative_error = *rule.relative_error, .most_samples = rule.samples};
     constexpr double share = 0.1;  // of the time
     if (rule.seconds) goal.stop_seconds = goal.most_seconds = std::min(goal.most_seconds, share * *rule.seconds);
     SettingsChoice choice = choose_settings(scene, settings, open, renderer, goal, context.stop);
@@ -190,7 +190,8 @@ StoppedRender render_part(RenderJob& job, Part& part, SampleRange range, const R
 // points go on from image to image. Else several tell the error (MODEL.md section 11.4).
 unsigned scramblings_of(const RenderSettings& settings, const StoppingRule& rule, const RenderArguments& arguments) {
     if (independent(settings) || (rule.samples && !rule.relative_error) || !arguments.every.empty()) return 1;
-    return scramblings_for(std::uint64_t{settings.width} * settings.height);
+    const unsigned scramblings = scramblings_for(std::uint64_t{settings.width} * settings.height);
+    return rule.samples && *rule.samples < scramblings ? 1 : scramblings;
 }
 
 StoppedRender render_whole(RenderJob& job, const StoppingRule& rule, const RenderSettings& settings,

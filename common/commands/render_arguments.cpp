@@ -140,8 +140,8 @@ void add_how_long(CLI::App& command, RenderArguments& arguments) {
         ->type_name("SECONDS");
     command
         .add_option("--target-error", arguments.target_error,
-            "Stop at this error of the image, 5% for example. A short trial chooses the settings that no option "
-            "names")
+            "Stop at this error of the image, 5% for example. Short trials choose --integrator, --roulette, "
+            "--generator and --sampling, where they are not given")
         ->type_name("FRACTION");
     command
         .add_option("--range", arguments.range,

@@ -310,7 +310,9 @@ private:
         return foretold;
     }
     [[nodiscard]] double most_seconds_left() const {
-        const double seconds = best_seconds_ / (sobol_to_come_ ? sobol_gain : 1.0);
+        double seconds = best_seconds_ / (sobol_to_come_ ? sobol_gain : 1.0);
+        if (goal_.most_samples)
+            seconds = std::min(seconds, best_->seconds_of(static_cast<double>(*goal_.most_samples)));
         return std::min(goal_.most_seconds, trials_share * seconds) - spent_;
     }
     // Its samples only where adaptive sampling may be foretold by them.

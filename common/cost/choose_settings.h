@@ -24,6 +24,8 @@ struct OpenSettings {
 struct ChoiceGoal {
     double relative_error = 0.01;  // that the render is to reach
     double most_seconds = 20.0;    // of all trials
+    // The render takes at most so many. Trials take no greater share of these than of what the error takes.
+    std::optional<std::uint64_t> most_samples = {};
     // So long after the first preparation the trial that is under way is given up. None: the first one goes on.
     std::optional<double> stop_seconds = {};
 };

@@ -356,6 +356,16 @@ TEST_CASE("trials take a small part of what the render is forecast to take, and 
     CHECK(few.trials.size() == 1);
     CHECK(few.chosen == 0);
     CHECK(few.trials.front().seconds_to_error == doctest::Approx(64 * seconds_of_sample));  // a block at least
+    // No more is tried for a render that ends after a few samples, however far its error is from the asked one.
+    TrialRenderer renderer(0.25, false, 10.0);
+    RenderSettings settings;
+    settings.width = settings.height = 16;
+    const auto trials_for = [&](std::optional<std::uint64_t> samples) {
+        const ChoiceGoal goal{.relative_error = 1e-5, .most_samples = samples};
+        return choose_settings({}, settings, {}, renderer, goal, {}).trials.size();
+    };
+    CHECK(trials_for(16) == 1);
+    CHECK(trials_for({}) > 1);
 }
 
 // Two columns of 32 have noise; a path takes `slowness` times as long in lists of pixels.
