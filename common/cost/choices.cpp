@@ -33,12 +33,13 @@ bool exclude_each_other(const CostArm& a, const CostArm& b) {
 const ArmFigures* soonest(const std::vector<ArmFigures>& figures, double relative_error) {
     const ArmFigures* best = nullptr;
     double least = 0.0;
+    const TimeToError of_baseline = figures.front().time_to(relative_error);
     for (const ArmFigures& arm : figures) {
         const bool baseline = &arm == figures.data();
         const TimeToError time = arm.time_to(relative_error);
-        if (!time.seconds || (!baseline && !arm.is_safe_at(relative_error)) ||
-            (!baseline && !arm.cost_differs && best == figures.data()))
-            continue;
+        if (!time.seconds || (!baseline && !arm.is_safe_at(relative_error))) continue;
+        const bool may_be_as_slow = of_baseline.seconds && time.seconds->high >= of_baseline.seconds->low;
+        if (!baseline && !arm.cost_differs && may_be_as_slow) continue;
         if (best != nullptr && time.seconds->value >= least) continue;
         best = &arm;
         least = time.seconds->value;

@@ -222,6 +222,12 @@ json to_json(const ArmFigures& arm) {
     return result;
 }
 
+// What rendered the reference, which a file may bring from elsewhere.
+std::string backend_of_reference(const CostReport& report) {
+    const std::string& by = report.reference.made_by;
+    return by.empty() ? report.reference_backend : by.substr(0, by.find(','));
+}
+
 }  // namespace
 
 const ArmFigures* recommended(const CostReport& report, double relative_error) {
@@ -249,14 +255,22 @@ std::string render_command(const CostReport& report, const CostArm& arm) {
 // What was soonest among many, by luck or not, and had no second measurement.
 std::string not_confirmed(const CostReport& report, const ArmFigures& best, double error) {
     const ArmFigures* first = soonest(report.figures, error);
-    if (!best.time_to(error).extrapolated) return "Nothing that may be as fast was measured to this error.";
+    if (const TimeToError time = best.time_to(error); !time.extrapolated) {
+        const ArmFigures* rival = nullptr;
+        double least = time.seconds->high;
+        for (const ArmFigures& arm : report.figures) {
+            const TimeToError other = arm.time_to(error);
+            if (&arm == &best || !other.seconds || other.extrapolated || !arm.is_safe_at(error)) continue;
+            if (other.seconds->low > least) continue;
+            least = other.seconds->low;
+            rival = &arm;
+        }
+        return rival == nullptr ? "Nothing that may be as fast was measured to this error."
+                                : fmt::format("{} may be as fast; neither was measured anew.", rival->arm.name());
+    }
     if (first == &best) return "It was not measured anew.";
     return fmt::format("{} was found sooner, but was not measured anew: give more --time.", first->arm.name());
 }
-
-}  // namespace
-
-namespace {
 
 // The command to an error, and what is known of it.
 std::string sentence_to(const CostReport& report, double error) {
@@ -340,7 +354,7 @@ json to_json(const CostReport& report) {
         {"asked_error_relative", report.asked_error},
         {"reference",
             {{"samples", report.reference.samples}, {"relative_uncertainty", report.reference.relative_uncertainty()},
-                {"image_mean", report.reference.image_mean()}, {"backend", report.reference_backend},
+                {"image_mean", report.reference.image_mean()}, {"backend", backend_of_reference(report)},
                 {"options", report.reference.options}, {"seconds", report.reference.seconds},
                 {"made_by", report.reference.made_by}, {"git", report.reference.program},
                 {"image", report.reference.image}}},

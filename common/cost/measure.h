@@ -37,7 +37,7 @@ using MakeRenderer = std::function<std::unique_ptr<Renderer>(const BackendOption
 struct CostControl {
     std::stop_token stop;
     std::function<void(double fraction, const std::string& text)> progress;
-    std::function<void(const CostSamples&)> save;  // after every round
+    std::function<void(const CostSamples&)> save;  // told after every round
     std::function<double()> now;                   // seconds; empty: the steady clock
 };
 [[nodiscard]] double now_by(const CostControl& control);

@@ -71,7 +71,8 @@ void leave_out_what_did_not_adapt(CostReport& report) {
                 fmt::format(
                     "no more than {} samples a pixel in its share of the time, and up to {} adaptive sampling is "
                     "uniform",
-                    figures.points.back().samples, least_alike)});
+                    figures.points.back().samples, least_alike),
+                true});
     std::erase_if(report.figures, [&](const ArmFigures& figures) {
         return figures.arm.settings.render.sampling != base && figures.points.back().samples <= least_alike;
     });

@@ -264,6 +264,47 @@ TEST_CASE("cost: what was found soonest and not measured anew gives way to the b
     CHECK(recommended(report, 0.01) == &report.figures.back());
 }
 
+// Arms whose image of 16 samples has an error of 4 %, in so many seconds, times or over a fifth.
+CostReport known_times(const std::vector<std::pair<const char*, double>>& arms) {
+    CostReport report;
+    for (const auto& [knob, seconds] : arms) {
+        ArmFigures& arm = report.figures.emplace_back();
+        arm.arm.knob = knob;
+        CostPoint point;
+        point.samples = 16;
+        point.seconds = {seconds, seconds / 1.2, seconds * 1.2};
+        point.rmse = {0.04, 0.04, 0.04};
+        arm.points.push_back(point);
+        arm.variance = 0.04 * 0.04;
+    }
+    return report;
+}
+
+TEST_CASE("cost: which arm is soonest does not depend on the order of the arms") {
+    for (const bool swapped : {false, true}) {
+        CAPTURE(swapped);
+        CostReport report = swapped ? known_times({{"baseline", 10.0}, {"filter", 9.0}, {"mis", 9.5}})
+                                    : known_times({{"baseline", 10.0}, {"mis", 9.5}, {"filter", 9.0}});
+        const auto named = [&](const char* knob) {
+            return &*std::ranges::find(report.figures, knob, [](const ArmFigures& arm) { return arm.arm.knob; });
+        };
+        CHECK(soonest(report.figures, 0.05) == &report.figures.front());  // neither is significantly sooner
+        named("mis")->cost_differs = true;
+        CHECK(soonest(report.figures, 0.05) == named("mis"));
+        // Significantly sooner by its time, as where the baseline has a floor near the error.
+        named("filter")->points.front().seconds = {6.0, 5.0, 7.0};
+        CHECK(soonest(report.figures, 0.05) == named("filter"));
+    }
+}
+
+TEST_CASE("cost: of what was not measured anew it is said what may be as fast") {
+    const auto said = [](double seconds) {
+        return recommendations(known_times({{"baseline", 1.0}, {"filter", seconds}})).at(0);
+    };
+    CHECK(said(1.1).find("filter may be as fast; neither was measured anew.") != std::string::npos);
+    CHECK(said(10.0).find("Nothing that may be as fast was measured to this error.") != std::string::npos);
+}
+
 TEST_CASE("cost: where a floor may be as high as the error, nothing is known of how much longer rivals take") {
     const std::vector<CostArm> arms{
         {"baseline", "", "", {}, true}, {"generator", "hash", "--generator hash", {}, true}};
