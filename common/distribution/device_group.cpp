@@ -42,6 +42,7 @@ struct Sharing {
     std::condition_variable changed;
     std::vector<SampleRange> units;  // to be done, the next one last
     Estimate sums;
+    Estimate begun;              // after a stop: the most that a member had of a block. No film has two such pieces.
     std::exception_ptr failure;  // of the member that failed last
     struct Hand {
         SampleRange unit{};    // that it has in hand
@@ -102,7 +103,12 @@ void work(const std::shared_ptr<Sharing>& all, std::size_t index, const std::sha
             all->units.push_back(hand.unit);
             break;
         }
-        if (!whole) break;  // a stop: what is begun of a block cannot be merged with its neighbours
+        if (!whole) {  // a stop
+            Estimate begun = part.estimate.take_ragged();
+            if (part.estimate.pixel_count() > 0) all->sums.merge(std::move(part.estimate));
+            if (begun.count() > all->begun.count()) all->begun = std::move(begun);
+            break;
+        }
         all->sums.merge(std::move(part.estimate));
         all->done += static_cast<double>(hand.unit.count());
         all->changed.notify_all();
@@ -148,7 +154,8 @@ public:
         if (all->sums.count() < range.count() && !control.stop.stop_requested())
             throw DeviceError("no device is left to render; the last: " + last_reason_);
         RenderResult result;
-        result.estimate = in_front(all->sums, range.begin);
+        result.estimate = all->sums;
+        if (all->begun.count() > 0) result.estimate.merge(all->begun);
         result.seconds = watch.seconds();
         return result;
     }
@@ -185,10 +192,11 @@ private:
             all.changed.wait_for(hold, std::chrono::duration<double>(poll));
             const double passed = std::min(since_look.seconds(), 2.0 * poll);
             since_look = Stopwatch();
-            double samples = all.done;
+            double samples = all.done, most = 0.0;
             for (Sharing::Hand& hand : all.hands) {
                 if (!hand.working) continue;
                 samples += hand.samples;
+                most = std::max(most, hand.samples);
                 hand.silent += passed;
                 if (hand.silent < patience_) continue;
                 hand.given_up = true;
@@ -198,6 +206,7 @@ private:
                 all.changed.notify_all();
             }
             if (!control.progress) continue;
+            if (all.done == 0.0 && most < 1.0) samples = most;  // halves of two are no sample of every pixel
             hold.unlock();
             control.progress(samples);
             hold.lock();
@@ -213,19 +222,6 @@ private:
             told_(last_reason_);
             if (all.hands[i].given_up) keep_for_ever(member);
         }
-    }
-
-    // What is there from `begin` on without a gap: all, but after a stop.
-    static Estimate in_front(const Estimate& sums, std::uint64_t begin) {
-        Estimate front(sums.width(), sums.height());
-        std::uint64_t at = begin;
-        for (const Estimate::Piece& piece : sums.pieces()) {
-            if (piece.range.begin != at) break;
-            front.add_block(piece.range, *piece.moments);
-            at = piece.range.end;
-        }
-        front.add_invalid(sums.invalid());
-        return front;
     }
 
     std::vector<Member> members_;
