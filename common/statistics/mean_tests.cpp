@@ -94,9 +94,10 @@ double minimum_detectable_difference(double standard_error, double alpha, double
 
 double symmetric_sum_tail(double s) {
     if (s <= 0.0) return 1.0;
-    const double constant = 1.0 / (4.0 * normal_upper_tail(std::sqrt(2.0)));
-    return std::min(1.0, 2.0 * constant * normal_upper_tail(s));
+    return std::min(1.0, 2.0 * symmetric_sum_factor() * normal_upper_tail(s));
 }
+
+double symmetric_sum_factor() { return 1.0 / (4.0 * normal_upper_tail(std::sqrt(2.0))); }
 
 double empirical_bernstein_p_value(double excess, const BoundedSample& sample) {
     return bernstein_tails(excess, std::span(&sample, 1));

@@ -60,6 +60,8 @@ struct MeanDifference {
 // Upper bound on P(|sum of symmetric, independent variables| >= s * root of their sum of squares): whatever their
 // distributions, 3.178 times the normal tail. [Efron 1969; Bentkus, Dzindzalieta 2015, constant 1/(4 P(Z >= sqrt 2))]
 [[nodiscard]] double symmetric_sum_tail(double s);
+// By how much that exceeds the two-sided normal tail: 3.178.
+[[nodiscard]] double symmetric_sum_factor();
 
 // `count` independent samples in [0, range], `variance` being what they show.
 struct BoundedSample {

@@ -6,6 +6,8 @@
 
 #include "common/statistics/multiple_tests.h"
 #include "common/text.h"
+#include "common/validation/verdict/closed_form.h"
+#include "common/validation/verdict/levels.h"
 #include "common/validation/verdict/verdict.h"
 #include "common/validation/verify/schedule.h"
 
@@ -31,6 +33,43 @@ SampledImage normal_image(
 std::uint64_t area(const Rectangle& r) { return std::uint64_t{r.x1 - r.x0} * (r.y1 - r.y0); }
 
 }  // namespace
+
+TEST_CASE("equal rare hits of a small lamp are no difference of variances, whatever two batches say") {
+    // A hit has one value, so that two batches of as many hits have one variance: a scatter of zero.
+    const auto side = [](double share, double hit, std::uint64_t seed) {
+        constexpr std::uint32_t edge = 32;
+        std::mt19937_64 random(seed);
+        std::uniform_real_distribution<double> uniform;
+        Estimate all(edge, edge);
+        std::vector<Batch> batches;
+        for (std::uint64_t batch = 0; batch < 2; ++batch) {
+            Estimate::Plane plane(std::size_t{edge} * edge * channel_count);
+            for (std::size_t pixel = 0; pixel < plane.size() / channel_count; ++pixel)
+                for (std::uint64_t sample = 0; sample < samples_per_block; ++sample) {
+                    const double value = uniform(random) < share ? hit : 0.0;
+                    for (std::size_t c = 0; c < channel_count; ++c) {
+                        plane[pixel * channel_count + c].sum += value;
+                        plane[pixel * channel_count + c].sum_of_squares += value * value;
+                    }
+                }
+            Estimate one(edge, edge);
+            one.add_block({batch * samples_per_block, (batch + 1) * samples_per_block}, std::move(plane));
+            batches.push_back(batch_of(one, TileGrid(edge, edge, 16)));
+            all.merge(std::move(one));
+        }
+        return sampled_image_of(all, std::move(batches));
+    };
+    const auto p = [](const SampledImage& a, const SampledImage& b) {
+        return compare_variances("variance of tiles 16x16", a, b, false, 1.25, 1e-6, 0.05).p;
+    };
+    constexpr double rare = 1.2e-4;  // two hits a tile and batch
+    double least = 1.0;
+    for (std::uint64_t seed = 0; seed < 100; ++seed)
+        least = std::min(least, p(side(rare, 20.0, 2 * seed), side(rare, 20.0, 2 * seed + 1)));
+    CHECK(least > 1e-3);
+    // Half as many hits of twice the value: the mean is the same, the variance twice as great.
+    CHECK(p(side(0.2, 1.0, 1), side(0.1, 2.0, 2)) < 0.05);
+}
 
 TEST_CASE("tiles cover the image once, without slivers") {
     for (const std::uint32_t width : {1u, 7u, 16u, 100u, 130u}) {
@@ -102,6 +141,13 @@ TEST_CASE("tied pixels widen the interval of the image by the root of their corr
     a.correlation = b.correlation = 4.0;
     const double tied = judge(a, b, nullptr, Criteria{}, {}).level("image").regions[0].relative_error;
     CHECK(tied == doctest::Approx(2.0 * independent));
+    ClosedForm form;
+    form.radiance = form.greatest = {1.0, 1.0, 1.0};
+    const auto against_form = [&](double correlation) {
+        a.correlation = correlation;
+        return compare_closed_form("", form, a, Criteria{}, 0.05).regions[0].relative_error;
+    };
+    CHECK(against_form(4.0) == doctest::Approx(2.0 * against_form(1.0)));
 }
 
 TEST_CASE("a side with few samples that saw no light does not accuse a side with many that did") {

@@ -43,7 +43,7 @@ ChannelMean channel_mean(const SampledImage& side, std::size_t channel, double t
     ChannelMean result;
     for (std::size_t i = channel; i < side.pixels.size(); i += channel_count) {
         const PixelStatistics& pixel = side.pixels[i];
-        pixels.add(pixel.mean, pixel.variance / pixel.count, pixel.count - 1.0);
+        pixels.add(pixel.mean, pixel.variance / pixel.count * side.correlation, pixel.count - 1.0);
         SampleMoments samples;
         samples.count = pixel.count;
         samples.mean = pixel.mean;
@@ -100,9 +100,10 @@ LevelResult compare_closed_form(const std::string& name, const ClosedForm& form,
             region.statistic = difference.statistic(allowance);
             const double excess = std::abs(difference.difference) - allowance;
             region.p = std::max(difference.p_value(allowance),
-                measured.still ? 0.0
-                               : empirical_bernstein_p_value(
-                                     excess, {measured.samples.variance(), measured.samples.count, form.greatest[c]}));
+                measured.still
+                    ? 0.0
+                    : empirical_bernstein_p_value(excess,
+                          {measured.samples.variance(), measured.samples.count / side.correlation, form.greatest[c]}));
         }
         p_values.push_back(region.p);
         level.regions.push_back(region);

@@ -76,7 +76,8 @@ std::vector<LevelResult> mean_levels(const SampledImage& reference, const Sample
 void set_detectable(LevelResult& level, double negligible, double power) {
     if (level.regions.empty()) return;
     std::vector<double> differences;
-    const double alpha = level.threshold / static_cast<double>(level.tests);
+    // A region's p is so many times that of the normal theory at least (symmetric_sum_tail).
+    const double alpha = level.threshold / static_cast<double>(level.tests) / symmetric_sum_factor();
     for (const RegionComparison& region : level.regions)
         differences.push_back(negligible + minimum_detectable_difference(region.relative_error, alpha, power));
     const auto middle = differences.begin() + static_cast<std::ptrdiff_t>(differences.size() / 2);
