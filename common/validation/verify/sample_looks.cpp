@@ -221,7 +221,9 @@ void Looks::look_at_bounces() {
     std::optional<BouncePairs> sides, precisions;
     std::vector<SampleRegion> regions;
     std::uint32_t before = 1;  // shorter paths are looked at above
-    for (std::uint32_t limit = before, stride = 1; limit <= deepest; limit += stride) {
+    if (deepest <= before) return;
+    std::uint32_t limit = before, stride = 1;
+    for (bool last = false; !last; last = limit == deepest, limit = std::min(limit + stride, deepest)) {
         const double start = watch_.seconds();
         settings.bounces = limit;
         Jobs jobs = prepare(settings, true);
@@ -236,7 +238,11 @@ void Looks::look_at_bounces() {
             precisions.emplace(planes[reference], planes[other]);
             // Scenes that take long to prepare have fewer limits.
             const double affordable = 0.25 * (request_.budget_seconds - watch_.seconds()) / (watch_.seconds() - start);
-            stride = std::max(1u, static_cast<std::uint32_t>(std::ceil(deepest / std::max(1.0, affordable))));
+            if (affordable < 1.0) {
+                result_.left_out.emplace_back(bounce_level);
+                return;
+            }
+            stride = std::max(1u, static_cast<std::uint32_t>(std::ceil(deepest / affordable)));
             continue;
         }
         const SampleCount expected = precisions->add(planes[reference], planes[other]);
