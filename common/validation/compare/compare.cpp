@@ -67,9 +67,12 @@ void check_seeds(const std::vector<NamedImage>& reference, const std::vector<Nam
         const auto tandem_seed = metadata.find("tandem:seed");
         return tandem_seed == metadata.end() ? std::string() : tandem_seed->second;
     };
-    for (const NamedImage& a : reference)
-        for (const NamedImage& b : candidate)
-            if (!seed(a).empty() && seed(a) == seed(b))
+    std::vector<const NamedImage*> all;
+    for (const auto* side : {&reference, &candidate})
+        for (const NamedImage& named : *side) all.push_back(&named);
+    for (std::size_t i = 0; i < all.size(); ++i)
+        for (std::size_t j = i + 1; j < all.size(); ++j)
+            if (const NamedImage& a = *all[i], &b = *all[j]; !seed(a).empty() && seed(a) == seed(b))
                 throw input_error(b.name, "", "was made with seed " + seed(b) + ", as " + a.name + " was",
                     "render one of them with another seed");
 }
