@@ -13,19 +13,28 @@ namespace tandem {
 
 namespace {
 
-// Logarithms of an arm's settled readings by the family's clock, over all processes.
+// Logarithms of an arm's settled readings by the family's clock, of each replicate.
 struct OwnTimes {
     std::string family, arm, workload;
-    std::vector<double> logs;
+    std::vector<std::vector<double>> replicates;
+    bool differs = false;  // its output, in some replicate: later ones time it without the gate
+
+    // Readings of a replicate share its luck with memory and threads. So replicates are the unit, where there are
+    // several.
+    [[nodiscard]] MeanEstimate mean_log() const {
+        if (replicates.size() == 1) return trimmed_mean_estimate(replicates.front());
+        SampleMoments means;
+        for (const std::vector<double>& logs : replicates) means.add(trimmed_mean_estimate(logs).mean);
+        return MeanEstimate(means);
+    }
 };
 
 std::vector<OwnTimes> own_times(const BenchResults& results) {
+    constexpr std::size_t fewest_readings = 3;
     std::vector<OwnTimes> list;
     for (const ExperimentSamples& samples : results.samples) {
         const std::size_t warm_up = warm_up_blocks(samples);
         for (const ArmSamples& arm : samples.arms) {
-            const auto readings = arm.seconds.find(samples.clock);
-            if (readings == arm.seconds.end() || arm.identity == Identity::differs) continue;
             const auto same = [&](const OwnTimes& other) {
                 return other.family == samples.family && other.arm == arm.arm &&
                        other.workload == samples.workload.name;
@@ -33,11 +42,16 @@ std::vector<OwnTimes> own_times(const BenchResults& results) {
             auto found = std::ranges::find_if(list, same);
             if (found == list.end())
                 found = list.insert(list.end(), {samples.family, arm.arm, samples.workload.name, {}});
+            found->differs = found->differs || arm.identity == Identity::differs;
+            const auto readings = arm.seconds.find(samples.clock);
+            if (readings == arm.seconds.end()) continue;
+            std::vector<double> logs;
             for (std::size_t i = std::min(warm_up, readings->second.size()); i < readings->second.size(); ++i)
-                found->logs.push_back(std::log(readings->second[i]));
+                logs.push_back(std::log(readings->second[i]));
+            if (logs.size() >= fewest_readings) found->replicates.push_back(std::move(logs));
         }
     }
-    std::erase_if(list, [](const OwnTimes& times) { return times.logs.size() < 3; });
+    std::erase_if(list, [](const OwnTimes& times) { return times.differs || times.replicates.empty(); });
     return list;
 }
 
@@ -64,7 +78,7 @@ ResultsComparison compare_results(const BenchResults& a, const BenchResults& b) 
             comparison.only_in_one.push_back(described(times, "A"));
             continue;
         }
-        const MeanDifference difference = welch(trimmed_mean_estimate(times.logs), trimmed_mean_estimate(other->logs));
+        const MeanDifference difference = welch(times.mean_log(), other->mean_log());
         const Interval interval = difference.interval(0.025);
         comparison.arms.push_back({times.family, times.arm, times.workload, std::exp(difference.difference),
             std::exp(interval.low), std::exp(interval.high), 1.0, Change::ambiguous});

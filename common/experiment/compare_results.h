@@ -6,7 +6,7 @@
 namespace tandem {
 
 // One arm's own time in B over that in A. The runs were not interleaved, so the state of the machine may explain a
-// difference. The interval includes only the scatter within each file.
+// difference. Several replicates of a file are compared by their means. One alone has only the scatter within.
 struct ChangeOfArm {
     std::string family, arm, workload;
     double ratio = 1.0, low = 1.0, high = 1.0;  // 95 %

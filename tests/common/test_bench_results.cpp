@@ -170,6 +170,25 @@ TEST_CASE("two results are the same, faster, slower or ambiguous") {
     CHECK(compare_results(before, noisy).only_in_one.size() == 4);
 }
 
+TEST_CASE("what replicates differ by is no change, and an arm that fails the gate in one of them is not compared") {
+    const auto results_of = [](const std::vector<double>& luck) {
+        BenchResults all = results_with(0.01, 0.02);
+        all.samples.clear();
+        for (const double factor : luck)
+            all.samples.push_back(results_with(0.01 * factor, 0.02 * factor).samples.front());
+        return all;
+    };
+    const BenchResults before = results_of({0.9, 1.0, 1.1, 1.0});
+    for (const ChangeOfArm& arm : compare_results(before, results_of({1.0, 1.1, 1.2, 1.1})).arms)
+        CHECK(arm.change == Change::ambiguous);
+    for (const ChangeOfArm& arm : compare_results(before, results_of({1.8, 2.0, 2.2, 2.0})).arms)
+        CHECK(arm.change == Change::slower);
+    BenchResults wrong = before;
+    wrong.samples[0].arms[1].identity = Identity::differs;
+    REQUIRE(compare_results(before, wrong).arms.size() == 1);
+    CHECK(compare_results(before, wrong).arms[0].arm == before.samples[0].arms[0].arm);
+}
+
 TEST_CASE("the thesis's method keeps its protocol") {
     int jobs = 0;
     BenchTarget target;
