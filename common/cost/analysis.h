@@ -123,14 +123,10 @@ struct StageRange {
 // Nothing: none reaches it.
 [[nodiscard]] const ArmFigures* soonest(const std::vector<ArmFigures>& figures, double relative_error);
 
-// The best of each knob together. A knob counts where a setting beats the baseline significantly and has no floor.
-// From bounces and roulette the better one.
-// Empty where fewer than two knobs are better.
-[[nodiscard]] std::vector<std::size_t> best_settings(const std::vector<ArmFigures>& figures);
-
-// Settings that are worth measuring together: best_settings, and the best of each knob. The latter have Sobol points or
-// adaptive sampling in place of what these exclude. Each has two settings at least. Where the limit of bounces is not
-// known to leave less than 1 %, there are such mixes without it, too.
+// Settings that are worth measuring together. First the best of each knob that beats the baseline significantly without
+// a floor. Then these with Sobol points and with adaptive sampling, in place of what they exclude. Each mix has two
+// settings at least. Where the limit of bounces is not known to leave less than 1 %, there are such mixes without it,
+// too.
 [[nodiscard]] std::vector<std::vector<std::size_t>> mixed_settings(const std::vector<ArmFigures>& figures);
 
 }  // namespace tandem

@@ -75,6 +75,8 @@ std::vector<std::size_t> limitless(const std::vector<ArmFigures>& figures) {
     return chosen;
 }
 
+// The best of each knob. A knob counts where a setting beats the baseline significantly and has no floor. From bounces
+// and roulette the better one.
 std::vector<std::size_t> best_of_each(const std::vector<ArmFigures>& figures) {
     std::vector<std::size_t> best;
     for (std::size_t i = 1; i < figures.size(); ++i) {
@@ -93,12 +95,6 @@ std::vector<std::size_t> best_of_each(const std::vector<ArmFigures>& figures) {
 }
 
 }  // namespace
-
-std::vector<std::size_t> best_settings(const std::vector<ArmFigures>& figures) {
-    std::vector<std::size_t> best = best_of_each(figures);
-    if (best.size() < 2) best.clear();
-    return best;
-}
 
 std::vector<std::vector<std::size_t>> mixed_settings(const std::vector<ArmFigures>& figures) {
     std::vector<std::vector<std::size_t>> mixes;

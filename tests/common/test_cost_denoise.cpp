@@ -107,7 +107,7 @@ TEST_CASE("cost: denoising has no forecast, no efficiency, and is never what is 
         CHECK(recommended(report, error) != &denoised);
     }
     for (const Confirmation& one : report.confirmations) CHECK(one.recommended != "denoise on");
-    CHECK(best_settings(report.figures).empty());
+    CHECK(mixed_settings(report.figures).empty());
     const nlohmann::json json = to_json(report);
     CHECK(json.at("arms").at(1).at("cost_ratio").is_null());
     CHECK(json.at("arms").at(1).at("forecasts") == false);
