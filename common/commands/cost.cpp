@@ -167,6 +167,7 @@ ExitStatus cost(const CostArguments& arguments, const CommandContext& context, c
     NothingToKeep until_reference(context.interrupts);
     std::vector<std::string> inputs;
     const Scene scene = scene_from(arguments.scene, inputs);
+    if (!arguments.reference_only && !arguments.reference.empty()) inputs.push_back(arguments.reference);
     // A file to go on from is written again.
     check_outputs(context,
         {{"--resume", arguments.resume}, {"--references", references_of(arguments), OutputKind::folder},
@@ -223,8 +224,7 @@ void add_measuring(CLI::App& command, CostArguments& arguments) {
         ->capture_default_str();
     command.add_option("--knob", arguments.knobs, "Only these knobs (see --list)")->type_name("NAME")->delimiter(',');
     command
-        .add_option("--resume", arguments.resume,
-            "Save all samples to FILE now and then, and at the end. Go on from it if it exists")
+        .add_option("--resume", arguments.resume, "Save all samples to FILE at intervals. Go on from it if it exists")
         ->type_name("FILE");
     command
         .add_option("--error", arguments.error, "Error that the table is for: 1% or 0.01, relative to the image's mean")
@@ -278,10 +278,9 @@ void add_cost_command(CLI::App& app, CommandContext& context) {
         "  tandem cost scenes/glass.json --backend vulkan --time 300 --resume glass.samples --json glass.json\n"
         "  tandem cost scenes/glass.json --error 0.3% --time 300\n"
         "  tandem cost scenes/glass.json --list\n"
-        "The baseline is the scene's own settings, changed by the options given. Every other arm changes one knob; "
-        "with roulette it has 256 bounces. "
-        "Some arms combine the best knobs. All arms run shortly, then the best run until they reach 5, 1 and 0.3 %. "
-        "Times are of rendering, and of denoising. "
+        "The baseline is the scene's own settings, changed by the options given. Every other arm changes one knob, "
+        "or combines the best. All arms run shortly, then the best run until they reach 5, 1 and 0.3 %. "
+        "Times are of rendering and denoising. "
         "Errors are against a long reference without a bounce limit, on the CPU in double precision. "
         "Ctrl-C concludes from what is there.\n"
         "Exit status: 0; 3 where the time was too short for some of the settings.");

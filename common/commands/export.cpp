@@ -56,6 +56,7 @@ nlohmann::json names_of(const std::vector<ExportedFile>& files, const std::strin
 }
 
 ExitStatus run_export(const ExportArguments& arguments, const CommandContext& context) {
+    NothingToKeep at_work(context.interrupts);
     const auto target = static_cast<Target>(
         std::ranges::find(scene_export::target_names, arguments.target) - scene_export::target_names.begin());
     check_outputs(context, {{"-o", arguments.out}}, {arguments.scene});
@@ -66,6 +67,7 @@ ExitStatus run_export(const ExportArguments& arguments, const CommandContext& co
     scene.defaults.bounces = settings.bounces;
     const std::string name = std::filesystem::path(arguments.out).filename().string();
     const auto files = export_scene(scene, target, {.name = name, .strict = arguments.strict});
+    at_work.end();
     write_files(files, arguments.out, context, inputs);
     const std::vector<std::string> remarks = remarks_on(scene, target);
     for (const std::string& remark : remarks) fmt::print("  {}\n", escaped(remark));
@@ -75,11 +77,13 @@ ExitStatus run_export(const ExportArguments& arguments, const CommandContext& co
 }
 
 ExitStatus run_import(const ImportArguments& arguments, const CommandContext& context) {
+    NothingToKeep at_work(context.interrupts);
     check_outputs(context, {{"-o", arguments.out}}, {arguments.file});
     scene_import::ImportedScene imported = scene_import::import_scene(arguments.file, arguments.out);
     std::vector<ExportedFile> files = std::move(imported.files);
     const std::string name = std::filesystem::path(arguments.out).filename().string();
     files.insert(files.begin(), {name, imported.document.dump(1) + "\n"});
+    at_work.end();
     write_files(files, arguments.out, context, imported.inputs);
     for (const std::string& remark : imported.remarks)
         fmt::print(stderr, "tandem: {}: {}\n", escaped(arguments.file), escaped(remark));

@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "common/commands/command.h"
+#include "common/commands/console.h"
 #include "common/commands/help.h"
 #include "common/error.h"
 #include "common/text.h"
@@ -21,6 +22,7 @@ struct JudgesArguments {
 };
 
 ExitStatus judges(const JudgesArguments& arguments, const CommandContext& context) {
+    const NothingToKeep at_work(context.interrupts);
     check_outputs(context, {}, {arguments.a, arguments.b});
     const Image a = read_image(arguments.a), b = read_image(arguments.b);
     const JudgedPair pair = judged_pair(a, b);

@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include "common/commands/render_arguments.h"
 #include "common/deadline.h"
 #include "common/distribution/part.h"
 #include "common/error.h"
@@ -67,6 +68,7 @@ nlohmann::json report_of(const Part& all, std::size_t parts, const std::vector<S
 
 ExitStatus merge_parts(const MergeArguments& arguments, const CommandContext& context) {
     check_image_ending(arguments.output);
+    if (arguments.sums) check_part_ending("-o", arguments.output);
     check_outputs(context, {{"-o", arguments.output, OutputKind::image}}, arguments.parts);
     Part all = all_of(arguments.parts, context.stop);
     const std::vector<SampleRange> gaps = gaps_of(all);

@@ -290,8 +290,8 @@ ExitStatus merge_results(const ResultsArguments& arguments, const CommandContext
             fmt::format("{} of {} items have no result in {}: {}", found.lacking.size(), items.size(), folder.string(),
                 fmt::join(found.lacking, ", ")),
             "do them with tandem work, or --allow-gaps for what there is");
+    check_outputs(context, {{"-o", merge.output, OutputKind::image}}, {arguments.plan});
     if (items.front().is_part()) return merge_parts(merge, context);
-    context.read.add(arguments.plan);
     return merge_reports_of(items, folder, {arguments.junit, arguments.report}, context);
 }
 

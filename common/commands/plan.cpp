@@ -7,6 +7,7 @@
 
 #include "common/commands/bench_arguments.h"
 #include "common/commands/command.h"
+#include "common/commands/console.h"
 #include "common/commands/plan_items.h"
 #include "common/commands/shipped_files.h"
 #include "common/commands/verify_presets.h"
@@ -50,7 +51,7 @@ void refuse(const CLI::App& command, const Words& options, const std::string& me
             throw InputError(fmt::format("{}: {} is not for one item of many; {}", command.get_name(), option, mend));
 }
 
-std::vector<Words> verify_items(const CLI::App& command) {
+std::vector<Words> verify_items(const CLI::App& command, Words& read) {
     refuse(command, {"--total-time"}, "give --time for a scene");
     refuse(command, {"--among"}, "leave it out");
     Words scenes = results_of(command, "scenes");
@@ -64,10 +65,7 @@ std::vector<Words> verify_items(const CLI::App& command) {
                 {"--time", fmt::format("{:.1f}", preset.total_seconds / static_cast<double>(scenes.size()))});
     }
     if (scenes.empty()) throw InputError("plan verify: no scene is named; name scene files, or a --preset");
-    for (const std::string& scene : scenes) {
-        Words inputs;
-        static_cast<void>(scene_from(shipped_file(scene), inputs));
-    }
+    for (const std::string& scene : scenes) static_cast<void>(scene_from(shipped_file(scene), read));
     Words devices = command.get_option_no_throw("--devices") != nullptr ? results_of(command, "--devices") : Words{};
     if (devices.empty()) devices.emplace_back();
     std::vector<Words> items;
@@ -81,12 +79,16 @@ std::vector<Words> verify_items(const CLI::App& command) {
     return items;
 }
 
-std::vector<Words> render_items(const CLI::App& command) {
+std::vector<Words> render_items(const CLI::App& command, Words& read) {
     refuse(command, {"--output", "--range", "--resume"}, "leave it out; merge-results takes -o");
     refuse(command, {"--time", "--target-error"}, "give --samples");
+    refuse(command, {"--aov", "--every"}, "leave it out");
+    RenderSettings settings;  // of what has no parts
+    if (value_of(command, "--sampling", "") == "adaptive") settings.sampling = Sampling::adaptive;
+    if (value_of(command, "--accumulation", "") == "plain") settings.accumulation = Accumulation::plain;
+    check_splittable(settings);
     const std::string scene = results_of(command, "scene").front();
-    Words inputs;
-    static_cast<void>(scene_from(shipped_file(scene), inputs));
+    static_cast<void>(scene_from(shipped_file(scene), read));
     const std::uint64_t samples = std::stoull(value_of(command, "--samples", "64"));
     const std::uint64_t pieces = std::stoull(value_of(command, "--pieces", "8"));
     const std::uint64_t blocks = (samples + samples_per_block - 1) / samples_per_block;
@@ -118,7 +120,7 @@ std::vector<Words> stability_items(const CLI::App& command) {
 }
 
 // A scene each: the times of its settings are to be compared, so one machine measures them all.
-std::vector<Words> cost_items(const CLI::App& command) {
+std::vector<Words> cost_items(const CLI::App& command, Words& read) {
     refuse(command, {"--list", "--reference-only"}, "leave it out");
     refuse(command, {"--resume"}, "leave it out; tandem work does an item again from its start");
     const Words scenes = results_of(command, "scene");
@@ -126,8 +128,7 @@ std::vector<Words> cost_items(const CLI::App& command) {
     const Words words = given_words(command, {"--json"});
     std::vector<Words> items;
     for (const std::string& scene : scenes) {
-        Words inputs;
-        static_cast<void>(scene_from(shipped_file(scene), inputs));
+        static_cast<void>(scene_from(shipped_file(scene), read));
         Words item{"cost", scene};
         item.insert(item.end(), words.begin(), words.end());
         items.push_back(std::move(item));
@@ -136,14 +137,13 @@ std::vector<Words> cost_items(const CLI::App& command) {
 }
 
 // A family each, whose arms one device measures side by side. They share the time.
-std::vector<Words> bench_items(const CLI::App& command, const CommandContext& context) {
+std::vector<Words> bench_items(const CLI::App& command, const CommandContext& context, Words& read) {
     refuse(command, {"--compare", "--method", "--arm-library", "--validation", "--self-test", "--list"},
         "run it as it is");
     refuse(command, {"--csv", "--resume", "--arm"}, "leave it out");
     BenchRequest request;
     request.device = value_of(command, "--device", "");
-    Words inputs;
-    request.scene = scene_from(shipped_file(value_of(command, "--scene", BenchArguments{}.scene)), inputs);
+    request.scene = scene_from(shipped_file(value_of(command, "--scene", BenchArguments{}.scene)), read);
     Words known;
     for (const Family& family : context.program.bench(request).families) known.push_back(family.name);
     Words families = results_of(command, "--family");
@@ -164,27 +164,32 @@ std::vector<Words> bench_items(const CLI::App& command, const CommandContext& co
     return items;
 }
 
-std::vector<Words> words_of_items(const CLI::App& command, const CommandContext& context) {
+std::vector<Words> words_of_items(const CLI::App& command, const CommandContext& context, Words& read) {
     const std::string name = command.get_name();
-    if (name == "verify") return verify_items(command);
-    if (name == "render") return render_items(command);
-    if (name == "cost") return cost_items(command);
-    if (name == "bench") return bench_items(command, context);
+    if (name == "verify") return verify_items(command, read);
+    if (name == "render") return render_items(command, read);
+    if (name == "cost") return cost_items(command, read);
+    if (name == "bench") return bench_items(command, context, read);
     return stability_items(command);
 }
 
 ExitStatus plan(const CLI::App& command, const CommandContext& context) {
     refuse(command, {"--json"}, "merge-results takes it");
     if (command.get_name() == "verify") refuse(command, {"--junit", "--report"}, "merge-results takes it");
-    for (const PlanItem& item : plan_items(command, context)) fmt::print("{}\n", to_json(item).dump());
+    const NothingToKeep at_work(context.interrupts);
+    Words read;
+    const std::vector<PlanItem> items = plan_items(command, context, read);
+    check_outputs(context, {}, read);
+    for (const PlanItem& item : items) fmt::print("{}\n", to_json(item).dump());
     return ExitStatus::fine;
 }
 
 }  // namespace
 
-std::vector<PlanItem> plan_items(const CLI::App& command, const CommandContext& context) {
+std::vector<PlanItem> plan_items(
+    const CLI::App& command, const CommandContext& context, std::vector<std::string>& read) {
     std::vector<PlanItem> items;
-    for (Words& words : words_of_items(command, context))
+    for (Words& words : words_of_items(command, context, read))
         items.push_back({items.size() + 1, std::move(words), git_version()});
     return items;
 }

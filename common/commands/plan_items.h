@@ -12,8 +12,9 @@
 namespace tandem {
 
 // Those of a parsed command that tandem plan knows, whose --json, --junit and --report are for all of them together.
-// Throws InputError where it cannot be split.
-[[nodiscard]] std::vector<PlanItem> plan_items(const CLI::App& command, const CommandContext& context);
+// `read` gets the files that were read for it. Throws InputError where it cannot be split.
+[[nodiscard]] std::vector<PlanItem> plan_items(
+    const CLI::App& command, const CommandContext& context, std::vector<std::string>& read);
 
 // Does an item in a process of its own, and puts its result into the folder. False, with what was told: it has none,
 // and `status` is that of the command. `over`: asked all the time; a reason ends the item, by StoppedError.

@@ -90,6 +90,19 @@ ItemOutcome unpacked(const std::string& message, const fs::path& folder) {
 
 std::string never() { return ""; }
 
+// As do_item, but an item that fails takes no other one's result with it. A stop goes on to the caller.
+ItemOutcome outcome_of(const PlanItem& item, const fs::path& folder, const std::function<std::string()>& over,
+    const CommandContext& context) {
+    try {
+        return do_item(item, folder, over, context);
+    } catch (const StoppedError& stopped) {
+        if (context.stop.stop_requested()) throw;
+        return {false, static_cast<int>(ExitStatus::undecided), stopped.what()};
+    } catch (const std::exception& error) {
+        return {false, static_cast<int>(ExitStatus::unusable_input), error.what()};
+    }
+}
+
 // A rank that is not the first: the item that it is asked for, on this machine.
 std::string answer_to(const std::string& request, const fs::path& folder, const CommandContext& context) {
     const json asked = json::parse(request);
@@ -97,7 +110,7 @@ std::string answer_to(const std::string& request, const fs::path& folder, const 
         asked.at("item").at("command").get<std::vector<std::string>>(), git_version()};
     if (hash_of_inputs(item) != asked.at("inputs").get<std::string>())
         return packed(item, {false, 2, "this machine has another scene; give all machines the same files"}, folder);
-    return packed(item, do_item(item, folder, never, context), folder);
+    return packed(item, outcome_of(item, folder, never, context), folder);
 }
 
 // Rank 0: hands items to ranks that are free, itself among them, and gathers what they left.
@@ -115,7 +128,7 @@ public:
                 look_at_others();
                 if (const PlanItem* const own = next()) {
                     take(*own, 0,
-                        do_item(
+                        outcome_of(
                             *own, folder_, [this] { return look_at_others(); }, context_));
                     continue;
                 }
@@ -176,10 +189,11 @@ std::string value_of(const CLI::App& command, const std::string& option) {
 ExitStatus lead(Ranks& ranks, const CLI::App& command, const CommandContext& context) {
     std::vector<PlanItem> items;
     try {
-        items = plan_items(command, context);
+        std::vector<std::string> read;
+        items = plan_items(command, context, read);
         const VerdictFiles files{value_of(command, "--junit"), value_of(command, "--report")};
-        check_outputs(
-            context, {{"--junit", files.junit}, {"--report", files.report, OutputKind::folder, report_files({})}}, {});
+        check_outputs(context,
+            {{"--junit", files.junit}, {"--report", files.report, OutputKind::folder, report_files({})}}, read);
     } catch (const InputError& error) {
         throw InputError(fmt::format("under mpirun, {}", error.what()));
     }

@@ -88,7 +88,7 @@ std::unique_ptr<RenderJob> prepare(const RenderArguments& arguments, const Scene
             "settings chosen for the target error: {} (--integrator, --roulette, --generator and --sampling fix "
             "them)\n",
             choice.trials[choice.chosen].options);
-    if (choice.chosen > 0 && !independent(settings) && arguments.output.ends_with(".exr"))
+    if (choice.chosen > 0 && !independent(settings) && is_exr(arguments.output))
         fmt::print("{}: will hold no variances, which Sobol points do not tell; --generator philox keeps them\n",
             escaped(arguments.output));
     tried = {std::move(choice.trials), choice.chosen, choice.seconds};
@@ -279,6 +279,12 @@ ExitStatus conclude(const StoppedRender& result, const nlohmann::json& report, c
     fmt::print("{}: {} samples a pixel in {:.2f} s, {:.3g} Mpaths/s{}{}\n", escaped(arguments.output),
         samples_text(result.film), result.seconds, report.at("paths_per_second").get<double>() / 1e6,
         error_text(result), result.complete ? "" : " (stopped early)");
+    if (!arguments.target_error.empty() && result.relative_error &&
+        *result.relative_error > fraction_from(arguments.target_error, "--target-error"))
+        fmt::print("The target error of {} is not met{}\n", escaped(arguments.target_error),
+            context.stop.stop_requested() ? ""
+            : arguments.samples           ? "; give more --samples"
+                                          : "; give more --time");
     if (result.film.invalid > 0) {
         fmt::print(
             stderr, "tandem: {} samples were negative or not finite (MODEL.md section 12)\n", result.film.invalid);

@@ -44,7 +44,7 @@ SampleRange range_of(const RenderArguments& arguments) {
 
 void check_part_ending(const std::string& option, const std::string& file) {
     check_image_ending(file);
-    if (!file.ends_with(".exr"))
+    if (!is_exr(file))
         throw InputError(
             fmt::format("{} {}: is to hold sums, which only an .exr file does; end the name in .exr", option, file));
 }
@@ -57,7 +57,7 @@ void check_extra_images(const RenderArguments& arguments) {
                 fmt::format("{}: parts of an image (--range, --resume) hold sums alone; leave one out", option));
         if (has_ranks()) throw InputError(fmt::format("{}: not under mpirun; render it by one process", option));
     }
-    if (!arguments.aov.empty() && !is_png(arguments.output) && !arguments.output.ends_with(".exr"))
+    if (!arguments.aov.empty() && !is_png(arguments.output) && !is_exr(arguments.output))
         throw InputError(
             fmt::format("--aov: {} has no place for features; end the name in .exr (layers) or .png "
                         "(pictures beside it)",
@@ -140,8 +140,8 @@ void add_how_long(CLI::App& command, RenderArguments& arguments) {
         ->type_name("SECONDS");
     command
         .add_option("--target-error", arguments.target_error,
-            "Stop at this error of the image, 5% for example. Short trials choose --integrator, --roulette, "
-            "--generator and --sampling, where they are not given")
+            "Stop at this error of the image, 5% for example. Short trials choose "
+            "integrator, roulette, generator and sampling, where they are not given")
         ->type_name("FRACTION");
     command
         .add_option("--range", arguments.range,

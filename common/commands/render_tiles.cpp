@@ -9,6 +9,7 @@
 #include "common/deadline.h"
 #include "common/distribution/ranks.h"
 #include "common/error.h"
+#include "common/image/image_io.h"
 #include "common/render/film_regions.h"
 #include "common/text.h"
 
@@ -19,7 +20,7 @@ namespace {
 // Why this render cannot go tile by tile, and the mend; empty: it can.
 std::string no_tiles(const RenderArguments& arguments, const RenderSettings& settings, const StoppingRule& rule,
     const Renderer& renderer) {
-    if (!arguments.output.ends_with(".exr")) return "tiles are written to .exr files alone; end the name in .exr";
+    if (!is_exr(arguments.output)) return "tiles are written to .exr files alone; end the name in .exr";
     for (const auto& [option, value] : {std::pair{"--aov", &arguments.aov}, {"--every", &arguments.every},
              {"--range", &arguments.range}, {"--resume", &arguments.resume}})
         if (!value->empty()) return fmt::format("{} wants the whole film at once; leave it out", option);

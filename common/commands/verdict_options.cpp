@@ -96,6 +96,7 @@ ExitStatus conclude(const std::string& command, const std::vector<SceneVerdict>&
         std::ranges::any_of(verdicts, [](const SceneVerdict& verdict) { return !verdict.failure.empty(); });
     for (const SceneVerdict& verdict : verdicts) each.push_back(verdict.verdict);
     nlohmann::json report = to_json(verdicts, not_run);
+    if (context.stop.stop_requested()) report["stopped"] = true;
     report["device_self_tests"] = to_json(self_tests);
     report["validation_layer"] = nlohmann::json::array();
     for (const auto& [scene, text] : layer)

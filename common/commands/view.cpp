@@ -72,9 +72,13 @@ std::vector<Output> outputs_of(const ViewArguments& arguments, const SavedFiles&
     return outputs;
 }
 
-std::map<std::string, std::string> metadata_of(const ProgressiveView& view, const Estimate& estimate) {
-    return {{"tandem:samples", std::to_string(estimate.count())}, {"tandem:backend", view.info().backend},
-        {"tandem:device", view.info().device}};
+// Without variances where the scatter of samples does not tell them.
+Image image_from(const ProgressiveView& view, const Estimate& estimate, const ViewArguments& arguments) {
+    const bool independent = arguments.options.generator != generator_names[static_cast<std::size_t>(Generator::sobol)];
+    return image_of(film_of(estimate),
+        {{"tandem:samples", std::to_string(estimate.count())}, {"tandem:backend", view.info().backend},
+            {"tandem:device", view.info().device}},
+        independent);
 }
 
 void write_seen(
@@ -93,21 +97,22 @@ std::string save_all(const SavedFiles& files, const ViewArguments& arguments, co
     std::string text = "saved: " + files.scene + ", " + files.picture;
     for (std::size_t i = 0; i < session.view_count(); ++i) {
         const Estimate estimate = session.view(i).estimate();
-        write_image(files.estimates[i], image_of(estimate, metadata_of(session.view(i), estimate)), context.read);
+        write_image(files.estimates[i], image_from(session.view(i), estimate, arguments), context.read);
         text += ", " + files.estimates[i];
     }
     return text;
 }
 
 void write_output(
-    const std::string& file, const ViewSession& session, const Appearance& appearance, const FilesRead& read) {
+    const ViewArguments& arguments, const ViewSession& session, const Appearance& appearance, const FilesRead& read) {
+    const std::string& file = arguments.output;
     if (is_png(file)) {
         write_seen(file, session, appearance, read);
         return;
     }
     const Estimate estimate = session.view(0).estimate();
     if (estimate.pixel_count() == 0) throw Error("-o: the window was closed before there was a picture");
-    write_image(file, image_of(estimate, metadata_of(session.view(0), estimate)), read);
+    write_image(file, image_from(session.view(0), estimate, arguments), read);
 }
 
 nlohmann::json to_json(const ViewSession& session, const WindowReport& report) {
@@ -195,7 +200,7 @@ ExitStatus view(ViewArguments arguments, const CommandContext& context) {
     const WindowReport report = context.program.show(session, options, context.stop);
     session.stop();
 
-    if (!arguments.output.empty()) write_output(arguments.output, session, report.appearance, context.read);
+    if (!arguments.output.empty()) write_output(arguments, session, report.appearance, context.read);
     const nlohmann::json written = to_json(session, report);
     write_json(context, written);
     print_report(written);

@@ -6,6 +6,7 @@
 
 #include "common/commands/command.h"
 #include "common/commands/plan_items.h"
+#include "common/commands/shipped_files.h"
 #include "common/deadline.h"
 #include "common/error.h"
 #include "common/external/child.h"
@@ -36,8 +37,7 @@ std::string last_line_of(const std::filesystem::path& log) {
 bool is_whole(const nlohmann::json& report, const std::string& command) {
     if (!report.is_object() || report.value("stopped", false)) return false;
     if (command != "verify") return report.contains(command == "stability" ? "cases" : "arms");
-    return report.at("not_run").empty() &&
-           std::ranges::none_of(report.at("scenes"), [](const auto& scene) { return scene.value("stopped", true); });
+    return report.at("not_run").empty();  // a scene whose own --time ended it has the verdict of its last look
 }
 
 // What the item's command writes, beside what it was planned with. The sums of an image are kept on the way, so that a
@@ -93,7 +93,6 @@ ExitStatus tell_result(
 
 ExitStatus work(const WorkArguments& arguments, const CommandContext& context) {
     const std::vector<PlanItem> items = read_plan(arguments.plan);
-    context.read.add(arguments.plan);
     if (arguments.item > items.size())
         throw input_error(arguments.plan, "", fmt::format("has {} items and no item {}", items.size(), arguments.item),
             "name one of them");
@@ -101,6 +100,10 @@ ExitStatus work(const WorkArguments& arguments, const CommandContext& context) {
     if (item.version != git_version())
         throw input_error(arguments.plan, "",
             fmt::format("is by version {} of the program, not {}", item.version, git_version()), "make it again");
+    std::vector<std::string> inputs{arguments.plan};
+    if (item.words.front() != "stability" && item.words.front() != "bench")
+        inputs.push_back(shipped_file(item.words[1]));
+    check_outputs(context, {}, inputs);
     const std::filesystem::path folder = results_folder(arguments.plan, arguments.results);
     std::error_code ignored;
     std::filesystem::create_directories(folder, ignored);

@@ -120,6 +120,7 @@ void write_image(const std::filesystem::path& path, const Image& image, const Fi
 }
 
 bool is_png(const std::filesystem::path& path) { return ending(path) == ".png"; }
+bool is_exr(const std::filesystem::path& path) { return ending(path) == ".exr"; }
 
 void write_png(const std::filesystem::path& path, const Image& image, double exposure, const FilesRead& read) {
     require_consistent(image);

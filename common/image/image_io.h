@@ -54,8 +54,9 @@ void write_image(const std::filesystem::path& path, const Image& image, const Fi
     return image_of(film_of(estimate), metadata);
 }
 
-// Whether a name ends in .png, in capitals or not.
+// Whether a name ends in .png or .exr, in capitals or not.
 [[nodiscard]] bool is_png(const std::filesystem::path& path);
+[[nodiscard]] bool is_exr(const std::filesystem::path& path);
 
 // 8-bit sRGB PNG of the first three channels of linear `image`, multiplied by `exposure`, clipped to [0, 1].
 // The transfer function is that of IEC 61966-2-1.

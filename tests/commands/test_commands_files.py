@@ -199,6 +199,9 @@ class OutputsSpareInputs(FilesTest):
             self.assertIn(tandem(*cost, "--resume", samples).returncode, (0, 3))  # a busy machine has no second for all
             self.assertTrue(samples.is_file())
         self.refused(tandem(*cost, "--resume", self.scene), "which is read")
+        reference = self.folder / "cost.reference"
+        reference.write_text("samples of hours")
+        self.refused(tandem(*cost, "--reference", reference, "--json", reference), "which is read")
 
 
 class OutputsAreKnownBefore(FilesTest):

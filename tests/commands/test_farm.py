@@ -195,7 +195,17 @@ class Items(FarmTest):
         self.refused(tandem("work", other, 1, *results), "is a result of another plan")
         self.refused(tandem("work", self.scene, 1), "scene.json", "is no item")
         self.refused(tandem("plan", "render", BOX, "-o", "x.exr"), "--output")
+        for words in (["--aov", "albedo"], ["--every", "2x"], ["--sampling", "adaptive"], ["--accumulation", "plain"]):
+            self.refused(tandem("plan", "render", BOX, *words), words[0])
+        self.refused(tandem("work", plan, 1, "--json", plan), "which is read")
+        self.refused(tandem("work", other, 1, "--json", SCENES / "furnace.json"), "which is read")
+        self.refused(tandem("merge-results", plan, "--allow-gaps", "--json", plan), "which is read")
         self.refused(tandem("plan", "verify", self.folder / "none.json"), "none.json")
+
+    def test_an_item_that_its_own_time_ends_has_a_result(self):
+        plan = self.plan("verify", BOX, "--size", "256", "--time", "1", "--no-layer")
+        done = tandem("work", plan, 1)
+        self.assertEqual(done.returncode, 0, done.stderr)
 
     def test_an_item_that_fails_or_hangs_has_no_result(self):
         plan = self.plan("render", BOX, "--samples", "64", "--device", "none of that name", "--backend", "vulkan")

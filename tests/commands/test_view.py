@@ -57,6 +57,13 @@ class ViewTest(WindowTest):
             self.assertGreater(file.stat().st_size, 0)
         self.assertEqual(tandem("render", self.folder / "turned.json", "-o", self.folder / "x.pfm").returncode, 0)
 
+    def test_a_saved_image_has_variances_where_samples_tell_them(self):
+        for generator, has in (("philox", True), ("sobol", False)):
+            image = self.folder / f"{generator}.exr"
+            done = self.view("-o", image, "--samples", "8", "--frames", "20", "--generator", generator)
+            self.assertEqual(done.returncode, 0, done.stderr)
+            self.assertEqual(b"variance.R" in image.read_bytes(), has, generator)
+
     def test_a_wish_to_stop_closes_the_window(self):
         process, _ = self.start("-o", self.folder / "seen.pfm")
         process.terminate()
