@@ -13,12 +13,13 @@ TEXT = """# Cycles and Tandem at equal error
 
 Made by `scripts/measure/equal_error`; do not edit.
 
-- Cycles is {version}, with its best settings on each scene. It samples adaptively by a noise threshold, or an even number of samples.
-  It has either sampling pattern, and roulette or none. The settings were chosen on seed 0, in favour of Cycles. No denoiser, no clamping.
+- Cycles is {version}, with its best settings for each scene and error. It samples adaptively by a noise threshold, or an even number of
+  samples. It has either sampling pattern, and roulette or none. No denoiser, no clamping.
+- The settings are those that were soonest to the error on seed 0, which no row shows.{one_for_all}
 - A lamp that is a rectangle is an area light in Cycles. Lamps of other shapes it finds by scattering alone: its own sampling of
   meshes is not exact enough at grazing angles.
 - Tandem is `tandem render --target-error`, which chooses its settings in a trial. The trial's time is counted.
-- Both rendered {size} pixels wide on the CPU, in turn, in one run on {processor}. Measured at commit {commit}.
+- Both rendered {size} pixels wide on the CPU, in turn, in one run a scene.
 - Errors are root mean squares over pixels and channels, over the mean, against a reference by a third renderer. Its own noise is
   taken out. An error below twice the reference's uncertainty is not shown.
 - Each time is read between two measured points of a seed, never beyond them. Shown are geometric means over {seeds} seeds, with
@@ -31,8 +32,8 @@ Made by `scripts/measure/equal_error`; do not edit.
 |---|---|---|---|---|
 {rows}
 
-| scene | Cycles' settings | Cycles starts, s | loads, s | Tandem starts and loads, s | reference, uncertainty |
-|---|---|---|---|---|---|
+| scene | Cycles' settings | Cycles starts, s | loads, s | Tandem starts and loads, s | reference, uncertainty | measured on, at commit |
+|---|---|---|---|---|---|---|
 {starts}
 """
 
@@ -75,11 +76,17 @@ def shown(value, sign=""):
     return "–" if value is None else sign + "{:.3g} ({:.3g} to {:.3g})".format(*value)
 
 
+def who_is_cycles(row, error):
+    """The settings of Cycles that an error is compared with; older results have one choice for all errors."""
+    return next((arm["who"] for arm in row.get("arms", []) if arm["target"] == error), "cycles")
+
+
 def comparisons(record):
     """(scene, error, Cycles' times, Tandem's times, ratios), each an interval or None, and the sign of each: "≤ ", "≥ " or ""."""
     for scene, row in record["scenes"].items():
         for error in row.get("targets", []):
-            (cycles, least_c), (tandem, least_t) = (times(row, who, error, record["seeds"]) for who in ("cycles", "tandem"))
+            (cycles, least_c), (tandem, least_t) = (times(row, who, error, record["seeds"])
+                                                    for who in (who_is_cycles(row, error), "tandem"))
             whole = [interval(values) if None not in values else None for values in (cycles, tandem)]
             both = None not in cycles + tandem and not (least_c and least_t)
             ratio = interval([c / t for c, t in zip(cycles, tandem)]) if both else None
@@ -87,9 +94,13 @@ def comparisons(record):
             yield scene, error, *whole, ratio, signs
 
 
-def settings(arm):
-    if arm is None:
-        return "not chosen yet"
+def settings(row):
+    if "arms" in row:
+        return "; ".join(f"{100 * arm['target']:g} %: {setting(arm)}" for arm in row["arms"])
+    return setting(row["arm"]) if "arm" in row else "not chosen yet"
+
+
+def setting(arm):
     pattern = "Sobol" if arm["sampling_pattern"] == "SOBOL" else "multi-jitter"
     return f"{'adaptive' if arm['adaptive'] else 'even'}, {pattern}, roulette {'on' if arm['roulette'] else 'off'}"
 
@@ -111,16 +122,18 @@ def page_of(record):
             continue
         median = lambda key: statistics.median(start[key] for start in row["starts"])
         reference = row["reference"]
-        starts.append(f"| {scene} | {settings(row.get('arm'))} | {median('cycles_start_seconds'):.3g} | "
+        starts.append(f"| {scene} | {settings(row)} | {median('cycles_start_seconds'):.3g} | "
                       f"{median('cycles_load_seconds'):.3g} | {median('tandem_start_and_load_seconds'):.3g} | "
                       f"{reference['backend']} on {reference['device']}, {reference['samples']} samples, "
-                      f"{100 * reference['relative_uncertainty']:.2g} % |")
+                      f"{100 * reference['relative_uncertainty']:.2g} % | {row['processor']}, {row['commit']} |")
     versions = sorted({row["version"] for row in record["scenes"].values() if "version" in row})
     found = (f"Of {sooner + later + alike + missing} pairs of scene and error, Tandem is significantly sooner in {sooner}, Cycles in {later}; "
              f"{alike} are undecided" + (f", {missing} cannot be told." if missing else "."))
-    return TEXT.format(found=found, version=", ".join(versions), size=record["size"], processor=record["processor"],
-                       commit=record["commit"], seeds=record["seeds"], most=record["most_seconds"], rows="\n".join(rows),
-                       starts="\n".join(starts))
+    older = [scene for scene, row in record["scenes"].items() if "arm" in row]
+    one_for_all = (f" On {', '.join(older)} one choice goes\n  for all errors: it was soonest at the smallest that most reached in 5 s. "
+                   "At others different settings may be sooner." if older else "")
+    return TEXT.format(found=found, version=", ".join(versions), size=record["size"], one_for_all=one_for_all,
+                       seeds=record["seeds"], most=record["most_seconds"], rows="\n".join(rows), starts="\n".join(starts))
 
 
 def text_of(record):
