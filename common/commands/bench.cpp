@@ -52,8 +52,7 @@ BenchTarget make_target(const BenchArguments& arguments, const CommandContext& c
     if (!arguments.arm_library.empty()) return make_library_target(arguments, context);
     std::vector<std::string> inputs;
     BenchRequest request{arguments.device, scene_from(shipped_file(arguments.scene), inputs), {}};
-    check_outputs(context, {{"--csv", arguments.csv}}, inputs);
-    check_outputs({{"--csv", arguments.csv}}, {arguments.resume});  // --json may go on in the file that is resumed
+    check_outputs(arguments, context, inputs);
     for (const std::string& size : arguments.sizes) request.sizes.push_back(size_from(size));
     std::ranges::sort(request.sizes, {}, [](const auto& size) { return std::uint64_t{size.first} * size.second; });
     return context.program.bench(request);

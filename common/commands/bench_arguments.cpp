@@ -6,6 +6,12 @@
 
 namespace tandem {
 
+void check_outputs(
+    const BenchArguments& arguments, const CommandContext& context, const std::vector<std::string>& inputs) {
+    check_outputs(context, {{"--csv", arguments.csv}}, inputs);
+    if (!arguments.resume.empty()) check_outputs({{"--csv", arguments.csv}}, {arguments.resume});
+}
+
 CampaignOptions campaign_options(const BenchArguments& arguments, const CommandTime& time) {
     CampaignOptions options;
     options.seconds = time.left();

@@ -22,6 +22,10 @@ struct BenchArguments {
     bool list = false, self_test = false;
 };
 
+// check_outputs of --json, which may go on in the file of --resume, and of --csv, which may not.
+void check_outputs(
+    const BenchArguments& arguments, const CommandContext& context, const std::vector<std::string>& inputs);
+
 [[nodiscard]] CampaignOptions campaign_options(const BenchArguments& arguments, const CommandTime& time);
 
 // The same command for a process of its own, for its part of the campaign. It goes on from the file `known`, if any,

@@ -126,8 +126,7 @@ void refuse_beside_library(const BenchArguments& arguments, const CommandContext
 }
 
 ExitStatus measure_library(const BenchArguments& arguments, const CommandContext& context, const CommandTime& time) {
-    check_outputs(context, {{"--csv", arguments.csv}}, {arguments.arm_library});
-    check_outputs({{"--csv", arguments.csv}}, {arguments.resume});  // as make_target()
+    check_outputs(arguments, context, {arguments.arm_library});
     if (arguments.list || arguments.validation) return pass_on(arguments, context, time);
     std::optional<BenchResults> results;
     if (!arguments.resume.empty()) results = load_results(arguments.resume);

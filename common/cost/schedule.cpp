@@ -193,7 +193,8 @@ std::vector<CostStage::Arm> contenders(
     }
     const double share = goal_share[index] * seconds, most = std::max(share, most_share * seconds);
     const double first = takes_of(all[0]), both = has_rival ? first + takes_of(all[1]) : first;
-    constexpr double rounding = 1.0 + 1e-12;  // of the sum, from which the parts are taken off again
+    constexpr double rounding =
+        1.0 + 1e-12;  // above the few 2^-53 of the sum, from which the parts are taken off again
     const double budget = first > share ? most : std::clamp(rounding * both, share, most);
     std::vector<CostStage::Arm> chosen = soonest_of(figures, std::move(all), goal_arms[index], budget, seconds);
     // Without its rival so much time tells less than more samples of several do, until there are such.

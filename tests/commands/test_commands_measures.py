@@ -76,6 +76,7 @@ class Measures(ProgramTest):
         self.assertEqual(len(told["device"]["device_uuid"]), 32)
         self.assertTrue(told["command"].endswith("--json first.json"))  # no folder of this machine in what is passed on
         self.assertNotIn(str(self.folder), told["command"])
+        self.refused(tandem(*arguments, "--resume", first, "--csv", first), "which is read")
         # Two processes more, and the first one's readings.
         result = tandem(*arguments, "--processes", "2", "--resume", first, "--json", second)
         self.assertEqual(result.returncode, 0, result.stderr)

@@ -409,6 +409,12 @@ TEST_CASE("mismatches are refused by name") {
         other.image.metadata["tandem:seed"] = candidate.image.metadata["tandem:seed"] = "7";
         CHECK(contains(refusal({other}, {candidate}), "was made with seed 7"));
     }
+    SUBCASE("one seed twice on a side") {
+        NamedImage first = candidate, second = reference;
+        first.image.metadata["tandem:seed"] = second.image.metadata["tandem:seed"] = "7";
+        second.image.pixels[0] += 0.25f;
+        CHECK(contains(refusal({reference}, {first, second}), "was made with seed 7"));
+    }
     SUBCASE("an empty side") { CHECK(contains(refusal({reference}, {}), "a side has no images")); }
 }
 

@@ -5,6 +5,7 @@
 
 #include "common/render/tiled_renderer.h"
 #include "common/validation/report/verdict_json.h"
+#include "common/validation/verify/sample_looks.h"
 #include "common/validation/verify/verify.h"
 #include "tests/common/synthetic_renderer.h"
 
@@ -129,6 +130,21 @@ std::string found_by(const SceneVerdict& verdict) {
 }
 
 }  // namespace
+
+TEST_CASE("no bounce is left out where several limits are looked at at a time") {
+    using Limits = std::vector<std::uint32_t>;
+    CHECK(later_limits(5, 100.0) == Limits{2, 3, 4, 5});
+    CHECK(later_limits(12, 6.0) == Limits{3, 5, 7, 9, 11, 12});
+    CHECK(later_limits(12, 1.0) == Limits{12});
+    CHECK(later_limits(12, 0.99).empty());
+    for (std::uint32_t deepest = 2; deepest <= 16; ++deepest)
+        for (double affordable = 1.0; affordable < 20.0; affordable += 0.37) {
+            const Limits limits = later_limits(deepest, affordable);
+            REQUIRE_FALSE(limits.empty());
+            CHECK(limits.back() == deepest);
+            CHECK(static_cast<double>(limits.size()) <= affordable + 1.0);
+        }
+}
 
 TEST_CASE("a sound candidate agrees at every look") {
     const SceneVerdict verdict = verify({});

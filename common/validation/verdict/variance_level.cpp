@@ -32,7 +32,7 @@ struct VarianceSums {
         candidate += of_candidate;
         squared_differences += (of_candidate - of_reference) * (of_candidate - of_reference);
     }
-    // Differences of equal sides have either sign. `correlation`: of pixels, as SampledImage's.
+    // Differences of equal sides of as many samples have either sign. `correlation`: of pixels, as SampledImage's.
     [[nodiscard]] double p(double tolerated_ratio, double correlation) const {
         const double excess = std::max(candidate, reference) - tolerated_ratio * std::min(candidate, reference);
         if (!(excess > 0.0)) return 1.0;

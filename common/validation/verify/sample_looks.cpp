@@ -222,8 +222,9 @@ void Looks::look_at_bounces() {
     std::vector<SampleRegion> regions;
     std::uint32_t before = 1;  // shorter paths are looked at above
     if (deepest <= before) return;
-    std::uint32_t limit = before, stride = 1;
-    for (bool last = false; !last; last = limit == deepest, limit = std::min(limit + stride, deepest)) {
+    std::vector<std::uint32_t> limits{before};
+    for (std::size_t i = 0; i < limits.size(); ++i) {
+        const std::uint32_t limit = limits[i];
         const double start = watch_.seconds();
         settings.bounces = limit;
         Jobs jobs = prepare(settings, true);
@@ -238,11 +239,8 @@ void Looks::look_at_bounces() {
             precisions.emplace(planes[reference], planes[other]);
             // Scenes that take long to prepare have fewer limits.
             const double affordable = 0.25 * (request_.budget_seconds - watch_.seconds()) / (watch_.seconds() - start);
-            if (affordable < 1.0) {
-                result_.left_out.emplace_back(bounce_level);
-                return;
-            }
-            stride = std::max(1u, static_cast<std::uint32_t>(std::ceil(deepest / affordable)));
+            for (const std::uint32_t later : later_limits(deepest, affordable)) limits.push_back(later);
+            if (limits.size() == 1) result_.left_out.emplace_back(bounce_level);
             continue;
         }
         const SampleCount expected = precisions->add(planes[reference], planes[other]);
@@ -282,6 +280,14 @@ void Looks::look_at_arithmetic() {
 }
 
 }  // namespace
+
+std::vector<std::uint32_t> later_limits(std::uint32_t deepest, double affordable) {
+    std::vector<std::uint32_t> limits;
+    if (affordable < 1.0) return limits;
+    const auto stride = std::max(1u, static_cast<std::uint32_t>(std::ceil(deepest / affordable)));
+    for (std::uint32_t limit = 1; limit < deepest;) limits.push_back(limit = std::min(limit + stride, deepest));
+    return limits;
+}
 
 SampleLooks look_at_samples(const SampleLooksRequest& request) { return Looks(request).run(); }
 

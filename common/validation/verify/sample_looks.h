@@ -41,6 +41,10 @@ struct SampleLooks {
 // For two sides that follow MODEL.md section 3, in a scene without coincident faces.
 [[nodiscard]] SampleLooks look_at_samples(const SampleLooksRequest& request);
 
+// The limits of bounces that are looked at after a limit of 1, rising: every one of them, or as many as are
+// `affordable` and the deepest, so that none is left out. Empty where not even one is.
+[[nodiscard]] std::vector<std::uint32_t> later_limits(std::uint32_t deepest, double affordable);
+
 // The seed whose paired samples are looked at beside those of `seed`: its high word is not 0.
 [[nodiscard]] constexpr std::uint64_t high_seed(std::uint64_t seed) { return seed ^ (std::uint64_t{0x9E3779B9} << 32); }
 
