@@ -167,12 +167,13 @@ ExitStatus cost(const CostArguments& arguments, const CommandContext& context, c
     NothingToKeep until_reference(context.interrupts);
     std::vector<std::string> inputs;
     const Scene scene = scene_from(arguments.scene, inputs);
-    if (!arguments.reference_only && !arguments.reference.empty()) inputs.push_back(arguments.reference);
+    std::vector<std::string> read = inputs;  // the reference is no part of the scene that it is recognised by
+    if (!arguments.reference_only && !arguments.reference.empty()) read.push_back(arguments.reference);
     // A file to go on from is written again.
     check_outputs(context,
         {{"--resume", arguments.resume}, {"--references", references_of(arguments), OutputKind::folder},
             {"--reference", arguments.reference_only ? arguments.reference : ""}},
-        inputs);
+        read);
     CostRequest request = request_of(arguments, context, scene, inputs);
     check_memory(request.baseline.render);
     if (arguments.list) {
