@@ -120,13 +120,14 @@ struct StageRange {
 [[nodiscard]] PairedEffect paired_seconds(const ArmTrials& arm, const ArmTrials& other);
 
 // The figures that reach `relative_error` soonest: the baseline (figures[0]), unless another is significantly sooner.
-// Nothing: none reaches it.
-[[nodiscard]] const ArmFigures* soonest(const std::vector<ArmFigures>& figures, double relative_error);
+// Nothing: none reaches it. Without `forecasts`, of those alone whose renders have reached it.
+[[nodiscard]] const ArmFigures* soonest(
+    const std::vector<ArmFigures>& figures, double relative_error, bool forecasts = true);
 
 // Settings that are worth measuring together. First the best of each knob that beats the baseline significantly without
 // a floor. Then these with Sobol points and with adaptive sampling, in place of what they exclude. Each mix has two
-// settings at least. Where the limit of bounces is not known to leave less than 1 %, there are such mixes without it,
-// too.
+// settings at least. Where the limit of bounces is not known to leave less than the hardest of cost_errors, there are
+// such mixes without it, too, and Sobol points and adaptive sampling with nothing else but that.
 [[nodiscard]] std::vector<std::vector<std::size_t>> mixed_settings(const std::vector<ArmFigures>& figures);
 
 }  // namespace tandem

@@ -30,7 +30,7 @@ bool exclude_each_other(const CostArm& a, const CostArm& b) {
 
 }  // namespace
 
-const ArmFigures* soonest(const std::vector<ArmFigures>& figures, double relative_error) {
+const ArmFigures* soonest(const std::vector<ArmFigures>& figures, double relative_error, bool forecasts) {
     const ArmFigures* best = nullptr;
     double least = 0.0;
     const TimeToError of_baseline = figures.front().time_to(relative_error);
@@ -38,6 +38,7 @@ const ArmFigures* soonest(const std::vector<ArmFigures>& figures, double relativ
         const bool baseline = &arm == figures.data();
         const TimeToError time = arm.time_to(relative_error);
         if (!time.seconds || (!baseline && !arm.is_safe_at(relative_error))) continue;
+        if (time.extrapolated && !forecasts) continue;
         const bool may_be_as_slow = of_baseline.seconds && time.seconds->high >= of_baseline.seconds->low;
         if (!baseline && !arm.cost_differs && may_be_as_slow) continue;
         if (best != nullptr && time.seconds->value >= least) continue;
@@ -50,13 +51,14 @@ const ArmFigures* soonest(const std::vector<ArmFigures>& figures, double relativ
 namespace {
 
 constexpr double aim = 0.01;  // error that mixes are to reach soonest
+constexpr double hardest = cost_errors.back();
 
 // What does without the baseline's limit of bounces at the least cost, where that limit may leave a greater error than
-// the aim. A higher limit may leave one, too, which few samples do not show. So the cheapest of the highest limit is
-// there besides: roulette has 256 bounces, as the reference.
+// the hardest one. A higher limit may leave one, too, which few samples do not show. So the cheapest of the highest
+// limit is there besides: roulette has 256 bounces, as the reference.
 std::vector<std::size_t> limitless(const std::vector<ArmFigures>& figures) {
     const ArmFigures& base = figures.front();
-    if (base.squared_bias.high <= aim * aim) return {};
+    if (base.squared_bias.high <= hardest * hardest) return {};
     const auto bounces_of = [&](std::size_t i) { return figures[i].arm.settings.render.bounces; };
     std::vector<std::size_t> all;
     for (std::size_t i = 1; i < figures.size(); ++i) {
@@ -118,7 +120,10 @@ std::vector<std::vector<std::size_t>> mixed_settings(const std::vector<ArmFigure
         const CostArm& late = figures[i].arm;
         if (late.setting != "sobol" && late.setting != "adaptive") continue;
         add(with_best({i}));
-        for (const std::size_t one : whole) add(with_best({i, one}));
+        for (const std::size_t one : whole) {
+            add(with_best({i, one}));
+            add({i, one});  // what is best with independent samples may be worse with these: paths without MIS, say
+        }
     }
     return mixes;
 }

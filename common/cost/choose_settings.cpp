@@ -165,7 +165,7 @@ public:
             choice_.chosen = 1;
             // Fewer samples than scramblings have may suffice.
             if (best_ && preparation_ + independent < clearly_better * best_seconds_ && !stop_.stop_requested()) {
-                best_ = best_->independent();
+                keep(best_->independent());
                 choose(given_, renderer_.prepare(scene_, given_), independent, 0);
             }
         }

@@ -238,7 +238,9 @@ const ArmFigures* recommended(const CostReport& report, double relative_error) {
     const ArmFigures& baseline = report.figures.front();
     const bool by_luck =
         best != nullptr && best != &baseline && best->variance > 0.0 && best->time_to(relative_error).extrapolated;
-    return by_luck && baseline.time_to(relative_error).seconds ? &baseline : best;
+    if (!by_luck) return best;
+    if (const ArmFigures* measured = soonest(report.figures, relative_error, false)) return measured;
+    return baseline.time_to(relative_error).seconds ? &baseline : best;
 }
 
 namespace {
@@ -256,6 +258,8 @@ std::string render_command(const CostReport& report, const CostArm& arm) {
 std::string not_confirmed(const CostReport& report, const ArmFigures& best, double error) {
     const ArmFigures* first = soonest(report.figures, error);
     if (const TimeToError time = best.time_to(error); !time.extrapolated) {
+        if (first != &best)
+            return fmt::format("{} may be sooner: {}.", first->arm.name(), words_of(first->time_to(error)));
         const ArmFigures* rival = nullptr;
         double least = time.seconds->high;
         for (const ArmFigures& arm : report.figures) {

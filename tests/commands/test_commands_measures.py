@@ -201,6 +201,20 @@ class Measures(ProgramTest):
                     family["arms"] = []
         self.assertEqual(listed, stored, "run tandem bench --list --json tests/records/patterns/families.json")
 
+    def test_cost_reads_a_reference_that_was_rendered_before(self):
+        reference, out = self.folder / "there.reference", self.folder / "cost.json"
+        cost = ["cost", self.scene, "--size", "8", "--reference", reference, "--time", "4"]
+        result = tandem(*cost, "--reference-only", "--json", out)
+        self.assertEqual(result.returncode, 0, result.stderr)
+        told = json.loads(out.read_text())
+        before = reference.read_bytes()
+        result = in_time(*cost, "--knob", "bounces", "--json", out)
+        self.assertEqual(result.returncode, 0, result.stderr)
+        self.assertEqual(json.loads(out.read_text())["reference"]["image"], told["image"])
+        self.assertEqual(reference.read_bytes(), before)
+        self.refused(tandem("cost", self.scene, "--size", "9", "--reference", reference, "--time", "4"),
+                     "there.reference", "another scene, size")
+
     def test_cost_measures_continues_and_refuses(self):
         out, samples = self.folder / "cost.json", self.folder / "cost.samples"
         arguments = ["cost", self.scene, "--size", "8", "--time", "4", "--knob", "bounces", "--references",

@@ -264,6 +264,33 @@ TEST_CASE("cost: what was found soonest and not measured anew gives way to the b
     CHECK(recommended(report, 0.01) == &report.figures.back());
 }
 
+TEST_CASE("cost: what was measured to the error is recommended before a forecast that had no second measurement") {
+    CostReport report;
+    for (const char* knob : {"baseline", "sampling", "generator"}) {
+        ArmFigures& arm = report.figures.emplace_back();
+        arm.arm.knob = knob;
+        arm.arm.keeps_estimate = true;
+        arm.cost_differs = true;
+        arm.variance = 0.25;
+        CostPoint& point = arm.points.emplace_back();
+        point.samples = 4;
+        point.seconds = {1.0, 1.0, 1.0};
+        point.rmse = {0.5, 0.5, 0.5};
+    }
+    report.figures[1].points.front().seconds = {0.5, 0.5, 0.5};  // 1250 s to 1 %, by a forecast
+    CostPoint reached = report.figures[2].points.front();
+    reached.samples = 8000;
+    reached.seconds = {2000.0, 2000.0, 2000.0};
+    reached.rmse = {0.01, 0.01, 0.01};
+    report.figures[2].points.push_back(reached);
+    REQUIRE(soonest(report.figures, 0.01) == &report.figures[1]);
+    CHECK(soonest(report.figures, 0.01, false) == &report.figures[2]);
+    CHECK(recommended(report, 0.01) == &report.figures[2]);
+    const std::string sentence = recommendations(report).at(1);
+    CHECK(sentence.find("33 min, measured") != std::string::npos);
+    CHECK(sentence.find("sampling may be sooner: 21 min (21 min to 21 min), forecast") != std::string::npos);
+}
+
 // Arms whose image of 16 samples has an error of 4 %, in so many seconds, times or over a fifth.
 CostReport known_times(const std::vector<std::pair<const char*, double>>& arms) {
     CostReport report;
