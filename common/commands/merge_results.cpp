@@ -159,6 +159,7 @@ json stability_of_all(const std::vector<json>& reports, bool lacking) {
         if (reports[i].at("verdict") == "fail") all["verdict"] = "fail";
     }
     all["complete"] = all.at("complete").get<bool>() && !lacking;
+    if (all.at("verdict") != "fail") all["verdict"] = all.at("complete").get<bool>() ? "pass" : "undecided";
     return all;
 }
 

@@ -59,7 +59,8 @@ std::vector<Words> verify_items(const CLI::App& command, Words& read) {
     if (const std::string name = value_of(command, "--preset", ""); !name.empty()) {
         const VerifyPreset preset = verify_preset(name);
         if (scenes.empty()) scenes = preset.scenes;
-        if (command.get_option("--size")->count() == 0) words.insert(words.end(), {"--size", preset.size});
+        if (!preset.size.empty() && command.get_option("--size")->count() == 0)
+            words.insert(words.end(), {"--size", preset.size});
         if (command.get_option("--time")->count() == 0)
             words.insert(words.end(),
                 {"--time", fmt::format("{:.1f}", preset.total_seconds / static_cast<double>(scenes.size()))});

@@ -81,7 +81,9 @@ nlohmann::json to_json(const StabilityReport& report, const std::vector<stabilit
     }
     return {{"cases", cases}, {"unsupported", skipped}, {"devices", devices}, {"rays_aimed_at_seams", aimed},
         {"complete", report.not_run == 0}, {"arms_not_run", report.not_run},
-        {"verdict", report.passed() ? "pass" : "fail"}};
+        {"verdict", report.failed()      ? "fail"
+                    : report.not_run > 0 ? "undecided"
+                                         : "pass"}};
 }
 
 void print_arm(const CaseResult& r) {
@@ -194,8 +196,7 @@ ExitStatus conclude(const StabilityReport& report, const std::vector<stability::
     print_report(report, context.verbose);
     if (test) fmt::print("Self-test of {}: {}\n", test->device, in_short(test->result));
     write_json(context, written);
-    const bool failed =
-        std::ranges::any_of(report.results, [](const CaseResult& r) { return r.outcome == Outcome::fail; });
+    const bool failed = report.failed();
     if (report.not_run == 0) return failed ? ExitStatus::disagree : ExitStatus::fine;
     const ExitStatus status = time.too_short(
         fmt::format("{} of {} arms were not run", report.not_run, report.not_run + report.results.size()));

@@ -60,6 +60,8 @@ int run_item(const PlanItem& item, const std::filesystem::path& folder, const st
     Words words{"/proc/self/exe"};
     for (const Words& more : {item.words, written_by(item, folder)})
         words.insert(words.end(), more.begin(), more.end());
+    std::filesystem::remove(
+        result_file(folder, item, "unchecked"));  // what an earlier attempt left is no result of this
     Child child(words, result_file(folder, item, "log"), false);
     constexpr double poll_seconds = 0.05;  // how late a stop may be heeded
     while (!child.ended_within(poll_seconds)) {

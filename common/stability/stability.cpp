@@ -186,9 +186,8 @@ private:
 
 }  // namespace
 
-bool StabilityReport::passed() const {
-    return not_run == 0 &&
-           std::ranges::none_of(results, [](const CaseResult& r) { return r.outcome == Outcome::fail; });
+bool StabilityReport::failed() const {
+    return std::ranges::any_of(results, [](const CaseResult& r) { return r.outcome == Outcome::fail; });
 }
 
 StabilityReport run_cases(

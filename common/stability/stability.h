@@ -40,9 +40,9 @@ struct Skipped {
 
 struct StabilityReport {
     std::vector<CaseResult> results;
-    std::vector<Skipped> skipped;  // combinations that a backend lacks
-    std::size_t not_run = 0;       // arms that a stop request came before, or cut short
-    [[nodiscard]] bool passed() const;
+    std::vector<Skipped> skipped;       // combinations that a backend lacks
+    std::size_t not_run = 0;            // arms that a stop request came before, or cut short
+    [[nodiscard]] bool failed() const;  // an arm of those that ran did
 };
 
 struct StabilityOptions {

@@ -202,6 +202,33 @@ class Items(FarmTest):
         self.refused(tandem("merge-results", plan, "--allow-gaps", "--json", plan), "which is read")
         self.refused(tandem("plan", "verify", self.folder / "none.json"), "none.json")
 
+    def test_every_preset_is_planned_as_items_that_can_be_done(self):
+        for preset in ("smoke", "driver", "full"):
+            plan = self.plan("verify", "--preset", preset)
+            words = json.loads(plan.read_text().splitlines()[0])["command"]
+            self.assertNotIn("", words, preset)
+            self.assertEqual("--size" in words, preset != "full")
+        plan.write_text(plan.read_text().splitlines()[0] + "\n")  # alone, and its time is two hours' share
+        self.assertNotIn("--size", tandem("work", plan, 1, "--limit", "1").stderr)
+
+    def test_cases_that_were_not_all_run_are_undecided(self):
+        plan = self.plan("stability", "--case", "2,8-1e6", "--backend", "cpu", "--time", "0.001")
+        for item in (1, 2):
+            self.assertEqual(tandem("work", plan, item).returncode, 0)
+        merged = tandem("merge-results", plan, "--json", self.folder / "merged.json")
+        self.assertEqual(merged.returncode, 3, merged.stdout + merged.stderr)
+        report = json.loads((self.folder / "merged.json").read_text())
+        self.assertEqual((report["verdict"], report["complete"]), ("undecided", False))
+
+    def test_what_an_earlier_attempt_left_is_no_result(self):
+        plan = self.plan("cost", BOX, "--size", "64", "--time", "0.01")
+        left = plan.with_suffix(".results") / "0001.unchecked.json"
+        left.parent.mkdir()
+        left.write_text('{"arms": []}')  # as one has that was killed
+        again = tandem("work", plan, 1)
+        self.assertEqual(again.returncode, 3, again.stderr)
+        self.assertIn("has no result", again.stderr)
+
     def test_an_item_that_its_own_time_ends_has_a_result(self):
         plan = self.plan("verify", BOX, "--size", "256", "--time", "1", "--no-layer")
         done = tandem("work", plan, 1)
