@@ -11,6 +11,7 @@
 #include "common/commands/help.h"
 #include "common/commands/shipped_files.h"
 #include "common/error.h"
+#include "common/scene/export/parts_json.h"
 #include "common/scene/import/import.h"
 #include "common/scene/loader/scene_loader.h"
 #include "common/text.h"
@@ -82,7 +83,7 @@ ExitStatus run_import(const ImportArguments& arguments, const CommandContext& co
     scene_import::ImportedScene imported = scene_import::import_scene(arguments.file, arguments.out);
     std::vector<ExportedFile> files = std::move(imported.files);
     const std::string name = std::filesystem::path(arguments.out).filename().string();
-    files.insert(files.begin(), {name, imported.document.dump(1) + "\n"});
+    files.insert(files.begin(), {name, scene_export::text_of(imported.document, 1) + "\n"});
     at_work.end();
     write_files(files, arguments.out, context, imported.inputs);
     for (const std::string& remark : imported.remarks)

@@ -154,6 +154,11 @@ TEST_CASE("unsound glTF models are refused") {
     refused(R"([{"op": "add", "path": "/accessors/0/byteOffset", "value": 1099511627776}])", "beyond its buffer");
     refused(R"([{"op": "add", "path": "/accessors/0/byteOffset", "value": 4}])", "beyond its buffer");
     refused(R"([{"op": "replace", "path": "/bufferViews/2/byteOffset", "value": 64}])", "beyond its buffer");
+    // An image that no accessor looks at.
+    refused(R"([{"op": "add", "path": "/bufferViews/3", "value": {"buffer": 0, "byteLength": 1000000000}},
+        {"op": "add", "path": "/images", "value": [{"bufferView": 3, "mimeType": "image/png"}]}])",
+        "a view that goes on beyond its buffer");
+    refused(R"([{"op": "replace", "path": "/buffers/0/byteLength", "value": 0}])", "a buffer of no bytes");
     refused(R"([{"op": "replace", "path": "/accessors/0/componentType", "value": 5123}])", "another type");
     refused(R"([{"op": "replace", "path": "/accessors/2/bufferView", "value": 1},
         {"op": "add", "path": "/accessors/2/byteOffset", "value": 8}])",

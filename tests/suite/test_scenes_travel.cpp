@@ -10,6 +10,7 @@
 #include "common/scene/import/import.h"
 #include "common/scene/loader/scene_loader.h"
 #include "common/validation/compare/compare.h"
+#include "tests/refusal.h"
 #include "tests/suite/tracers.h"
 #include "tests/temporary_folder.h"
 
@@ -18,6 +19,7 @@ namespace {
 
 using scene_export::ExportOptions;
 using scene_export::Target;
+using scene_import::Json;
 
 Scene shipped(const std::string& name) {
     return load_scene(std::filesystem::path(TANDEM_SOURCE_DIR) / "scenes" / (name + ".json"));
@@ -204,6 +206,79 @@ TEST_CASE("what pbrt means otherwise than Tandem is refused, with its line") {
         "reflectance\" \"t\"\nTranslate 1 0 0\nShape \"trianglemesh\" \"point3 P\" [ 0 0 0 1 0 0 0 1 0 ]",
         "laid out in another space than its shape");
     refused("ActiveTransform EndTime\nRotate 5 0 1 0", "moves a body by more than a displacement");
+    refused("ActiveTransform EndTime\nIdentity", "moves a body by more than a displacement");
+    refused("Shape \"trianglemesh\" \"point3 P\" [ 0 0 0 1 0 0 0 1 0 1 1 0 ]", "a mesh without indices");
+    refused("Material \"interface\"\nShape \"sphere\"", "makes a scene that is refused");
+    // Each block has its own: what follows it does not move.
+    const std::string moving = "ActiveTransform EndTime\nTranslate 1 0 0\nShape \"sphere\"\n";
+    CHECK(line("AttributeBegin\n" + moving + "AttributeEnd\nRotate 5 0 1 0\nShape \"sphere\"") == "imported");
+    const auto before = [&](const std::string& text) {
+        write_text_file(folder / "a.pbrt", text);
+        return refusal([&] { (void)scene_import::import_scene(folder / "a.pbrt", folder / "a.json"); });
+    };
+    const std::string camera = "Camera \"perspective\" \"float fov\" 40 ";
+    CHECK(contains(before("ActiveTransform EndTime\nTranslate 1 0 0\n" + camera + "\nWorldBegin\nShape \"sphere\""),
+        "a camera that moves"));
+    CHECK(before("ActiveTransform EndTime\n" + camera + "\nWorldBegin\nRotate 5 0 1 0\nShape \"sphere\"").empty());
+    CHECK(contains(
+        before(camera + "\"float shutterclose\" .5\nWorldBegin\n" + moving), "for another time than from 0 to 1"));
+    CHECK(contains(before("Film \"rgb\" \"integer xresolution\" 0\n" + camera + "\nWorldBegin\nShape \"sphere\""),
+        "xresolution is 0; write a whole number of at least 1"));
+    CHECK(contains(
+        before("LookAt 0 0 0 0 0 0 0 1 0\n" + camera + "\nWorldBegin\nShape \"sphere\""), "looks at its own place"));
+}
+
+TEST_CASE("a pbrt material that is made with a name is not taken before it is named") {
+    const TemporaryFolder folder;
+    write_text_file(folder / "a.pbrt", R"(Camera "perspective" "float fov" 40
+        WorldBegin
+        Material "diffuse" "rgb reflectance" [ 0.8 0.8 0.8 ]
+        MakeNamedMaterial "red" "string type" "diffuse" "rgb reflectance" [ 0.9 0 0 ]
+        Shape "sphere"
+        NamedMaterial "red"
+        Shape "sphere")");
+    const Json document = scene_import::import_scene(folder / "a.pbrt", folder / "a.json").document;
+    const auto colour = [&](std::size_t i) {
+        return document["materials"][document["entities"][i]["material"].get<std::string>()]["colour"];
+    };
+    CHECK(colour(0) == Json{0.8, 0.8, 0.8});
+    CHECK(colour(1) == Json{0.9, 0.0, 0.0});
+}
+
+TEST_CASE("a pbrt mesh without coordinates has pbrt's where its material asks for some") {
+    const TemporaryFolder folder;
+    const auto mesh = [&](const std::string& more) {
+        write_text_file(folder / "a.pbrt", R"(Camera "perspective" "float fov" 40
+            WorldBegin
+            Texture "t" "spectrum" "checkerboard"
+            Material "diffuse" "texture reflectance" "t"
+            )" + more + R"(Shape "trianglemesh" "point3 P" [ 0 0 0  1 0 0  0 1 0 ])");
+        return scene_import::import_scene(folder / "a.pbrt", folder / "a.json").files.at(0).bytes;
+    };
+    CHECK(contains(mesh(""), "vt 0 0\nvt 1 0\nvt 1 1\nf 1/1 2/2 3/3\n"));
+    CHECK(contains(mesh("ReverseOrientation\n"), "vt 0 0\nvt 1 0\nvt 1 1\nf 1/1 3/3 2/2\n"));
+    CHECK(!contains(mesh("Material \"diffuse\"\n"), "vt "));
+}
+
+TEST_CASE("a glTF scene that is no tree, or that holds nothing, is refused by import") {
+    const TemporaryFolder folder;
+    const auto refused = [&](const std::string& text) {
+        write_text_file(folder / "a.gltf", text);
+        return refusal([&] { (void)scene_import::import_scene(folder / "a.gltf", folder / "a.json"); });
+    };
+    CHECK(contains(refused(R"({"asset":{"version":"2.0"},"scenes":[]})"), "/scenes: holds nothing"));
+    Json nodes = Json::array();
+    for (int i = 1; i <= 40; ++i) nodes.push_back({{"children", {i, i}}});
+    nodes.push_back(Json::object());
+    const Json document{{"asset", {{"version", "2.0"}}}, {"scenes", {{{"nodes", {0}}}}}, {"nodes", nodes}};
+    CHECK(contains(refused(document.dump()), "nodes that are no tree"));
+}
+
+TEST_CASE("a name that is no UTF-8 travels as JSON") {
+    Scene scene = shipped("cornell-classic");
+    for (Entity& entity : scene.entities) entity.name = "W\xE4nde";
+    const auto files = export_scene(scene, Target::gltf, {.name = "a.gltf"});
+    CHECK(contains(files.front().bytes, "W\uFFFDnde"));
 }
 
 TEST_CASE("the verdict sees a lamp that came back 10 % brighter") {

@@ -101,7 +101,7 @@ std::vector<ExportedFile> to_blender(const Scene& scene, const ExportOptions& op
     std::string text;
     for (const std::string& remark : remarks_on(scene, Target::blender)) text += "# " + remark + "\n";
     // A JSON text within JSON quotation marks is a Python text.
-    text += "EXPORTED = json.loads(" + Json(json.dump()).dump(-1, ' ', true) + ")";
+    text += "EXPORTED = json.loads(" + Json(text_of(json)).dump(-1, ' ', true) + ")";
     script.replace(script.find(place), place.size(), text);
     files[0] = {options.name, script};
     return files;

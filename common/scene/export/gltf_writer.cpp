@@ -364,13 +364,13 @@ private:
         if (!binary_.empty())
             document_["buffers"] = {
                 {{"byteLength", binary_.size()}, {"uri", "data:application/octet-stream;base64," + base64(binary_)}}};
-        return document_.dump(1) + "\n";
+        return text_of(document_, 1) + "\n";
     }
 
     std::string container() {
         while (binary_.size() % 4 != 0) binary_ += '\0';
         if (!binary_.empty()) document_["buffers"] = {{{"byteLength", binary_.size()}}};
-        std::string json = document_.dump();
+        std::string json = text_of(document_);
         while (json.size() % 4 != 0) json += ' ';
         constexpr std::size_t header = 12, chunk = 8;
         const std::size_t size = header + chunk + json.size() + (binary_.empty() ? 0 : chunk + binary_.size());

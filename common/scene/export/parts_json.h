@@ -13,6 +13,11 @@ namespace tandem::scene_export {
 
 using Json = nlohmann::json;
 
+// What is no UTF-8 of a name that another program wrote is replaced: JSON is UTF-8.
+[[nodiscard]] inline std::string text_of(const Json& json, int indent = -1) {
+    return json.dump(indent, ' ', false, Json::error_handler_t::replace);
+}
+
 [[nodiscard]] inline Json vector_json(const glm::dvec3& v) { return {v.x, v.y, v.z}; }
 // 16 numbers, row by row.
 [[nodiscard]] Json matrix_json(const glm::dmat4& matrix);

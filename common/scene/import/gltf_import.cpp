@@ -94,7 +94,9 @@ private:
 
     [[nodiscard]] Value chosen_scene() const {
         if (root_.has("scene")) return element("scenes", root_.member("scene"));
-        return root_.required("scenes").element(0);
+        const Value scenes = root_.required("scenes");
+        if (scenes.array_size() == 0) scenes.refuse("holds nothing", "export it again");
+        return scenes.element(0);
     }
 
     // -- What Tandem's exports keep
@@ -157,6 +159,7 @@ private:
     void read_node(const Value& index, const glm::dmat4& outer, Building* building, int depth) {
         if (depth > greatest_depth) index.refuse("nodes that are no tree", "export it again");
         const Value node = element("nodes", index);
+        if (!visited_.insert(&node.json()).second) index.refuse("nodes that are no tree", "export it again");
         const glm::dmat4 world = outer * transform_of(node);
         if (node.has("camera")) read_camera(element("cameras", node.member("camera")), node, world);
         if (node.has("extensions") && node.member("extensions").has("KHR_lights_punctual"))
@@ -346,6 +349,7 @@ private:
     Json source_;
     Value root_;
     std::map<std::size_t, std::string> embedded_;
+    std::set<const Json*> visited_;  // nodes
     scene_json::GltfMaterials native_;
     bool own_ = false;  // whether it is an export of Tandem's
     Json empty_ = Json::object();

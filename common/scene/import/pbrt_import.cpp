@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <glm/gtc/matrix_transform.hpp>
@@ -118,11 +119,13 @@ private:
         const std::string kind = text("a camera");
         const Parameters all = parameters();
         if (kind != "perspective") refuse("the camera " + printable(kind), "use \"perspective\"");
+        if (state_.end_motion != glm::dvec3(0.0)) refuse("a camera that moves", "move the bodies instead");
         glm::dmat4 to_world = glm::inverse(state_.transform);
         glm::dmat3 axes(to_world);
         for (int axis = 0; axis < 3; ++axis) axes[axis] = glm::normalize(axes[axis]);
-        if (std::abs(std::abs(glm::determinant(axes)) - 1.0) > 1e-6)
-            refuse("the camera is sheared", "transform it by turns, moves and scales that are alike along all axes");
+        if (!(std::abs(std::abs(glm::determinant(axes)) - 1.0) <= 1e-6))
+            refuse("the camera is sheared, or looks at its own place",
+                "transform it by turns, moves and scales that are alike along all axes");
         // pbrt is left-handed, and its camera looks along z. Tandem is right-handed, so the whole world is mirrored;
         // unless a Scale that mirrors stands before LookAt, as in exports.
         if (glm::determinant(axes) > 0.0) world_[0].x = -1.0;
@@ -134,7 +137,8 @@ private:
         camera = {
             {"position", vector_json(position)}, {"target", vector_json(position + forward)}, {"up", vector_json(up)}};
         field_ = real(all, "fov", 90.0);
-        (void)real(all, "shutteropen", 0.0), (void)real(all, "shutterclose", 1.0);
+        // pbrt's transforms move over the times 0 to 1, and Tandem's bodies while the shutter is open.
+        whole_motion_ = real(all, "shutteropen", 0.0) == 0.0 && real(all, "shutterclose", 1.0) == 1.0;
         if (const double radius = real(all, "lensradius", 0.0); radius > 0.0) {
             camera["lens_radius"] = radius;
             camera["focus_distance"] = real(all, "focaldistance", 1e6);
@@ -143,6 +147,14 @@ private:
         }
         only(all, "the camera");
         if (!state_.outside.empty()) outer_medium_ = state_.outside;
+    }
+
+    std::uint32_t count(const Parameters& all, const char* name, std::uint32_t least, std::uint32_t otherwise) const {
+        constexpr double greatest = 1e9;
+        const double value = real(all, name, otherwise);
+        if (!(value >= least && value <= greatest && value == std::floor(value)))
+            refuse(fmt::format("{} is {}", name, value), fmt::format("write a whole number of at least {}", least));
+        return static_cast<std::uint32_t>(value);
     }
 
     // pbrt's field is that of the shorter side of the image.
@@ -157,8 +169,8 @@ private:
     void film() {
         (void)text("a film");
         const Parameters all = parameters();
-        result_.document["film"] = {{"width", std::lround(real(all, "xresolution", 1280))},
-            {"height", std::lround(real(all, "yresolution", 720))}};
+        result_.document["film"] = {
+            {"width", count(all, "xresolution", 1, 1280)}, {"height", count(all, "yresolution", 1, 720)}};
         if (const std::string sensor = word(all, "sensor", "cie1931"); sensor != "cie1931")
             remark("the sensor " + printable(sensor) + ", which has colours of its own");
         only(all, "the film", {"filename", "diagonal", "savefp16", "iso", "maxcomponentvalue"});
@@ -169,7 +181,7 @@ private:
         const Parameters all = parameters();
         if (kind != "path" && kind != "volpath" && kind != "simplepath" && kind != "simplevolpath")
             refuse("the integrator " + printable(kind), "use \"path\" or \"volpath\"");
-        result_.document["render"] = {{"integrator", "next-event"}, {"bounces", std::lround(real(all, "maxdepth", 5))}};
+        result_.document["render"] = {{"integrator", "next-event"}, {"bounces", count(all, "maxdepth", 0, 5)}};
         only(all, "the integrator", {"regularize", "lightsampler", "samplelights", "samplebsdf"});
     }
 
@@ -268,8 +280,8 @@ private:
                 "use diffuse, dielectric, conductor or interface");
         }
         only(all, "the material");
-        state_.material = name.empty() ? fmt::format("material {}", materials_.size()) : name;
-        materials_[state_.material] = std::move(json);
+        if (name.empty()) state_.material = fmt::format("material {}", materials_.size());
+        materials_[name.empty() ? state_.material : name] = std::move(json);
     }
 
     void texture() {
@@ -414,8 +426,18 @@ private:
         only(all, "the shape", {"alpha"});
         check_system(transform);
         if (transform != glm::dmat4(1.0)) entity["transform"] = {{{"matrix", matrix_json(transform)}}};
-        if (state_.end_motion != glm::dvec3(0.0)) entity["motion"] = vector_json(state_.end_motion);
+        if (state_.end_motion != glm::dvec3(0.0)) {
+            if (!whole_motion_)
+                refuse("a shape that moves while the shutter is open for another time than from 0 to 1",
+                    "leave shutteropen and shutterclose out");
+            entity["motion"] = vector_json(state_.end_motion);
+        }
         result_.document["entities"].push_back(std::move(entity));
+    }
+
+    bool takes_coordinates(const Json& material) const {
+        if (!material.contains("colour") || !material["colour"].is_object()) return false;
+        return !solid_systems_.contains(material["colour"]["texture"].get<std::string>());
     }
 
     Json mesh(const Parameters& all) {
@@ -423,6 +445,7 @@ private:
         const auto coordinates = vectors<2>(all, "uv");
         const Parameter* found = find(all, "indices");
         std::vector<std::size_t> indices{0, 1, 2};
+        if (found == nullptr && points.size() != 3) refuse("a mesh without indices", "write three a triangle");
         if (found != nullptr) {
             indices.clear();
             for (const Token& token : found->values) {
@@ -437,17 +460,26 @@ private:
         if ((!normals.empty() && normals.size() != points.size()) ||
             (!coordinates.empty() && coordinates.size() != points.size()))
             refuse("a mesh has not one N and uv a point", "write one each");
+        // Where a mesh has no coordinates and its material asks for some, corners have pbrt's: not Tandem's own.
+        constexpr std::array<const char*, 3> corner_coordinates{"0 0", "1 0", "1 1"};
+        const bool own_coordinates = coordinates.empty() && takes_coordinates(materials_.at(state_.material));
         if (state_.reverse)
             for (std::size_t i = 0; i < indices.size(); i += 3) std::swap(indices[i + 1], indices[i + 2]);
         std::string obj = "# imported from " + std::filesystem::path(file_).filename().string() + "\n";
         for (const glm::dvec3& p : points) obj += fmt::format("v {} {} {}\n", p.x, p.y, p.z);
         for (const glm::dvec2& at : coordinates) obj += fmt::format("vt {} {}\n", at.x, at.y);
+        if (own_coordinates)
+            for (const char* corner : corner_coordinates) obj += fmt::format("vt {}\n", corner);
         for (const glm::dvec3& n : normals) obj += fmt::format("vn {} {} {}\n", n.x, n.y, n.z);
         for (std::size_t i = 0; i < indices.size(); ++i) {
             const std::size_t number = indices[i] + 1;
             obj += i % 3 == 0 ? "f" : "";
             obj += fmt::format(" {}", number);
-            if (!coordinates.empty() || !normals.empty()) obj += coordinates.empty() ? "/" : fmt::format("/{}", number);
+            const std::size_t corner = state_.reverse ? (3 - i % 3) % 3 : i % 3;  // before the swap
+            if (own_coordinates)
+                obj += fmt::format("/{}", corner + 1);
+            else if (!coordinates.empty() || !normals.empty())
+                obj += coordinates.empty() ? "/" : fmt::format("/{}", number);
             if (!normals.empty()) obj += fmt::format("/{}", number);
             obj += i % 3 == 2 ? "\n" : "";
         }
@@ -460,6 +492,7 @@ private:
     std::size_t meshes_ = 0;
     std::string outer_medium_;
     double field_ = 90.0;
+    bool whole_motion_ = true;
     std::map<std::string, Json> materials_;
     std::set<std::string> textures_, remarked_;
     std::map<std::string, glm::dmat4> solid_systems_;

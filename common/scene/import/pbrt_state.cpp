@@ -11,16 +11,18 @@ namespace tandem::scene_import {
 
 bool PbrtState::transform_directive(const std::string& name) {
     glm::dmat4 step(1.0);
-    if (name == "Identity") {
-        state_.transform = world_;
-        return true;
-    }
-    if (name == "Transform") {
-        state_.transform = world_ * matrix();
+    const auto moves_more = [this] {
+        refuse(
+            "moves a body by more than a displacement to its EndTime", "write Translate under ActiveTransform EndTime");
+    };
+    if (name == "Identity" || name == "Transform") {
+        if (state_.active != "All") moves_more();
+        state_.transform = name == "Identity" ? world_ : world_ * matrix();
+        state_.end_motion = glm::dvec3(0.0);
         return true;
     }
     if (name == "ActiveTransform") {
-        active_ = next("All, StartTime or EndTime").text;
+        state_.active = next("All, StartTime or EndTime").text;
         return true;
     }
     if (name == "Translate")
@@ -41,14 +43,12 @@ bool PbrtState::transform_directive(const std::string& name) {
             glm::dmat4(glm::dvec4(right, 0), glm::dvec4(above, 0), glm::dvec4(forward, 0), glm::dvec4(eye, 1)));
     } else
         return false;
-    if (active_ == "All") {
+    if (state_.active == "All") {
         state_.transform *= step;
         return true;
     }
     // Both ends of the shutter are the same but for a displacement, the only motion that Tandem's bodies have.
-    if (active_ != "EndTime" || glm::dmat3(step) != glm::dmat3(1.0))
-        refuse(
-            "moves a body by more than a displacement to its EndTime", "write Translate under ActiveTransform EndTime");
+    if (state_.active != "EndTime" || glm::dmat3(step) != glm::dmat3(1.0)) moves_more();
     state_.end_motion += glm::dmat3(state_.transform) * glm::dvec3(step[3]);
     return true;
 }
@@ -63,6 +63,7 @@ bool PbrtState::state_directive(const std::string& name) {
         if (name == "TransformEnd") {
             state_.transform = outer.transform;
             state_.end_motion = outer.end_motion;
+            state_.active = outer.active;
         } else {
             state_ = outer;
         }
@@ -71,6 +72,7 @@ bool PbrtState::state_directive(const std::string& name) {
         state_.reverse = !state_.reverse;
     } else if (name == "CoordinateSystem" || name == "CoordSysTransform") {
         const std::string system = text("a name");
+        if (state_.end_motion != glm::dvec3(0.0)) refuse("names a space that moves", "do so before ActiveTransform");
         if (name == "CoordinateSystem")
             named_systems_[system] = state_.transform;
         else if (named_systems_.contains(system))

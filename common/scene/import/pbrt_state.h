@@ -25,6 +25,7 @@ protected:
         std::string material, inside, outside;
         std::optional<nlohmann::json> emission;
         bool reverse = false;
+        std::string active = "All";  // the ends of the shutter that transforms act on
     };
 
     // Reads the rest of a directive that changes the transform, or blocks and names of states. False if `name` is none.
@@ -37,7 +38,6 @@ protected:
     glm::dmat4 world_{1.0};  // from pbrt's world to the scene's: mirrored, or as it is
     State state_;
     std::vector<std::pair<State, std::string>> states_;  // of the blocks around, and the directives that began them
-    std::string active_ = "All";                         // the ends of the shutter that transforms act on
     std::map<std::string, glm::dmat4> named_systems_;
 };
 

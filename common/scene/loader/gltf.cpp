@@ -145,6 +145,7 @@ private:
         if (document_.is_object() && document_.contains("buffers") && document_["buffers"].size() > greatest_buffers)
             refuse(fmt::format("has more than {} buffers", greatest_buffers), "export it with one");
         check_whole_numbers(document_, "");
+        check_views();
         if (parts_.materials)
             materials_.emplace(Value(document_, name), ModelImages(path_.parent_path(), place_), image_bytes_);
     }
@@ -159,6 +160,30 @@ private:
         } else if (!value.is_number_unsigned() && std::ranges::find(whole_numbers, key) != std::end(whole_numbers)) {
             refuse(
                 fmt::format("\"{}\" is {}, which is no whole number", key, printable(value.dump())), "export it again");
+        }
+    }
+
+    // tinygltf looks at neither where an image's bytes end nor whether there is a buffer to put a chunk into.
+    void check_views() const {
+        const Json none = Json::array();
+        const auto list = [&](const char* name) -> const Json& {
+            return document_.is_object() && document_.contains(name) && document_[name].is_array() ? document_[name]
+                                                                                                   : none;
+        };
+        const Json& buffers = list("buffers");
+        const auto size_of = [](const Json& thing, const char* name) {
+            return thing.is_object() && thing.contains(name) && thing[name].is_number_unsigned()
+                       ? thing[name].get<std::uint64_t>()
+                       : 0;
+        };
+        for (const Json& buffer : buffers)
+            if (size_of(buffer, "byteLength") == 0) refuse("has a buffer of no bytes", "export it again");
+        for (const Json& view : list("bufferViews")) {
+            const std::uint64_t buffer = size_of(view, "buffer"), offset = size_of(view, "byteOffset"),
+                                length = size_of(view, "byteLength");
+            const std::uint64_t whole = buffer < buffers.size() ? size_of(buffers[buffer], "byteLength") : 0;
+            if (offset > whole || length > whole - offset)
+                refuse("has a view that goes on beyond its buffer", "export it again");
         }
     }
 
