@@ -6,6 +6,7 @@
 #include <functional>
 #include <glm/glm.hpp>
 #include <map>
+#include <optional>
 #include <span>
 #include <tuple>
 #include <vector>
@@ -136,18 +137,22 @@ std::vector<Body> bodies_of(const Scene& scene, const dvec3& origin) {
     return bodies;
 }
 
-// Calls `meet` with each pair of boxes that meet, to within the margin, the lower index first.
-void for_each_meeting(
-    std::span<const FaceBox> boxes, double margin, const std::function<void(std::size_t, std::size_t)>& meet) {
+// Calls `meet` with each pair of boxes that meet, to within the margin, the lower index first. Where there is a
+// `second`, one of a pair is before it: faces of one body, which are many at one place, are not held against each
+// other.
+void for_each_meeting(std::span<const FaceBox> boxes, std::optional<std::size_t> second, double margin,
+    const std::function<void(std::size_t, std::size_t)>& meet) {
     std::vector<std::size_t> order(boxes.size());
     for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
     std::ranges::sort(order, {}, [&](std::size_t i) { return boxes[i].low.x; });
-    std::vector<std::size_t> open;  // those that may reach as far as the one in hand
+    std::array<std::vector<std::size_t>, 2> open;  // those that may reach as far as the one in hand, of either side
     for (const std::size_t i : order) {
-        std::erase_if(open, [&](std::size_t j) { return boxes[j].high.x + margin < boxes[i].low.x; });
-        for (const std::size_t j : open)
+        const std::size_t side = second && i >= *second ? 1 : 0;
+        std::vector<std::size_t>& others = open[second ? 1 - side : 0];
+        std::erase_if(others, [&](std::size_t j) { return boxes[j].high.x + margin < boxes[i].low.x; });
+        for (const std::size_t j : others)
             if (boxes[i].meets(boxes[j], margin)) meet(std::min(i, j), std::max(i, j));
-        open.push_back(i);
+        open[side].push_back(i);
     }
 }
 
@@ -179,8 +184,9 @@ bool overlap(const Face& a, const Face& b) {
     return true;
 }
 
-// What roundings of both planes are relative to: the terms of n.p, and less of the coordinates themselves.
-double size_of_contact(const Body& body, const Face& face, const Face& other) {
+// What roundings of both planes are relative to: the terms of n.p, and less of the coordinates themselves. `thickness`
+// is the face's body's along its normal; an infinite one gives the most that it can be.
+double size_of_contact(const Face& face, const Face& other, double thickness) {
     double terms = 0.0;
     for (int i = 0; i < 3; ++i) {
         double most = 0.0;
@@ -189,8 +195,7 @@ double size_of_contact(const Body& body, const Face& face, const Face& other) {
         terms += std::abs(face.normal[i]) * most;
     }
     const auto [small, large] = std::minmax({face.box.size(), other.box.size()});
-    return terms + std::min(body.thickness(face.normal), face.box.size() + other.box.size()) +
-           0.125 * (small + 0x1p-10 * large);
+    return terms + std::min(thickness, face.box.size() + other.box.size()) + 0.125 * (small + 0x1p-10 * large);
 }
 
 class Contacts {
@@ -206,7 +211,7 @@ public:
             boxes.push_back(body.box);
             size = std::max(size, body.box.size());
         }
-        for_each_meeting(boxes, touching * size, [&](std::size_t a, std::size_t b) {
+        for_each_meeting(boxes, std::nullopt, touching * size, [&](std::size_t a, std::size_t b) {
             const Body &one = bodies_[a], &other = bodies_[b];
             if (one.passes && other.passes ? !one.ranked && !other.ranked : one.passes || other.passes)
                 look_at(one, other);
@@ -236,9 +241,8 @@ private:
             }
             if (body == &a) of_a = faces.size();
         }
-        for_each_meeting(boxes, margin, [&](std::size_t i, std::size_t j) {
-            if (i < of_a && j >= of_a) look_at(a, *faces[i], b, *faces[j]);
-        });
+        for_each_meeting(
+            boxes, of_a, margin, [&](std::size_t i, std::size_t j) { look_at(a, *faces[i], b, *faces[j]); });
     }
 
     void look_at(const Body& a, const Face& of_a, const Body& b, const Face& of_b) {
@@ -247,10 +251,18 @@ private:
         const bool first = a.passes && (!b.passes || lies_within(a, b, alignment > 0.0));
         const Body& body = first ? a : b;
         const Face &face = first ? of_a : of_b, &other = first ? of_b : of_a;
-        const double size = size_of_contact(body, face, other);
-        if (std::min(greatest_distance(of_a, of_b), greatest_distance(of_b, of_a)) > touching * size) return;
-        if (!overlap(of_a, of_b)) return;
-        pull(body, face, std::min(hair * size, most_of_body * body.thickness(face.normal)));
+        const double distance = std::min(greatest_distance(of_a, of_b), greatest_distance(of_b, of_a));
+        if (distance > touching * size_of_contact(face, other, INFINITY) || !overlap(of_a, of_b)) return;
+        const double thickness = thickness_of(body, face.normal), size = size_of_contact(face, other, thickness);
+        if (distance > touching * size) return;
+        pull(body, face, std::min(hair * size, most_of_body * thickness));
+    }
+
+    // Faces of one plane ask for the same.
+    double thickness_of(const Body& body, const dvec3& normal) {
+        const auto [known, is_new] = thickness_.try_emplace({&body, normal.x, normal.y, normal.z}, 0.0);
+        if (is_new) known->second = body.thickness(normal);
+        return known->second;
     }
 
     // Two dielectrics: the smaller one where faces look the same way, else the later one.
@@ -345,6 +357,7 @@ private:
     std::vector<Body> bodies_;
     std::map<std::uint32_t, CuboidFaces> cuboids_;  // by entity
     std::map<std::uint32_t, MeshPoints> meshes_;
+    std::map<std::tuple<const Body*, double, double, double>, double> thickness_;
 };
 
 }  // namespace
