@@ -273,7 +273,7 @@ ExitStatus measure_thesis(const BenchArguments& arguments, const CommandContext&
         target.device.value("driver_version", ""), to_text(report));
     write_json(context, {{"version", results_version}, {"device", target.device}, {"command", context.command_line},
                             {"git", git_version()}, {"scene", arguments.scene}, {"thesis", to_json(report)}});
-    return ExitStatus::fine;
+    return report.stopped ? ExitStatus::undecided : ExitStatus::fine;
 }
 
 // The runner on this device, with a known effect and with none.

@@ -99,14 +99,14 @@ double samples_in_all(const ThesisOptions& options) {
 
 }  // namespace
 
-LogarithmicFit fit_logarithm(const std::vector<ThesisSweepPoint>& points) {
+std::optional<LogarithmicFit> fit_logarithm(const std::vector<ThesisSweepPoint>& points) {
     std::vector<std::pair<double, double>> values;
     for (const ThesisSweepPoint& point : points)
         for (const double milliseconds : point.milliseconds)
             values.emplace_back(std::log(point.samples), milliseconds / point.samples);
     LogarithmicFit fit;
     const double n = static_cast<double>(values.size());
-    if (n < 3.0) return fit;
+    if (n < 3.0) return std::nullopt;
     double mean_x = 0.0, mean_y = 0.0, xx = 0.0, xy = 0.0, squares = 0.0;
     for (const auto& [x, y] : values) {
         mean_x += x / n;
@@ -116,7 +116,7 @@ LogarithmicFit fit_logarithm(const std::vector<ThesisSweepPoint>& points) {
         xx += (x - mean_x) * (x - mean_x);
         xy += (x - mean_x) * (y - mean_y);
     }
-    if (!(xx > 0.0)) return fit;
+    if (!(xx > 0.0)) return std::nullopt;
     fit.b = xy / xx;
     fit.a = mean_y - fit.b * mean_x;
     for (const auto& [x, y] : values) squares += (y - fit.a - fit.b * x) * (y - fit.a - fit.b * x);

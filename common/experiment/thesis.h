@@ -41,7 +41,8 @@ struct LogarithmicFit {
     Interval a_interval, b_interval;
     double residual = 0.0;  // standard deviation
 };
-[[nodiscard]] LogarithmicFit fit_logarithm(const std::vector<ThesisSweepPoint>& points);
+// Nothing: there are fewer than three frames, or all of one number of samples.
+[[nodiscard]] std::optional<LogarithmicFit> fit_logarithm(const std::vector<ThesisSweepPoint>& points);
 
 // The whole protocol, with frames in a window or without one.
 struct ThesisRun {
@@ -49,7 +50,7 @@ struct ThesisRun {
     std::vector<ThesisCell> cells;
     std::vector<ThesisSweepPoint> sweep;        // 1 … 12 samples, 8 threads, cohesive
     std::vector<ThesisSweepPoint> two_bounces;  // 10, 30, 50 samples
-    LogarithmicFit fit;                         // of the sweep
+    std::optional<LogarithmicFit> fit;          // of the sweep
 };
 
 struct ThesisReport {

@@ -88,9 +88,9 @@ std::string run_text(const ThesisReport& report, const ThesisRun& run, const cha
         &ThesisCell::thesis_steady, &ThesisCell::thesis_steady_sigma);
     text += "\nSamples a frame (8 threads, cohesive)\n" +
             sweep_text(run.sweep, workload_of(report, report.setup.bounces), clock);
-    const LogarithmicFit& fit = run.fit;
-    text += fmt::format("  fit: {:.4g} ({:.4g} to {:.4g}) + {:.3g} ({:.3g} to {:.3g}) ln(samples) ms a sample\n", fit.a,
-        fit.a_interval.low, fit.a_interval.high, fit.b, fit.b_interval.low, fit.b_interval.high);
+    if (const std::optional<LogarithmicFit>& fit = run.fit)
+        text += fmt::format("  fit: {:.4g} ({:.4g} to {:.4g}) + {:.3g} ({:.3g} to {:.3g}) ln(samples) ms a sample\n",
+            fit->a, fit->a_interval.low, fit->a_interval.high, fit->b, fit->b_interval.low, fit->b_interval.high);
     return text + "\nAt two bounces (8 threads, cohesive)\n" +
            sweep_text(run.two_bounces, workload_of(report, 2), clock);
 }
@@ -104,12 +104,14 @@ json run_json(const ThesisRun& run) {
                 {{"first_milliseconds", cell.thesis_first}, {"fresh_milliseconds", cell.thesis_fresh},
                     {"fresh_sigma_milliseconds", cell.thesis_fresh_sigma}, {"steady_milliseconds", cell.thesis_steady},
                     {"steady_sigma_milliseconds", cell.thesis_steady_sigma}}}});
-    const LogarithmicFit& fit = run.fit;
+    json fit;  // null: too little was measured
+    if (run.fit)
+        fit = {{"text", "milliseconds a sample = a + b ln(samples a frame)"}, {"a", run.fit->a}, {"b", run.fit->b},
+            {"a_low", run.fit->a_interval.low}, {"a_high", run.fit->a_interval.high},
+            {"b_low", run.fit->b_interval.low}, {"b_high", run.fit->b_interval.high},
+            {"residual_milliseconds", run.fit->residual}};
     return {{"frame", run.frame}, {"clock", run.clock}, {"configurations", cells}, {"sweep", points_json(run.sweep)},
-        {"two_bounces", points_json(run.two_bounces)},
-        {"fit", {{"text", "milliseconds a sample = a + b ln(samples a frame)"}, {"a", fit.a}, {"b", fit.b},
-                    {"a_low", fit.a_interval.low}, {"a_high", fit.a_interval.high}, {"b_low", fit.b_interval.low},
-                    {"b_high", fit.b_interval.high}, {"residual_milliseconds", fit.residual}}}};
+        {"two_bounces", points_json(run.two_bounces)}, {"fit", fit}};
 }
 
 }  // namespace

@@ -50,7 +50,8 @@ def by_samples(name, points, *rows):
 def thesis_tables(run):
     """[{"heads", "rows", "note"}]: the eight cells, the sweep over samples, the runs of two bounces."""
     fit, sweep = run["fit"], by_samples("samples a frame", run["sweep"])
-    sweep["note"] = f"Fit: {fit['a']:.4g} + {fit['b']:.3g} ({fit['b_low']:.3g} to {fit['b_high']:.3g}) ln(samples)."
+    if fit is not None:  # a stopped run has none
+        sweep["note"] = f"Fit: {fit['a']:.4g} + {fit['b']:.3g} ({fit['b_low']:.3g} to {fit['b_high']:.3g}) ln(samples)."
     theirs = [f"{point['thesis_milliseconds_a_sample']:.3f}" for point in run["two_bounces"]]
     return [cells_table(run), sweep,
             by_samples("samples a frame, at two bounces", run["two_bounces"], ["thesis", *theirs])]

@@ -235,11 +235,19 @@ TEST_CASE("a logarithm is fitted with intervals that hold it") {
         for (const double off : {-0.02, 0.02, 0.0}) point.milliseconds.push_back(n * (5.0 - 0.4 * std::log(n) + off));
         points.push_back(point);
     }
-    const LogarithmicFit fit = fit_logarithm(points);
+    const LogarithmicFit fit = fit_logarithm(points).value();
     CHECK(fit.a == doctest::Approx(5.0));
     CHECK(fit.b == doctest::Approx(-0.4));
     CHECK(fit.b_interval.low < -0.4);
     CHECK(fit.b_interval.high > -0.4);
     CHECK(fit.b_interval.high < -0.35);
     CHECK(fit.residual == doctest::Approx(0.0168).epsilon(0.05));
+    points.resize(1);  // as a run has that was stopped: three frames of one number of samples
+    CHECK(!fit_logarithm(points));
+    points[0].milliseconds.resize(1);
+    CHECK(!fit_logarithm(points));
+    ThesisReport stopped;
+    stopped.stopped = true;
+    CHECK(to_json(stopped).at("fit").is_null());
+    CHECK(to_text(stopped).find("fit:") == std::string::npos);
 }
