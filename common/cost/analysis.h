@@ -120,7 +120,7 @@ struct StageRange {
 [[nodiscard]] PairedEffect paired_seconds(const ArmTrials& arm, const ArmTrials& other);
 
 // The figures that reach `relative_error` soonest: the baseline (figures[0]), unless another is significantly sooner.
-// Nothing: none reaches it. Without `forecasts`, of those alone whose renders have reached it.
+// Nothing: none reaches it. Without `forecasts`, of the baseline and of those whose renders have reached it.
 [[nodiscard]] const ArmFigures* soonest(
     const std::vector<ArmFigures>& figures, double relative_error, bool forecasts = true);
 

@@ -38,7 +38,7 @@ const ArmFigures* soonest(const std::vector<ArmFigures>& figures, double relativ
         const bool baseline = &arm == figures.data();
         const TimeToError time = arm.time_to(relative_error);
         if (!time.seconds || (!baseline && !arm.is_safe_at(relative_error))) continue;
-        if (time.extrapolated && !forecasts) continue;
+        if (time.extrapolated && !forecasts && !baseline) continue;
         const bool may_be_as_slow = of_baseline.seconds && time.seconds->high >= of_baseline.seconds->low;
         if (!baseline && !arm.cost_differs && may_be_as_slow) continue;
         if (best != nullptr && time.seconds->value >= least) continue;

@@ -235,12 +235,10 @@ const ArmFigures* recommended(const CostReport& report, double relative_error) {
         for (const ArmFigures& arm : report.figures)
             if (arm.arm.name() == confirmation->recommended) return &arm;
     const ArmFigures* best = soonest(report.figures, relative_error);
-    const ArmFigures& baseline = report.figures.front();
-    const bool by_luck =
-        best != nullptr && best != &baseline && best->variance > 0.0 && best->time_to(relative_error).extrapolated;
-    if (!by_luck) return best;
-    if (const ArmFigures* measured = soonest(report.figures, relative_error, false)) return measured;
-    return baseline.time_to(relative_error).seconds ? &baseline : best;
+    const bool by_luck = best != nullptr && best != report.figures.data() && best->variance > 0.0 &&
+                         best->time_to(relative_error).extrapolated;
+    const ArmFigures* surer = by_luck ? soonest(report.figures, relative_error, false) : nullptr;
+    return surer != nullptr ? surer : best;
 }
 
 namespace {
