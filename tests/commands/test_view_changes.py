@@ -97,12 +97,14 @@ class ChangesTest(WindowTest):
 
 @unittest.skipUnless(FAULTS, "the layer that lets calls fail is not built")
 class FaultsTest(WindowTest):
-    def faulty(self, faults, *arguments, validation=True):
+    def under(self, faults, validation=True):
         paths = [FAULTS, "/usr/share/vulkan/explicit_layer.d", "/etc/vulkan/explicit_layer.d"]
-        environment = {**self.environment(), "VK_LAYER_PATH": ":".join(paths), "VK_INSTANCE_LAYERS": "VK_LAYER_TANDEM_faults",
-                       "TANDEM_FAULTS": faults, "TANDEM_VALIDATION": "1" if validation else "0"}
+        return {**self.environment(), "VK_LAYER_PATH": ":".join(paths), "VK_INSTANCE_LAYERS": "VK_LAYER_TANDEM_faults",
+                "TANDEM_FAULTS": faults, "TANDEM_VALIDATION": "1" if validation else "0"}
+
+    def faulty(self, faults, *arguments, validation=True):
         return tandem("view", self.scene, "--backend", "cpu", "--frames", 12, "--json", self.folder / "view.json", *arguments,
-                      env=environment)
+                      env=self.under(faults, validation))
 
     def shown_through(self, faults):
         result = self.faulty(faults)
@@ -124,6 +126,13 @@ class FaultsTest(WindowTest):
     def test_a_lost_device_is_one_line(self):
         for faults in ["acquire 5 lost", "present 5 lost", "submit 5 lost", "wait 5 lost"]:
             self.refused(self.faulty(faults, validation=False), "the device that shows the window was lost", status=4)
+
+    def test_a_lost_device_of_a_render_is_one_line(self):
+        for faults in ["submit 1 lost", "submit 4 lost", "wait 3 lost"]:
+            result = tandem("render", self.scene, "--backend", "vulkan", "--kernel", "stages", "--size", 16, "--samples", 600,
+                            "-o", self.folder / "x.pfm", env=self.under(faults, validation=False))
+            self.refused(result, "was lost: its driver", "--resume", status=4)
+            self.assertFalse((self.folder / "x.pfm").exists())
 
     def test_a_lost_surface_is_one_line(self):
         for faults in ["acquire 5 surface-lost", "present 5 surface-lost"]:

@@ -357,6 +357,19 @@ TEST_CASE(
     }
 }
 
+TEST_CASE("a table that stages cannot see whole is refused, also where no buffers are merged") {
+    const FewBuffers scope({.storage_buffers = 64, .storage_bytes = 1u << 16}, true);
+    Machine many(true);
+    Scene scene = outdoor_scene(false);
+    CHECK(reason_of([&] { (void)many.job({}, scene, lit()); }).empty());
+    constexpr std::uint32_t width = 128, height = 64;
+    scene.background.image =
+        std::make_shared<const Pixels>(Pixels{width, height, std::vector<float>(3 * width * height, 1.0f)});
+    scene.background.sampled = true;
+    const std::string reason = reason_of([&] { (void)many.job({}, scene, lit()); });
+    CHECK(contains(reason, "lets shaders see 64 KiB of a buffer, and the scene's tables take 1"));
+}
+
 TEST_CASE("images are cut into tiles whose merged buffers a stage may see, larger scenes are refused") {
     constexpr std::uint32_t bytes = 1u << 16;
     const FewBuffers scope({.storage_bytes = bytes}, true);
@@ -376,6 +389,7 @@ TEST_CASE("images are cut into tiles whose merged buffers a stage may see, large
             large.sphere(large.material(diffuse(glm::dvec3(0.5))), {0.1 * i, 0.0, 0.0}, 0.04);
         return reason_of([&] { (void)few.job({}, large.scene(), settings); });
     };
-    CHECK(contains(refusal_of(1000), "use a smaller scene or image"));
+    CHECK(contains(refusal_of(400), "use a smaller scene or image"));
+    CHECK(contains(refusal_of(1000), "the scene's transforms take 110; use a smaller scene"));
     CHECK(contains(refusal_of(5000), "the tree of 5000 primitives"));
 }

@@ -70,6 +70,18 @@ std::uint32_t stamp_bits(const Device& device, std::uint32_t family) {
     return properties.queueFlags & (Flag::eCompute | Flag::eGraphics) ? properties.timestampValidBits : 0;
 }
 
+// `call` to the device; where that is lost, what a user can do.
+template <class Call>
+void on(const Device& device, const Call& call) {
+    try {
+        call();
+    } catch (const vk::DeviceLostError&) {
+        throw DeviceError(device.description().name +
+                          " was lost: its driver gave it up or reset it; start again, and give --resume FILE to a long "
+                          "render, so that it goes on");
+    }
+}
+
 }  // namespace
 
 std::uint32_t family_of(const Device& device, const QueueSlot& slot) {
@@ -306,7 +318,7 @@ void Submission::start() {
     }
     const auto recorded = Clock::now();
     submitted_ = seconds_of(recorded);
-    submit(handles);
+    on(device_, [&] { submit(handles); });
     started_ = true;
     times.record = seconds_between(start, recorded);
     times.submit = seconds_between(recorded, Clock::now());
@@ -317,11 +329,13 @@ SubmissionTimes Submission::finish() {
     if (!started_) return times_;
     started_ = false;
     const auto start = Clock::now();
-    wait();
-    const auto known = Clock::now();
-    known_ = seconds_of(known);
-    times_.wait = seconds_between(start, known);
-    read_stamps();
+    on(device_, [&] {
+        wait();
+        const auto known = Clock::now();
+        known_ = seconds_of(known);
+        times_.wait = seconds_between(start, known);
+        read_stamps();
+    });
     return times_;
 }
 

@@ -154,7 +154,12 @@ vk::raii::Device make_device(const vk::raii::PhysicalDevice& physical, const Dev
         info.unlink<vk::PhysicalDevicePresentIdFeaturesKHR>();
         info.unlink<vk::PhysicalDevicePresentWaitFeaturesKHR>();
     }
-    return vk::raii::Device(physical, info.get<vk::DeviceCreateInfo>());
+    try {
+        return vk::raii::Device(physical, info.get<vk::DeviceCreateInfo>());
+    } catch (const vk::SystemError& failure) {
+        throw DeviceError(std::string(physical.getProperties().deviceName.data()) +
+                          " cannot be used: " + failure.what() + "; " + driver_remedy());
+    }
 }
 
 std::vector<std::vector<vk::raii::Queue>> get_queues(

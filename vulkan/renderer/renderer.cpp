@@ -74,6 +74,8 @@ public:
     }
 
     [[nodiscard]] unsigned prepares_at_once() const override {
+        if (shape_ && brings_trees(*shape_))
+            return 1;                 // the device builds these, and a queue takes one submission at a time
         constexpr unsigned most = 8;  // as each compilation takes memory
         return std::min(usable_processors(), most);
     }

@@ -169,8 +169,10 @@ VKAPI_ATTR VkResult VKAPI_CALL submit(VkQueue queue, std::uint32_t count, const 
 VKAPI_ATTR VkResult VKAPI_CALL wait_for_fences(
     VkDevice device, std::uint32_t count, const VkFence* fences, VkBool32 all, std::uint64_t timeout) {
     const VkResult fault = fault_of("wait");
-    if (fault < 0) return fault;
-    return next_of<PFN_vkWaitForFences>(device, device, "vkWaitForFences")(device, count, fences, all, timeout);
+    // As in wait_idle: what a lost device does no more may be destroyed.
+    const VkResult result =
+        next_of<PFN_vkWaitForFences>(device, device, "vkWaitForFences")(device, count, fences, all, timeout);
+    return fault < 0 ? fault : result;
 }
 
 VKAPI_ATTR VkResult VKAPI_CALL wait_idle(VkDevice device) {

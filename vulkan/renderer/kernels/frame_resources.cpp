@@ -85,6 +85,19 @@ SceneBuffer camera_of(const SceneData& scene) {
     return {"camera", &scene.camera, sizeof scene.camera, sizeof scene.camera};
 }
 
+// The scene, unless shaders may not see one of its buffers whole, which reads as anything beyond that. write_places
+// looks at merged sets.
+const SceneData& seen_whole(const Device& device, const SceneData& scene) {
+    const std::uint64_t range = device.limits().maxStorageBufferRange;
+    for (const SceneBuffer& buffer : scene_list(scene))
+        if (buffer.bytes > range)
+            throw UnsupportedError(fmt::format(
+                "{} lets shaders see {} KiB of a buffer, and the scene's {} take {}; use a smaller scene or smaller "
+                "images, another --device, or --backend cpu",
+                device.description().name, range >> 10, buffer.name, (buffer.bytes >> 10) + 1));
+    return scene;
+}
+
 std::vector<BufferSpec> scene_specs(const SceneData& scene) {
     std::vector<BufferSpec> specs;
     for (const SceneBuffer& buffer : scene_list(scene)) {
@@ -269,7 +282,8 @@ FrameResources::FrameResources(const Device& device, const SceneData& scene, con
     std::uint32_t bounces, std::uint32_t tile_pixels, MemoryLayout memory, bool lists_pixels, BufferPlacements places)
     : memory_(possible(device, memory)),
       staged_(places.scene == BufferPlacement::device_local),
-      shared_(shared_memory(scene, path, bounces, tile_pixels, memory_, lists_pixels ? tile_pixels : 0, places)),
+      shared_(shared_memory(
+          seen_whole(device, scene), path, bounces, tile_pixels, memory_, lists_pixels ? tile_pixels : 0, places)),
       scene_(device, domain_of(places.scene), scene_specs(scene), layout_of(memory_, false), &shared_),
       camera_(device, domain_of(places.scene), camera_specs(scene), layout_of(memory_, false), &shared_),
       rays_(device, domain_of(places.rays), ray_specs(path, tile_pixels, bounces), layout_of(memory_, true), &shared_),
