@@ -84,6 +84,14 @@ class Installed(Elsewhere):
         self.assertEqual(result.returncode, FINE, result.stderr)
         self.assertIn("many-fills", (self.folder / "my.html").read_text())
 
+    def test_the_overview_of_costs_is_made(self):
+        stored = pathlib.Path(__file__).resolve().parents[1] / "records" / "accuracy"
+        for machine in ("cpu", "h200"):
+            shutil.copytree(stored / machine, self.folder / "results" / machine)
+        result = self.run_("/usr/bin/python3", PREFIX / "bin" / "tandem-report", "results")
+        self.assertEqual(result.returncode, FINE, result.stderr)
+        self.assertIn("lamps", (self.folder / "results" / "overview.html").read_text())
+
     def test_the_report_is_made(self):
         self.run_(PROGRAM, "verify", "furnace", "--candidate", "cpu", "--reference", "oracle", "--no-paired", "--size", 8,
                   "--samples", 64, "--report", "report")

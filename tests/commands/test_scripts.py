@@ -55,6 +55,32 @@ class Scripts(unittest.TestCase):
         self.refused(self.take("mutants", "[1]"), "taken-0.json: holds no outcome")
         self.refused(self.take("mutants", '{"id": "cosine-dropped"}'), "taken-0.json: holds no outcome")
 
+    def test_growth_of_one_number_of_triangles_is_refused(self):
+        row = {"backend": "cpu", "device": "a CPU", "driver": "its driver", "clock": "wall", "triangles": 12, "milliseconds": 1.0,
+               "milliseconds_low": 0.9, "milliseconds_high": 1.1}
+        taken = self.folder / "taken.json"
+        taken.write_text(json.dumps({"size": 8, "bounces": 2, "rounds": 3, "rows": [row]}))
+        stored = SCRIPTS.parent / "tests/records/growth/test-of-refusal.json"
+        self.addCleanup(stored.unlink, missing_ok=True)
+        result = subprocess.run([sys.executable, SCRIPTS / "measure/growth", "--take", taken, stored.stem], capture_output=True,
+                                text=True, timeout=60)
+        self.refused(result, "cpu has one number of triangles")
+        self.assertFalse(stored.exists())
+
+    def test_an_interrupt_ends_a_pool_of_threads(self):
+        program = """if True:
+            import sys, time
+            sys.path.insert(0, sys.argv[1])
+            from thread_pool import thread_pool
+            with thread_pool(1) as pool:
+                for i in range(50):
+                    pool.submit(lambda i=i: (print(i, flush=True), time.sleep(0.1)))
+                raise KeyboardInterrupt
+            """
+        result = subprocess.run([sys.executable, "-c", program, SCRIPTS / "make"], capture_output=True, text=True, timeout=60)
+        self.assertIn("KeyboardInterrupt", result.stderr)
+        self.assertLessEqual(len(result.stdout.split()), 2)
+
     def test_what_is_no_result_of_calibrate_is_one_line(self):
         self.refused(self.take("calibrate", ""), "taken-0.json: holds no experiment")
         self.refused(self.take("calibrate", "{"), "taken-0.json, line 1: is no JSON")
