@@ -56,6 +56,42 @@ TEST_CASE("glass on a floor is drawn back by a hair, however both are placed, an
         }
 }
 
+// In seconds: faces of one body held against each other, or the body's thickness found anew for each, took minutes.
+TEST_CASE("a glass slab of many triangles on a floor is drawn back as one of two is") {
+    const auto slab = [](int n) {
+        SceneBuilder builder;
+        builder.quad(diffuse(white), {-4, 0, 4}, {4, 0, 4}, {4, 0, -4}, {-4, 0, -4});
+        Scene scene = builder.scene();
+        const auto material = static_cast<std::uint32_t>(scene.materials.size());
+        scene.materials.push_back(glass(1.5));
+        Entity entity;
+        entity.material = material;
+        entity.first_primitive = static_cast<std::uint32_t>(scene.primitives.size());
+        for (const double y : {0.0, 0.25})
+            for (int i = 0; i < n; ++i)
+                for (int k = 0; k < n; ++k) {
+                    const auto at = [&](int a, int b) { return dvec3(double(i + a) / n, y, double(k + b) / n); };
+                    const auto face = [&](dvec3 p, dvec3 q, dvec3 r) {
+                        if (y > 0.0) std::swap(q, r);  // looks up; the others down
+                        const auto first = static_cast<std::uint32_t>(scene.vertices.size());
+                        scene.vertices.insert(scene.vertices.end(), {p, q, r});
+                        scene.primitives.push_back(
+                            {.kind = PrimitiveKind::triangle, .index = {first, first + 1, first + 2}});
+                    };
+                    face(at(0, 0), at(1, 0), at(1, 1));
+                    face(at(0, 0), at(1, 1), at(0, 1));
+                }
+        entity.primitive_count = static_cast<std::uint32_t>(scene.primitives.size()) - entity.first_primitive;
+        scene.entities.push_back(entity);
+        const std::optional<Scene> apart = with_contacts_apart(scene);
+        REQUIRE(apart.has_value());
+        return lowest(*apart, 1);
+    };
+    const double coarse = slab(1), fine = slab(200);
+    CHECK(fine > 0.0);
+    CHECK(fine <= coarse);
+}
+
 TEST_CASE("a floor through the origin counts as exactly known, however large it is") {
     SceneBuilder builder;
     builder.floor(diffuse(white), 0.0, 1e4);
