@@ -11,7 +11,7 @@ struct Parameters {
 };
 
 constexpr std::array<Parameters, 6> parameters{{
-    {"push-constants", "100 bytes of push constants before each dispatch", ParameterPattern::push_constants},
+    {"push-constants", "push constants before each dispatch", ParameterPattern::push_constants},
     {"uniform", "a uniform buffer, a descriptor set for each dispatch", ParameterPattern::uniform},
     {"dynamic-uniform", "a uniform buffer, one set with a dynamic offset for each dispatch",
         ParameterPattern::dynamic_uniform},
