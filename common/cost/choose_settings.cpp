@@ -35,18 +35,22 @@ std::optional<ShortTrial> trial_of(const RenderSettings& settings, RenderJob& jo
     std::optional<ShortTrial> trial = std::nullopt) {
     constexpr std::uint64_t growth = 4;
     const Stopwatch watch;
-    if (!trial && job.render({trial_begin, trial_begin + 1}, {.stop = stop, .progress = {}}).estimate.count() == 0)
-        return std::nullopt;  // else it is warm now
+    const bool sobol = settings.generator == Generator::sobol;
+    bool is_warm = trial.has_value();
     if (trial) samples = growth * trial->samples;
+    if (!is_warm && !sobol) {
+        is_warm = job.render({trial_begin, trial_begin + 1}, {.stop = stop, .progress = {}}).estimate.count() > 0;
+        if (!is_warm) return std::nullopt;
+    }
     for (;; samples *= growth) {
         if (trial) {
             if (trial->uncertainty <= known_enough || samples > most_trial_samples || (is_clear && is_clear(*trial)))
                 return trial;
             if (watch.seconds() + trial->seconds_taken(samples) > seconds) return trial;
         }
-        trial = settings.generator == Generator::sobol ? scrambled_trial(job, samples, stop)
-                                                       : independent_trial(job, samples, stop);
+        trial = sobol ? scrambled_trial(job, samples, is_warm, stop) : independent_trial(job, samples, stop);
         if (!trial) return std::nullopt;
+        is_warm = true;
     }
 }
 
@@ -252,7 +256,9 @@ public:
         const double one = independent.seconds_a_sample;
         const double alike = static_cast<double>(least_alike) * one;  // up to so many samples it is uniform sampling
         const double uniform_seconds = independent.seconds_to(goal_.relative_error);
-        if (uniform_seconds <= alike || most_seconds_left() <= 0.0 || !may_adapt(settings)) return;
+        if (uniform_seconds <= alike || most_seconds_left() <= independent.seconds_to_adaptive() ||
+            !may_adapt(settings))
+            return;
         const Foretold* foretold = foretold_by(independent);
         if (foretold == nullptr) return;
         settings.sampling = Sampling::adaptive;
@@ -295,9 +301,10 @@ private:
     // Adaptive sampling is the one way whose gain is foretold before it is tried. So no trial is to take a share of
     // what it may save.
     [[nodiscard]] double seconds_left() {
-        if (most_seconds_left() <= 0.0 || !may_still_adapt_) return most_seconds_left();
+        double most = most_seconds_left();
+        if (most <= best_->seconds_to_adaptive() || !may_still_adapt_) return most;
         const Foretold* foretold = foretold_by(*best_);
-        const double most = most_seconds_left();
+        most = most_seconds_left();
         if (foretold == nullptr) return most;
         const double adaptive = foretold->squared_error * best_->independent().seconds_to(goal_.relative_error);
         return std::min(most, trials_share * adaptive - spent_);

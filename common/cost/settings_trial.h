@@ -22,7 +22,8 @@ inline constexpr std::uint64_t least_points = 16;                     // fewer d
 class Pilot {
 public:
     explicit Pilot(Estimate samples) : samples_(std::move(samples)) {}
-    [[nodiscard]] const Foretold* foretold();  // null: without noise
+    [[nodiscard]] const Foretold* foretold();          // null: without noise
+    [[nodiscard]] double seconds_to_foretell() const;  // about; 0 once it is done
 
 private:
     std::optional<Estimate> samples_;  // until it is foretold
@@ -47,6 +48,7 @@ struct ShortTrial {
     double points = 0.0;        // of each scrambling; 0: of independent samples
 
     [[nodiscard]] const Foretold* adaptive() const { return pilot ? pilot->foretold() : nullptr; }
+    [[nodiscard]] double seconds_to_adaptive() const { return pilot ? pilot->seconds_to_foretell() : 0.0; }
     [[nodiscard]] double share_of(std::size_t some) const {
         return static_cast<double>(some) / static_cast<double>(pixels);
     }
@@ -103,8 +105,10 @@ struct ShortTrial {
 [[nodiscard]] std::optional<ShortTrial> independent_trial(RenderJob& job, std::uint64_t samples, std::stop_token stop);
 
 // Two scramblings with half of the samples each. How even the points are shows in how much closer their means are
-// than those of as many independent samples. Sobol points are no less even than those.
-[[nodiscard]] std::optional<ShortTrial> scrambled_trial(RenderJob& job, std::uint64_t samples, std::stop_token stop);
+// than those of as many independent samples. Sobol points are no less even than those. A job that has not rendered
+// before is warm after the first scrambling, so the second tells the time.
+[[nodiscard]] std::optional<ShortTrial> scrambled_trial(
+    RenderJob& job, std::uint64_t samples, bool is_warm, std::stop_token stop);
 
 // A trial beside the best one so far.
 struct ComparedTrials {

@@ -47,6 +47,23 @@ std::vector<Value> picked(std::span<const Value> values, std::span<const std::ui
     return result;
 }
 
+struct Neighbour {
+    int x = 0, y = 0;
+    double weight = 0.0;
+};
+
+// Of the other colour: the four nearest, and those a knight's move away.
+constexpr std::array<Neighbour, 12> neighbours = [] {
+    constexpr int reach = 2;
+    constexpr double nearest = 1.0, others = 0.125;
+    std::array<Neighbour, 12> all;
+    std::size_t next = 0;
+    for (int y = -reach; y <= reach; ++y)
+        for (int x = -reach; x <= reach; ++x)
+            if ((x + y) % 2 != 0) all[next++] = {x, y, x == 0 || y == 0 ? nearest : others};
+    return all;
+}();
+
 // Whole numbers near the values, whose partial sums are the values' own, rounded.
 std::vector<std::uint64_t> rounded(const std::vector<double>& values) {
     std::vector<std::uint64_t> result;
@@ -64,21 +81,17 @@ std::vector<std::uint64_t> rounded(const std::vector<double>& values) {
 }  // namespace
 
 std::vector<double> neighbour_deviations(std::uint32_t width, std::uint32_t height, std::span<const double> variances) {
-    constexpr int reach = 2;
-    constexpr double nearest = 1.0, others = 0.125;  // weights of the four nearest, and of those a knight's move away
     const int columns = static_cast<int>(width), rows = static_cast<int>(height);
     std::vector<double> result(variances.size(), 0.0);
     for (int y = 0; y < rows; ++y)
         for (int x = 0; x < columns; ++x) {
             double sum = 0.0, weights = 0.0;
-            for (int v = std::max(0, y - reach); v <= std::min(rows - 1, y + reach); ++v)
-                for (int u = std::max(0, x - reach); u <= std::min(columns - 1, x + reach); ++u) {
-                    const int distance = std::abs(u - x) + std::abs(v - y);
-                    if (distance % 2 == 0) continue;  // its own colour
-                    const double weight = distance == 1 ? nearest : others;
-                    sum += weight * variances[static_cast<std::size_t>(v) * width + static_cast<std::size_t>(u)];
-                    weights += weight;
-                }
+            for (const Neighbour& near : neighbours) {
+                const int u = x + near.x, v = y + near.y;
+                if (u < 0 || u >= columns || v < 0 || v >= rows) continue;
+                sum += near.weight * variances[static_cast<std::size_t>(v) * width + static_cast<std::size_t>(u)];
+                weights += near.weight;
+            }
             if (weights > 0.0)
                 result[static_cast<std::size_t>(y) * width + static_cast<std::size_t>(x)] = std::sqrt(sum / weights);
         }

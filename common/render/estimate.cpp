@@ -122,8 +122,12 @@ std::vector<Estimate::Piece> Estimate::pieces() const {
 
 Estimate::Plane Estimate::totals() const {
     Plane total(pixel_count() * channel_count);
-    for (const Piece& piece : pieces()) add_into(total, *piece.moments);
+    add_to(total);
     return total;
+}
+
+void Estimate::add_to(Plane& sums) const {
+    for (const Piece& piece : pieces()) add_into(sums, *piece.moments);
 }
 
 double mean_from(const Moments& moments, std::uint64_t count) {

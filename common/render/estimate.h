@@ -82,6 +82,7 @@ public:
 
     // Canonical totals: the pieces added in ascending order.
     [[nodiscard]] Plane totals() const;
+    void add_to(Plane& sums) const;  // likewise
 
 private:
     void insert(Run run, Plane plane);

@@ -25,23 +25,16 @@ GrowingEstimate::Growth GrowingEstimate::grow_to(RenderJob& job, std::uint64_t s
     return {part.seconds, part.device_seconds, now == samples};
 }
 
-Estimate GrowingEstimate::all() const {
-    Estimate all = blocks_;
-    if (ends_within_block()) all.merge(rest_);
-    return all;
-}
-
 FilmMoments GrowingEstimate::film() const {
     FilmMoments film = film_of(blocks_);
-    if (!ends_within_block()) return film;
-    const std::vector<Estimate::Piece> pieces = rest_.pieces();
-    const Estimate::Plane& more = *pieces.front().moments;  // the last one, as Estimate::totals() adds them
-    for (std::size_t i = 0; i < more.size(); ++i) {
-        film.moments[i].sum += more[i].sum;
-        film.moments[i].sum_of_squares += more[i].sum_of_squares;
-    }
+    rest_.add_to(film.moments);  // the last piece
     for (std::uint64_t& samples : film.counts) samples += rest_.count();
     return film;
+}
+
+void GrowingEstimate::add_to(Estimate::Plane& sums) const {
+    blocks_.add_to(sums);
+    rest_.add_to(sums);
 }
 
 }  // namespace tandem

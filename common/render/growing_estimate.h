@@ -34,8 +34,8 @@ public:
     [[nodiscard]] bool ends_within_block() const { return rest_.count() > 0; }
     [[nodiscard]] const Estimate& blocks() const { return blocks_; }  // of no size before the first sample
     [[nodiscard]] const Estimate& rest() const { return rest_; }      // samples of a block that is not whole
-    [[nodiscard]] Estimate all() const;
-    [[nodiscard]] FilmMoments film() const;  // of all; takes less memory
+    [[nodiscard]] FilmMoments film() const;
+    void add_to(Estimate::Plane& sums) const;  // as Estimate::totals() adds
 
 private:
     std::uint64_t first_sample_;

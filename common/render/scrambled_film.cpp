@@ -44,26 +44,32 @@ double ScrambledFilm::samples() const {
 }
 
 FilmMoments ScrambledFilm::film() const {
-    Estimate all = of_scramblings_.front().all();
-    for (std::size_t i = 1; i < of_scramblings_.size(); ++i)
-        if (of_scramblings_[i].count() > 0) all.merge(of_scramblings_[i].all());
-    return film_of(all);
+    FilmMoments film = of_scramblings_.front().film();
+    for (std::size_t i = 1; i < of_scramblings_.size(); ++i) {
+        const GrowingEstimate& own = of_scramblings_[i];
+        own.add_to(film.moments);
+        for (std::uint64_t& samples : film.counts) samples += own.count();
+        film.invalid += own.blocks().invalid();
+    }
+    return film;
 }
 
 // A stop may leave them with different numbers of points. A mean over n_r of them counts n_r times, and its variance is
 // taken to fall as 1 / n_r.
-std::vector<double> ScrambledFilm::pixel_errors() const {
+std::vector<double> ScrambledFilm::pixel_errors(const FilmMoments& film) const {
     if (of_scramblings_.size() < 2 ||
         std::ranges::any_of(of_scramblings_, [](const GrowingEstimate& own) { return own.count() == 0; }))
         return {};
     const double all = samples(), degrees = static_cast<double>(of_scramblings_.size() - 1);
-    const std::vector<double> mean = mean_of(film());
-    std::vector<double> errors(mean.size() / channel_count, 0.0);
+    std::vector<double> errors(film.pixel_count(), 0.0);
+    Estimate::Plane sums;
     for (const GrowingEstimate& own : of_scramblings_) {
-        const double weight = static_cast<double>(own.count()) / all;
-        const std::vector<double> of_own = mean_of(own.film());
-        for (std::size_t i = 0; i < mean.size(); ++i) {
-            const double deviation = of_own[i] - mean[i];
+        const auto count = static_cast<double>(own.count());
+        const double weight = count / all;
+        sums.assign(film.moments.size(), {});
+        own.add_to(sums);
+        for (std::size_t i = 0; i < sums.size(); ++i) {
+            const double deviation = sums[i].sum / count - film.moments[i].sum / all;
             errors[i / channel_count] += weight * deviation * deviation / degrees;
         }
     }

@@ -130,7 +130,8 @@ std::vector<double> pixel_errors(const FilmMoments& film) {
 // Root of the mean of squared errors over pixels and channels, divided by their mean.
 std::optional<double> relative_error_from(const FilmMoments& film, const std::vector<double>& errors) {
     double mean = 0.0, variance = 0.0;
-    for (const double value : mean_of(film)) mean += value;
+    for (std::size_t i = 0; i < film.moments.size(); ++i)
+        mean += mean_from(film.moments[i], film.counts[i / channel_count]);
     if (mean <= 0.0 || errors.empty()) return std::nullopt;
     for (const double error : errors) variance += error;
     const double values = static_cast<double>(film.pixel_count() * channel_count);
@@ -194,13 +195,13 @@ public:
         return scrambled_ ? scrambled_->grow_to(samples / scramblings_, control) : growing_->grow_to(samples, control);
     }
     [[nodiscard]] double samples() const { return scrambled_ ? scrambled_->samples() : growing_->samples(); }
-    void tell(StoppedRender& result) const {
+    void tell(StoppedRender& result) {
         result.film = scrambled_ ? scrambled_->film() : growing_->film();
-        result.relative_error =
-            scrambled_ ? relative_error_from(result.film, scrambled_->pixel_errors()) : relative_error_of(result.film);
+        if (scrambled_) errors_ = scrambled_->pixel_errors(result.film);
+        result.relative_error = scrambled_ ? relative_error_from(result.film, errors_) : relative_error_of(result.film);
     }
     [[nodiscard]] std::optional<ErrorInterval> interval(const StoppedRender& result) const {
-        return scrambled_ ? interval_of(*result.relative_error, scrambled_->pixel_errors(), scramblings_)
+        return scrambled_ ? interval_of(*result.relative_error, errors_, scramblings_)
                           : interval_of(result.film, *result.relative_error, growing_->scatter());
     }
 
@@ -208,6 +209,7 @@ private:
     unsigned scramblings_;
     std::optional<GrowingFilm> growing_;
     std::optional<ScrambledFilm> scrambled_;
+    std::vector<double> errors_;  // of scramblings, squared, of each pixel, as told last
 };
 
 }  // namespace

@@ -2,6 +2,7 @@
 #include <doctest/doctest.h>
 
 #include <cmath>
+#include <utility>
 
 #include "common/cost/settings_trial.h"
 
@@ -49,6 +50,15 @@ TEST_CASE("how far a forecast may be off grows with how far it goes on") {
     // A relative error of a tenth, and as much of the gain as its logarithm over that of the points.
     CHECK(trial.uncertainty_at(std::sqrt(0.5 * trial.error_of(32.0))) ==
           doctest::Approx(0.1 * (1.0 + std::log(2.0) / std::log(16.0)) / 1.05));
+}
+
+TEST_CASE("what it takes to foretell adaptive sampling is known before, and nothing once it is foretold") {
+    Estimate samples(64, 32);
+    samples.add_block({0, 8}, Estimate::Plane(samples.pixel_count() * channel_count, {8.0, 9.0}));
+    Pilot pilot(std::move(samples));
+    CHECK(pilot.seconds_to_foretell() > 0.0);
+    CHECK(pilot.foretold() != nullptr);
+    CHECK(pilot.seconds_to_foretell() == 0.0);
 }
 
 TEST_CASE("roulette that a scene has is held against none, as none is held against it") {

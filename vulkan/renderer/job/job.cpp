@@ -225,11 +225,12 @@ Moments VulkanJob::moments_of(const gpu::Vec4& sums) const {
 void VulkanJob::collect(const Tile& tile, bool went_on, std::vector<Estimate::Plane>& planes) {
     const gpu::Vec4* sums = resources_.downloaded_sums();
     const std::size_t pixels = tile.pixel_count / planes.size();
-    for (std::size_t channel = 0; channel < channel_count; ++channel)
-        for (Estimate::Plane& plane : planes) {
-            Moments* target = &plane[std::size_t{tile.first_pixel} * channel_count + channel];
-            for (std::size_t i = 0; i < pixels; ++i) target[i * channel_count] = moments_of(*sums++);
-        }
+    for (Estimate::Plane& plane : planes) {
+        Moments* target = &plane[std::size_t{tile.first_pixel} * channel_count];
+        for (std::size_t i = 0; i < pixels; ++i, ++sums)
+            for (std::size_t channel = 0; channel < channel_count; ++channel)
+                *target++ = moments_of(sums[channel * tile.pixel_count]);
+    }
     if (accumulation_ == Accumulation::plain) running_sums_.leave_growth(planes.front(), went_on);
 }
 
@@ -314,7 +315,8 @@ RenderResult VulkanJob::render_film(SampleRange range, const Film& film, const R
         const std::uint64_t blocks = blocks_at_once({block.begin, range.end}, film);
         block.end = std::min(block.begin + samples_per_block, range.end);
         progress.keeps_sums = running_sums_.take(block.begin) && accumulation_ == Accumulation::plain;
-        std::vector<Estimate::Plane> planes(blocks, Estimate::Plane(result.estimate.pixel_count() * channel_count));
+        std::vector<Estimate::Plane> planes(blocks);
+        for (Estimate::Plane& plane : planes) plane.resize(result.estimate.pixel_count() * channel_count);
         const std::uint64_t done = render_block(block, film, progress, planes);
         if (done == 0) break;
         running_sums_.reached(block.begin + done);
