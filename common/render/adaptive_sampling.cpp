@@ -52,7 +52,7 @@ struct Neighbour {
     double weight = 0.0;
 };
 
-// Of the other colour: the four nearest, and those a knight's move away.
+// Pixels of the other colour: the four nearest, and those a knight's move away.
 constexpr std::array<Neighbour, 12> neighbours = [] {
     constexpr int reach = 2;
     constexpr double nearest = 1.0, others = 0.125;
