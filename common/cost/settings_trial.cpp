@@ -125,14 +125,14 @@ std::optional<ShortTrial> scrambled_trial(RenderJob& job, std::uint64_t samples,
             const double mean_a = per_point * sums_a[c].sum, mean_b = per_point * sums_b[c].sum;
             mean += 0.5 * (mean_a + mean_b);
             of_mean += 0.5 * (mean_a - mean_b) * (mean_a - mean_b);
-            // Cancellation can leave a tiny negative number where all samples are equal.
+            // As variance_from() has them, without its divisions: there are many values, and a GPU waits.
             deviations += std::max(0.0, sums_a[c].sum_of_squares - mean_a * sums_a[c].sum) +
                           std::max(0.0, sums_b[c].sum_of_squares - mean_b * sums_b[c].sum);
         }
         means.add(mean);
         between.add(of_mean);
-        // With s^2 = sum / (n - 1) of squared deviations. Points differ more from their mean where that has less
-        // variance: E s^2 = n / (n - 1) (variance - error).
+        // Points differ more from their mean where that has less variance: the mean of their squared deviations is
+        // variance - error.
         noises.add(of_mean + 0.5 * per_point * deviations);
     }
     ShortTrial trial;
@@ -150,8 +150,11 @@ std::optional<ShortTrial> scrambled_trial(RenderJob& job, std::uint64_t samples,
     trial.samples = samples;
     trial.points = n;
     const auto on_device = [](const RenderResult& one) { return one.device_seconds.value_or(one.seconds); };
-    const RenderResult& first = is_warm ? a : b;
-    trial.take_time(0.5 * (first.seconds + b.seconds), 0.5 * (on_device(first) + on_device(b)), n);
+    const RenderResult& sooner = on_device(a) < on_device(b) ? a : b;
+    if (is_warm)
+        trial.take_time(0.5 * (a.seconds + b.seconds), 0.5 * (on_device(a) + on_device(b)), n);
+    else
+        trial.take_time(sooner.seconds, on_device(sooner), n);
     trial.scramblings = scramblings_for(trial.pixels);
     trial.least = least_judged(trial.pixels, trial.scramblings);
     return trial;

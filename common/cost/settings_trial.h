@@ -85,7 +85,7 @@ struct ShortTrial {
         seconds_a_sample = std::max(on_device / taken, 1e-12);
         seconds_a_call = std::max(0.0, seconds - on_device);
     }
-    // By a trial with so many samples, the first one included that warms up.
+    // By a trial with so many samples, with the first one that warms up where they are independent.
     [[nodiscard]] double seconds_taken(std::uint64_t trial_samples) const {
         return 2.0 * seconds_a_call + static_cast<double>(trial_samples) * seconds_a_sample;
     }
@@ -105,8 +105,8 @@ struct ShortTrial {
 [[nodiscard]] std::optional<ShortTrial> independent_trial(RenderJob& job, std::uint64_t samples, std::stop_token stop);
 
 // Two scramblings with half of the samples each. How even the points are shows in how much closer their means are
-// than those of as many independent samples. Sobol points are no less even than those. A job that has not rendered
-// before is warm after the first scrambling, so the second tells the time.
+// than those of as many independent samples. Sobol points are no less even than those. Where the job is not warm, the
+// sooner of the two tells the time.
 [[nodiscard]] std::optional<ShortTrial> scrambled_trial(
     RenderJob& job, std::uint64_t samples, bool is_warm, std::stop_token stop);
 

@@ -3,7 +3,6 @@
 
 #include <cmath>
 #include <thread>
-#include <utility>
 #include <vector>
 
 #include "common/cost/choose_settings.h"
@@ -150,42 +149,49 @@ TEST_CASE("what a call takes is forecast once, not for every sample") {
               doctest::Approx(DistantRenderer::call_seconds).epsilon(0.01));
 }
 
-// A device whose first call for a job takes a hundred times as long as others. It notes how many samples a call has.
-class ColdRenderer : public Renderer {
+// A device whose first call for a job, or a later one, takes a hundred times as long as others. It notes how many
+// samples a call has.
+class OnceSlowRenderer : public Renderer {
 public:
+    explicit OnceSlowRenderer(unsigned slow_call) : slow_call_(slow_call) {}
     RendererInfo info() const override { return device_.info(); }
     std::unique_ptr<RenderJob> prepare(const Scene& scene, const RenderSettings& settings) override {
         struct Job : RenderJob {
             std::unique_ptr<RenderJob> device;
             std::vector<std::uint64_t>* calls = nullptr;
-            bool is_cold = true;
+            unsigned until_slow = 0;
             RenderResult render(SampleRange range, const RenderControl& control) override {
                 calls->push_back(range.count());
                 RenderResult result = device->render(range, control);
-                if (std::exchange(is_cold, false)) result.seconds *= 100.0;
+                if (until_slow-- == 0) result.seconds *= 100.0;
                 return result;
             }
         };
         auto job = std::make_unique<Job>();
         job->device = device_.prepare(scene, settings);
         job->calls = &calls;
+        job->until_slow = slow_call_;
         return job;
     }
 
     std::vector<std::uint64_t> calls;
 
 private:
+    unsigned slow_call_;
     TrialRenderer device_{1.0, true, 10.0};
 };
 
-TEST_CASE("a first trial renders its two scramblings alone, and the second tells the time") {
-    ColdRenderer cold;
-    RenderSettings settings;
-    settings.width = settings.height = 128;
-    const SettingsChoice choice = choose_settings({}, settings, {}, cold, {.relative_error = 0.06}, {});
-    CHECK(cold.calls == std::vector<std::uint64_t>{4, 4});
-    CHECK(choice.trials.at(0).seconds_to_error == doctest::Approx(11.1 * seconds_of_sample).epsilon(0.1));
-    CHECK(choice.trials.at(1).seconds_to_error == doctest::Approx(32 * seconds_of_sample));
+TEST_CASE("a first trial renders its two scramblings alone, and the sooner one tells the time") {
+    for (const unsigned slow_call : {0u, 1u}) {
+        CAPTURE(slow_call);
+        OnceSlowRenderer once_slow(slow_call);
+        RenderSettings settings;
+        settings.width = settings.height = 128;
+        const SettingsChoice choice = choose_settings({}, settings, {}, once_slow, {.relative_error = 0.06}, {});
+        CHECK(once_slow.calls == std::vector<std::uint64_t>{4, 4});
+        CHECK(choice.trials.at(0).seconds_to_error == doctest::Approx(11.1 * seconds_of_sample).epsilon(0.1));
+        CHECK(choice.trials.at(1).seconds_to_error == doctest::Approx(32 * seconds_of_sample));
+    }
 }
 
 TEST_CASE("a first trial that outlasts its time leaves the given settings, and nothing is said of it") {

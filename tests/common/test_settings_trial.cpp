@@ -53,10 +53,16 @@ TEST_CASE("how far a forecast may be off grows with how far it goes on") {
 }
 
 TEST_CASE("what it takes to foretell adaptive sampling is known before, and nothing once it is foretold") {
-    Estimate samples(64, 32);
-    samples.add_block({0, 8}, Estimate::Plane(samples.pixel_count() * channel_count, {8.0, 9.0}));
-    Pilot pilot(std::move(samples));
-    CHECK(pilot.seconds_to_foretell() > 0.0);
+    const auto pilot_of = [](std::uint32_t width) {
+        Estimate samples(width, 32);
+        samples.add_block({0, 8}, Estimate::Plane(samples.pixel_count() * channel_count, {8.0, 9.0}));
+        return Pilot(std::move(samples));
+    };
+    Pilot pilot = pilot_of(64);
+    const double seconds = pilot.seconds_to_foretell();
+    CHECK(seconds > 1e-5);
+    CHECK(seconds < 1e-2);
+    CHECK(pilot_of(128).seconds_to_foretell() == doctest::Approx(2.0 * seconds));
     CHECK(pilot.foretold() != nullptr);
     CHECK(pilot.seconds_to_foretell() == 0.0);
 }
