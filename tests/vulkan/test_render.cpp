@@ -114,6 +114,22 @@ TEST_CASE("the same samples give the same bits, however the range is cut at bloc
     }
 }
 
+TEST_CASE("plain sums go on from call to call as within one, and begin anew after one that failed") {
+    RenderSettings settings = settings_of(16, 6);
+    settings.accumulation = Accumulation::plain;
+    const auto new_job = [&] { return default_renderer().prepare(full_scene(), settings); };
+    const auto job = new_job();
+    Estimate parts = job->render({0, 64}).estimate;
+    parts.merge(job->render({64, 192}).estimate);
+    parts.merge(job->render({192, 256}).estimate);
+    CHECK(same_bits(parts, new_job()->render({0, 256}).estimate));
+    const RenderControl failing{.stop = {}, .progress = [](double done) {
+                                    if (done > 64.0) throw Error("within the second block");
+                                }};
+    CHECK_THROWS_AS(static_cast<void>(job->render({256, 384}, failing)), Error);
+    CHECK(same_bits(job->render({320, 384}).estimate, new_job()->render({320, 384}).estimate));
+}
+
 TEST_CASE("another seed gives other samples") {
     const Estimate one = render(full_scene(), settings_of(8, 3), 4).estimate;
     const Estimate other = render(full_scene(), settings_of(8, 3, Integrator::path, 2), 4).estimate;

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <functional>
 #include <limits>
 #include <optional>
 #include <utility>
@@ -33,9 +34,13 @@ struct VulkanJob::Progress {
     double tile_share = 1.0;
     double device_seconds = 0.0;
     bool has_device_clock = true;
-    bool keeps_sums = false;    // the block goes on with the sums of the one before
-    std::uint64_t invalid = 0;  // samples that the estimate does not count yet
+    bool keeps_sums = false;                 // the block goes on with the sums of the one before
+    std::uint64_t invalid = 0;               // samples that the estimate does not count yet
+    std::function<void()> uncollected = {};  // takes in what was downloaded last
 
+    void collect() {
+        if (uncollected) std::exchange(uncollected, nullptr)();
+    }
     void report(double samples_of_tile) const {
         if (control.progress) control.progress(samples_before + tile_share * samples_of_tile);
     }
@@ -131,13 +136,23 @@ void VulkanJob::download(const Tile& tile) {
             "the driver left the megakernel's loops before its paths had ended; use --kernel stages or fewer bounces");
 }
 
+// The host takes in the block before while the device renders. Where that may be what took longer, the device's clock
+// tells how long it rendered.
 double VulkanJob::run(Progress& progress) {
     const Stopwatch watch;
-    const std::optional<double> device_seconds = submit().device;
+    const bool collects = progress.uncollected != nullptr;
+    submit_frame();
+    try {
+        progress.collect();
+    } catch (...) {
+        (void)submission_.finish();
+        throw;
+    }
+    const std::optional<double> device_seconds = submission_.finish().device;
     progress.device_seconds += device_seconds.value_or(0.0);
     progress.has_device_clock = progress.has_device_clock && device_seconds.has_value();
     instance_.log().raise();
-    return watch.seconds();
+    return collects && device_seconds ? *device_seconds : watch.seconds();
 }
 
 // The device's running count of invalid samples.
@@ -221,8 +236,8 @@ Moments VulkanJob::moments_of(const gpu::Vec4& sums) const {
     return {double{sums.x} + double{sums.y}, double{sums.z} + double{sums.w}};
 }
 
-// A tile holds its pixels once for each plane.
-void VulkanJob::collect(const Tile& tile, bool went_on, std::vector<Estimate::Plane>& planes) {
+// Adds what was downloaded to `planes`. A tile holds its pixels once for each of them.
+void VulkanJob::collect(const Tile& tile, std::vector<Estimate::Plane>& planes) const {
     const gpu::Vec4* sums = resources_.downloaded_sums();
     const std::size_t pixels = tile.pixel_count / planes.size();
     for (Estimate::Plane& plane : planes) {
@@ -231,7 +246,6 @@ void VulkanJob::collect(const Tile& tile, bool went_on, std::vector<Estimate::Pl
             for (std::size_t channel = 0; channel < channel_count; ++channel)
                 *target++ = moments_of(sums[channel * tile.pixel_count]);
     }
-    if (accumulation_ == Accumulation::plain) running_sums_.leave_growth(planes.front(), went_on);
 }
 
 RenderResult VulkanJob::render(SampleRange range, const RenderControl& control) {
@@ -256,50 +270,75 @@ std::uint64_t VulkanJob::blocks_at_once(SampleRange left, const Film& film) cons
     return std::max<std::uint64_t>(1, std::min(room, (end - left.begin) / samples_per_block));
 }
 
-// Renders samples for all tiles of a film of `planes`; returns how many every pixel has. Several tiles: all of them or
-// none. `sums`: where several tiles go on from, and what they leave.
-std::uint64_t VulkanJob::render_tiles(SampleRange samples, const Film& film, Progress& progress,
-    std::vector<Estimate::Plane>& planes, std::vector<gpu::Vec4>* sums) {
-    const Tile& all = film.all;
-    const std::uint32_t end = all.first_pixel + static_cast<std::uint32_t>(planes.size()) * all.pixel_count;
-    std::uint64_t done = samples.count();
-    for (std::uint32_t first = all.first_pixel; first < end; first += tile_pixels_) {
-        Tile tile{first, std::min(tile_pixels_, end - first), 0, first > all.first_pixel};
-        progress.tile_share = static_cast<double>(tile.pixel_count) / all.pixel_count;
-        if (!film.listed.empty()) add_pixel_list(tile, film.listed);
-        const std::size_t place = sums_per_pixel * std::size_t{first - all.first_pixel};
-        const bool goes_on = sums != nullptr && samples.begin % samples_per_block != 0;
-        if (goes_on) restore_sums(tile, sums->data() + place);
-        done = render_tile_block(tile, samples, progress, goes_on || progress.keeps_sums);
-        progress.samples_before += progress.tile_share * static_cast<double>(done);
-        if (sums != nullptr && done < samples.count()) return 0;
-        if (done > 0) collect(tile, progress.keeps_sums, planes);
-        if (sums != nullptr)
-            std::copy_n(resources_.downloaded_sums(), sums_per_pixel * tile.pixel_count, sums->data() + place);
-    }
+// The pixels of a film from `first` to `end`, as many as fit.
+Tile VulkanJob::begin_tile(const Film& film, std::uint32_t first, std::uint32_t end, Progress& progress) {
+    Tile tile{first, std::min(tile_pixels_, end - first), 0, first > film.all.first_pixel};
+    progress.tile_share = static_cast<double>(tile.pixel_count) / film.all.pixel_count;
+    if (!film.listed.empty()) add_pixel_list(tile, film.listed);
+    return tile;
+}
+
+// Samples that every pixel of one tile has. `blocks` that long lie side by side. They are collected later.
+std::uint64_t VulkanJob::render_at_once(
+    SampleRange block, std::uint64_t blocks, const Film& film, Progress& progress, Estimate& estimate) {
+    const auto places = static_cast<std::uint32_t>(blocks * film.all.pixel_count);
+    const Tile tile = begin_tile(film, film.all.first_pixel, film.all.first_pixel + places, progress);
+    const bool went_on = progress.keeps_sums;
+    const std::uint64_t done = render_tile_block(tile, block, progress, went_on);
+    progress.samples_before += progress.tile_share * static_cast<double>(done);
+    if (done == 0) return 0;
+    // After a stop the first alone counts, so that no samples are missing before others.
+    const std::uint64_t whole = done < block.count() ? 1 : blocks;
+    progress.uncollected = [=, this, &estimate] {
+        std::vector<Estimate::Plane> planes(blocks);
+        for (Estimate::Plane& plane : planes) plane.resize(estimate.pixel_count() * channel_count);
+        collect(tile, planes);
+        if (accumulation_ == Accumulation::plain) running_sums_.leave_growth(planes.front(), went_on);
+        for (std::uint64_t k = 0; k < whole; ++k) {
+            const std::uint64_t begin = block.begin + k * samples_per_block;
+            estimate.add_block({begin, begin + done}, std::move(planes[k]));
+        }
+    };
     return done;
 }
 
-// Samples of a block that every pixel has, in `planes`. Tiles that share buffers take turns in passes, each as long as
-// all before it: a stop costs half of the block's work at most.
-std::uint64_t VulkanJob::render_block(
-    SampleRange block, const Film& film, Progress& progress, std::vector<Estimate::Plane>& planes) {
-    const std::uint64_t pixels = planes.size() * film.all.pixel_count;
-    if (pixels <= tile_pixels_) return render_tiles(block, film, progress, planes, nullptr);
-    std::vector<gpu::Vec4> sums(sums_per_pixel * pixels);
+// Renders samples for all tiles of a film, which go on from `sums` and leave theirs there; returns whether all did.
+bool VulkanJob::render_tiles(SampleRange samples, const Film& film, Progress& progress,
+    std::vector<Estimate::Plane>& planes, std::vector<gpu::Vec4>& sums) {
+    const std::uint32_t end = film.all.first_pixel + film.all.pixel_count;
+    for (std::uint32_t first = film.all.first_pixel; first < end; first += tile_pixels_) {
+        const Tile tile = begin_tile(film, first, end, progress);
+        gpu::Vec4* const own = sums.data() + sums_per_pixel * std::size_t{first - film.all.first_pixel};
+        const bool goes_on = samples.begin % samples_per_block != 0;
+        if (goes_on) restore_sums(tile, own);
+        const std::uint64_t done = render_tile_block(tile, samples, progress, goes_on);
+        progress.samples_before += progress.tile_share * static_cast<double>(done);
+        if (done < samples.count()) return false;
+        collect(tile, planes);
+        std::copy_n(resources_.downloaded_sums(), sums_per_pixel * tile.pixel_count, own);
+    }
+    return true;
+}
+
+// Samples of a block that every pixel has. Tiles that share buffers take turns in passes, each as long as all before
+// it: a stop costs half of the block's work at most.
+std::uint64_t VulkanJob::render_in_passes(SampleRange block, const Film& film, Progress& progress, Estimate& estimate) {
+    std::vector<gpu::Vec4> sums(sums_per_pixel * std::size_t{film.all.pixel_count});
+    std::vector<Estimate::Plane> planes(1, Estimate::Plane(estimate.pixel_count() * channel_count));
     std::uint64_t done = 0;
     while (done < block.count()) {
         const std::uint64_t count = std::min(std::max<std::uint64_t>(1, done), block.count() - done);
         const SampleRange pass{block.begin + done, block.begin + done + count};
         std::vector<Estimate::Plane> next = planes;
         const std::uint64_t invalid = progress.invalid;
-        if (render_tiles(pass, film, progress, next, &sums) == 0) {
+        if (!render_tiles(pass, film, progress, next, sums)) {
             progress.invalid = invalid;  // without those of the tiles that were done
             break;
         }
         planes = std::move(next);
         done += count;
     }
+    if (done > 0) estimate.add_block({block.begin, block.begin + done}, std::move(planes.front()));
     return done;
 }
 
@@ -310,22 +349,24 @@ RenderResult VulkanJob::render_film(SampleRange range, const Film& film, const R
     const Stopwatch watch;
     RenderResult result{Estimate(film.width, film.height), 0.0, std::nullopt};
     Progress progress{control};
+    std::optional<std::uint64_t> reach;  // of the sums on the device
+    if (running_sums_.take(range.begin)) reach = range.begin;
     for (SampleRange block{range.begin, 0}; block.begin < range.end && !control.stop.stop_requested();
          block.begin = block.end) {
         const std::uint64_t blocks = blocks_at_once({block.begin, range.end}, film);
         block.end = std::min(block.begin + samples_per_block, range.end);
-        progress.keeps_sums = running_sums_.take(block.begin) && accumulation_ == Accumulation::plain;
-        std::vector<Estimate::Plane> planes(blocks);
-        for (Estimate::Plane& plane : planes) plane.resize(result.estimate.pixel_count() * channel_count);
-        const std::uint64_t done = render_block(block, film, progress, planes);
+        progress.keeps_sums = std::exchange(reach, std::nullopt) && accumulation_ == Accumulation::plain;
+        const std::uint64_t done = film.all.pixel_count <= tile_pixels_
+                                       ? render_at_once(block, blocks, film, progress, result.estimate)
+                                       : render_in_passes(block, film, progress, result.estimate);
         if (done == 0) break;
-        running_sums_.reached(block.begin + done);
-        result.estimate.add_block({block.begin, block.begin + done}, std::move(planes.front()));
+        reach = block.begin + done;
         result.estimate.add_invalid(std::exchange(progress.invalid, 0));
-        if (done < block.count()) break;  // of blocks side by side the first alone goes on from what there was
-        for (std::size_t k = 1; k < blocks; ++k, block.end += samples_per_block)
-            result.estimate.add_block({block.end, block.end + samples_per_block}, std::move(planes[k]));
+        if (done < block.count()) break;
+        block.end += (blocks - 1) * samples_per_block;
     }
+    progress.collect();
+    if (reach) running_sums_.reached(*reach);
     if (progress.has_device_clock) result.device_seconds = progress.device_seconds;
     result.seconds = watch.seconds();
     return result;

@@ -1,5 +1,6 @@
 // One scene on one device. Cuts a render into blocks of samples and tiles of pixels, and submits what the recorder of
-// its kernel shape adds (recorders/). Decides when to stop, and collects the sums.
+// its kernel shape adds (recorders/). Decides when to stop, and collects the sums: those of a block while the device
+// renders the next one.
 #pragma once
 
 #include "common/render/renderer.h"
@@ -55,10 +56,13 @@ private:
     struct Progress;
 
     [[nodiscard]] RenderResult render_film(SampleRange range, const Film& film, const RenderControl& control);
-    [[nodiscard]] std::uint64_t render_block(
-        SampleRange block, const Film& film, Progress& progress, std::vector<Estimate::Plane>& planes);
-    [[nodiscard]] std::uint64_t render_tiles(SampleRange samples, const Film& film, Progress& progress,
-        std::vector<Estimate::Plane>& planes, std::vector<gpu::Vec4>* sums);
+    [[nodiscard]] Tile begin_tile(const Film& film, std::uint32_t first, std::uint32_t end, Progress& progress);
+    [[nodiscard]] std::uint64_t render_at_once(
+        SampleRange block, std::uint64_t blocks, const Film& film, Progress& progress, Estimate& estimate);
+    [[nodiscard]] bool render_tiles(SampleRange samples, const Film& film, Progress& progress,
+        std::vector<Estimate::Plane>& planes, std::vector<gpu::Vec4>& sums);
+    [[nodiscard]] std::uint64_t render_in_passes(
+        SampleRange block, const Film& film, Progress& progress, Estimate& estimate);
     [[nodiscard]] std::uint64_t render_tile_block(
         const Tile& tile, SampleRange block, Progress& progress, bool keeps_sums);
     void restore_sums(const Tile& tile, const gpu::Vec4* sums);
@@ -71,7 +75,7 @@ private:
     void add_pixel_list(Tile& tile, std::span<const std::uint32_t> listed);
     void download(const Tile& tile);
     [[nodiscard]] std::uint32_t count_invalid();
-    void collect(const Tile& tile, bool went_on, std::vector<Estimate::Plane>& planes);
+    void collect(const Tile& tile, std::vector<Estimate::Plane>& planes) const;
     [[nodiscard]] Moments moments_of(const gpu::Vec4& sums) const;
 
     // The pixels that are this job's.
