@@ -26,7 +26,8 @@ constexpr double trials_share = 0.18;  // of the seconds that the best settings 
 // tests/records/accuracy/ACCURACY.md.
 constexpr double sobol_gain = 2.3;
 constexpr std::uint64_t least_trial_samples = 8, most_trial_samples = 4096;
-constexpr double known_enough = 0.05;  // how far a trial's squared error may be off, relatively
+constexpr double foretelling_share = 0.1;  // of the time of trials, so that it leaves them the most
+constexpr double known_enough = 0.05;      // how far a trial's squared error may be off, relatively
 
 // As short a trial as tells enough: until `is_clear`, but of no more than so many seconds where more than the least
 // samples, or than those of a trial before.
@@ -194,7 +195,7 @@ public:
         change(settings);
         const bool sobol = settings.generator == Generator::sobol;
         const std::uint64_t least = sobol && !is_sobol() ? 2 * least_points : least_trial_samples;
-        const double needed = preparation_ + best_->seconds_taken(least + 1);
+        const double needed = preparation_ + best_->seconds_taken(least + (sobol ? 0 : 1));
         const double left = seconds_left();
         if (needed > left || stop_.stop_requested()) return;
         const double each = std::max(needed, left / static_cast<double>(others + 1));
@@ -256,9 +257,9 @@ public:
         const double one = independent.seconds_a_sample;
         const double alike = static_cast<double>(least_alike) * one;  // up to so many samples it is uniform sampling
         const double uniform_seconds = independent.seconds_to(goal_.relative_error);
-        if (uniform_seconds <= alike || most_seconds_left() <= independent.seconds_to_adaptive() ||
-            !may_adapt(settings))
-            return;
+        // Whether there is time for what follows.
+        const double needed = independent.seconds_to_adaptive() + preparation_ + 2.0 * one;
+        if (uniform_seconds <= alike || needed > most_seconds_left() || !may_adapt(settings)) return;
         const Foretold* foretold = foretold_by(independent);
         if (foretold == nullptr) return;
         settings.sampling = Sampling::adaptive;
@@ -302,7 +303,7 @@ private:
     // what it may save.
     [[nodiscard]] double seconds_left() {
         double most = most_seconds_left();
-        if (most <= best_->seconds_to_adaptive() || !may_still_adapt_) return most;
+        if (!may_still_adapt_ || best_->seconds_to_adaptive() > foretelling_share * most) return most;
         const Foretold* foretold = foretold_by(*best_);
         most = most_seconds_left();
         if (foretold == nullptr) return most;
