@@ -8,6 +8,8 @@
 #include <span>
 #include <vector>
 
+#include "common/large_pages.h"
+
 namespace tandem {
 
 struct FilmSize {
@@ -43,7 +45,7 @@ public:
         std::uint32_t level = 0;
         auto operator<=>(const Run&) const = default;
     };
-    using Plane = std::vector<Moments>;  // [(y * width + x) * 3 + channel]
+    using Plane = std::vector<Moments, LargePages<Moments>>;  // [(y * width + x) * 3 + channel]
 
     Estimate() = default;
     Estimate(std::uint32_t width, std::uint32_t height);
