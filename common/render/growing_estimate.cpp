@@ -1,6 +1,7 @@
 #include "common/render/growing_estimate.h"
 
 #include <algorithm>
+#include <iterator>
 #include <utility>
 
 namespace tandem {
@@ -30,6 +31,12 @@ FilmMoments GrowingEstimate::film() const {
     rest_.add_to(film.moments);  // the last piece
     for (std::uint64_t& samples : film.counts) samples += rest_.count();
     return film;
+}
+
+std::vector<Estimate::Piece> GrowingEstimate::pieces() const {
+    std::vector<Estimate::Piece> all = blocks_.pieces();
+    std::ranges::copy(rest_.pieces(), std::back_inserter(all));
+    return all;
 }
 
 void GrowingEstimate::add_to(Estimate::Plane& sums) const {

@@ -3,6 +3,7 @@
 
 #include <functional>
 #include <optional>
+#include <vector>
 
 #include "common/render/renderer.h"
 
@@ -35,7 +36,8 @@ public:
     [[nodiscard]] const Estimate& blocks() const { return blocks_; }  // of no size before the first sample
     [[nodiscard]] const Estimate& rest() const { return rest_; }      // samples of a block that is not whole
     [[nodiscard]] FilmMoments film() const;
-    void add_to(Estimate::Plane& sums) const;  // as Estimate::totals() adds
+    [[nodiscard]] std::vector<Estimate::Piece> pieces() const;  // ascending, see Estimate::pieces()
+    void add_to(Estimate::Plane& sums) const;                   // as Estimate::totals() adds
 
 private:
     std::uint64_t first_sample_;

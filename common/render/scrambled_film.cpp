@@ -56,24 +56,37 @@ FilmMoments ScrambledFilm::film() const {
 
 // A stop may leave them with different numbers of points. A mean over n_r of them counts n_r times, and its variance is
 // taken to fall as 1 / n_r.
-std::vector<double> ScrambledFilm::pixel_errors(const FilmMoments& film) const {
-    if (of_scramblings_.size() < 2 ||
-        std::ranges::any_of(of_scramblings_, [](const GrowingEstimate& own) { return own.count() == 0; }))
-        return {};
+ScrambledFilm::Scatter ScrambledFilm::scatter() const {
+    struct Own {
+        std::vector<const Moments*> pieces;
+        double per_point = 0.0, weight = 0.0, mean = 0.0;
+    };
     const double all = samples(), degrees = static_cast<double>(of_scramblings_.size() - 1);
-    std::vector<double> errors(film.pixel_count(), 0.0);
-    Estimate::Plane sums;
+    if (all == 0.0) return {};
+    std::vector<Own> scramblings;
     for (const GrowingEstimate& own : of_scramblings_) {
         const auto count = static_cast<double>(own.count());
-        const double weight = count / all;
-        sums.assign(film.moments.size(), {});
-        own.add_to(sums);
-        for (std::size_t i = 0; i < sums.size(); ++i) {
-            const double deviation = sums[i].sum / count - film.moments[i].sum / all;
-            errors[i / channel_count] += weight * deviation * deviation / degrees;
-        }
+        scramblings.push_back({{}, count > 0.0 ? 1.0 / count : 0.0, count / all});
+        for (const Estimate::Piece& piece : own.pieces()) scramblings.back().pieces.push_back(piece.moments->data());
     }
-    return errors;
+    const bool tells =
+        degrees > 0.0 && std::ranges::all_of(scramblings, [](const Own& own) { return own.weight > 0.0; });
+    const std::uint64_t pixels = of_scramblings_.front().blocks().pixel_count();
+    Scatter scatter{0.0, std::vector<double>(tells ? pixels : 0)};
+    for (std::size_t i = 0; i < pixels * channel_count; ++i) {
+        double mean = 0.0, error = 0.0;
+        for (Own& own : scramblings) {
+            double sum = 0.0;
+            for (const Moments* piece : own.pieces) sum += piece[i].sum;
+            own.mean = own.per_point * sum;
+            mean += own.weight * own.mean;
+        }
+        for (const Own& own : scramblings) error += own.weight * (own.mean - mean) * (own.mean - mean);
+        scatter.mean += mean;
+        if (tells) scatter.pixel_errors[i / channel_count] += error / degrees;
+    }
+    scatter.mean /= static_cast<double>(pixels * channel_count);
+    return scatter;
 }
 
 }  // namespace tandem

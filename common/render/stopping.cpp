@@ -5,6 +5,8 @@
 #include <bit>
 #include <cmath>
 #include <functional>
+#include <numeric>
+#include <utility>
 #include <vector>
 
 #include "common/deadline.h"
@@ -120,22 +122,19 @@ double fraction_done(const StoppingRule& rule, double samples, double seconds, s
 
 // Variance of the mean of every pixel, its channels added up, as they share paths.
 std::vector<double> pixel_errors(const FilmMoments& film) {
-    const std::vector<double> variances = variance_of(film);
     std::vector<double> errors(film.pixel_count(), 0.0);
-    for (std::size_t i = 0; i < variances.size(); ++i)
-        errors[i / channel_count] += variances[i] / static_cast<double>(film.counts[i / channel_count]);
+    for (std::size_t i = 0; i < film.moments.size(); ++i) {
+        const std::uint64_t count = film.counts[i / channel_count];
+        errors[i / channel_count] += variance_from(film.moments[i], count) / static_cast<double>(count);
+    }
     return errors;
 }
 
-// Root of the mean of squared errors over pixels and channels, divided by their mean.
-std::optional<double> relative_error_from(const FilmMoments& film, const std::vector<double>& errors) {
-    double mean = 0.0, variance = 0.0;
-    for (std::size_t i = 0; i < film.moments.size(); ++i)
-        mean += mean_from(film.moments[i], film.counts[i / channel_count]);
-    if (mean <= 0.0 || errors.empty()) return std::nullopt;
-    for (const double error : errors) variance += error;
-    const double values = static_cast<double>(film.pixel_count() * channel_count);
-    return std::sqrt(variance / values) / (mean / values);
+// Root of the mean of squared errors over pixels and channels, divided by the image's mean over them.
+std::optional<double> relative_error_from(double mean, const std::vector<double>& pixel_errors) {
+    if (!(mean > 0.0) || pixel_errors.empty()) return std::nullopt;
+    const double sum = std::accumulate(pixel_errors.begin(), pixel_errors.end(), 0.0);
+    return std::sqrt(sum / static_cast<double>(pixel_errors.size() * channel_count)) / mean;
 }
 
 // Interval of the root of a mean of squared errors whose expectation is sum v_p / P. Its width has two parts. One is
@@ -195,21 +194,29 @@ public:
         return scrambled_ ? scrambled_->grow_to(samples / scramblings_, control) : growing_->grow_to(samples, control);
     }
     [[nodiscard]] double samples() const { return scrambled_ ? scrambled_->samples() : growing_->samples(); }
-    void tell(StoppedRender& result) {
-        result.film = scrambled_ ? scrambled_->film() : growing_->film();
-        if (scrambled_) errors_ = scrambled_->pixel_errors(result.film);
-        result.relative_error = scrambled_ ? relative_error_from(result.film, errors_) : relative_error_of(result.film);
+    [[nodiscard]] std::optional<double> relative_error() {
+        if (scrambled_) {
+            scatter_ = scrambled_->scatter();
+            return relative_error_from(scatter_.mean, scatter_.pixel_errors);
+        }
+        film_ = growing_->film();
+        return relative_error_of(film_);
     }
-    [[nodiscard]] std::optional<ErrorInterval> interval(const StoppedRender& result) const {
-        return scrambled_ ? interval_of(*result.relative_error, errors_, scramblings_)
-                          : interval_of(result.film, *result.relative_error, growing_->scatter());
+    // The image and its interval, as relative_error() saw it last.
+    void tell(StoppedRender& result) {
+        result.film = scrambled_ ? scrambled_->film() : std::move(film_);
+        if (result.relative_error)
+            result.relative_error_interval =
+                scrambled_ ? interval_of(*result.relative_error, scatter_.pixel_errors, scramblings_)
+                           : interval_of(result.film, *result.relative_error, growing_->scatter());
     }
 
 private:
     unsigned scramblings_;
     std::optional<GrowingFilm> growing_;
     std::optional<ScrambledFilm> scrambled_;
-    std::vector<double> errors_;  // of scramblings, squared, of each pixel, as told last
+    ScrambledFilm::Scatter scatter_;
+    FilmMoments film_;  // without scramblings
 };
 
 }  // namespace
@@ -222,7 +229,10 @@ std::uint64_t least_judged(std::uint64_t pixels, unsigned scramblings) {
 
 std::optional<double> relative_error_of(const FilmMoments& film) {
     if (film.counts.empty() || *std::ranges::min_element(film.counts) < 2) return std::nullopt;
-    return relative_error_from(film, pixel_errors(film));
+    double sum = 0.0;
+    for (std::size_t i = 0; i < film.moments.size(); ++i)
+        sum += mean_from(film.moments[i], film.counts[i / channel_count]);
+    return relative_error_from(sum / static_cast<double>(film.moments.size()), pixel_errors(film));
 }
 
 StoppedRender render_until(RenderJob& job, const StoppingRule& rule, std::stop_token stop,
@@ -247,10 +257,11 @@ StoppedRender render_until(RenderJob& job, const StoppingRule& rule, std::stop_t
             }};
         const GrowingFilm::Growth growth = film.grow_to(end, control);
         limit.has(film.samples());
-        result.seconds += growth.seconds;
+        result.seconds = watch.seconds();
         if (growth.device_seconds) result.device_seconds = result.device_seconds.value_or(0.0) + *growth.device_seconds;
         done = end;
-        if (film.samples() > 0.0) film.tell(result);
+        if (film.samples() > 0.0) result.relative_error = film.relative_error();
+        if (rule.relative_error) result.seconds = watch.seconds();
         if (stop.stop_requested()) {
             result.complete = growth.complete && rule.samples && done == looks.last();
             break;
@@ -263,7 +274,7 @@ StoppedRender render_until(RenderJob& job, const StoppingRule& rule, std::stop_t
             break;
         }
     }
-    if (result.relative_error) result.relative_error_interval = film.interval(result);
+    if (film.samples() > 0.0) film.tell(result);
     return result;
 }
 

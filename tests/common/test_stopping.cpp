@@ -399,6 +399,37 @@ TEST_CASE("Sobol points state an error by scramblings, meet a target, and their 
     }
 }
 
+TEST_CASE("the scatter of scramblings is that of their means, over whole blocks and the rest") {
+    RenderSettings settings;
+    settings.width = settings.height = 4;
+    SyntheticJob job(settings, noisy);
+    constexpr unsigned scramblings = 3;
+    constexpr std::uint64_t points = samples_per_block + 36;
+    ScrambledFilm film(job, scramblings);
+    REQUIRE(film.grow_to(points, {}).complete);
+    std::vector<std::vector<double>> means;
+    for (std::uint64_t i = 0; i < scramblings; ++i)
+        means.push_back(mean_of(job.render({i << 32, (i << 32) + points}, {}).estimate));
+    std::vector<double> errors(16);
+    double all = 0.0;
+    for (std::size_t k = 0; k < means[0].size(); ++k) {
+        const double mean = (means[0][k] + means[1][k] + means[2][k]) / scramblings;
+        all += mean;
+        for (const std::vector<double>& own : means)
+            errors[k / channel_count] += (own[k] - mean) * (own[k] - mean) / (scramblings * (scramblings - 1));
+    }
+    const ScrambledFilm::Scatter scatter = film.scatter();
+    CHECK(scatter.mean == doctest::Approx(all / 48.0));
+    REQUIRE(scatter.pixel_errors.size() == errors.size());
+    for (std::size_t pixel = 0; pixel < errors.size(); ++pixel)
+        CHECK(scatter.pixel_errors[pixel] == doctest::Approx(errors[pixel]));
+    CHECK(ScrambledFilm(job, scramblings).scatter().pixel_errors.empty());
+    ScrambledFilm one(job, 1);
+    REQUIRE(one.grow_to(points, {}).complete);
+    CHECK(one.scatter().pixel_errors.empty());
+    CHECK(one.scatter().mean > 0.0);
+}
+
 TEST_CASE("scramblings share out the samples that are asked for, and a stop leaves what there is of them") {
     ScrambledJob job(4, 1);
     const StoppedRender result = render_until(job, {100, {}, 1e-9}, {}, {}, Sampling::uniform, 8);
