@@ -195,8 +195,13 @@ public:
         change(settings);
         const bool sobol = settings.generator == Generator::sobol;
         const std::uint64_t least = sobol && !is_sobol() ? 2 * least_points : least_trial_samples;
-        const double needed = preparation_ + best_->seconds_taken(least + (sobol ? 0 : 1));
+        const auto needed_for = [&](std::uint64_t samples) {
+            return preparation_ + best_->seconds_taken(samples + (sobol ? 0 : 1));
+        };
         const double left = seconds_left();
+        std::uint64_t samples = samples_worth_calls(least);
+        if (needed_for(samples) > left) samples = least;
+        const double needed = needed_for(samples);
         if (needed > left || stop_.stop_requested()) return;
         const double each = std::max(needed, left / static_cast<double>(others + 1));
         const Stopwatch watch;
@@ -209,7 +214,7 @@ public:
             const bool few = one.points > 0.0 && one.points < static_cast<double>(least_points);
             return (!few && ratio * doubt < clearly_better) || (sobol == is_sobol() && ratio > clearly_better * doubt);
         };
-        if (job) trial = trial_of(settings, *job, least, each - watch.seconds(), stop_, is_clear);
+        if (job) trial = trial_of(settings, *job, samples, each - watch.seconds(), stop_, is_clear);
         spent_ += watch.seconds();
         if (!trial) return;
         ComparedTrials compared = compare_trials(*trial, *best_, goal_.relative_error);
@@ -316,6 +321,14 @@ private:
         const Foretold* foretold = trial.adaptive();
         spent_ += watch.seconds();
         return foretold;
+    }
+    // As many samples, up to those that tell how even points are, as take as long as a trial's two calls do beside
+    // them.
+    [[nodiscard]] std::uint64_t samples_worth_calls(std::uint64_t samples) const {
+        while (samples < 2 * least_points &&
+               static_cast<double>(samples) * best_->seconds_a_sample < 2.0 * best_->seconds_a_call)
+            samples *= 2;
+        return samples;
     }
     [[nodiscard]] double most_seconds_left() const {
         double seconds = best_seconds_ / (sobol_to_come_ ? sobol_gain : 1.0);

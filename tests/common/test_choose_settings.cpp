@@ -111,15 +111,19 @@ SettingsChoice chosen(double ratio, const OpenSettings& open, const Scene& scene
     return choose_settings(scene, settings, open, renderer, {.relative_error = error}, {});
 }
 
-// A device whose every call takes as long as 10⁵ samples, beside what its own clock tells.
+// A device whose every call takes some seconds beside what its own clock tells. It notes how many samples the calls of
+// each job have.
 class DistantRenderer : public Renderer {
 public:
-    static constexpr double call_seconds = 1e5 * seconds_of_sample;
+    explicit DistantRenderer(double call_seconds) : call_seconds_(call_seconds) {}
     RendererInfo info() const override { return device_.info(); }
     std::unique_ptr<RenderJob> prepare(const Scene& scene, const RenderSettings& settings) override {
         struct Job : RenderJob {
             std::unique_ptr<RenderJob> device;
+            std::shared_ptr<std::vector<std::uint64_t>> calls;
+            double call_seconds = 0.0;
             RenderResult render(SampleRange range, const RenderControl& control) override {
+                calls->push_back(range.count());
                 RenderResult result = device->render(range, control);
                 result.device_seconds = result.seconds;
                 result.seconds += call_seconds;
@@ -128,25 +132,38 @@ public:
         };
         auto job = std::make_unique<Job>();
         job->device = device_.prepare(scene, settings);
+        job->calls = calls.emplace_back(std::make_shared<std::vector<std::uint64_t>>());
+        job->call_seconds = call_seconds_;
         return job;
     }
 
+    std::vector<std::shared_ptr<std::vector<std::uint64_t>>> calls;
+
 private:
+    double call_seconds_;
     TrialRenderer device_{0.25, false, 10.0};
 };
 
-TEST_CASE("what a call takes is forecast once, not for every sample") {
-    DistantRenderer distant;
+TEST_CASE(
+    "what a call takes is forecast once, not for every sample, and a trial has samples that are worth its calls") {
+    constexpr double call_seconds = 1e5 * seconds_of_sample;
     RenderSettings settings;
     settings.width = settings.height = 16;
     const OpenSettings open{.integrator = true, .roulette = false, .sampling = false, .generator = false};
+    DistantRenderer distant(call_seconds), close(0.0);
     const SettingsChoice far = choose_settings({}, settings, open, distant, {.relative_error = 1e-5}, {});
-    const SettingsChoice near = chosen(0.25, open);
-    REQUIRE(far.trials.size() == near.trials.size());
+    const SettingsChoice near = choose_settings({}, settings, open, close, {.relative_error = 1e-5}, {});
+    REQUIRE(far.trials.size() == 2);
+    REQUIRE(near.trials.size() == 2);
     CHECK(far.chosen == near.chosen);
-    for (std::size_t i = 0; i < near.trials.size(); ++i)
-        CHECK(far.trials[i].seconds_to_error - near.trials[i].seconds_to_error ==
-              doctest::Approx(DistantRenderer::call_seconds).epsilon(0.01));
+    CHECK(far.trials[0].seconds_to_error - near.trials[0].seconds_to_error ==
+          doctest::Approx(call_seconds).epsilon(0.01));
+    // Their trials differ in length, and so in noise.
+    CHECK(far.trials[1].seconds_to_error == doctest::Approx(near.trials[1].seconds_to_error).epsilon(0.05));
+    // The second call of a job is its first trial, after a sample that warms up.
+    CHECK(distant.calls.at(0)->at(1) == 8);
+    CHECK(distant.calls.at(1)->at(1) == 32);
+    CHECK(close.calls.at(1)->at(1) == 8);
 }
 
 // A device whose first call for a job, or a later one, takes a hundred times as long as others. It notes how many
