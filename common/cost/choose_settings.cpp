@@ -26,7 +26,7 @@ constexpr double trials_share = 0.18;  // of the seconds that the best settings 
 // tests/records/accuracy/ACCURACY.md.
 constexpr double sobol_gain = 2.3;
 constexpr std::uint64_t least_trial_samples = 8, most_trial_samples = 4096;
-constexpr double foretelling_share = 0.1;  // of the time of trials, so that it leaves them the most
+constexpr double foretelling_share = 0.1;  // of the time for trials; more would leave other trials too little
 constexpr double known_enough = 0.05;      // how far a trial's squared error may be off, relatively
 
 // As short a trial as tells enough: until `is_clear`, but of no more than so many seconds where more than the least
@@ -200,7 +200,7 @@ public:
         };
         const double left = seconds_left();
         std::uint64_t samples = samples_worth_calls(least);
-        if (needed_for(samples) > left) samples = least;
+        while (samples > least && needed_for(samples) > 0.5 * left) samples /= 2;  // others are to come
         const double needed = needed_for(samples);
         if (needed > left || stop_.stop_requested()) return;
         const double each = std::max(needed, left / static_cast<double>(others + 1));
@@ -262,7 +262,7 @@ public:
         const double one = independent.seconds_a_sample;
         const double alike = static_cast<double>(least_alike) * one;  // up to so many samples it is uniform sampling
         const double uniform_seconds = independent.seconds_to(goal_.relative_error);
-        // Whether there is time for what follows.
+        // Seconds to foretell it, to prepare it and to time two of its passes. Without them it is not forecast either.
         const double needed = independent.seconds_to_adaptive() + preparation_ + 2.0 * one;
         if (uniform_seconds <= alike || needed > most_seconds_left() || !may_adapt(settings)) return;
         const Foretold* foretold = foretold_by(independent);
@@ -305,7 +305,7 @@ public:
 
 private:
     // Adaptive sampling is the one way whose gain is foretold before it is tried. So no trial is to take a share of
-    // what it may save.
+    // what it may save. Where foretelling takes too long for that, trials have their share of uniform sampling's time.
     [[nodiscard]] double seconds_left() {
         double most = most_seconds_left();
         if (!may_still_adapt_ || best_->seconds_to_adaptive() > foretelling_share * most) return most;

@@ -56,7 +56,7 @@ FilmMoments ScrambledFilm::film() const {
 
 // A stop may leave them with different numbers of points. A mean over n_r of them counts n_r times, and its variance is
 // taken to fall as 1 / n_r.
-ScrambledFilm::Scatter ScrambledFilm::scatter() const {
+ScrambledFilm::Look ScrambledFilm::look() const {
     struct Own {
         std::vector<const Moments*> pieces;
         double per_point = 0.0, weight = 0.0, mean = 0.0;
@@ -72,7 +72,7 @@ ScrambledFilm::Scatter ScrambledFilm::scatter() const {
     const bool tells =
         degrees > 0.0 && std::ranges::all_of(scramblings, [](const Own& own) { return own.weight > 0.0; });
     const std::uint64_t pixels = of_scramblings_.front().blocks().pixel_count();
-    Scatter scatter{0.0, std::vector<double>(tells ? pixels : 0)};
+    Look look{0.0, std::vector<double>(tells ? pixels : 0)};
     for (std::size_t i = 0; i < pixels * channel_count; ++i) {
         double mean = 0.0, error = 0.0;
         for (Own& own : scramblings) {
@@ -82,11 +82,11 @@ ScrambledFilm::Scatter ScrambledFilm::scatter() const {
             mean += own.weight * own.mean;
         }
         for (const Own& own : scramblings) error += own.weight * (own.mean - mean) * (own.mean - mean);
-        scatter.mean += mean;
-        if (tells) scatter.pixel_errors[i / channel_count] += error / degrees;
+        look.mean += mean;
+        if (tells) look.pixel_errors[i / channel_count] += error / degrees;
     }
-    scatter.mean /= static_cast<double>(pixels * channel_count);
-    return scatter;
+    look.mean /= static_cast<double>(pixels * channel_count);
+    return look;
 }
 
 }  // namespace tandem

@@ -24,14 +24,14 @@ public:
     [[nodiscard]] double samples() const;  // a pixel, of all scramblings
     [[nodiscard]] FilmMoments film() const;
 
-    struct Scatter {
+    struct Look {
         double mean = 0.0;  // of the image, over pixels and channels
         // The variance of the mean of every pixel, its channels added up, as the scramblings tell it. It is known by
         // scramblings - 1 degrees of freedom a pixel. Empty where a scrambling has no samples, or is the only one.
         std::vector<double> pixel_errors;
     };
-    // Reads the sums where they are: a GPU waits meanwhile.
-    [[nodiscard]] Scatter scatter() const;
+    // Copies no sums, as a GPU idles meanwhile.
+    [[nodiscard]] Look look() const;
 
 private:
     RenderJob& job_;

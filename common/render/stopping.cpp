@@ -194,20 +194,21 @@ public:
         return scrambled_ ? scrambled_->grow_to(samples / scramblings_, control) : growing_->grow_to(samples, control);
     }
     [[nodiscard]] double samples() const { return scrambled_ ? scrambled_->samples() : growing_->samples(); }
-    [[nodiscard]] std::optional<double> relative_error() {
+    // The relative error.
+    [[nodiscard]] std::optional<double> look() {
         if (scrambled_) {
-            scatter_ = scrambled_->scatter();
-            return relative_error_from(scatter_.mean, scatter_.pixel_errors);
+            look_ = scrambled_->look();
+            return relative_error_from(look_.mean, look_.pixel_errors);
         }
         film_ = growing_->film();
         return relative_error_of(film_);
     }
-    // The image and its interval, as relative_error() saw it last.
+    // The image and its interval, as look() saw it last.
     void tell(StoppedRender& result) {
         result.film = scrambled_ ? scrambled_->film() : std::move(film_);
         if (result.relative_error)
             result.relative_error_interval =
-                scrambled_ ? interval_of(*result.relative_error, scatter_.pixel_errors, scramblings_)
+                scrambled_ ? interval_of(*result.relative_error, look_.pixel_errors, scramblings_)
                            : interval_of(result.film, *result.relative_error, growing_->scatter());
     }
 
@@ -215,7 +216,7 @@ private:
     unsigned scramblings_;
     std::optional<GrowingFilm> growing_;
     std::optional<ScrambledFilm> scrambled_;
-    ScrambledFilm::Scatter scatter_;
+    ScrambledFilm::Look look_;
     FilmMoments film_;  // without scramblings
 };
 
@@ -257,11 +258,10 @@ StoppedRender render_until(RenderJob& job, const StoppingRule& rule, std::stop_t
             }};
         const GrowingFilm::Growth growth = film.grow_to(end, control);
         limit.has(film.samples());
-        result.seconds = watch.seconds();
         if (growth.device_seconds) result.device_seconds = result.device_seconds.value_or(0.0) + *growth.device_seconds;
         done = end;
-        if (film.samples() > 0.0) result.relative_error = film.relative_error();
-        if (rule.relative_error) result.seconds = watch.seconds();
+        if (film.samples() > 0.0) result.relative_error = film.look();
+        result.seconds = rule.relative_error ? watch.seconds() : result.seconds + growth.seconds;
         if (stop.stop_requested()) {
             result.complete = growth.complete && rule.samples && done == looks.last();
             break;

@@ -35,7 +35,7 @@ struct ErrorInterval {
 
 struct StoppedRender {
     FilmMoments film;      // of no size where no pixel has a sample that counts
-    double seconds = 0.0;  // of rendering, with looks at the error where that decides
+    double seconds = 0.0;  // of rendering; by error wall clock, with looks and the planning of passes
     std::optional<double> device_seconds;
     std::optional<double> relative_error;                  // none below two samples
     std::optional<ErrorInterval> relative_error_interval;  // none of an image without noise

@@ -115,16 +115,18 @@ SettingsChoice chosen(double ratio, const OpenSettings& open, const Scene& scene
 // each job have.
 class DistantRenderer : public Renderer {
 public:
-    explicit DistantRenderer(double call_seconds) : call_seconds_(call_seconds) {}
+    explicit DistantRenderer(double call_seconds, double slowness = 1.0)
+        : call_seconds_(call_seconds), slowness_(slowness) {}
     RendererInfo info() const override { return device_.info(); }
     std::unique_ptr<RenderJob> prepare(const Scene& scene, const RenderSettings& settings) override {
         struct Job : RenderJob {
             std::unique_ptr<RenderJob> device;
             std::shared_ptr<std::vector<std::uint64_t>> calls;
-            double call_seconds = 0.0;
+            double call_seconds = 0.0, slowness = 1.0;
             RenderResult render(SampleRange range, const RenderControl& control) override {
                 calls->push_back(range.count());
                 RenderResult result = device->render(range, control);
+                result.seconds *= slowness;
                 result.device_seconds = result.seconds;
                 result.seconds += call_seconds;
                 return result;
@@ -134,13 +136,14 @@ public:
         job->device = device_.prepare(scene, settings);
         job->calls = calls.emplace_back(std::make_shared<std::vector<std::uint64_t>>());
         job->call_seconds = call_seconds_;
+        job->slowness = slowness_;
         return job;
     }
 
     std::vector<std::shared_ptr<std::vector<std::uint64_t>>> calls;
 
 private:
-    double call_seconds_;
+    double call_seconds_, slowness_;
     TrialRenderer device_{0.25, false, 10.0};
 };
 
@@ -164,6 +167,18 @@ TEST_CASE(
     CHECK(distant.calls.at(0)->at(1) == 8);
     CHECK(distant.calls.at(1)->at(1) == 32);
     CHECK(close.calls.at(1)->at(1) == 8);
+}
+
+TEST_CASE("a trial that is worth its calls is shorter where it would leave others less than half of the time") {
+    RenderSettings settings;
+    settings.width = settings.height = 16;
+    constexpr double slowness = 1e4;  // so that the test's own time does not count
+    // A call takes as long as 16 samples. So 32 take 65 with two calls and one sample before, and 16 take 49. The error
+    // takes 617 samples and a call, of which 18 % are 114.
+    DistantRenderer distant(16.0 * slowness * seconds_of_sample, slowness);
+    const OpenSettings open{.integrator = true, .roulette = false, .sampling = false, .generator = false};
+    (void)choose_settings({}, settings, open, distant, {.relative_error = std::sqrt(0.04 / 617.0)}, {});
+    CHECK(distant.calls.at(1)->at(1) == 16);
 }
 
 // A device whose first call for a job, or a later one, takes a hundred times as long as others. It notes how many

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <chrono>
 #include <cmath>
 #include <thread>
 
@@ -399,35 +400,61 @@ TEST_CASE("Sobol points state an error by scramblings, meet a target, and their 
     }
 }
 
-TEST_CASE("the scatter of scramblings is that of their means, over whole blocks and the rest") {
+TEST_CASE("a look at scramblings sees their means, over whole blocks and the rest, also of unlike numbers of points") {
     RenderSettings settings;
     settings.width = settings.height = 4;
     SyntheticJob job(settings, noisy);
-    constexpr unsigned scramblings = 3;
-    constexpr std::uint64_t points = samples_per_block + 36;
-    ScrambledFilm film(job, scramblings);
-    REQUIRE(film.grow_to(points, {}).complete);
-    std::vector<std::vector<double>> means;
-    for (std::uint64_t i = 0; i < scramblings; ++i)
-        means.push_back(mean_of(job.render({i << 32, (i << 32) + points}, {}).estimate));
-    std::vector<double> errors(16);
-    double all = 0.0;
-    for (std::size_t k = 0; k < means[0].size(); ++k) {
-        const double mean = (means[0][k] + means[1][k] + means[2][k]) / scramblings;
-        all += mean;
-        for (const std::vector<double>& own : means)
-            errors[k / channel_count] += (own[k] - mean) * (own[k] - mean) / (scramblings * (scramblings - 1));
-    }
-    const ScrambledFilm::Scatter scatter = film.scatter();
-    CHECK(scatter.mean == doctest::Approx(all / 48.0));
-    REQUIRE(scatter.pixel_errors.size() == errors.size());
-    for (std::size_t pixel = 0; pixel < errors.size(); ++pixel)
-        CHECK(scatter.pixel_errors[pixel] == doctest::Approx(errors[pixel]));
-    CHECK(ScrambledFilm(job, scramblings).scatter().pixel_errors.empty());
-    ScrambledFilm one(job, 1);
-    REQUIRE(one.grow_to(points, {}).complete);
-    CHECK(one.scatter().pixel_errors.empty());
-    CHECK(one.scatter().mean > 0.0);
+    const auto check = [&](std::uint64_t points, std::optional<double> stop_at) {
+        CAPTURE(points);
+        ScrambledFilm film(job, 2);
+        std::stop_source source;
+        const RenderControl control{.stop = source.get_token(), .progress = [&](double done) {
+                                        if (stop_at && done >= *stop_at) source.request_stop();
+                                    }};
+        CHECK(film.grow_to(points, control).complete == !stop_at.has_value());
+        const auto all = static_cast<std::uint64_t>(film.samples());
+        const std::uint64_t of_first = std::min(all, points), of_second = all - of_first;
+        const ScrambledFilm::Look look = film.look();
+        const auto means_of = [&](std::uint64_t scrambling, std::uint64_t count) {
+            const std::uint64_t begin = scrambling << 32;
+            return count == 0 ? std::vector<double>(48) : mean_of(job.render({begin, begin + count}, {}).estimate);
+        };
+        const std::vector<double> first = means_of(0, of_first), second = means_of(1, of_second);
+        const double share = static_cast<double>(of_first) / static_cast<double>(all);
+        std::vector<double> errors(16);
+        double sum = 0.0;
+        for (std::size_t k = 0; k < first.size(); ++k) {
+            sum += share * first[k] + (1.0 - share) * second[k];
+            // The weighted squares of both deviations from that.
+            errors[k / channel_count] += share * (1.0 - share) * (first[k] - second[k]) * (first[k] - second[k]);
+        }
+        CHECK(look.mean == doctest::Approx(sum / 48.0));
+        REQUIRE(look.pixel_errors.size() == (of_second > 0 ? errors.size() : 0));
+        for (std::size_t pixel = 0; pixel < look.pixel_errors.size(); ++pixel)
+            CHECK(look.pixel_errors[pixel] == doctest::Approx(errors[pixel]));
+        return of_second;
+    };
+    CHECK(check(samples_per_block + 36, {}) == samples_per_block + 36);
+    CHECK(check(4 * samples_per_block, 5.0 * samples_per_block) < 4 * samples_per_block);
+    CHECK(check(4 * samples_per_block, 3.0 * samples_per_block) == 0);
+    CHECK(ScrambledFilm(job, 2).look().pixel_errors.empty());
+}
+
+TEST_CASE("the seconds of a render by error are by the clock, as looks take time, others are the job's") {
+    struct Job : SyntheticJob {
+        using SyntheticJob::SyntheticJob;
+        RenderResult render(SampleRange range, const RenderControl& control) override {
+            std::this_thread::sleep_for(std::chrono::milliseconds(5));
+            RenderResult result = SyntheticJob::render(range, control);
+            result.seconds = 0.0;
+            return result;
+        }
+    };
+    RenderSettings settings;
+    settings.width = settings.height = 4;
+    Job job(settings, noisy);
+    CHECK(render_until(job, {.samples = 100, .seconds = {}, .relative_error = {}}, {}, {}).seconds == 0.0);
+    CHECK(render_until(job, {.samples = {}, .seconds = {}, .relative_error = 0.1}, {}, {}).seconds >= 0.005);
 }
 
 TEST_CASE("scramblings share out the samples that are asked for, and a stop leaves what there is of them") {

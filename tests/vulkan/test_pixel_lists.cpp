@@ -82,6 +82,18 @@ TEST_CASE("blocks of a short list are rendered side by side, with the bits of on
     JobPatterns narrow = wide;
     narrow.tracer.tile_pixels = 13;  // two blocks at once
     check(narrow, {0, 3 * 64});
+    // After a stop, of blocks side by side the first alone is left where they are not whole.
+    for (const double stop_at : {1.0, 66.0}) {
+        VulkanJob job = machine.job(wide, scene, adaptive(scene));
+        std::stop_source source;
+        const RenderControl control{.stop = source.get_token(), .progress = [&](double done) {
+                                        if (done >= stop_at) source.request_stop();
+                                    }};
+        const Estimate cut = job.render_pixels({0, 7 * 64 + 3}, pixels, control).estimate;
+        REQUIRE(cut.count() > 0);
+        CHECK(cut.ranges() == std::vector<SampleRange>{{0, cut.count()}});
+        CHECK(has_bits_of(cut, pixels, machine.job({}, scene, adaptive(scene)).render({0, cut.count()}, {}).estimate));
+    }
     // Where the low words of the samples' numbers are over.
     constexpr std::uint64_t over = std::uint64_t{1} << 32;
     check(wide, {over - 2 * 64, over + 2 * 64});

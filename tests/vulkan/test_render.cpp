@@ -119,7 +119,10 @@ TEST_CASE("plain sums go on from call to call as within one, and begin anew afte
     settings.accumulation = Accumulation::plain;
     const auto new_job = [&] { return default_renderer().prepare(full_scene(), settings); };
     const auto job = new_job();
+    std::stop_source stopped;
+    stopped.request_stop();
     Estimate parts = job->render({0, 64}).estimate;
+    CHECK(job->render({256, 320}, {.stop = stopped.get_token(), .progress = {}}).estimate.count() == 0);
     parts.merge(job->render({64, 192}).estimate);
     parts.merge(job->render({192, 256}).estimate);
     CHECK(same_bits(parts, new_job()->render({0, 256}).estimate));
@@ -128,6 +131,26 @@ TEST_CASE("plain sums go on from call to call as within one, and begin anew afte
                                 }};
     CHECK_THROWS_AS(static_cast<void>(job->render({256, 384}, failing)), Error);
     CHECK(same_bits(job->render({320, 384}).estimate, new_job()->render({320, 384}).estimate));
+}
+
+TEST_CASE("plain sums go on, or begin anew, after a stop as after a call that ended there") {
+    RenderSettings settings = settings_of(16, 6);
+    settings.accumulation = Accumulation::plain;
+    for (const double stop_at : {64.0, 70.0}) {
+        CAPTURE(stop_at);
+        const auto job = default_renderer().prepare(full_scene(), settings);
+        std::stop_source source;
+        const RenderControl control{.stop = source.get_token(), .progress = [&](double done) {
+                                        if (done >= stop_at) source.request_stop();
+                                    }};
+        const std::uint64_t count = job->render({0, 256}, control).estimate.count();
+        REQUIRE(count >= 64);
+        const SampleRange rest{count / 64 * 64, 256};
+        const Estimate after_stop = job->render(rest).estimate;
+        const auto other = default_renderer().prepare(full_scene(), settings);
+        CHECK(other->render({0, count}).estimate.count() == count);
+        CHECK(same_bits(after_stop, other->render(rest).estimate));
+    }
 }
 
 TEST_CASE("another seed gives other samples") {
@@ -142,19 +165,21 @@ TEST_CASE("a range that does not begin at a block is refused") {
     CHECK_THROWS_AS(static_cast<void>(job->render({1, 64})), Error);
 }
 
-TEST_CASE("a stop returns the samples finished until then") {
-    Renderer& renderer = default_renderer();
-    const auto job = renderer.prepare(full_scene(), settings_of(64, 4));
-    std::stop_source source;
-    RenderControl control;
-    control.stop = source.get_token();
-    control.progress = [&](double done) {
-        if (done >= 3.0) source.request_stop();
-    };
-    const Estimate partial = job->render({0, 1000}, control).estimate;
-    CHECK(partial.count() >= 3);
-    CHECK(partial.count() < 1000);
-    CHECK(same_bits(partial, job->render({0, partial.count()}).estimate));
+TEST_CASE("a stop returns the samples finished until then, in the first block or a later one") {
+    for (const double stop_at : {3.0, 150.0}) {
+        CAPTURE(stop_at);
+        const auto job = default_renderer().prepare(full_scene(), settings_of(64, 4));
+        std::stop_source source;
+        RenderControl control;
+        control.stop = source.get_token();
+        control.progress = [&](double done) {
+            if (done >= stop_at) source.request_stop();
+        };
+        const Estimate partial = job->render({0, 1000}, control).estimate;
+        CHECK(static_cast<double>(partial.count()) >= stop_at);
+        CHECK(partial.count() < 1000);
+        CHECK(same_bits(partial, job->render({0, partial.count()}).estimate));
+    }
 }
 
 TEST_CASE("progress grows to the number of samples asked for") {

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <functional>
 
+#include "common/error.h"
 #include "common/stopwatch.h"
 #include "tests/vulkan/machine.h"
 #include "vulkan/renderer/kernels/megakernel_plan.h"
@@ -130,6 +131,21 @@ TEST_CASE("invalid samples of what a stop drops are not counted") {
                 CHECK(cut.invalid() == cut.count() * 128 * 128);
                 CHECK(job.render({0, 1}, {}).estimate.invalid() == 128 * 128);
             }
+}
+
+TEST_CASE("invalid samples of a render that failed are not counted by the next one") {
+    SceneBuilder builder;
+    builder.camera({0.1, 0.2, 0.3}, {1.0, 0.4, -0.3}, 70.0);
+    Material dazzling = diffuse(glm::dvec3(1.0));
+    dazzling.radiance = glm::dvec3(3e38);  // twice that is infinite
+    builder.cuboid(builder.material(dazzling), glm::dvec3(-1.0), glm::dvec3(1.0));
+    Machine machine(true);
+    VulkanJob job = machine.job({}, builder.scene(), settings_of(16, 300));
+    const RenderControl failing{.stop = {}, .progress = [](double done) {
+                                    if (done > 1.0) throw Error("after a whole sample");
+                                }};
+    CHECK_THROWS_AS(static_cast<void>(job.render({0, 128}, failing)), Error);
+    CHECK(job.render({0, 1}, {}).estimate.invalid() == 16 * 16);
 }
 
 TEST_CASE("tiles that share buffers keep what every pixel has at a stop") {

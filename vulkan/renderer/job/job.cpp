@@ -136,9 +136,10 @@ void VulkanJob::download(const Tile& tile) {
             "the driver left the megakernel's loops before its paths had ended; use --kernel stages or fewer bounces");
 }
 
-// The host takes in the block before while the device renders. Where that may be what took longer, the device's clock
-// tells how long it rendered.
+// The host takes in the block before while the device renders, which may take the longer of the two. So the device's
+// clock tells how long it rendered. Without one the host is done before.
 double VulkanJob::run(Progress& progress) {
+    if (!progress.has_device_clock) progress.collect();
     const Stopwatch watch;
     const bool collects = progress.uncollected != nullptr;
     submit_frame();
@@ -278,7 +279,8 @@ Tile VulkanJob::begin_tile(const Film& film, std::uint32_t first, std::uint32_t 
     return tile;
 }
 
-// Samples that every pixel of one tile has. `blocks` that long lie side by side. They are collected later.
+// Renders a block of a film that one tile holds, or `blocks` of them side by side. Returns how many samples of a block
+// every pixel has. Their sums stay in progress.uncollected.
 std::uint64_t VulkanJob::render_at_once(
     SampleRange block, std::uint64_t blocks, const Film& film, Progress& progress, Estimate& estimate) {
     const auto places = static_cast<std::uint32_t>(blocks * film.all.pixel_count);
@@ -349,12 +351,13 @@ RenderResult VulkanJob::render_film(SampleRange range, const Film& film, const R
     const Stopwatch watch;
     RenderResult result{Estimate(film.width, film.height), 0.0, std::nullopt};
     Progress progress{control};
-    std::optional<std::uint64_t> reach;  // of the sums on the device
-    if (running_sums_.take(range.begin)) reach = range.begin;
+    if (!std::exchange(knows_invalid_, false)) invalid_before_ = count_invalid();
+    std::optional<std::uint64_t> reach;  // up to this sample go the sums on the device; none: they are not gone on with
     for (SampleRange block{range.begin, 0}; block.begin < range.end && !control.stop.stop_requested();
          block.begin = block.end) {
         const std::uint64_t blocks = blocks_at_once({block.begin, range.end}, film);
         block.end = std::min(block.begin + samples_per_block, range.end);
+        if (block.begin == range.begin && running_sums_.take(block.begin)) reach = block.begin;
         progress.keeps_sums = std::exchange(reach, std::nullopt) && accumulation_ == Accumulation::plain;
         const std::uint64_t done = film.all.pixel_count <= tile_pixels_
                                        ? render_at_once(block, blocks, film, progress, result.estimate)
@@ -367,6 +370,7 @@ RenderResult VulkanJob::render_film(SampleRange range, const Film& film, const R
     }
     progress.collect();
     if (reach) running_sums_.reached(*reach);
+    knows_invalid_ = true;
     if (progress.has_device_clock) result.device_seconds = progress.device_seconds;
     result.seconds = watch.seconds();
     return result;

@@ -68,7 +68,8 @@ private:
     void restore_sums(const Tile& tile, const gpu::Vec4* sums);
     // Submits what was added and waits.
     [[nodiscard]] SubmissionTimes submit();
-    // The same; returns the seconds that it took.
+    // The same, while the host takes in the block before. Returns seconds: the device's where the host was at work
+    // meanwhile, else wall clock.
     double run(Progress& progress);
     [[nodiscard]] std::uint64_t blocks_at_once(SampleRange left, const Film& film) const;
     // Sends the part of the list that the tile holds.
@@ -110,6 +111,7 @@ private:
     std::unique_ptr<FrameRecorder> recorder_;
     RunningSums running_sums_;
     std::uint32_t invalid_before_ = 0;      // of the device's running count, what estimates know of or have dropped
+    bool knows_invalid_ = true;             // false: a render failed, so the count is to be read anew
     std::unique_ptr<PathTracing> tracing_;  // made when a path is to be traced
 };
 
