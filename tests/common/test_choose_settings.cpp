@@ -153,16 +153,21 @@ TEST_CASE(
     RenderSettings settings;
     settings.width = settings.height = 16;
     const OpenSettings open{.integrator = true, .roulette = false, .sampling = false, .generator = false};
-    DistantRenderer distant(call_seconds), close(0.0);
+    DistantRenderer distant(call_seconds), twice_as_far(2.0 * call_seconds), close(0.0);
     const SettingsChoice far = choose_settings({}, settings, open, distant, {.relative_error = 1e-5}, {});
+    const SettingsChoice farther = choose_settings({}, settings, open, twice_as_far, {.relative_error = 1e-5}, {});
     const SettingsChoice near = choose_settings({}, settings, open, close, {.relative_error = 1e-5}, {});
-    REQUIRE(far.trials.size() == 2);
-    REQUIRE(near.trials.size() == 2);
     CHECK(far.chosen == near.chosen);
+    CHECK(far.chosen == farther.chosen);
+    REQUIRE(far.trials.size() == 2);
+    REQUIRE(farther.trials.size() == far.trials.size());
+    for (std::size_t i = 0; i < far.trials.size(); ++i)
+        CHECK(farther.trials[i].seconds_to_error - far.trials[i].seconds_to_error ==
+              doctest::Approx(call_seconds).epsilon(0.01));
+    // The second trial of `near` is of another length.
+    REQUIRE(near.trials.size() == 2);
     CHECK(far.trials[0].seconds_to_error - near.trials[0].seconds_to_error ==
           doctest::Approx(call_seconds).epsilon(0.01));
-    // Their trials differ in length, and so in noise.
-    CHECK(far.trials[1].seconds_to_error == doctest::Approx(near.trials[1].seconds_to_error).epsilon(0.05));
     // The second call of a job is its first trial, after a sample that warms up.
     CHECK(distant.calls.at(0)->at(1) == 8);
     CHECK(distant.calls.at(1)->at(1) == 32);
