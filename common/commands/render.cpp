@@ -83,12 +83,13 @@ std::unique_ptr<RenderJob> prepare(const RenderArguments& arguments, const Scene
             fmt::print(stderr, "tried {}: {}{}\n", trial.options.empty() ? "the scene's own settings" : trial.options,
                 trial.seconds_to_error > 0.0 ? fmt::format("forecast {:.3g} s", trial.seconds_to_error) : "no noise",
                 &trial == &choice.trials[choice.chosen] ? ", chosen" : "");
-    if (choice.chosen > 0)
+    const std::string options = choice.trials.empty() ? "" : choice.trials[choice.chosen].options;
+    if (!options.empty())
         fmt::print(
             "settings chosen for the target error: {} (--integrator, --roulette, --generator and --sampling fix "
             "them)\n",
-            choice.trials[choice.chosen].options);
-    if (choice.chosen > 0 && !independent(settings) && is_exr(arguments.output))
+            options);
+    if (!options.empty() && !independent(settings) && is_exr(arguments.output))
         fmt::print("{}: will hold no variances, which Sobol points do not tell; --generator philox keeps them\n",
             escaped(arguments.output));
     tried = {std::move(choice.trials), choice.chosen, choice.seconds};

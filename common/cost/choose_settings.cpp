@@ -25,6 +25,9 @@ constexpr double trials_share = 0.18;  // of the seconds that the best settings 
 // By how much Sobol points shorten that time where they are yet to be tried: the median of
 // tests/records/accuracy/ACCURACY.md.
 constexpr double sobol_gain = 2.3;
+// How much more even Sobol points may be with one integrator than with the other: 0.44 is the root mean square of that
+// ratio's logarithm over 44 pairs of TARGET_ERROR.md.
+constexpr double evenness_of_integrators = 0.5;
 constexpr std::uint64_t least_trial_samples = 8, most_trial_samples = 4096;
 constexpr double foretelling_share = 0.1;  // of the time for trials; more would leave other trials too little
 constexpr double known_enough = 0.05;      // how far a trial's squared error may be off, relatively
@@ -124,12 +127,13 @@ std::vector<std::uint32_t> other_roulette(const RenderSettings& given, bool no_s
 // The trials so far, and the time that is left for others.
 class Choosing {
 public:
-    // `presumed`: the first trial has Sobol points, which tell the noise of independent samples as well. `sobol`: they
-    // are tried later.
-    Choosing(const Scene& scene, const RenderSettings& given, Renderer& renderer, const ChoiceGoal& goal, bool adapts,
-        bool presumed, bool sobol, std::stop_token stop)
+    // `start`: what the first trial is of, with the generator that is given. `presumed`: that trial has Sobol points,
+    // which tell the noise of independent samples as well. `sobol`: they are tried later.
+    Choosing(const Scene& scene, const RenderSettings& given, const RenderSettings& start, Renderer& renderer,
+        const ChoiceGoal& goal, bool adapts, bool presumed, bool sobol, std::stop_token stop)
         : scene_(scene),
           given_(given),
+          start_(start),
           renderer_(renderer),
           goal_(goal),
           user_stop_(std::move(stop)),
@@ -137,12 +141,16 @@ public:
           sobol_to_come_(sobol) {
         const Stopwatch preparing;
         if (presumed) {
-            choice_.settings = given;
+            choice_.settings = start;
             choice_.settings.generator = Generator::sobol;
             choice_.job = prepared(choice_.settings);
         }
         if (!choice_.job) {
-            choice_.settings = given;
+            choice_.settings = start;
+            choice_.job = prepared(choice_.settings);
+        }
+        if (!choice_.job) {
+            choice_.settings = start_ = given;
             choice_.job = renderer.prepare(scene, given);
         }
         preparation_ = preparing.seconds();
@@ -151,19 +159,19 @@ public:
     }
 
     // First a short one, which says how long the trials may be. False: nothing can be judged.
-    bool try_given() {
+    bool try_first() {
         const Stopwatch watch;
         keep(trial_of(choice_.settings, *choice_.job, least_trial_samples, 0.0, stop_));
         if (!best_ && stop_.stop_requested()) {
-            // Independent samples tell their error at any stop.
-            if (choice_.settings.generator != given_.generator && !user_stop_.stop_requested())
+            // Nothing speaks for others then, and independent samples tell their error at any stop.
+            if (!options_of(choice_.settings, given_).empty() && !user_stop_.stop_requested())
                 choose(given_, renderer_.prepare(scene_, given_), 0.0, 0);
             spent_ += watch.seconds();
             return false;
         }
         best_seconds_ = best_ ? best_->seconds_to(goal_.relative_error) : 0.0;
-        choice_.trials.push_back({given_, "", best_seconds_});
-        if (choice_.settings.generator != given_.generator) {
+        choice_.trials.push_back({start_, options_of(start_, given_), best_seconds_});
+        if (choice_.settings.generator != start_.generator) {
             const double independent = best_ ? best_->independent().seconds_to(goal_.relative_error) : 0.0;
             choice_.trials.front().seconds_to_error = independent;
             choice_.trials.push_back({choice_.settings, options_of(choice_.settings, given_), best_seconds_});
@@ -171,7 +179,7 @@ public:
             // Fewer samples than scramblings have may suffice.
             if (best_ && preparation_ + independent < clearly_better * best_seconds_ && !stop_.stop_requested()) {
                 keep(best_->independent());
-                choose(given_, renderer_.prepare(scene_, given_), independent, 0);
+                choose(start_, prepared(start_), independent, 0);
             }
         }
         spent_ += watch.seconds();
@@ -218,8 +226,8 @@ public:
         spent_ += watch.seconds();
         if (!trial) return;
         ComparedTrials compared = compare_trials(*trial, *best_, goal_.relative_error);
-        // How even points are may differ as much between integrators as their noise does.
-        if (trial->points > 0.0 && trial->points < static_cast<double>(least_points)) compared.uncertainty += 1.0;
+        if (trial->points > 0.0 && trial->points < static_cast<double>(least_points))
+            compared.uncertainty += evenness_of_integrators;
         take(settings, std::move(job), std::move(*trial), compared, sobol == is_sobol() ? 1.0 : 0.0);
     }
 
@@ -381,6 +389,7 @@ private:
 
     const Scene& scene_;
     const RenderSettings given_;
+    RenderSettings start_;
     Renderer& renderer_;
     ChoiceGoal goal_;
     std::stop_token user_stop_, stop_;  // the second comes with the limit, too
@@ -394,13 +403,24 @@ private:
     double preparation_ = 0.0, spent_ = 0.0;  // seconds
 };
 
+// Most scenes of TARGET_ERROR.md want them: without them they take up to 7.5 times as long, with them at most twice. A
+// short render has no time to find that out.
+std::optional<RenderSettings> with_next_events(RenderSettings settings, const Scene& scene) {
+    settings.integrator = Integrator::next_event;
+    settings.mis = true;
+    if (!needed_effects(scene, settings).has(Effect::light_sampling)) return std::nullopt;
+    return settings;
+}
+
 }  // namespace
 
 SettingsChoice choose_settings(const Scene& scene, const RenderSettings& given, const OpenSettings& open,
     Renderer& renderer, const ChoiceGoal& goal, std::stop_token stop) {
     const bool either = given.integrator == Integrator::path || given.integrator == Integrator::next_event;
-    // Punctual lights are found by next events alone: with them the two are different images.
-    const bool integrators = open.integrator && either && scene.lights.empty();
+    // Punctual lights are found by next events alone: with them the two are different images. Without any light for
+    // them they are the same.
+    const std::optional<RenderSettings> next_events = with_next_events(given, scene);
+    const bool integrators = open.integrator && either && scene.lights.empty() && next_events.has_value();
     // Plain sums run over all samples one after another, which those of scramblings are not.
     const bool generators = open.generator && given.generator != Generator::sobol &&
                             given.sampling == Sampling::uniform && given.accumulation != Accumulation::plain;
@@ -411,12 +431,13 @@ SettingsChoice choose_settings(const Scene& scene, const RenderSettings& given, 
     const bool any = integrators || generators || !starts.empty() || adapts;
     // Eight scramblings of a small image would be many samples.
     const bool presumed = generators && scramblings_for(std::uint64_t{given.width} * given.height) == 2;
-    Choosing choosing(scene, given, renderer, goal, adapts, presumed, generators && !presumed, std::move(stop));
+    Choosing choosing(scene, given, integrators ? *next_events : given, renderer, goal, adapts, presumed,
+        generators && !presumed, std::move(stop));
     const std::size_t others = starts.size() + (generators && !presumed ? 1 : 0) + (open.sampling ? 1 : 0);
     // Adaptive sampling and plain sums make nothing of how many samples an error takes.
     const bool foretells = given.sampling == Sampling::uniform && given.accumulation != Accumulation::plain;
     if (!any && !foretells) return choosing.taken();
-    if (!choosing.try_given() || !any) return choosing.taken();
+    if (!choosing.try_first() || !any) return choosing.taken();
     choosing.know_noise(others + (integrators ? 1 : 0));
     // What gains most, as a rule, comes first, as time may be short.
     if (integrators)

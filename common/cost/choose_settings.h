@@ -32,20 +32,21 @@ struct ChoiceGoal {
 
 struct SettingsTrial {
     RenderSettings settings;
-    std::string options;          // of `tandem render`; empty: the given ones
+    std::string options;          // of `tandem render`; empty: as given
     double seconds_to_error = 0;  // forecast, of the render alone; 0 where a trial saw no noise
 };
 
 struct SettingsChoice {
     RenderSettings settings;
     std::unique_ptr<RenderJob> job;     // made for them
-    std::vector<SettingsTrial> trials;  // [0] the given ones; empty: no trial came to its end
+    std::vector<SettingsTrial> trials;  // in their order; empty: none came to its end
     std::size_t chosen = 0;
     double seconds = 0.0;  // that the trials and their preparations took, without that of the chosen job
     std::optional<double> expected_samples = {};  // that the error takes; none of adaptive sampling, and without noise
 };
 
-// A trial of the given settings forecasts how long the render takes. Alternatives get trials as long as all of them
+// A trial of the given settings, with next events where the scene has light for them, forecasts how long the render
+// takes. Alternatives get trials as long as all of them
 // together take no more than a share of that, and each until there is no doubt. The integrator comes first, then
 // roulette, Sobol points and adaptive sampling, each on the best so far. Trials use random numbers that the render does
 // not. An alternative must be better by a tenth, as trials are short. Roulette is tried on the best's own random

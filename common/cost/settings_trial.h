@@ -71,14 +71,13 @@ struct ShortTrial {
     [[nodiscard]] double seconds_of(double wanted) const {
         return seconds_a_call + std::max(static_cast<double>(least), wanted) * seconds_a_sample;
     }
-    // With two standard errors more, so that few renders miss the error there. They are bounds, so no more than half is
+    // With a standard error more, so that few renders miss the error there. It is a bound, so no more than half is
     // added: a block may be less. Between powers of two Sobol points' errors lie up to 3.5 % above their fall, as
     // measured on two scenes. Nothing without noise, which may be rare.
     [[nodiscard]] std::optional<double> samples_surely_to(double relative_error) const {
         constexpr double most_added = 0.5, uneven = 0.07;
         if (!sees_noise()) return std::nullopt;
-        const double margin =
-            std::min(most_added, 2.0 * uncertainty_at(relative_error) + (points > 0.0 ? uneven : 0.0));
+        const double margin = std::min(most_added, uncertainty_at(relative_error) + (points > 0.0 ? uneven : 0.0));
         return std::max(static_cast<double>(least), (1.0 + margin) * samples_to(relative_error));
     }
     void take_time(double seconds, double on_device, double taken) {

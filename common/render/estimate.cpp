@@ -95,6 +95,17 @@ Estimate Estimate::take_ragged() {
     return taken;
 }
 
+std::uint64_t Estimate::ragged_count(std::uint64_t begin) const {
+    const auto found = ragged_.find(begin);
+    return found == ragged_.end() ? 0 : found->second.first - begin;
+}
+
+Estimate::Plane Estimate::take_ragged_moments(std::uint64_t begin) {
+    Plane moments = std::move(ragged_.at(begin).second);
+    ragged_.erase(begin);
+    return moments;
+}
+
 std::uint64_t Estimate::count() const {
     std::uint64_t total = 0;
     for (const SampleRange& range : ranges()) total += range.count();

@@ -70,6 +70,12 @@ public:
     // Takes its ragged blocks out, so that they can be rendered whole. Samples added as invalid stay.
     [[nodiscard]] Estimate take_ragged();
 
+    // Samples of the ragged block that begins there, or 0.
+    [[nodiscard]] std::uint64_t ragged_count(std::uint64_t begin) const;
+    // Takes the moments of that one block out. There must be one.
+    [[nodiscard]] Plane take_ragged_moments(std::uint64_t begin);
+    [[nodiscard]] const Plane& ragged_moments(std::uint64_t begin) const { return ragged_.at(begin).second; }
+
     // Samples a pixel, the same for every pixel.
     [[nodiscard]] std::uint64_t count() const;
     [[nodiscard]] std::vector<SampleRange> ranges() const;  // ascending, adjacent ranges joined

@@ -9,8 +9,8 @@
 
 namespace tandem {
 
-// Samples of every pixel from `first_sample` on, a multiple of samples_per_block. A block's sums do not go on
-// (MODEL.md section 11.2). So samples that end within a block are rendered anew when it grows, and count until then.
+// Samples of every pixel from `first_sample` on, a multiple of samples_per_block. Samples that end within a block
+// (MODEL.md section 11.2) count until it grows. A job that cannot go on from them renders them anew.
 class GrowingEstimate {
 public:
     explicit GrowingEstimate(std::uint64_t first_sample = 0) : first_sample_(first_sample) {}

@@ -48,6 +48,11 @@ std::unique_ptr<RayIntersector> Renderer::intersector(const Scene& /*scene*/, co
     throw UnsupportedError("the " + info().backend + " backend takes no rays of its caller; it renders images alone");
 }
 
+std::uint64_t samples_begun(const RenderControl& control, SampleRange block) {
+    const std::uint64_t begun = control.begun != nullptr ? control.begun->ragged_count(block.begin) : 0;
+    return begun < block.count() ? begun : 0;
+}
+
 RenderResult RenderJob::render_pixels(
     SampleRange /*range*/, std::span<const std::uint32_t> /*pixels*/, const RenderControl& /*control*/) {
     throw UnsupportedError("this renderer gives every pixel as many samples; use --sampling uniform");

@@ -122,7 +122,13 @@ inline constexpr std::array<std::string_view, 4> integrator_names{"path", "next-
 struct RenderControl {
     std::stop_token stop;
     std::function<void(double samples_done)> progress;
+    // The samples that this job has rendered of the range's first block, which end within it, or nothing. The result is
+    // the same with them. A job that goes on from them takes them out, and `progress` counts them from the start.
+    Estimate* begun = nullptr;
 };
+
+// How many samples of a block there are in RenderControl::begun. 0 where there are as many as are asked for, or more.
+[[nodiscard]] std::uint64_t samples_begun(const RenderControl& control, SampleRange block);
 
 // Takes what RenderJob::first_vertices finds of one pixel, y * width + x: a vertex a sample, in ascending order.
 using FirstVertexVisitor = std::function<void(std::uint32_t pixel, std::span<TracedVertex> vertices)>;
@@ -158,6 +164,8 @@ class RenderJob {
 public:
     virtual ~RenderJob() = default;
     [[nodiscard]] virtual JobFacts facts() const { return {}; }
+    // Whether render() goes on from RenderControl::begun. Else it renders them anew.
+    [[nodiscard]] virtual bool goes_on_in_blocks() const { return false; }
     // Renders samples `range` of every pixel; range.begin must be a multiple of samples_per_block (else Error). The
     // estimate of a range does not depend on what was rendered before, on threads or on their order: same bits. But
     // with Accumulation::plain the sums go on from those of the call before, where that ended at range.begin.

@@ -64,9 +64,11 @@ std::uint64_t whole_blocks_of(std::uint64_t samples) {
 // How many samples a film has next.
 class Looks {
 public:
-    Looks(const StoppingRule& rule, Sampling sampling, unsigned scramblings)
+    // `goes_on`: samples within a block need not be rendered anew.
+    Looks(const StoppingRule& rule, Sampling sampling, unsigned scramblings, bool goes_on)
         : rule_(rule),
           sampling_(sampling),
+          goes_on_(goes_on),
           last_(rule.samples.value_or(std::uint64_t{1} << 40) / scramblings),
           scramblings_(scramblings),
           steps_(rule.relative_error || !rule.samples || sampling == Sampling::adaptive || scrambled()) {}
@@ -75,8 +77,8 @@ public:
 
     // All that are left, if they are uniform and without a target error. Else they are a quarter of what there is, but
     // no more than the error is expected to need. So the error is looked at often, the overshoot is small, and a stop
-    // finds useful adaptive samples and scramblings. Where an expectation missed within a block, that is rendered anew.
-    // So it then has a quarter more, or is whole.
+    // finds useful adaptive samples and scramblings. Where an expectation missed within a block that is rendered anew,
+    // it then has a quarter more, or is whole.
     [[nodiscard]] std::uint64_t next(std::uint64_t done, std::optional<double> error) const {
         if (!steps_) return last();
         const std::uint64_t has = done / scramblings_;  // of each scrambling
@@ -96,7 +98,7 @@ private:
     [[nodiscard]] bool scrambled() const { return scramblings_ > 1; }
     // Adaptive samples are in passes of any length.
     [[nodiscard]] bool renders_anew(std::uint64_t has) const {
-        return has % samples_per_block != 0 && (sampling_ == Sampling::uniform || has <= least_alike);
+        return !goes_on_ && has % samples_per_block != 0 && (sampling_ == Sampling::uniform || has <= least_alike);
     }
     [[nodiscard]] std::optional<double> samples_needed(std::uint64_t done, std::optional<double> error) const {
         if (!rule_.relative_error) return std::nullopt;
@@ -107,6 +109,7 @@ private:
 
     const StoppingRule& rule_;
     Sampling sampling_;
+    bool goes_on_;
     std::uint64_t last_;  // of each scrambling
     unsigned scramblings_;
     bool steps_;
@@ -243,7 +246,7 @@ StoppedRender render_until(RenderJob& job, const StoppingRule& rule, std::stop_t
     TimeLimit limit(rule, stop);
     StoppedRender result;
     AnyFilm film(job, sampling, scramblings);
-    const Looks looks(rule, sampling, scramblings);
+    const Looks looks(rule, sampling, scramblings, job.goes_on_in_blocks());
     std::uint64_t done = 0;
     for (;;) {
         const std::uint64_t end = looks.next(done, result.relative_error);

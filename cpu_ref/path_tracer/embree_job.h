@@ -114,6 +114,9 @@ public:
         return facts;
     }
 
+    [[nodiscard]] bool goes_on_in_blocks() const override {
+        return tables_.settings.accumulation.value_or(Accumulation::in_double) == Accumulation::in_double;
+    }
     RenderResult render(SampleRange range, const RenderControl& control) override {
         return render_film(range, {}, tables_.settings.width, tables_.settings.height, control);
     }
@@ -176,6 +179,12 @@ private:
         film_.begin_block(std::exchange(summed_to_, nowhere) == block.begin);
         std::optional<Film> before;
         std::uint64_t done = block.begin, invalid = 0;
+        const bool goes_on = listed_.empty() && goes_on_in_blocks();
+        if (const std::uint64_t begun = goes_on ? samples_begun(control, block) : 0; begun > 0) {
+            film_.go_on(control.begun->take_ragged_moments(block.begin));
+            done += begun;
+            progress.add(begun * pixels_);
+        }
         while (done < block.end && !control.stop.stop_requested()) {
             const SampleRange pass{done, std::min(block.end, done + pass_samples())};
             if (done > block.begin) before = film_;

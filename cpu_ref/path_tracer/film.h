@@ -19,6 +19,8 @@ public:
     void resize(std::size_t values) { values_ = values; }
     // The sums of a block are zero; plain ones may go on from the block before.
     void begin_block(bool goes_on);
+    // Or they go on from those of its first samples, as take_block() left them: in double alone, where they are exact.
+    void go_on(Estimate::Plane begun) { doubles_ = std::move(begun); }
     // Adds one sample's x >= 0 to value i; different values may be added to by different threads.
     void add(std::size_t i, double x) {
         switch (accumulation_) {

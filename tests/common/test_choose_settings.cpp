@@ -8,6 +8,7 @@
 #include "common/cost/choose_settings.h"
 #include "common/error.h"
 #include "tests/common/synthetic_renderer.h"
+#include "tests/scene_builder.h"
 
 namespace tandem {
 namespace {
@@ -40,7 +41,7 @@ Estimate estimate_of(const RenderSettings& settings, SampleRange range, const Va
     return estimate;
 }
 
-// Next events have `ratio` times the variance of paths at the same time. Roulette takes `roulette` times as long, from
+// Paths have `ratio` times the variance of next events at the same time. Roulette takes `roulette` times as long, from
 // the first event on the square of it; 0: there is none.
 class TrialRenderer : public Renderer {
 public:
@@ -58,7 +59,7 @@ public:
                 return result;
             }
         };
-        const double scale = settings.integrator == Integrator::next_event ? std::sqrt(ratio_) : 1.0;
+        const double scale = settings.integrator == Integrator::path ? std::sqrt(ratio_) : 1.0;
         auto job = std::make_unique<Job>(settings, [scale](std::uint32_t, std::uint32_t, SampleRandom& random) {
             const double value = 5.0 + scale * random.triangular();
             return Radiance{value, value, value};
@@ -94,7 +95,7 @@ private:
         job->factor = factor_of(settings);
         job->settings = settings;
         job->even = even_;
-        job->scale = settings.integrator == Integrator::next_event ? std::sqrt(ratio_) : 1.0;
+        job->scale = settings.integrator == Integrator::path ? std::sqrt(ratio_) : 1.0;
         return job;
     }
 
@@ -103,10 +104,25 @@ private:
     double roulette_;
 };
 
-SettingsChoice chosen(double ratio, const OpenSettings& open, const Scene& scene = {}, bool even = false,
+// With a light for next events.
+Scene lit() {
+    return test::SceneBuilder()
+        .camera({0.0, 0.0, 5.0}, {0.0, 0.0, 0.0})
+        .sphere(test::emitter(glm::dvec3(1.0)), {0.0, 3.0, 0.0}, 1.0)
+        .sphere(test::diffuse(glm::dvec3(0.5)), {0.0, 0.0, 0.0}, 1.0)
+        .scene();
+}
+
+RenderSettings of_next_events() {
+    RenderSettings settings;
+    settings.integrator = Integrator::next_event;
+    return settings;
+}
+
+SettingsChoice chosen(double ratio, const OpenSettings& open, const Scene& scene = lit(), bool even = false,
     double error = 1e-5, double roulette = 10.0, std::uint32_t size = 16) {
     TrialRenderer renderer(ratio, even, roulette);
-    RenderSettings settings;
+    RenderSettings settings = of_next_events();
     settings.width = settings.height = size;
     return choose_settings(scene, settings, open, renderer, {.relative_error = error}, {});
 }
@@ -150,13 +166,13 @@ private:
 TEST_CASE(
     "what a call takes is forecast once, not for every sample, and a trial has samples that are worth its calls") {
     constexpr double call_seconds = 1e5 * seconds_of_sample;
-    RenderSettings settings;
+    RenderSettings settings = of_next_events();
     settings.width = settings.height = 16;
     const OpenSettings open{.integrator = true, .roulette = false, .sampling = false, .generator = false};
     DistantRenderer distant(call_seconds), twice_as_far(2.0 * call_seconds), close(0.0);
-    const SettingsChoice far = choose_settings({}, settings, open, distant, {.relative_error = 1e-5}, {});
-    const SettingsChoice farther = choose_settings({}, settings, open, twice_as_far, {.relative_error = 1e-5}, {});
-    const SettingsChoice near = choose_settings({}, settings, open, close, {.relative_error = 1e-5}, {});
+    const SettingsChoice far = choose_settings(lit(), settings, open, distant, {.relative_error = 1e-5}, {});
+    const SettingsChoice farther = choose_settings(lit(), settings, open, twice_as_far, {.relative_error = 1e-5}, {});
+    const SettingsChoice near = choose_settings(lit(), settings, open, close, {.relative_error = 1e-5}, {});
     CHECK(far.chosen == near.chosen);
     CHECK(far.chosen == farther.chosen);
     REQUIRE(far.trials.size() == 2);
@@ -175,14 +191,14 @@ TEST_CASE(
 }
 
 TEST_CASE("a trial that is worth its calls is shorter where it would leave others less than half of the time") {
-    RenderSettings settings;
+    RenderSettings settings = of_next_events();
     settings.width = settings.height = 16;
     constexpr double slowness = 1e4;  // so that the test's own time does not count
     // A call takes as long as 16 samples. So 32 take 65 with two calls and one sample before, and 16 take 49. The error
     // takes 617 samples and a call, of which 18 % are 114.
     DistantRenderer distant(16.0 * slowness * seconds_of_sample, slowness);
     const OpenSettings open{.integrator = true, .roulette = false, .sampling = false, .generator = false};
-    (void)choose_settings({}, settings, open, distant, {.relative_error = std::sqrt(0.04 / 617.0)}, {});
+    (void)choose_settings(lit(), settings, open, distant, {.relative_error = std::sqrt(0.04 / 617.0)}, {});
     CHECK(distant.calls.at(1)->at(1) == 16);
 }
 
@@ -222,9 +238,9 @@ TEST_CASE("a first trial renders its two scramblings alone, and the sooner one t
     for (const unsigned slow_call : {0u, 1u}) {
         CAPTURE(slow_call);
         OnceSlowRenderer once_slow(slow_call);
-        RenderSettings settings;
+        RenderSettings settings = of_next_events();
         settings.width = settings.height = 128;
-        const SettingsChoice choice = choose_settings({}, settings, {}, once_slow, {.relative_error = 0.06}, {});
+        const SettingsChoice choice = choose_settings(lit(), settings, {}, once_slow, {.relative_error = 0.06}, {});
         CHECK(once_slow.calls == std::vector<std::uint64_t>{4, 4});
         CHECK(choice.trials.at(0).seconds_to_error == doctest::Approx(11.1 * seconds_of_sample).epsilon(0.1));
         CHECK(choice.trials.at(1).seconds_to_error == doctest::Approx(32 * seconds_of_sample));
@@ -247,9 +263,10 @@ TEST_CASE("a first trial that outlasts its time leaves the given settings, and n
     } endless;
     RenderSettings settings;
     settings.width = settings.height = 64;
-    const SettingsChoice choice = choose_settings({}, settings, {}, endless, {.stop_seconds = 0.01}, {});
+    const SettingsChoice choice = choose_settings(lit(), settings, {}, endless, {.stop_seconds = 0.01}, {});
     CHECK(choice.chosen == 0);
     CHECK(choice.settings.generator == Generator::philox);
+    CHECK(choice.settings.integrator == Integrator::path);
     CHECK(choice.job != nullptr);
     CHECK(choice.trials.empty());
     CHECK_FALSE(choice.expected_samples.has_value());
@@ -257,14 +274,14 @@ TEST_CASE("a first trial that outlasts its time leaves the given settings, and n
 
 TEST_CASE("the settings of least variance times time are chosen, and the job is theirs") {
     const SettingsChoice choice = chosen(0.25, {});
-    CHECK(choice.settings.integrator == Integrator::next_event);
+    CHECK(choice.settings.integrator == Integrator::path);
     CHECK(choice.settings.roulette_start == no_roulette);
-    CHECK(choice.trials.at(choice.chosen).options == "--integrator next-event");
+    CHECK(choice.trials.at(choice.chosen).options == "--integrator path");
     CHECK(choice.trials.at(choice.chosen).seconds_to_error ==
           doctest::Approx(0.25 * choice.trials.front().seconds_to_error).epsilon(0.1));
     // As given, with next events, and with these roulette, Sobol points and adaptive sampling.
     CHECK(choice.trials.size() == 5);
-    CHECK(chosen(0.25, {}, {}, false, 1e-5, 0.0).trials.size() == 4);  // without roulette, which is not there
+    CHECK(chosen(0.25, {}, lit(), false, 1e-5, 0.0).trials.size() == 4);  // without roulette, which is not there
     const double variance = variance_of(choice.job->render({0, 4096}).estimate).front();
     CHECK(variance == doctest::Approx(0.25).epsilon(0.2));
 }
@@ -274,33 +291,60 @@ TEST_CASE(
     CHECK(chosen(0.97, {}).chosen == 0);
     CHECK(chosen(4.0, {}).chosen == 0);
     const SettingsChoice fixed = chosen(0.25, {.integrator = false});
-    CHECK(fixed.settings.integrator == Integrator::path);
+    CHECK(fixed.settings.integrator == Integrator::next_event);
     Scene with_lamp;
     with_lamp.lights.emplace_back();
-    CHECK(chosen(0.25, {}, with_lamp).settings.integrator == Integrator::path);
+    CHECK(chosen(0.25, {}, with_lamp).settings.integrator == Integrator::next_event);
+}
+
+TEST_CASE("next events come first where the scene has light for them, and paths where that is sooner") {
+    const auto by_paths = [](double ratio, double error, const OpenSettings& open, std::uint32_t size) {
+        TrialRenderer renderer(ratio, false, 10.0);
+        RenderSettings settings;
+        settings.width = settings.height = size;
+        return choose_settings(lit(), settings, open, renderer, {.relative_error = error}, {});
+    };
+    for (const std::uint32_t size : {16u, 64u}) {  // independent samples first, and Sobol points
+        CAPTURE(size);
+        CHECK(by_paths(4.0, 1e-5, {}, size).trials.at(0).options == "--integrator next-event");
+        CHECK(by_paths(4.0, 1e-5, {}, size).settings.integrator == Integrator::next_event);
+        CHECK(by_paths(0.25, 1e-5, {}, size).settings.integrator == Integrator::path);
+        CHECK(by_paths(4.0, 1e-5, {.integrator = false}, size).settings.integrator == Integrator::path);
+        // Without time for a trial of the other: 4 % takes 0.2^2 / 0.04^2 = 25 samples.
+        const SettingsChoice few = by_paths(0.25, 0.04, {}, size);
+        CHECK(few.settings.integrator == Integrator::next_event);
+        CHECK(few.trials.at(few.chosen).options.starts_with("--integrator next-event"));
+    }
+    // Both are the same without light.
+    TrialRenderer renderer(0.25, false, 10.0);
+    RenderSettings settings;
+    settings.width = settings.height = 16;
+    const SettingsChoice dark = choose_settings({}, settings, {}, renderer, {.relative_error = 1e-5}, {});
+    CHECK(dark.settings.integrator == Integrator::path);
+    for (const SettingsTrial& trial : dark.trials) CHECK(trial.settings.integrator == Integrator::path);
 }
 
 TEST_CASE(
     "Sobol points are chosen where two scramblings show that they are more even, and what they gain is foretold") {
-    const SettingsChoice choice = chosen(1.0, {.sampling = false}, {}, true);
+    const SettingsChoice choice = chosen(1.0, {.sampling = false}, lit(), true);
     CHECK(choice.settings.generator == Generator::sobol);
     CHECK(choice.trials.at(choice.chosen).options == "--generator sobol");
     CHECK(choice.trials.at(choice.chosen).seconds_to_error < 0.1 * choice.trials.front().seconds_to_error);
-    CHECK(chosen(1.0, {.generator = false}, {}, true).settings.generator == Generator::philox);
-    CHECK(chosen(1.0, {}, {}, false).settings.generator == Generator::philox);
+    CHECK(chosen(1.0, {.generator = false}, lit(), true).settings.generator == Generator::philox);
+    CHECK(chosen(1.0, {}, lit(), false).settings.generator == Generator::philox);
 }
 
 TEST_CASE("an image of many pixels has Sobol points from the first trial, unless fewer samples than theirs suffice") {
     for (const bool even : {false, true}) {
         CAPTURE(even);
-        const SettingsChoice choice = chosen(0.25, {}, {}, even, 1e-7, 10.0, 64);
+        const SettingsChoice choice = chosen(0.25, {}, lit(), even, 1e-7, 10.0, 64);
         CHECK(choice.trials.at(1).options == "--generator sobol");
-        CHECK(choice.trials.at(choice.chosen).options == "--integrator next-event --generator sobol");
+        CHECK(choice.trials.at(choice.chosen).options == "--integrator path --generator sobol");
         // 0.2^2 / 1e-7^2 independent samples.
         CHECK(choice.trials.at(0).seconds_to_error == doctest::Approx(4e12 * seconds_of_sample).epsilon(0.2));
     }
     // 6 % takes 11 independent samples, and two scramblings are judged with 16 points each at least.
-    const SettingsChoice few = chosen(1.0, {}, {}, true, 0.06, 10.0, 128);
+    const SettingsChoice few = chosen(1.0, {}, lit(), true, 0.06, 10.0, 128);
     CHECK(few.chosen == 0);
     CHECK(few.settings.generator == Generator::philox);
     CHECK(few.trials.size() == 2);
@@ -311,19 +355,19 @@ TEST_CASE("an image of many pixels has Sobol points from the first trial, unless
     CHECK(*few.expected_samples < 15.0);
     // Given Sobol points are the given settings.
     TrialRenderer renderer(0.25, true, 10.0);
-    RenderSettings settings;
+    RenderSettings settings = of_next_events();
     settings.width = settings.height = 64;
     settings.generator = Generator::sobol;
-    const SettingsChoice given = choose_settings({}, settings, {}, renderer, {.relative_error = 1e-7}, {});
+    const SettingsChoice given = choose_settings(lit(), settings, {}, renderer, {.relative_error = 1e-7}, {});
     CHECK(given.trials.at(0).options.empty());
-    CHECK(given.trials.at(1).options == "--integrator next-event");
+    CHECK(given.trials.at(1).options == "--integrator path");
 }
 
 TEST_CASE("a short trial tells how many samples an error takes, where nothing is open, too") {
     constexpr OpenSettings none{.integrator = false, .roulette = false, .sampling = false, .generator = false};
-    const SettingsChoice choice = chosen(1.0, none, {}, true, 0.02, 10.0, 64);  // 0.2^2 / 0.02^2
+    const SettingsChoice choice = chosen(1.0, none, lit(), true, 0.02, 10.0, 64);  // 0.2^2 / 0.02^2
     CHECK(choice.trials.size() == 1);
-    CHECK(choice.settings.integrator == Integrator::path);
+    CHECK(choice.settings.integrator == Integrator::next_event);
     REQUIRE(choice.expected_samples.has_value());
     CHECK(*choice.expected_samples > 90.0);
     CHECK(*choice.expected_samples < 150.0);
@@ -331,35 +375,35 @@ TEST_CASE("a short trial tells how many samples an error takes, where nothing is
 
 TEST_CASE("roulette that saves time is chosen, and Sobol points on top of it") {
     for (const bool even : {false, true}) {
-        const SettingsChoice choice = chosen(1.0, {}, {}, even, 1e-5, 0.5);
+        const SettingsChoice choice = chosen(1.0, {}, lit(), even, 1e-5, 0.5);
         CHECK(choice.settings.roulette_start == 4);
         CHECK((choice.settings.generator == Generator::sobol) == even);
         CHECK(choice.trials.at(choice.chosen).options == (even ? "--generator sobol --roulette 4" : "--roulette 4"));
     }
-    CHECK(chosen(1.0, {}, {}, true, 1e-5, 0.95).settings.roulette_start == no_roulette);
+    CHECK(chosen(1.0, {}, lit(), true, 1e-5, 0.95).settings.roulette_start == no_roulette);
 }
 
 TEST_CASE("roulette from the first event on is tried where Sobol points are not open, and chosen where it saves time") {
     OpenSettings open;
     open.generator = false;
-    const SettingsChoice choice = chosen(1.0, open, {}, false, 1e-5, 0.5);
+    const SettingsChoice choice = chosen(1.0, open, lit(), false, 1e-5, 0.5);
     CHECK(choice.settings.roulette_start == 1);
     CHECK(choice.trials.at(choice.chosen).options == "--roulette 1");
-    CHECK(chosen(1.0, open, {}, false, 1e-5, 0.98).settings.roulette_start == no_roulette);
+    CHECK(chosen(1.0, open, lit(), false, 1e-5, 0.98).settings.roulette_start == no_roulette);
     TrialRenderer renderer(1.0, false, 0.5);
-    RenderSettings sobol;
+    RenderSettings sobol = of_next_events();
     sobol.width = sobol.height = 16;
     sobol.generator = Generator::sobol;
-    CHECK(choose_settings({}, sobol, open, renderer, {.relative_error = 1e-5}, {}).settings.roulette_start == 4);
+    CHECK(choose_settings(lit(), sobol, open, renderer, {.relative_error = 1e-5}, {}).settings.roulette_start == 4);
 }
 
 TEST_CASE("the roulette of a scene is left where that saves time") {
     for (const double roulette : {0.5, 2.0}) {
         TrialRenderer renderer(1.0, true, roulette);
-        RenderSettings settings;
+        RenderSettings settings = of_next_events();
         settings.width = settings.height = 16;
         settings.roulette_start = 3;
-        const SettingsChoice choice = choose_settings({}, settings, {}, renderer, {.relative_error = 1e-5}, {});
+        const SettingsChoice choice = choose_settings(lit(), settings, {}, renderer, {.relative_error = 1e-5}, {});
         CHECK(choice.settings.roulette_start == (roulette < 1.0 ? 3 : no_roulette));
         CHECK(choice.trials.at(choice.chosen).options ==
               (roulette < 1.0 ? "--generator sobol" : "--generator sobol --roulette 0"));
@@ -401,13 +445,13 @@ private:
 };
 
 TEST_CASE("roulette that adds noise is held against how even Sobol points are, roulette that adds none is taken") {
-    RenderSettings settings;
+    RenderSettings settings = of_next_events();
     settings.width = settings.height = 64;
     const OpenSettings open{.integrator = false, .roulette = true, .sampling = false, .generator = true};
     for (const double added : {0.0, 0.3}) {
         RouletteRenderer renderer(added);
         const SettingsChoice choice =
-            choose_settings({}, settings, open, renderer, {.relative_error = 1.3e-3, .most_seconds = 1e6}, {});
+            choose_settings(lit(), settings, open, renderer, {.relative_error = 1.3e-3, .most_seconds = 1e6}, {});
         CAPTURE(added);
         CHECK(choice.settings.generator == Generator::sobol);
         CHECK((choice.settings.roulette_start != no_roulette) == (added == 0.0));
@@ -423,11 +467,11 @@ TEST_CASE(
             CAPTURE(size);
             CAPTURE(added);
             RouletteRenderer renderer(added);
-            RenderSettings settings;
+            RenderSettings settings = of_next_events();
             settings.width = settings.height = size;
             settings.roulette_start = 3;
             const SettingsChoice choice =
-                choose_settings({}, settings, open, renderer, {.relative_error = 1.3e-3, .most_seconds = 1e6}, {});
+                choose_settings(lit(), settings, open, renderer, {.relative_error = 1.3e-3, .most_seconds = 1e6}, {});
             CHECK(choice.settings.generator == Generator::sobol);
             CHECK(choice.settings.roulette_start == (added == 0.0 ? 3 : no_roulette));
         }
@@ -435,17 +479,17 @@ TEST_CASE(
 
 TEST_CASE("trials take a small part of what the render is forecast to take, and none is tried for a short render") {
     // 4 % takes 0.2^2 / 0.04^2 = 25 samples: fewer than a trial of something else is worth.
-    const SettingsChoice few = chosen(0.25, {}, {}, false, 0.04);
+    const SettingsChoice few = chosen(0.25, {}, lit(), false, 0.04);
     CHECK(few.trials.size() == 1);
     CHECK(few.chosen == 0);
     CHECK(few.trials.front().seconds_to_error == doctest::Approx(64 * seconds_of_sample));  // a block at least
     // No more is tried for a render that ends after a few samples, however far its error is from the asked one.
     TrialRenderer renderer(0.25, false, 10.0);
-    RenderSettings settings;
+    RenderSettings settings = of_next_events();
     settings.width = settings.height = 16;
     const auto trials_for = [&](std::optional<std::uint64_t> samples) {
         const ChoiceGoal goal{.relative_error = 1e-5, .most_samples = samples};
-        return choose_settings({}, settings, {}, renderer, goal, {}).trials.size();
+        return choose_settings(lit(), settings, {}, renderer, goal, {}).trials.size();
     };
     CHECK(trials_for(16) == 1);
     CHECK(trials_for({}) > 1);
@@ -488,7 +532,7 @@ TEST_CASE("adaptive sampling is chosen where noise is uneven, unless its passes 
     for (const double slowness : {1.0, 40.0}) {
         CAPTURE(slowness);
         UnevenRenderer renderer(slowness);
-        RenderSettings settings;
+        RenderSettings settings = of_next_events();
         settings.width = settings.height = 32;
         const SettingsChoice choice = choose_settings(Scene{}, settings,
             {.integrator = false, .roulette = false, .sampling = true, .generator = false}, renderer,

@@ -109,6 +109,43 @@ TEST_CASE("after a first look a render by error ends at the samples that it need
     CHECK(render_until(job, whole, {}, {}).film.count() == 2 * samples_per_block);
 }
 
+// Goes on within blocks, and counts the samples that it renders. A stop ends its second call before there are more.
+class GoingOnJob : public SyntheticJob {
+public:
+    explicit GoingOnJob(std::stop_source* stop = nullptr) : SyntheticJob(many_pixels(), noisy), stop_(stop) {}
+    bool goes_on_in_blocks() const override { return true; }
+    RenderResult render(SampleRange range, const RenderControl& control) override {
+        const std::uint64_t begun = samples_begun(control, range);
+        if (begun > 0) (void)control.begun->take_ragged_moments(range.begin);
+        if (++calls_ == 2 && stop_ != nullptr) {
+            stop_->request_stop();
+            range.end = range.begin + begun;
+        }
+        rendered += range.count() - begun;
+        return SyntheticJob::render(range, {});
+    }
+    std::uint64_t rendered = 0;
+
+private:
+    std::stop_source* stop_;
+    unsigned calls_ = 0;
+};
+
+TEST_CASE("a job that goes on within a block renders no sample twice, and ends nearer to what is needed") {
+    for (const double expected : {10.0, 42.0}) {  // 44 are needed
+        CAPTURE(expected);
+        GoingOnJob job;
+        const StoppedRender result = by_forecast(job, expected);
+        CHECK(*result.relative_error <= 0.15);
+        CHECK(result.film.count() >= 42);
+        CHECK(result.film.count() <= 48);
+        CHECK(static_cast<double>(job.rendered) == result.film.count());
+    }
+    std::stop_source source;
+    GoingOnJob stopping(&source);
+    CHECK(by_forecast(stopping, 10.0, source.get_token()).film.count() == 10);
+}
+
 TEST_CASE("a stop while a block is rendered anew keeps the samples that it had") {
     std::stop_source source;
     SyntheticJob job(many_pixels(), noisy);

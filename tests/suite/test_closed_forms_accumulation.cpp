@@ -189,6 +189,55 @@ TEST_CASE("all kernel shapes add up to the same bits") {
     }
 }
 
+// Sums in double alone are those of the device, to the bit.
+TEST_CASE("a render that goes on within a block has the bits and the invalid samples of one that does not") {
+    const Scene scene = load_scene(std::filesystem::path(TANDEM_SOURCE_DIR) / "scenes" / "cornell-classic.json");
+    for (const Accumulation accumulation : {Accumulation::in_double, Accumulation::compensated}) {
+        RenderSettings settings = with_longer_side(default_settings(scene), 10);
+        settings.accumulation = accumulation;
+        const auto check = [&](const std::string& name, Renderer& renderer) {
+            CAPTURE(name);
+            const auto job = renderer.prepare(scene, settings);
+            const std::vector<double> whole = mean_of(job->render({64, 264}).estimate);
+            CHECK(job->goes_on_in_blocks() == (accumulation == Accumulation::in_double));
+            Estimate begun = job->render({64, 74}).estimate;
+            double least = 1e9, most = 0.0;
+            RenderControl control;
+            control.begun = &begun;
+            control.progress = [&](double samples) {
+                least = std::min(least, samples), most = std::max(most, samples);
+            };
+            Estimate more = job->render({64, 101}, control).estimate;  // the block is still not whole
+            CHECK(more.count() == 37);
+            CHECK(begun.count() == (job->goes_on_in_blocks() ? 0 : 10));
+            CHECK((least >= 10.0) == job->goes_on_in_blocks());
+            CHECK(most == 37.0);
+            control.begun = &more;
+            CHECK(same(mean_of(job->render({64, 264}, control).estimate), whole));
+            // Others than those of the range's first block are none of its business.
+            Estimate elsewhere = job->render({128, 138}).estimate;
+            control.begun = &elsewhere;
+            CHECK(same(mean_of(job->render({64, 264}, control).estimate), whole));
+            CHECK(elsewhere.count() == 10);
+            // Nor are more samples than are asked for.
+            Estimate many = job->render({64, 104}).estimate;
+            control.begun = &many;
+            CHECK(same(mean_of(job->render({64, 94}, control).estimate), mean_of(job->render({64, 94}).estimate)));
+            // A stop leaves them, there or in the result.
+            std::stop_source at_once;
+            at_once.request_stop();
+            control.stop = at_once.get_token();
+            CHECK(job->render({64, 264}, control).estimate.count() + many.count() == 40);
+        };
+        for (const Tracer& tracer : choosing_tracers()) check(tracer.name, *tracer.renderer);
+        for (const char* kernel : {"stages", "megakernel", "image-stages", "fragment", "thesis"}) {
+            BackendOptions options;
+            options.kernel = kernel;
+            check(kernel, *vulkan_backend().create(options));
+        }
+    }
+}
+
 TEST_CASE("ways of adding up that there are not are refused") {
     const auto refuses = [](const Backend& backend, const BackendOptions& options, Integrator integrator,
                              Accumulation accumulation) {

@@ -166,6 +166,19 @@ TEST_CASE("tiles that share buffers keep what every pixel has at a stop") {
             VulkanJob whole = machine.job(with_kernel(kernel), full_scene(), settings);
             CHECK(same_bits(estimate, whole.render({0, 8}, {}).estimate));
             CHECK(same_bits(job.render({0, 70}, {}).estimate, whole.render({0, 70}, {}).estimate));
+            // Also where it goes on from there, and after a stop that came before there was more.
+            Estimate begun = estimate;
+            source = std::stop_source();
+            const RenderControl stopped{.stop = source.get_token(),
+                .progress =
+                    [&](double done) {
+                        CHECK((done > 8.0 || accumulation != Accumulation::in_double));
+                        source.request_stop();
+                    },
+                .begun = &begun};
+            CHECK(job.render({0, 70}, stopped).estimate.count() == 0);
+            CHECK(same_bits(job.render({0, 70}, {.stop = {}, .progress = {}, .begun = &begun}).estimate,
+                whole.render({0, 70}, {}).estimate));
         }
 }
 

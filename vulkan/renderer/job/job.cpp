@@ -190,9 +190,8 @@ std::uint64_t VulkanJob::render_tile_block(const Tile& tile, SampleRange block, 
     return done;
 }
 
-// In the half that is read next.
-void VulkanJob::restore_sums(const Tile& tile, const gpu::Vec4* sums) {
-    resources_.set_sums({sums, sums_per_pixel * tile.pixel_count});
+// What FrameResources::sums_to_copy() holds, in the half that is read next.
+void VulkanJob::add_sums(const Tile& tile) {
     const std::uint32_t parity = kernels_.sum_parity(), pixels = tile.pixel_count;
     submission_.add(recording_key(RecordingKind::restoring, parity, pixels),
         [=, this](const vk::raii::CommandBuffer& commands) { resources_.record_sums(commands, parity, pixels); });
@@ -249,6 +248,20 @@ void VulkanJob::collect(const Tile& tile, std::vector<Estimate::Plane>& planes) 
     }
 }
 
+// The reverse for sums in double, which `plane` holds exactly.
+void VulkanJob::copy_sums(const Tile& tile, const Estimate::Plane& plane, gpu::Vec4* sums) const {
+    const Moments* source = &plane[std::size_t{tile.first_pixel} * channel_count];
+    for (std::size_t i = 0; i < tile.pixel_count; ++i, ++sums)
+        for (std::size_t channel = 0; channel < channel_count; ++channel, ++source)
+            sums[channel * tile.pixel_count] =
+                std::bit_cast<gpu::Vec4>(std::array{source->sum, source->sum_of_squares});
+}
+
+// That the job goes on from. A list of pixels has none.
+std::uint64_t VulkanJob::begun_of(SampleRange block, const Film& film, const RenderControl& control) const {
+    return film.listed.empty() && goes_on_in_blocks() ? samples_begun(control, block) : 0;
+}
+
 RenderResult VulkanJob::render(SampleRange range, const RenderControl& control) {
     return render_film(range, {part(), settings_.width, settings_.height}, control);
 }
@@ -280,19 +293,29 @@ Tile VulkanJob::begin_tile(const Film& film, std::uint32_t first, std::uint32_t 
 }
 
 // Renders a block of a film that one tile holds, or `blocks` of them side by side. Returns how many samples of a block
-// every pixel has. Their sums stay in progress.uncollected.
+// every pixel has; none where a stop came before there were more than those begun. Their sums stay in
+// progress.uncollected.
 std::uint64_t VulkanJob::render_at_once(
     SampleRange block, std::uint64_t blocks, const Film& film, Progress& progress, Estimate& estimate) {
     const auto places = static_cast<std::uint32_t>(blocks * film.all.pixel_count);
     const Tile tile = begin_tile(film, film.all.first_pixel, film.all.first_pixel + places, progress);
     const bool went_on = progress.keeps_sums;
-    const std::uint64_t done = render_tile_block(tile, block, progress, went_on);
+    Estimate* const before = progress.control.begun;
+    const std::uint64_t begun = begun_of(block, film, progress.control);
+    if (begun > 0) {
+        copy_sums(tile, before->ragged_moments(block.begin), resources_.sums_to_copy());
+        add_sums(tile);
+        progress.samples_before += static_cast<double>(begun);
+    }
+    std::uint64_t done = render_tile_block(tile, {block.begin + begun, block.end}, progress, went_on || begun > 0);
     progress.samples_before += progress.tile_share * static_cast<double>(done);
     if (done == 0) return 0;
+    done += begun;
     // After a stop the first alone counts, so that no samples are missing before others.
     const std::uint64_t whole = done < block.count() ? 1 : blocks;
     progress.uncollected = [=, this, &estimate] {
         std::vector<Estimate::Plane> planes(blocks);
+        if (begun > 0) planes.front() = before->take_ragged_moments(block.begin);  // room that need not be made anew
         for (Estimate::Plane& plane : planes) plane.resize(estimate.pixel_count() * channel_count);
         collect(tile, planes);
         if (accumulation_ == Accumulation::plain) running_sums_.leave_growth(planes.front(), went_on);
@@ -312,7 +335,10 @@ bool VulkanJob::render_tiles(SampleRange samples, const Film& film, Progress& pr
         const Tile tile = begin_tile(film, first, end, progress);
         gpu::Vec4* const own = sums.data() + sums_per_pixel * std::size_t{first - film.all.first_pixel};
         const bool goes_on = samples.begin % samples_per_block != 0;
-        if (goes_on) restore_sums(tile, own);
+        if (goes_on) {
+            std::copy_n(own, sums_per_pixel * tile.pixel_count, resources_.sums_to_copy());
+            add_sums(tile);
+        }
         const std::uint64_t done = render_tile_block(tile, samples, progress, goes_on);
         progress.samples_before += progress.tile_share * static_cast<double>(done);
         if (done < samples.count()) return false;
@@ -327,7 +353,15 @@ bool VulkanJob::render_tiles(SampleRange samples, const Film& film, Progress& pr
 std::uint64_t VulkanJob::render_in_passes(SampleRange block, const Film& film, Progress& progress, Estimate& estimate) {
     std::vector<gpu::Vec4> sums(sums_per_pixel * std::size_t{film.all.pixel_count});
     std::vector<Estimate::Plane> planes(1, Estimate::Plane(estimate.pixel_count() * channel_count));
-    std::uint64_t done = 0;
+    const std::uint64_t begun = begun_of(block, film, progress.control);
+    if (begun > 0) {
+        planes.front() = progress.control.begun->ragged_moments(block.begin);
+        for (const Tile& tile : tiles())
+            copy_sums(tile, planes.front(),
+                sums.data() + sums_per_pixel * std::size_t{tile.first_pixel - film.all.first_pixel});
+        progress.samples_before += static_cast<double>(begun);
+    }
+    std::uint64_t done = begun;
     while (done < block.count()) {
         const std::uint64_t count = std::min(std::max<std::uint64_t>(1, done), block.count() - done);
         const SampleRange pass{block.begin + done, block.begin + done + count};
@@ -340,7 +374,9 @@ std::uint64_t VulkanJob::render_in_passes(SampleRange block, const Film& film, P
         planes = std::move(next);
         done += count;
     }
-    if (done > 0) estimate.add_block({block.begin, block.begin + done}, std::move(planes.front()));
+    if (done == begun) return 0;
+    if (begun > 0) (void)progress.control.begun->take_ragged_moments(block.begin);
+    estimate.add_block({block.begin, block.begin + done}, std::move(planes.front()));
     return done;
 }
 

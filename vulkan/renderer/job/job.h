@@ -17,6 +17,7 @@ public:
         const JobPatterns& patterns = {}, GeometryPrecision precision = GeometryPrecision::single_precision);
 
     [[nodiscard]] JobFacts facts() const override;
+    [[nodiscard]] bool goes_on_in_blocks() const override { return accumulation_ == Accumulation::in_double; }
     [[nodiscard]] RenderResult render(SampleRange range, const RenderControl& control) override;
     [[nodiscard]] RenderResult render_pixels(
         SampleRange range, std::span<const std::uint32_t> pixels, const RenderControl& control) override;
@@ -65,7 +66,9 @@ private:
         SampleRange block, const Film& film, Progress& progress, Estimate& estimate);
     [[nodiscard]] std::uint64_t render_tile_block(
         const Tile& tile, SampleRange block, Progress& progress, bool keeps_sums);
-    void restore_sums(const Tile& tile, const gpu::Vec4* sums);
+    [[nodiscard]] std::uint64_t begun_of(SampleRange block, const Film& film, const RenderControl& control) const;
+    void copy_sums(const Tile& tile, const Estimate::Plane& plane, gpu::Vec4* sums) const;
+    void add_sums(const Tile& tile);
     // Submits what was added and waits.
     [[nodiscard]] SubmissionTimes submit();
     // The same, while the host takes in the block before. Returns seconds: the device's where the host was at work

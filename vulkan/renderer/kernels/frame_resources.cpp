@@ -397,9 +397,7 @@ void FrameResources::record_counters(const vk::raii::CommandBuffer& commands) co
     barrier(commands, transfer_write, host_read);
 }
 
-void FrameResources::set_sums(std::span<const gpu::Vec4> sums) {
-    std::memcpy(readback_.mapped(0), sums.data(), sums.size_bytes());
-}
+gpu::Vec4* FrameResources::sums_to_copy() { return reinterpret_cast<gpu::Vec4*>(readback_.mapped(0)); }
 
 void FrameResources::record_sums(
     const vk::raii::CommandBuffer& commands, std::uint32_t sum_parity, std::uint32_t tile_pixels) const {

@@ -59,9 +59,8 @@ public:
         const vk::raii::CommandBuffer& commands, std::uint32_t sum_parity, std::uint32_t tile_pixels) const;
     // The counters alone.
     void record_counters(const vk::raii::CommandBuffer& commands) const;
-    // The reverse: sums that were downloaded before, for record_sums to copy to the device. They take the place of what
-    // was downloaded last.
-    void set_sums(std::span<const gpu::Vec4> sums);
+    // The reverse: sums that are written there, in place of what was downloaded last, are copied to the device.
+    [[nodiscard]] gpu::Vec4* sums_to_copy();
     void record_sums(
         const vk::raii::CommandBuffer& commands, std::uint32_t sum_parity, std::uint32_t tile_pixels) const;
     // What was downloaded: [channel * tile_pixels + i], see shaders/kernels/moments.glsl.
