@@ -25,8 +25,8 @@ constexpr double trials_share = 0.18;  // of the seconds that the best settings 
 // By how much Sobol points shorten that time where they are yet to be tried: the median of
 // tests/records/accuracy/ACCURACY.md.
 constexpr double sobol_gain = 2.3;
-// How much more even Sobol points may be with one integrator than with the other: 0.44 is the root mean square of that
-// ratio's logarithm over 44 pairs of TARGET_ERROR.md.
+// How much more even Sobol points may be with one integrator than with the other, which the points of a trial do not
+// show: 0.44 is the root mean square of that ratio's logarithm over 44 pairs of TARGET_ERROR.md.
 constexpr double evenness_of_integrators = 0.5;
 constexpr std::uint64_t least_trial_samples = 8, most_trial_samples = 4096;
 constexpr double foretelling_share = 0.1;  // of the time for trials; more would leave other trials too little
@@ -226,8 +226,7 @@ public:
         spent_ += watch.seconds();
         if (!trial) return;
         ComparedTrials compared = compare_trials(*trial, *best_, goal_.relative_error);
-        if (trial->points > 0.0 && trial->points < static_cast<double>(least_points))
-            compared.uncertainty += evenness_of_integrators;
+        if (sobol && is_sobol()) compared.uncertainty += evenness_of_integrators;
         take(settings, std::move(job), std::move(*trial), compared, sobol == is_sobol() ? 1.0 : 0.0);
     }
 

@@ -167,20 +167,24 @@ private:
         pixels_ = static_cast<std::uint32_t>(result.estimate.pixel_count());
         film_.resize(std::size_t{pixels_} * channel_count);
         Progress progress(control, pixels_);
-        for (std::uint64_t begin = range.begin; begin < range.end && !control.stop.stop_requested();
-             begin += samples_per_block)
-            render_block({begin, std::min(begin + samples_per_block, range.end)}, control, progress, result.estimate);
+        SampleRange block{range.begin, 0};
+        for (; block.begin < range.end && !control.stop.stop_requested(); block.begin = block.end) {
+            block.end = std::min(block.begin + samples_per_block, range.end);
+            const bool goes_on = block.begin == range.begin && listed.empty() && goes_on_in_blocks();
+            render_block(block, goes_on ? samples_begun(control, block) : 0, control, progress, result.estimate);
+        }
         progress.finish();
         result.seconds = watch.seconds();
         return result;
     }
 
-    void render_block(SampleRange block, const RenderControl& control, Progress& progress, Estimate& estimate) {
+    // `begun` of its samples are there.
+    void render_block(
+        SampleRange block, std::uint64_t begun, const RenderControl& control, Progress& progress, Estimate& estimate) {
         film_.begin_block(std::exchange(summed_to_, nowhere) == block.begin);
         std::optional<Film> before;
         std::uint64_t done = block.begin, invalid = 0;
-        const bool goes_on = listed_.empty() && goes_on_in_blocks();
-        if (const std::uint64_t begun = goes_on ? samples_begun(control, block) : 0; begun > 0) {
+        if (begun > 0) {
             film_.go_on(control.begun->take_ragged_moments(block.begin));
             done += begun;
             progress.add(begun * pixels_);

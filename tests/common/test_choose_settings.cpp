@@ -309,6 +309,8 @@ TEST_CASE("next events come first where the scene has light for them, and paths 
         CHECK(by_paths(4.0, 1e-5, {}, size).trials.at(0).options == "--integrator next-event");
         CHECK(by_paths(4.0, 1e-5, {}, size).settings.integrator == Integrator::next_event);
         CHECK(by_paths(0.25, 1e-5, {}, size).settings.integrator == Integrator::path);
+        // How even points are may differ by half.
+        CHECK((by_paths(0.77, 1e-5, {}, size).settings.integrator == Integrator::path) == (size == 16));
         CHECK(by_paths(4.0, 1e-5, {.integrator = false}, size).settings.integrator == Integrator::path);
         // Without time for a trial of the other: 4 % takes 0.2^2 / 0.04^2 = 25 samples.
         const SettingsChoice few = by_paths(0.25, 0.04, {}, size);

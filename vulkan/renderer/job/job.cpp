@@ -35,6 +35,7 @@ struct VulkanJob::Progress {
     double device_seconds = 0.0;
     bool has_device_clock = true;
     bool keeps_sums = false;                 // the block goes on with the sums of the one before
+    std::uint64_t begun = 0;                 // samples of the block, in control.begun
     std::uint64_t invalid = 0;               // samples that the estimate does not count yet
     std::function<void()> uncollected = {};  // takes in what was downloaded last
 
@@ -257,11 +258,6 @@ void VulkanJob::copy_sums(const Tile& tile, const Estimate::Plane& plane, gpu::V
                 std::bit_cast<gpu::Vec4>(std::array{source->sum, source->sum_of_squares});
 }
 
-// That the job goes on from. A list of pixels has none.
-std::uint64_t VulkanJob::begun_of(SampleRange block, const Film& film, const RenderControl& control) const {
-    return film.listed.empty() && goes_on_in_blocks() ? samples_begun(control, block) : 0;
-}
-
 RenderResult VulkanJob::render(SampleRange range, const RenderControl& control) {
     return render_film(range, {part(), settings_.width, settings_.height}, control);
 }
@@ -301,7 +297,7 @@ std::uint64_t VulkanJob::render_at_once(
     const Tile tile = begin_tile(film, film.all.first_pixel, film.all.first_pixel + places, progress);
     const bool went_on = progress.keeps_sums;
     Estimate* const before = progress.control.begun;
-    const std::uint64_t begun = begun_of(block, film, progress.control);
+    const std::uint64_t begun = std::exchange(progress.begun, 0);
     if (begun > 0) {
         copy_sums(tile, before->ragged_moments(block.begin), resources_.sums_to_copy());
         add_sums(tile);
@@ -353,7 +349,7 @@ bool VulkanJob::render_tiles(SampleRange samples, const Film& film, Progress& pr
 std::uint64_t VulkanJob::render_in_passes(SampleRange block, const Film& film, Progress& progress, Estimate& estimate) {
     std::vector<gpu::Vec4> sums(sums_per_pixel * std::size_t{film.all.pixel_count});
     std::vector<Estimate::Plane> planes(1, Estimate::Plane(estimate.pixel_count() * channel_count));
-    const std::uint64_t begun = begun_of(block, film, progress.control);
+    const std::uint64_t begun = std::exchange(progress.begun, 0);
     if (begun > 0) {
         planes.front() = progress.control.begun->ragged_moments(block.begin);
         for (const Tile& tile : tiles())
@@ -394,6 +390,8 @@ RenderResult VulkanJob::render_film(SampleRange range, const Film& film, const R
         const std::uint64_t blocks = blocks_at_once({block.begin, range.end}, film);
         block.end = std::min(block.begin + samples_per_block, range.end);
         if (block.begin == range.begin && running_sums_.take(block.begin)) reach = block.begin;
+        if (block.begin == range.begin && film.listed.empty() && goes_on_in_blocks())
+            progress.begun = samples_begun(control, block);
         progress.keeps_sums = std::exchange(reach, std::nullopt) && accumulation_ == Accumulation::plain;
         const std::uint64_t done = film.all.pixel_count <= tile_pixels_
                                        ? render_at_once(block, blocks, film, progress, result.estimate)

@@ -66,7 +66,6 @@ private:
         SampleRange block, const Film& film, Progress& progress, Estimate& estimate);
     [[nodiscard]] std::uint64_t render_tile_block(
         const Tile& tile, SampleRange block, Progress& progress, bool keeps_sums);
-    [[nodiscard]] std::uint64_t begun_of(SampleRange block, const Film& film, const RenderControl& control) const;
     void copy_sums(const Tile& tile, const Estimate::Plane& plane, gpu::Vec4* sums) const;
     void add_sums(const Tile& tile);
     // Submits what was added and waits.
