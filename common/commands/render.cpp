@@ -89,7 +89,7 @@ std::unique_ptr<RenderJob> prepare(const RenderArguments& arguments, const Scene
             "settings chosen for the target error: {} (--integrator, --roulette, --generator and --sampling fix "
             "them)\n",
             options);
-    if (!options.empty() && !independent(settings) && is_exr(arguments.output))
+    if (!options.empty() && !arguments.has_generator && !independent(settings) && is_exr(arguments.output))
         fmt::print("{}: will hold no variances, which Sobol points do not tell; --generator philox keeps them\n",
             escaped(arguments.output));
     tried = {std::move(choice.trials), choice.chosen, choice.seconds};

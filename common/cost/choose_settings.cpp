@@ -25,8 +25,8 @@ constexpr double trials_share = 0.18;  // of the seconds that the best settings 
 // By how much Sobol points shorten that time where they are yet to be tried: the median of
 // tests/records/accuracy/ACCURACY.md.
 constexpr double sobol_gain = 2.3;
-// How much more even Sobol points may be with one integrator than with the other, which the points of a trial do not
-// show: 0.44 is the root mean square of that ratio's logarithm over 44 pairs of TARGET_ERROR.md.
+// How much more even Sobol points may be with one integrator than with the other. The points of a trial do not show it.
+// 0.44 is the root mean square of that ratio's logarithm, over 44 pairs of tests/records/accuracy/target_error.json.
 constexpr double evenness_of_integrators = 0.5;
 constexpr std::uint64_t least_trial_samples = 8, most_trial_samples = 4096;
 constexpr double foretelling_share = 0.1;  // of the time for trials; more would leave other trials too little
@@ -140,19 +140,8 @@ public:
           may_still_adapt_(adapts),
           sobol_to_come_(sobol) {
         const Stopwatch preparing;
-        if (presumed) {
-            choice_.settings = start;
-            choice_.settings.generator = Generator::sobol;
-            choice_.job = prepared(choice_.settings);
-        }
-        if (!choice_.job) {
-            choice_.settings = start;
-            choice_.job = prepared(choice_.settings);
-        }
-        if (!choice_.job) {
-            choice_.settings = start_ = given;
+        if (!prepare_first(start, presumed) && !prepare_first(given, presumed))
             choice_.job = renderer.prepare(scene, given);
-        }
         preparation_ = preparing.seconds();
         limit_.emplace(user_stop_, goal.stop_seconds);
         stop_ = limit_->token();
@@ -177,10 +166,11 @@ public:
             choice_.trials.push_back({choice_.settings, options_of(choice_.settings, given_), best_seconds_});
             choice_.chosen = 1;
             // Fewer samples than scramblings have may suffice.
-            if (best_ && preparation_ + independent < clearly_better * best_seconds_ && !stop_.stop_requested()) {
-                keep(best_->independent());
-                choose(start_, prepared(start_), independent, 0);
-            }
+            if (best_ && preparation_ + independent < clearly_better * best_seconds_ && !stop_.stop_requested())
+                if (std::unique_ptr<RenderJob> job = prepared(start_)) {
+                    keep(best_->independent());
+                    choose(start_, std::move(job), independent, 0);
+                }
         }
         spent_ += watch.seconds();
         return best_.has_value();
@@ -215,18 +205,20 @@ public:
         const Stopwatch watch;
         std::unique_ptr<RenderJob> job = prepared(settings);
         std::optional<ShortTrial> trial;
+        const bool of_points = sobol && is_sobol();
+        const double taken_below = of_points ? 1.0 / (1.0 + evenness_of_integrators) : clearly_better;
         // That Sobol points are not better may be for want of points.
         const auto is_clear = [&](const ShortTrial& one) {
             const ComparedTrials compared = compare_trials(one, *best_, goal_.relative_error);
             const double doubt = 1.0 + 2.0 * compared.uncertainty, ratio = compared.seconds / best_seconds_;
             const bool few = one.points > 0.0 && one.points < static_cast<double>(least_points);
-            return (!few && ratio * doubt < clearly_better) || (sobol == is_sobol() && ratio > clearly_better * doubt);
+            return (!few && ratio * doubt < taken_below) || (sobol == is_sobol() && ratio > taken_below * doubt);
         };
         if (job) trial = trial_of(settings, *job, samples, each - watch.seconds(), stop_, is_clear);
         spent_ += watch.seconds();
         if (!trial) return;
         ComparedTrials compared = compare_trials(*trial, *best_, goal_.relative_error);
-        if (sobol && is_sobol()) compared.uncertainty += evenness_of_integrators;
+        if (of_points) compared.uncertainty += evenness_of_integrators;
         take(settings, std::move(job), std::move(*trial), compared, sobol == is_sobol() ? 1.0 : 0.0);
     }
 
@@ -311,6 +303,16 @@ public:
     }
 
 private:
+    // False: the renderer has no such settings.
+    bool prepare_first(const RenderSettings& start, bool presumed) {
+        choice_.settings = start_ = start;
+        if (presumed) {
+            choice_.settings.generator = Generator::sobol;
+            choice_.job = prepared(choice_.settings);
+        }
+        if (!choice_.job) choice_.job = prepared(choice_.settings = start);
+        return choice_.job != nullptr;
+    }
     // Adaptive sampling is the one way whose gain is foretold before it is tried. So no trial is to take a share of
     // what it may save. Where foretelling takes too long for that, trials have their share of uniform sampling's time.
     [[nodiscard]] double seconds_left() {
@@ -362,7 +364,7 @@ private:
     }
     // Nothing: the renderer has no such settings.
     [[nodiscard]] std::unique_ptr<RenderJob> prepared(RenderSettings& settings) {
-        if (settings.effects) settings.effects = settings.effects->united(needed_effects(scene_, settings));
+        if (given_.effects) settings.effects = given_.effects->united(needed_effects(scene_, settings));
         try {
             return renderer_.prepare(scene_, settings);
         } catch (const UnsupportedError&) {
@@ -402,8 +404,8 @@ private:
     double preparation_ = 0.0, spent_ = 0.0;  // seconds
 };
 
-// Most scenes of TARGET_ERROR.md want them: without them they take up to 7.5 times as long, with them at most twice. A
-// short render has no time to find that out.
+// Over the scenes of tests/records/accuracy/target_error.json the best by paths takes up to 30 times as long as the
+// best by next events, which takes at most twice as long as that. A short render has no time to find out.
 std::optional<RenderSettings> with_next_events(RenderSettings settings, const Scene& scene) {
     settings.integrator = Integrator::next_event;
     settings.mis = true;

@@ -15,7 +15,7 @@ namespace tandem {
 
 // What the user has left open.
 struct OpenSettings {
-    bool integrator = true;  // path against next-event
+    bool integrator = true;  // next-event against path
     bool roulette = true;    // where it may end a path, within the same bounces
     bool sampling = true;    // uniform against adaptive
     bool generator = true;   // Sobol points against the given one
@@ -45,18 +45,18 @@ struct SettingsChoice {
     std::optional<double> expected_samples = {};  // that the error takes; none of adaptive sampling, and without noise
 };
 
-// A trial of the given settings, with next events where the scene has light for them, forecasts how long the render
-// takes. Alternatives get trials as long as all of them
-// together take no more than a share of that, and each until there is no doubt. The integrator comes first, then
-// roulette, Sobol points and adaptive sampling, each on the best so far. Trials use random numbers that the render does
-// not. An alternative must be better by a tenth, as trials are short. Roulette is tried on the best's own random
-// numbers: without it where the scene has it, else from the fourth event on; where Sobol points are not to be had, from
-// the first on, too. Sobol points do not reduce the noise that it adds faster than 1/n. Adaptive sampling is judged by
-// how uneven the noise of the best is, and how long paths take in the pixels that would get more. Sobol points are
-// judged by two scramblings. Where a render needs no more than two, they are part of the first trial. Then they are
-// left only where fewer samples than theirs suffice, or for adaptive sampling. In smaller images they come last, on the
-// roulette that independent samples chose, and then without it. Where nothing is open, a short trial tells how many
-// samples the error takes. Ends trying others after a stop.
+// A trial of the given settings forecasts how long the render takes. Where the integrator is open, and the scene has
+// light for them, it is of next events. Alternatives get trials as long as all of them together take no more than a
+// share of that, and each until there is no doubt. The other integrator comes first, then roulette, Sobol points and
+// adaptive sampling, each on the best so far. Trials use random numbers that the render does not. An alternative must
+// be better by a tenth, as trials are short; the other integrator with Sobol points by a half. Roulette is tried on the
+// best's own random numbers: without it where the scene has it, else from the fourth event on; where Sobol points are
+// not to be had, from the first on, too. Sobol points do not reduce the noise that it adds faster than 1/n. Adaptive
+// sampling is judged by how uneven the noise of the best is, and how long paths take in the pixels that would get more.
+// Sobol points are judged by two scramblings. Where a render needs no more than two, they are part of the first trial.
+// Then they are left only where fewer samples than theirs suffice, or for adaptive sampling. In smaller images they
+// come last, on the roulette that independent samples chose, and then without it. Where nothing is open, a short trial
+// tells how many samples the error takes. Ends trying others after a stop.
 [[nodiscard]] SettingsChoice choose_settings(const Scene& scene, const RenderSettings& given, const OpenSettings& open,
     Renderer& renderer, const ChoiceGoal& goal, std::stop_token stop);
 

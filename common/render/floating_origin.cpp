@@ -150,6 +150,7 @@ public:
           generator_(settings.generator) {}
 
     [[nodiscard]] JobFacts facts() const override { return job_->facts(); }
+    [[nodiscard]] bool goes_on_in_blocks() const override { return job_->goes_on_in_blocks(); }
     [[nodiscard]] RenderResult render(SampleRange range, const RenderControl& control) override {
         return job_->render(range, control);
     }

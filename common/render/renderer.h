@@ -122,8 +122,8 @@ inline constexpr std::array<std::string_view, 4> integrator_names{"path", "next-
 struct RenderControl {
     std::stop_token stop;
     std::function<void(double samples_done)> progress;
-    // The samples that this job has rendered of the range's first block, which end within it, or nothing. The result is
-    // the same with them. A job that goes on from them takes them out, and `progress` counts them from the start.
+    // The samples that this job has rendered of the range's first block, which end within it, or nothing. The sums are
+    // the same with them. A job that goes on from them takes them out into its result, and `progress` counts them.
     Estimate* begun = nullptr;
 };
 

@@ -279,7 +279,7 @@ TEST_CASE("the settings of least variance times time are chosen, and the job is 
     CHECK(choice.trials.at(choice.chosen).options == "--integrator path");
     CHECK(choice.trials.at(choice.chosen).seconds_to_error ==
           doctest::Approx(0.25 * choice.trials.front().seconds_to_error).epsilon(0.1));
-    // As given, with next events, and with these roulette, Sobol points and adaptive sampling.
+    // As given, with paths, and with these roulette, Sobol points and adaptive sampling.
     CHECK(choice.trials.size() == 5);
     CHECK(chosen(0.25, {}, lit(), false, 1e-5, 0.0).trials.size() == 4);  // without roulette, which is not there
     const double variance = variance_of(choice.job->render({0, 4096}).estimate).front();
@@ -292,7 +292,7 @@ TEST_CASE(
     CHECK(chosen(4.0, {}).chosen == 0);
     const SettingsChoice fixed = chosen(0.25, {.integrator = false});
     CHECK(fixed.settings.integrator == Integrator::next_event);
-    Scene with_lamp;
+    Scene with_lamp = lit();
     with_lamp.lights.emplace_back();
     CHECK(chosen(0.25, {}, with_lamp).settings.integrator == Integrator::next_event);
 }
@@ -317,6 +317,19 @@ TEST_CASE("next events come first where the scene has light for them, and paths 
         CHECK(few.settings.integrator == Integrator::next_event);
         CHECK(few.trials.at(few.chosen).options.starts_with("--integrator next-event"));
     }
+    // A renderer without them has Sobol points all the same.
+    struct PathsAlone : TrialRenderer {
+        using TrialRenderer::TrialRenderer;
+        std::unique_ptr<RenderJob> prepare(const Scene& scene, const RenderSettings& settings) override {
+            if (settings.integrator == Integrator::next_event) throw UnsupportedError("no next events here");
+            return TrialRenderer::prepare(scene, settings);
+        }
+    } paths_alone(1.0, true, 10.0);
+    RenderSettings large;
+    large.width = large.height = 64;
+    const SettingsChoice alone = choose_settings(lit(), large, {}, paths_alone, {.relative_error = 1e-5}, {});
+    CHECK(alone.trials.at(0).options.empty());
+    CHECK(alone.trials.at(1).options == "--generator sobol");
     // Both are the same without light.
     TrialRenderer renderer(0.25, false, 10.0);
     RenderSettings settings;

@@ -30,6 +30,7 @@ dvec3 corner(const Scene& scene, std::size_t entity) {
 // A job that leads one path from (1, 2, 3) to (4, 5, 6), and on out of the scene.
 class OnePath final : public RenderJob {
 public:
+    bool goes_on_in_blocks() const override { return true; }
     RenderResult render(SampleRange, const RenderControl&) override { return {}; }
     std::vector<PathTrace> trace(std::uint32_t, std::uint32_t, SampleRange) override {
         TracedVertex hit, missed;
@@ -125,6 +126,7 @@ TEST_CASE("traced paths of a moved scene tell the points of the world") {
         CHECK(scene.camera.position.x == 0.0);
         return std::make_unique<OnePath>();
     });
+    CHECK(job->goes_on_in_blocks());
     const std::vector<TracedVertex> vertices = job->trace(0, 0, {0, 1}).front().vertices;
     CHECK(vertices[0].origin == dvec3(1000001.0, 2.0, 3.0));
     CHECK(vertices[0].position == dvec3(1000004.0, 5.0, 6.0));
