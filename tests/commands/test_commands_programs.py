@@ -15,7 +15,7 @@ import time
 import unittest
 from xml.etree import ElementTree
 
-from program import SCENES, TANDEM, ProgramTest, Stopwatch, tandem, until
+from program import SCENES, SPHERE, TANDEM, ProgramTest, Stopwatch, tandem, until
 
 SOURCE = pathlib.Path(__file__).resolve().parents[2]
 FAKE = pathlib.Path(__file__).with_name("fake_renderer.py")
@@ -68,6 +68,13 @@ class Programs(ProgramTest):
         self.assertIsNone(scene["paired"])
         self.assertIsNone(scene["failure"])
         self.assertEqual(ElementTree.parse(junit).getroot().get("failures"), "0")
+
+    def test_sums_that_drift_by_millionths_are_no_miss_of_the_closed_form(self):
+        sky = SPHERE | {"camera": SPHERE["camera"] | {"target": [0, 0, 8]}, "background": [1, 1, 1], "render": {"bounces": 2},
+                        "expect": {"radiance": [1, 1, 1], "formula": "the sky's"}}
+        self.scene = self.write(sky)
+        result = self.verify(self.command("drifts"), reference="cpu")
+        self.assertEqual(result.returncode, 0, result.stdout + result.stderr)
 
     def test_a_factor_is_found_and_named(self):
         result = self.verify(self.command("bright"), samples=1024)

@@ -152,6 +152,22 @@ TEST_CASE("a black scene is held to black") {
     CHECK(verify({constant(1e-6), constant(1e-6), {}}, scene).outvoted == Outvoted::both);
 }
 
+TEST_CASE("sums of another program may drift by what is negligible, ours may not") {
+    ClosedForm form;
+    form.radiance = form.greatest = {1.0, 1.0, 1.0};
+    form.rounding = 0.5 * float_transport_tolerance(2);
+    Criteria criteria;
+    criteria.negligible.image = 0x1p-10;
+    const auto p_of = [&](double value, bool foreign) {
+        SampledImage image = rarely_lit(value, 1.0, 64.0);
+        image.foreign = foreign;
+        return compare_closed_form("closed form", form, image, criteria, 0.025).p;
+    };
+    CHECK(p_of(1.0 + 3.5e-6, false) == 0.0);
+    CHECK(p_of(1.0 + 3.5e-6, true) == 1.0);
+    CHECK(p_of(1.0 + 2e-3, true) == 0.0);
+}
+
 TEST_CASE("light that is rarely met and was not yet seen is no miss of the closed form") {
     ClosedForm form;
     form.radiance = form.greatest = {1.0, 1.0, 1.0};

@@ -90,7 +90,8 @@ LevelResult compare_closed_form(const std::string& name, const ClosedForm& form,
         region.reference = form.radiance[c];
         region.candidate = measured.mean.mean;
         if (scale > 0.0) {
-            const double allowance = form.rounding * scale + (measured.still ? 0.0 : criteria.negligible.image * scale);
+            const bool exact_sums = measured.still && !side.foreign;
+            const double allowance = form.rounding * scale + (exact_sums ? 0.0 : criteria.negligible.image * scale);
             const Interval interval = difference.interval(alpha_each_side);
             region.dof = difference.dof;
             region.relative = difference.difference / scale;

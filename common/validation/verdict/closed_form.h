@@ -30,8 +30,9 @@ struct ClosedFormUse {
 
 // `side`'s image mean against the closed form, a channel a region; `reference` of a region is the closed form's.
 //
-// Counted is what exceeds an allowance: Negligible::image and the rounding, or the rounding alone where no pixel of the
-// channel has variance. It is relative to the larger of the channel and Margins::channel_floor times the three's mean.
+// Counted is what exceeds an allowance: Negligible::image and the rounding. Where no pixel of the channel has variance,
+// it is the rounding alone, but for another program, whose sums may drift: those of Cycles by 3.4e-6 at 2^14 samples.
+// It is relative to the larger of the channel and Margins::channel_floor times the three's mean.
 // The p of a channel is the larger of two. One is Student's t, from the pixels' variances. The other is the empirical
 // Bernstein bound, which holds for any distribution of samples below `greatest`. So rare bright paths that were not yet
 // met raise no alarm.

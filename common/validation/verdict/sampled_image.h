@@ -37,6 +37,7 @@ struct SampledImage {
     // The variance of a region's mean over the sum of its pixels' variances. It is 1 for independent pixels, more where
     // a pixel filter or a sampler ties neighbours together.
     double correlation = 1.0;
+    bool foreign = false;  // another program's sums, which may round as in single precision
 };
 
 // Edge in pixels of the tiles that margins, batches and reports speak of.

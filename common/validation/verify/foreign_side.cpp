@@ -54,6 +54,7 @@ SampledImage sampled_by(const RenderJob& job, const Estimate& estimate, std::vec
     SampledImage image = sampled_image_of(estimate, std::move(batches));
     const auto* foreign = dynamic_cast<const ForeignJob*>(&job);
     if (foreign == nullptr) return image;
+    image.foreign = true;
     image.correlation = batch_correlation(image);
     if (const double values = foreign->values_a_call(); values > 0.0)
         count_values(image, std::max(2.0, values * static_cast<double>(image.batches.size())));
