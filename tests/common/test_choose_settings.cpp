@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "common/cost/choose_settings.h"
+#include "common/cost/settings_trial.h"
 #include "common/error.h"
 #include "tests/common/synthetic_renderer.h"
 #include "tests/scene_builder.h"
@@ -386,6 +387,18 @@ TEST_CASE("a short trial tells how many samples an error takes, where nothing is
     REQUIRE(choice.expected_samples.has_value());
     CHECK(*choice.expected_samples > 90.0);
     CHECK(*choice.expected_samples < 150.0);
+}
+
+TEST_CASE("a render is told a standard error more samples than its error is forecast to take") {
+    ShortTrial trial;
+    trial.noise = trial.error_of_one = 1.0;
+    trial.uncertainty = 0.2;
+    CHECK(trial.samples_to(0.1) == doctest::Approx(100.0));
+    CHECK(trial.samples_surely_to(0.1).value() == doctest::Approx(120.0));
+    trial.uncertainty = 0.9;
+    CHECK(trial.samples_surely_to(0.1).value() == doctest::Approx(150.0));  // no more than half
+    trial.error_of_one = 0.0;
+    CHECK_FALSE(trial.samples_surely_to(0.1).has_value());
 }
 
 TEST_CASE("roulette that saves time is chosen, and Sobol points on top of it") {

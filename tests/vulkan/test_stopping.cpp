@@ -151,35 +151,46 @@ TEST_CASE("invalid samples of a render that failed are not counted by the next o
 TEST_CASE("tiles that share buffers keep what every pixel has at a stop") {
     Machine machine(true);
     for (const KernelShape kernel : {KernelShape::stages, KernelShape::megakernel, KernelShape::image_stages})
-        for (const Accumulation accumulation : {Accumulation::compensated, Accumulation::in_double}) {
-            JobPatterns patterns = with_kernel(kernel);
-            patterns.tracer.tile_pixels = 100;
-            RenderSettings settings = settings_of(20, 3);
-            settings.accumulation = accumulation;
-            VulkanJob job = machine.job(patterns, full_scene(), settings);
-            std::stop_source source;
-            const RenderControl control{.stop = source.get_token(), .progress = [&](double done) {
-                                            if (done >= 9.5) source.request_stop();
-                                        }};
-            const Estimate estimate = job.render({0, 64}, control).estimate;
-            CHECK(estimate.count() == 8);
-            VulkanJob whole = machine.job(with_kernel(kernel), full_scene(), settings);
-            CHECK(same_bits(estimate, whole.render({0, 8}, {}).estimate));
-            CHECK(same_bits(job.render({0, 70}, {}).estimate, whole.render({0, 70}, {}).estimate));
-            // Also where it goes on from there, and after a stop that came before there was more.
-            Estimate begun = estimate;
-            source = std::stop_source();
-            const RenderControl stopped{.stop = source.get_token(),
-                .progress =
-                    [&](double done) {
-                        CHECK((done > 8.0 || accumulation != Accumulation::in_double));
-                        source.request_stop();
-                    },
-                .begun = &begun};
-            CHECK(job.render({0, 70}, stopped).estimate.count() == 0);
-            CHECK(same_bits(job.render({0, 70}, {.stop = {}, .progress = {}, .begun = &begun}).estimate,
-                whole.render({0, 70}, {}).estimate));
-        }
+        for (const Accumulation accumulation : {Accumulation::compensated, Accumulation::in_double})
+            for (const RecordingPattern recording : {RecordingPattern::on_the_fly, RecordingPattern::pre_recorded}) {
+                JobPatterns patterns = with_kernel(kernel);
+                patterns.tracer.tile_pixels = 100;
+                patterns.vulkan.recording = recording;
+                RenderSettings settings = settings_of(20, 3);
+                settings.accumulation = accumulation;
+                VulkanJob job = machine.job(patterns, full_scene(), settings);
+                std::stop_source source;
+                const RenderControl control{.stop = source.get_token(), .progress = [&](double done) {
+                                                if (done >= 9.5) source.request_stop();
+                                            }};
+                const Estimate estimate = job.render({0, 64}, control).estimate;
+                CHECK(estimate.count() == 8);
+                VulkanJob whole = machine.job(with_kernel(kernel), full_scene(), settings);
+                CHECK(same_bits(estimate, whole.render({0, 8}, {}).estimate));
+                const Estimate expected = whole.render({0, 70}, {}).estimate;
+                CHECK(same_bits(job.render({0, 70}, {}).estimate, expected));
+                // Also where it goes on from there, and after stops between two tiles, which bring no more.
+                Estimate begun = estimate;
+                const bool goes_on = accumulation == Accumulation::in_double;
+                for (int stops = 0; stops < 3; ++stops) {
+                    source = std::stop_source();
+                    const RenderControl stopped{.stop = source.get_token(),
+                        .progress =
+                            [&](double done) {
+                                CHECK((done > 8.0 || !goes_on));
+                                if (done >= 10.0) source.request_stop();
+                            },
+                        .begun = &begun};
+                    CHECK(job.render({0, 70}, stopped).estimate.count() == (goes_on ? 0 : 8));
+                }
+                const RenderControl going_on{.stop = {}, .progress = {}, .begun = &begun};
+                CHECK(same_bits(job.render({0, 70}, going_on).estimate, expected));
+                // A job that has rendered nothing yet renders all of them.
+                begun = estimate;
+                VulkanJob other = machine.job(patterns, full_scene(), settings);
+                CHECK(same_bits(other.render({0, 70}, going_on).estimate, expected));
+                CHECK(begun.count() == 8);
+            }
 }
 
 TEST_CASE("the first dispatch of whole paths is the smaller the longer they may be") {

@@ -167,12 +167,16 @@ std::uint32_t VulkanJob::count_invalid() {
 }
 
 // Renders samples of one block for one tile and leaves the sums downloaded; returns how many it did before a stop.
-std::uint64_t VulkanJob::render_tile_block(const Tile& tile, SampleRange block, Progress& progress, bool keeps_sums) {
-    recorder_->begin(tile, block, keeps_sums);
+// After a stop nothing is added: pre-recorded commands may be in one submission once alone.
+std::uint64_t VulkanJob::render_tile_block(const Tile& tile, SampleRange block, Progress& progress, Sums sums) {
+    if (progress.control.stop.stop_requested()) return 0;
+    if (sums == Sums::restored) add_sums(tile);
+    recorder_->begin(tile, block, sums != Sums::cleared);
     std::optional<std::uint32_t> before_parts;  // invalid samples, while parts of a sample are counted
     for (bool begun = false; recorder_->done() < block.count(); begun = true) {
         const bool between_samples = recorder_->drops_parts() || recorder_->done_of_next() == 0.0;
-        if (between_samples && progress.control.stop.stop_requested()) break;  // what was begun of a sample is dropped
+        // What was begun of a sample is dropped.
+        if (begun && between_samples && progress.control.stop.stop_requested()) break;
         if (recorder_->counts_part_of_next()) before_parts = begun ? count_invalid() : invalid_before_;
         recorder_->add_portion();
         recorder_->took(run(progress));
@@ -185,7 +189,7 @@ std::uint64_t VulkanJob::render_tile_block(const Tile& tile, SampleRange block, 
     else if (before_parts)
         (void)count_invalid();
     else
-        return 0;  // nothing to fetch; what was added but not submitted goes with what is next
+        return 0;  // nothing to fetch
     const std::uint32_t invalid = resources_.downloaded_counters().invalid;
     progress.invalid += before_parts.value_or(invalid) - std::exchange(invalid_before_, invalid);
     return done;
@@ -300,10 +304,10 @@ std::uint64_t VulkanJob::render_at_once(
     const std::uint64_t begun = std::exchange(progress.begun, 0);
     if (begun > 0) {
         copy_sums(tile, before->ragged_moments(block.begin), resources_.sums_to_copy());
-        add_sums(tile);
         progress.samples_before += static_cast<double>(begun);
     }
-    std::uint64_t done = render_tile_block(tile, {block.begin + begun, block.end}, progress, went_on || begun > 0);
+    const Sums sums = begun > 0 ? Sums::restored : went_on ? Sums::kept : Sums::cleared;
+    std::uint64_t done = render_tile_block(tile, {block.begin + begun, block.end}, progress, sums);
     progress.samples_before += progress.tile_share * static_cast<double>(done);
     if (done == 0) return 0;
     done += begun;
@@ -331,11 +335,8 @@ bool VulkanJob::render_tiles(SampleRange samples, const Film& film, Progress& pr
         const Tile tile = begin_tile(film, first, end, progress);
         gpu::Vec4* const own = sums.data() + sums_per_pixel * std::size_t{first - film.all.first_pixel};
         const bool goes_on = samples.begin % samples_per_block != 0;
-        if (goes_on) {
-            std::copy_n(own, sums_per_pixel * tile.pixel_count, resources_.sums_to_copy());
-            add_sums(tile);
-        }
-        const std::uint64_t done = render_tile_block(tile, samples, progress, goes_on);
+        if (goes_on) std::copy_n(own, sums_per_pixel * tile.pixel_count, resources_.sums_to_copy());
+        const std::uint64_t done = render_tile_block(tile, samples, progress, goes_on ? Sums::restored : Sums::cleared);
         progress.samples_before += progress.tile_share * static_cast<double>(done);
         if (done < samples.count()) return false;
         collect(tile, planes);
@@ -390,7 +391,8 @@ RenderResult VulkanJob::render_film(SampleRange range, const Film& film, const R
         const std::uint64_t blocks = blocks_at_once({block.begin, range.end}, film);
         block.end = std::min(block.begin + samples_per_block, range.end);
         if (block.begin == range.begin && running_sums_.take(block.begin)) reach = block.begin;
-        if (block.begin == range.begin && film.listed.empty() && goes_on_in_blocks())
+        // The commands that clear a block's sums are those that place the scene.
+        if (block.begin == range.begin && film.listed.empty() && goes_on_in_blocks() && kernels_.scene_placed())
             progress.begun = samples_begun(control, block);
         progress.keeps_sums = std::exchange(reach, std::nullopt) && accumulation_ == Accumulation::plain;
         const std::uint64_t done = film.all.pixel_count <= tile_pixels_

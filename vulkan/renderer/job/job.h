@@ -55,6 +55,8 @@ private:
         std::span<const std::uint32_t> listed = {};
     };
     struct Progress;
+    // What samples of a block are added to: nothing, what the device holds, or FrameResources::sums_to_copy().
+    enum class Sums { cleared, kept, restored };
 
     [[nodiscard]] RenderResult render_film(SampleRange range, const Film& film, const RenderControl& control);
     [[nodiscard]] Tile begin_tile(const Film& film, std::uint32_t first, std::uint32_t end, Progress& progress);
@@ -64,8 +66,7 @@ private:
         std::vector<Estimate::Plane>& planes, std::vector<gpu::Vec4>& sums);
     [[nodiscard]] std::uint64_t render_in_passes(
         SampleRange block, const Film& film, Progress& progress, Estimate& estimate);
-    [[nodiscard]] std::uint64_t render_tile_block(
-        const Tile& tile, SampleRange block, Progress& progress, bool keeps_sums);
+    [[nodiscard]] std::uint64_t render_tile_block(const Tile& tile, SampleRange block, Progress& progress, Sums sums);
     void copy_sums(const Tile& tile, const Estimate::Plane& plane, gpu::Vec4* sums) const;
     void add_sums(const Tile& tile);
     // Submits what was added and waits.
