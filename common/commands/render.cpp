@@ -384,7 +384,7 @@ void add_render_command(CLI::App& app, CommandContext& context) {
     add_common_options(*command, context,
         "  tandem render scenes/cornell-classic.json -o box.png --samples 256\n"
         "  tandem render scenes/one-weekend.json -o out.exr --backend vulkan --size 600 --time 30\n"
-        "  tandem render scenes/cornell-thesis.json -o out.exr --target-error 5% --json figures.json\n"
+        "  tandem render scenes/cornell-thesis.json -o out.exr --size 256 --target-error 5%\n"
         "  tandem render scenes/glass.json -o glass.exr --aov albedo,normal,depth\n"
         "Ctrl-C stops the render and writes what is done.");
     command->callback([&context, arguments, command] {
