@@ -23,8 +23,8 @@ Made by `scripts/measure/equal_error`; do not edit.
 - Errors are root mean squares over pixels and channels, over the mean, against a reference by a third renderer. Its own noise is
   taken out. An error below twice the reference's uncertainty is not shown.
 - Each time is read between two measured points of a seed, never beyond them. Shown are geometric means over {seeds} seeds, with
-  Student's interval at 95 % of the logarithms. A dash: not every seed reached it in renders of up to {most:g} s.
-  *≤*: a shortest render was better than the error already, so that its time is a bound.
+  Student's interval at 95 % of the logarithms. A dash: not every seed reached it. The first render
+  above {most:g} s was the last of a seed. *≤*: a shortest render was better than the error already, so that its time is a bound.
 - *Cycles over Tandem* pairs seeds measured next to each other; above 1 Tandem is sooner.
 - Start and load of the scene are not in these times; the second table has them.
 
