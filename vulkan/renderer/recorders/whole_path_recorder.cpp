@@ -39,7 +39,7 @@ void WholePathRecorder::add_share(
     if (share.completes) kernels_.turn_sums();
     submission_.add(recording_key(first ? RecordingKind::first_whole_paths : RecordingKind::whole_paths,
                         dispatch.sum_parity + (keeps_sums ? 2 : 0) + 4 * std::uint64_t{tile.first_pixel}, sample,
-                        share.first_invocation + (std::uint64_t{share.samples} << 32)),
+                        share.first_invocation + (std::uint64_t{share.samples} << 32), share.invocations),
         [=, this](const vk::raii::CommandBuffer& commands) {
             if (first) kernels_.place_scene(commands, dispatch.settings, dispatch.sum_parity);
             // After the vertex stage, or the share before, whose sums this one may read.
