@@ -10,6 +10,7 @@
 #include <mutex>
 #include <set>
 #include <thread>
+#include <utility>
 
 #include "common/distribution/range_render.h"
 #include "common/error.h"
@@ -24,9 +25,21 @@ namespace {
 struct Member {
     std::string name;
     std::shared_ptr<Renderer> renderer;
+    std::shared_ptr<bool> left_out;  // of all jobs of the group: what failed or hangs in one is no use to the next
     std::shared_ptr<RenderJob> job;
-    bool left_out = false;
 };
+
+using Told = std::function<void(const std::string&)>;
+
+// Returns what is told of it.
+std::string exclude(Member& member, const std::string& reason, const Told& told) {
+    *member.left_out = true;
+    std::string text = fmt::format("{}: {}", member.name, reason);
+    told(text);
+    return text;
+}
+
+DeviceError none_left(const std::string& last) { return DeviceError("no device is left to render; the last: " + last); }
 
 // What a hanging call uses cannot be destroyed without hanging too.
 void keep_for_ever(const Member& member) {
@@ -119,8 +132,7 @@ void work(const std::shared_ptr<Sharing>& all, std::size_t index, const std::sha
 
 class GroupJob final : public RenderJob {
 public:
-    GroupJob(std::vector<Member> members, const RenderSettings& settings, std::function<void(const std::string&)> told,
-        double patience)
+    GroupJob(std::vector<Member> members, const RenderSettings& settings, Told told, double patience)
         : members_(std::move(members)), settings_(settings), told_(std::move(told)), patience_(patience) {}
 
     [[nodiscard]] JobFacts facts() const override { return members_.front().job->facts(); }
@@ -132,7 +144,7 @@ public:
         all->units = units_of(range);
         std::vector<std::size_t> who;
         for (std::size_t i = 0; i < members_.size(); ++i)
-            if (!members_[i].left_out) who.push_back(i);
+            if (!*members_[i].left_out) who.push_back(i);
         all->hands.resize(who.size());
         // Before any thread, so that a stop finds all of them.
         const std::stop_callback on_stop(control.stop, [&all] {
@@ -151,8 +163,7 @@ public:
                 threads[i].join();
         const std::lock_guard<std::mutex> hold(all->lock);
         leave_out(*all, who);
-        if (all->sums.count() < range.count() && !control.stop.stop_requested())
-            throw DeviceError("no device is left to render; the last: " + last_reason_);
+        if (all->sums.count() < range.count() && !control.stop.stop_requested()) throw none_left(last_reason_);
         RenderResult result;
         result.estimate = all->sums;
         if (all->begun.count() > 0) result.estimate.merge(all->begun);
@@ -162,17 +173,32 @@ public:
 
     [[nodiscard]] RenderResult render_pixels(
         SampleRange range, std::span<const std::uint32_t> pixels, const RenderControl& control) override {
-        return members_.front().job->render_pixels(range, pixels, control);
+        for (Member& member : members_) {
+            if (*member.left_out) continue;
+            try {
+                return member.job->render_pixels(range, pixels, control);
+            } catch (const UnsupportedError&) {
+                throw;
+            } catch (const std::exception& error) {
+                last_reason_ = exclude(member, error.what(), told_);
+            }
+        }
+        throw none_left(last_reason_);
     }
     [[nodiscard]] std::vector<PathTrace> trace(std::uint32_t x, std::uint32_t y, SampleRange samples) override {
-        return members_.front().job->trace(x, y, samples);
+        return first().trace(x, y, samples);
     }
     [[nodiscard]] bool first_vertices(
         FilmSize film, SampleRange samples, const RenderControl& control, const FirstVertexVisitor& visit) override {
-        return members_.front().job->first_vertices(film, samples, control, visit);
+        return first().first_vertices(film, samples, control, visit);
     }
 
 private:
+    [[nodiscard]] RenderJob& first() const {
+        for (const Member& member : members_)
+            if (!*member.left_out) return *member.job;
+        throw none_left(last_reason_);
+    }
     // The first ones last, as they are taken from the end. Enough of them that none waits long for the slowest.
     [[nodiscard]] std::vector<SampleRange> units_of(SampleRange range) const {
         constexpr std::uint64_t units_per_member = 8;
@@ -216,35 +242,34 @@ private:
     void leave_out(const Sharing& all, const std::vector<std::size_t>& who) {
         for (std::size_t i = 0; i < who.size(); ++i) {
             if (all.hands[i].reason.empty()) continue;
-            Member& member = members_[who[i]];
-            member.left_out = true;
-            last_reason_ = fmt::format("{}: {}", member.name, all.hands[i].reason);
-            told_(last_reason_);
-            if (all.hands[i].given_up) keep_for_ever(member);
+            last_reason_ = exclude(members_[who[i]], all.hands[i].reason, told_);
+            if (all.hands[i].given_up) keep_for_ever(members_[who[i]]);
         }
     }
 
     std::vector<Member> members_;
     RenderSettings settings_;
-    std::function<void(const std::string&)> told_;
+    Told told_;
     double patience_;  // seconds
     std::string last_reason_;
 };
 
 class DeviceGroup final : public Renderer {
 public:
-    DeviceGroup(
-        std::vector<std::unique_ptr<Renderer>> members, std::function<void(const std::string&)> told, double patience)
+    DeviceGroup(std::vector<std::unique_ptr<Renderer>> members, Told told, double patience)
         : told_(std::move(told)), patience_(patience) {
-        for (std::unique_ptr<Renderer>& member : members) members_.push_back(std::move(member));
+        for (std::unique_ptr<Renderer>& member : members) {
+            const std::string name = member->info().device;
+            members_.push_back({name, std::move(member), std::make_shared<bool>(false), nullptr});
+        }
     }
 
     [[nodiscard]] RendererInfo info() const override {
-        RendererInfo all = members_.front()->info();
+        RendererInfo all = members_.front().renderer->info();
         std::map<std::string, std::size_t> devices;
         std::set<std::string> backends, drivers, apis;
-        for (const std::shared_ptr<Renderer>& member : members_) {
-            const RendererInfo one = member->info();
+        for (const Member& member : members_) {
+            const RendererInfo one = member.renderer->info();
             ++devices[one.device];
             backends.insert(one.backend);
             drivers.insert(one.driver);
@@ -264,19 +289,36 @@ public:
 
     [[nodiscard]] std::unique_ptr<RenderJob> prepare(const Scene& scene, const RenderSettings& settings) override {
         std::vector<Member> ready;
-        for (const std::shared_ptr<Renderer>& renderer : members_)
-            ready.push_back({renderer->info().device, renderer, renderer->prepare(scene, settings)});
+        std::string last = "it failed before";
+        for (Member& member : members_) {
+            if (*member.left_out) continue;
+            Member one = member;
+            try {
+                one.job = member.renderer->prepare(scene, settings);
+            } catch (const UnsupportedError&) {
+                throw;
+            } catch (const InputError&) {
+                throw;
+            } catch (const std::exception& error) {
+                last = exclude(member, error.what(), told_);
+                continue;
+            }
+            ready.push_back(std::move(one));
+        }
+        if (ready.empty()) throw none_left(last);
         return std::make_unique<GroupJob>(std::move(ready), settings, told_, patience_);
     }
     [[nodiscard]] std::unique_ptr<RayIntersector> intersector(
         const Scene& scene, const RenderSettings& settings) override {
-        return members_.front()->intersector(scene, settings);
+        return members_.front().renderer->intersector(scene, settings);
     }
-    [[nodiscard]] std::unique_ptr<ArithmeticProbe> arithmetic() override { return members_.front()->arithmetic(); }
+    [[nodiscard]] std::unique_ptr<ArithmeticProbe> arithmetic() override {
+        return members_.front().renderer->arithmetic();
+    }
 
 private:
-    std::vector<std::shared_ptr<Renderer>> members_;
-    std::function<void(const std::string&)> told_;
+    std::vector<Member> members_;  // without jobs
+    Told told_;
     double patience_;
 };
 

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <span>
 #include <stdexcept>
 #include <thread>
 
@@ -88,6 +89,56 @@ TEST_CASE("the blocks of a renderer that fails are done by others, and it is tol
     CHECK_THROWS_AS(rendered_by(members(faulty(0, [] { throw std::runtime_error("device lost"); }),
                         faulty(0, [] { throw std::runtime_error("device lost"); }))),
         DeviceError);
+}
+
+TEST_CASE("a renderer that failed takes no part in later jobs, nor in lists of pixels") {
+    int told = 0, prepared = 0;
+    bool fails_to_prepare = false;
+    class Failing : public Renderer {
+    public:
+        Failing(int& count, const bool& fails) : count_(count), fails_(fails) {}
+        RendererInfo info() const override { return {"failing", "no device", "no driver", "C++"}; }
+        std::unique_ptr<RenderJob> prepare(const Scene&, const RenderSettings&) override {
+            ++count_;
+            if (fails_) throw std::runtime_error("device lost");
+            struct Job : RenderJob {
+                RenderResult render(SampleRange, const RenderControl&) override { throw DeviceError("device lost"); }
+                RenderResult render_pixels(SampleRange, std::span<const std::uint32_t>, const RenderControl&) override {
+                    throw DeviceError("device lost");
+                }
+            };
+            return std::make_unique<Job>();
+        }
+
+    private:
+        int& count_;
+        const bool& fails_;
+    };
+    const std::vector<std::uint32_t> pixels{1, 5};
+    RenderSettings settings = small_settings();
+    settings.sampling = Sampling::adaptive;
+    const auto group_of_two = [&] {
+        told = prepared = 0;
+        return device_group(
+            members(std::unique_ptr<Renderer>(std::make_unique<Failing>(prepared, fails_to_prepare)), sound()),
+            [&](const std::string&) { ++told; });
+    };
+    const auto alone = device_group(members(sound()), {})->prepare(Scene{}, settings);
+    const Estimate expected = alone->render_pixels({0, 64}, pixels, {}).estimate;
+    for (const bool at_once : {false, true}) {
+        fails_to_prepare = at_once;
+        const auto group = group_of_two();
+        for (int job = 0; job < 2; ++job)
+            CHECK(same_bits(group->prepare(Scene{}, settings)->render_pixels({0, 64}, pixels, {}).estimate, expected));
+        CHECK(told == 1);
+        CHECK(prepared == 1);
+    }
+    fails_to_prepare = true;
+    const auto none =
+        device_group(members(std::unique_ptr<Renderer>(std::make_unique<Failing>(prepared, fails_to_prepare)),
+                         std::unique_ptr<Renderer>(std::make_unique<Failing>(prepared, fails_to_prepare))),
+            [](const std::string&) {});
+    CHECK_THROWS_AS(static_cast<void>(none->prepare(Scene{}, settings)), DeviceError);
 }
 
 TEST_CASE("the blocks of a renderer that hangs are done by others") {
