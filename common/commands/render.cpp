@@ -64,8 +64,11 @@ std::unique_ptr<RenderJob> prepare(const RenderArguments& arguments, const Scene
     StoppingRule& rule, RenderSettings& settings, Tried& tried, const CommandContext& context) {
     // --mis off and --light-sampling are of next events, so they choose the integrator.
     const bool of_next_events = !settings.mis || settings.light_sampling != LightSampling::power;
-    const OpenSettings open{.integrator = arguments.options.integrator.empty() && !of_next_events,
-        .roulette = !arguments.options.roulette.has_value(),
+    // --clamp cuts whole samples, so with another integrator or roulette it makes another image (MODEL.md
+    // section 11.1).
+    const bool clamps = std::isfinite(settings.clamp);
+    const OpenSettings open{.integrator = arguments.options.integrator.empty() && !of_next_events && !clamps,
+        .roulette = !arguments.options.roulette.has_value() && !clamps,
         .sampling = arguments.options.sampling.empty(),
         .generator = !arguments.has_generator};
     if (!rule.relative_error) return renderer.prepare(scene, settings);
@@ -274,18 +277,31 @@ ExitStatus serve(const RenderArguments& arguments, const CommandContext& context
     return ExitStatus::fine;
 }
 
+// Whether the target error is met, where it is not, or is not known to be.
+std::string text_on_target(const StoppedRender& result, const RenderArguments& arguments, bool stopped) {
+    const bool by_both = arguments.samples && arguments.seconds;
+    const std::string more = stopped             ? ""
+                             : by_both           ? "; give more --samples or --time"
+                             : arguments.samples ? "; give more --samples"
+                                                 : "; give more --time";
+    const std::string target = escaped(arguments.target_error);
+    if (result.relative_error)
+        return *result.relative_error <= fraction_from(arguments.target_error, "--target-error")
+                   ? ""
+                   : fmt::format("The target error of {} is not met{}\n", target, more);
+    if (std::ranges::all_of(result.film.moments, [](const Moments& moments) { return moments.sum == 0.0; }))
+        return result.complete || stopped ? "The image is black so far, so it has no relative error\n" : "";
+    return fmt::format("Whether the target error of {} is met is not known: the samples are too few{}\n", target, more);
+}
+
 // Prints the result, and says how the command ends.
 ExitStatus conclude(const StoppedRender& result, const nlohmann::json& report, const RenderArguments& arguments,
     bool is_part, const CommandContext& context) {
     fmt::print("{}: {} samples a pixel in {:.2f} s, {:.3g} Mpaths/s{}{}\n", escaped(arguments.output),
         samples_text(result.film), result.seconds, report.at("paths_per_second").get<double>() / 1e6,
         error_text(result), result.complete ? "" : " (stopped early)");
-    if (!arguments.target_error.empty() && result.relative_error &&
-        *result.relative_error > fraction_from(arguments.target_error, "--target-error"))
-        fmt::print("The target error of {} is not met{}\n", escaped(arguments.target_error),
-            context.stop.stop_requested() ? ""
-            : arguments.samples           ? "; give more --samples"
-                                          : "; give more --time");
+    if (!arguments.target_error.empty())
+        fmt::print("{}", text_on_target(result, arguments, context.stop.stop_requested()));
     if (result.film.invalid > 0) {
         fmt::print(
             stderr, "tandem: {} samples were negative or not finite (MODEL.md section 12)\n", result.film.invalid);

@@ -10,6 +10,7 @@ namespace {
 
 // Samples this far apart are scrambled anew (MODEL.md section 3.2).
 constexpr unsigned scrambling_shift = 32;
+static_assert(std::uint64_t{1} << scrambling_shift == most_points);
 
 }  // namespace
 
@@ -18,7 +19,7 @@ ScrambledFilm::ScrambledFilm(RenderJob& job, unsigned scramblings) : job_(job) {
 }
 
 GrowingFilm::Growth ScrambledFilm::grow_to(std::uint64_t points, const RenderControl& control) {
-    if (points > std::uint64_t{1} << scrambling_shift)
+    if (points > most_points)
         throw UnsupportedError("a scrambling of Sobol points has 2^32 of them; use another --generator");
     GrowingFilm::Growth growth;
     double done = 0.0;  // of this call

@@ -9,6 +9,9 @@
 
 namespace tandem {
 
+// A scrambling has so many. Further samples are those of the next one (MODEL.md section 3.2).
+inline constexpr std::uint64_t most_points = std::uint64_t{1} << 32;
+
 // How many scramblings an image of so many pixels has. Fewer points each are less even, so there are two where the
 // pixels are many enough to tell the error by all of them together.
 [[nodiscard]] constexpr unsigned scramblings_for(std::uint64_t pixels) { return pixels >= 4096 ? 2 : 8; }

@@ -1,5 +1,7 @@
 #include "common/render/stopping.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <atomic>
 #include <bit>
@@ -10,6 +12,7 @@
 #include <vector>
 
 #include "common/deadline.h"
+#include "common/error.h"
 #include "common/render/adaptive_sampling.h"
 #include "common/render/scrambled_film.h"
 #include "common/statistics/distributions.h"
@@ -47,8 +50,10 @@ private:
     std::stop_callback<std::function<void()>> on_last_, on_time_;
 };
 
-// So many black samples a pixel say that the image is black: it then has no relative error that could be met.
-constexpr std::uint64_t black_samples = 1024;
+// So many black samples a pixel, and paths in all, say that the image is black: it then has no relative error that
+// could be met.
+constexpr std::uint64_t black_samples = 1024, black_paths = std::uint64_t{1} << 20;
+constexpr std::uint64_t endless = std::uint64_t{1} << 40;  // where nothing else ends a render
 
 // A multiple of a sixteenth of the power of two below. Sobol points stay nearly as even as a power of two there. An end
 // that is forecast is rounded up to it, by a fortieth in the mean, so that few miss the error.
@@ -69,7 +74,9 @@ public:
         : rule_(rule),
           sampling_(sampling),
           goes_on_(goes_on),
-          last_(rule.samples.value_or(std::uint64_t{1} << 40) / scramblings),
+          last_(rule.samples      ? *rule.samples / scramblings
+                : scramblings > 1 ? most_points
+                                  : endless),
           scramblings_(scramblings),
           steps_(rule.relative_error || !rule.samples || sampling == Sampling::adaptive || scrambled()) {}
 
@@ -206,6 +213,8 @@ public:
         film_ = growing_->film();
         return relative_error_of(film_);
     }
+    // As look() saw them last; 0 before each has a mean.
+    [[nodiscard]] std::uint64_t pixels() const { return scrambled_ ? look_.pixel_errors.size() : film_.counts.size(); }
     // The image and its interval, as look() saw it last.
     void tell(StoppedRender& result) {
         result.film = scrambled_ ? scrambled_->film() : std::move(film_);
@@ -243,6 +252,11 @@ StoppedRender render_until(RenderJob& job, const StoppingRule& rule, std::stop_t
     const std::function<void(const RenderProgress&)>& progress, Sampling sampling, unsigned scramblings) {
     const Stopwatch watch;
     if (rule.samples && *rule.samples < scramblings) scramblings = 1;
+    if (scramblings > 1 && rule.samples.value_or(0) / scramblings > most_points)
+        throw UnsupportedError(
+            fmt::format("{} samples are more than {} scramblings of Sobol points have, 2^32 each; use "
+                        "another --generator",
+                *rule.samples, scramblings));
     TimeLimit limit(rule, stop);
     StoppedRender result;
     AnyFilm film(job, sampling, scramblings);
@@ -272,7 +286,9 @@ StoppedRender render_until(RenderJob& job, const StoppingRule& rule, std::stop_t
         if (limit.passed() || done == looks.last()) break;
         if (!rule.relative_error) continue;
         if (result.relative_error && *result.relative_error <= *rule.relative_error) break;
-        if (!result.relative_error && done >= black_samples && !rule.samples && !rule.seconds) {
+        const bool tells_black =
+            done >= black_samples && done >= black_paths / std::max<std::uint64_t>(1, film.pixels());
+        if (!result.relative_error && tells_black && !rule.samples && !rule.seconds) {
             result.complete = false;
             break;
         }

@@ -45,6 +45,27 @@ class Render(ProgramTest):
         self.refused(result, "black", status=3)
         self.assertTrue((self.folder / "out.exr").exists())
 
+    def test_an_error_that_too_few_samples_do_not_tell_is_said_to_be_unknown(self):
+        for options, told in ((["--samples", "1"], "is not known: the samples are too few; give more --samples"),
+                              (["--samples", "1", "--time", "60"], "too few; give more --samples or --time")):
+            result = tandem("render", SCENES / "cornell-classic.json", "--size", "16", "-o", self.folder / "out.exr",
+                            "--target-error", "1%", *options)
+            self.assertEqual(result.returncode, 0, result.stderr)
+            self.assertIn(told, result.stdout)
+        result = tandem("render", self.changed("/background", [0, 0, 0]), "-o", self.folder / "out.exr", "--target-error", "1%",
+                        "--samples", "16")
+        self.assertIn("The image is black so far", result.stdout)
+
+    def test_a_target_error_leaves_what_would_change_a_clamped_image(self):
+        figures = self.folder / "out.json"
+        result = tandem("render", SCENES / "cornell-thesis.json", "--size", "16", "-o", self.folder / "out.exr",
+                        "--target-error", "20%", "--clamp", "1", "--json", figures)
+        self.assertEqual(result.returncode, 0, result.stderr)
+        told = json.loads(figures.read_text())
+        self.assertEqual(told["integrator"], "path")
+        for trial in told["trials"]:
+            self.assertNotRegex(trial["options"], "--integrator|--roulette")
+
     def test_endings_in_capitals_choose_the_format(self):
         out = self.folder / "X.PNG"
         self.assertEqual(tandem("render", self.scene, "--samples", "1", "-o", out).returncode, 0)

@@ -185,6 +185,27 @@ TEST_CASE("a black image has no relative error, and a render by error gives it u
     CHECK_FALSE(result.complete);
 }
 
+TEST_CASE("few pixels that are black in their first samples make no black image") {
+    const Sampler rare = [](std::uint32_t, std::uint32_t, SampleRandom& random) {
+        const double value = random.exponential() > 12.0 ? 1.0 : 0.0;  // six paths of a million find the light
+        return Radiance{value, value, value};
+    };
+    REQUIRE_FALSE(stopped({.samples = 1024, .seconds = {}, .relative_error = 0.9}, rare).relative_error.has_value());
+    const StoppedRender result = stopped({.samples = {}, .seconds = {}, .relative_error = 0.9}, rare);
+    CHECK(result.complete);
+    CHECK(*result.relative_error <= 0.9);
+}
+
+TEST_CASE("more samples than scramblings have are refused at once") {
+    RenderSettings settings;
+    settings.width = settings.height = 4;
+    SyntheticJob job(settings, noisy);
+    CHECK_THROWS_AS(
+        static_cast<void>(render_until(
+            job, {.samples = 3 * most_points, .seconds = {}, .relative_error = {}}, {}, {}, Sampling::uniform, 2)),
+        UnsupportedError);
+}
+
 TEST_CASE("a black image is rendered to its end where samples are asked for too") {
     const StoppedRender result = stopped({.samples = 5000, .seconds = {}, .relative_error = 0.02}, black);
     CHECK(result.film.count() == 5000);
