@@ -254,8 +254,7 @@ std::vector<KnobSetting> knob_settings(
     return all;
 }
 
-ArmSettings reference_settings(
-    const Scene& /*scene*/, const ArmSettings& baseline, const std::string& reference_backend) {
+ArmSettings reference_settings(const ArmSettings& baseline, const std::string& reference_backend) {
     ArmSettings reference = baseline;
     // What converges fastest. Next events with MIS never make an estimate wrong. Sobol points of different upper halves
     // of the sample number are scrambled independently, so that the two halves are independent.
@@ -269,6 +268,7 @@ ArmSettings reference_settings(
     reference.render.generator = Generator::sobol;
     reference.render.clamp = std::numeric_limits<double>::infinity();
     reference.render.fresnel.reset();
+    reference.render.effects.reset();
     reference.render.accumulation.reset();
     reference.render.sampling = Sampling::uniform;
     reference.backend = BackendOptions{};

@@ -42,7 +42,6 @@ struct KnobSetting {
 // every event: at most 0.95^256 = 2e-6 is cut off.
 inline constexpr std::uint32_t unlimited_bounces = 256;
 // The unlimited estimate of the transport equation (MODEL.md section 2) that the long reference renders.
-[[nodiscard]] ArmSettings reference_settings(
-    const Scene& scene, const ArmSettings& baseline, const std::string& reference_backend);
+[[nodiscard]] ArmSettings reference_settings(const ArmSettings& baseline, const std::string& reference_backend);
 
 }  // namespace tandem

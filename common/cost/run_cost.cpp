@@ -44,13 +44,19 @@ void add_to(CostArm& mix, const CostArm& arm, const std::vector<KnobSetting>& kn
     mix.options = with_options(mix.options, arm.options);
 }
 
+// Chosen effects are those that the baseline needs, and others. A setting may need more (as `tandem render` has it).
+void add_needed_effects(const Scene& scene, RenderSettings& settings) {
+    if (settings.effects) settings.effects = settings.effects->united(needed_effects(scene, settings));
+}
+
 // What is worth measuring together (mixed_settings).
-std::vector<CostArm> mixes(
-    const std::vector<ArmFigures>& figures, const std::vector<KnobSetting>& knobs, const CostRequest& request) {
+std::vector<CostArm> mixes(const Scene& scene, const std::vector<ArmFigures>& figures,
+    const std::vector<KnobSetting>& knobs, const CostRequest& request) {
     std::vector<CostArm> all;
     for (const std::vector<std::size_t>& together : mixed_settings(figures)) {
         CostArm mix{"mix", "", "", request.baseline, true};
         for (const std::size_t one : together) add_to(mix, figures[one].arm, knobs);
+        add_needed_effects(scene, mix.settings.render);
         all.push_back(std::move(mix));
     }
     return all;
@@ -119,6 +125,7 @@ std::vector<CostArm> single_arms(const Scene& scene, const CostRequest& request,
         }
         CostArm arm{one.knob, one.setting, one.options, request.baseline, one.keeps_estimate};
         one.apply(arm.settings);
+        add_needed_effects(scene, arm.settings.render);
         arms.push_back(std::move(arm));
     }
     return arms;
@@ -229,6 +236,7 @@ void CostRun::take_figures() {
     report_.figures = analyse_cost(experiment_.arms(), samples_, {}, known_);
     report_.reference = samples_.reference;
     report_.seconds = whole().seconds;
+    if (report_.figures.empty() && control_.save) control_.save(whole());
     if (report_.figures.empty())
         throw StoppedError(fmt::format(
             "stopped before the baseline had {} replicates; a smaller --size has them sooner", fewest_replicates));
@@ -247,8 +255,9 @@ void CostRun::measure_short_stage() {
 
 void CostRun::measure_mixes() {
     // What is mixed follows from the short stage, so that a continued measurement mixes the same unless it has grown.
-    const std::vector<CostArm> mixed = mixes(analyse_cost(experiment_.arms(), samples_, {short_stage, short_stage + 1}),
-        knob_settings(scene_, request_.baseline, info_, mean_), request_);
+    const std::vector<CostArm> mixed =
+        mixes(scene_, analyse_cost(experiment_.arms(), samples_, {short_stage, short_stage + 1}),
+            knob_settings(scene_, request_.baseline, info_, mean_), request_);
     if (stopped() || mixed.empty()) return;
     const std::size_t added = experiment_.add(mixed, [this] { return stopped() || left() <= 0.0; });
     if (stopped() || added == 0) return;
@@ -271,11 +280,11 @@ void CostRun::measure_errors() {
 
 CostReport CostRun::conclude() {
     report_.whole = report_.whole && !stopped();
+    if (control_.save) control_.save(whole());
     report_.confirmations = confirm(experiment_.arms(), samples_);
     leave_out_what_did_not_adapt(report_);
     report_.skipped.insert(report_.skipped.end(), experiment_.skipped().begin(), experiment_.skipped().end());
     report_.seconds = whole().seconds;
-    if (control_.save) control_.save(samples_);
     return std::move(report_);
 }
 

@@ -53,8 +53,10 @@ std::optional<TimeToError> measured_time(const ArmFigures& arm, double error) {
     double samples = static_cast<double>(below.samples), log_half = 0.0;
     if (first > 0) {
         const CostPoint& above = points[first - 1];
+        // Where the reference's noise hides the error below, it is known to be met there, and not where between.
         const double steps = std::log(above.rmse.value / std::max(below.rmse.value, 1e-300));
-        const double share = std::clamp(std::log(above.rmse.value / error) / steps, 0.0, 1.0);
+        const double share =
+            below.rmse.value > 0.0 ? std::clamp(std::log(above.rmse.value / error) / steps, 0.0, 1.0) : 1.0;
         const double ratio = static_cast<double>(below.samples) / static_cast<double>(above.samples);
         samples = static_cast<double>(above.samples) * std::pow(ratio, share);
         // The error's interval, through the slope between the two counts.

@@ -333,7 +333,7 @@ TEST_CASE("cost: leaving out MIS brings next events with it, and other integrato
     CHECK(path.options == "--integrator path --mis on");
     path.apply(arm);
     CHECK(arm.render.mis);
-    CHECK(reference_settings(Scene{}, baseline, "cpu").render.mis);
+    CHECK(reference_settings(baseline, "cpu").render.mis);
 }
 
 TEST_CASE("cost: choices of the light are arms where there are two lights, and bring next events with them") {
@@ -371,7 +371,7 @@ TEST_CASE("cost: choices of the light are arms where there are two lights, and b
         CHECK((arm.render.light_sampling == LightSampling::tree) == chooses);
         CHECK((one.options.find("--light-sampling power") == std::string::npos) == chooses);
     }
-    CHECK(reference_settings(scene, baseline, "cpu").render.light_sampling == LightSampling::power);
+    CHECK(reference_settings(baseline, "cpu").render.light_sampling == LightSampling::power);
 }
 
 TEST_CASE("cost: qualities of hierarchies are arms where there are primitives enough for one") {
@@ -393,7 +393,7 @@ TEST_CASE("cost: qualities of hierarchies are arms where there are primitives en
     all[1].apply(baseline);
     CHECK(baseline.render.hierarchy == HierarchyQuality::low);
     CHECK(arms(scene, baseline)[0].setting == "high");
-    CHECK(reference_settings(scene, baseline, "cpu").render.hierarchy == HierarchyQuality::high);
+    CHECK(reference_settings(baseline, "cpu").render.hierarchy == HierarchyQuality::high);
 }
 
 TEST_CASE("cost: pixel filters are arms whose difference is a bias, and the reference has the baseline's own") {
@@ -410,7 +410,7 @@ TEST_CASE("cost: pixel filters are arms whose difference is a bias, and the refe
         CHECK(pixel_filter_names[static_cast<std::size_t>(arm.render.filter)] == one.setting);
     }
     CHECK(found == std::vector<std::string>{"--filter box", "--filter gaussian"});
-    CHECK(reference_settings(Scene{}, baseline, "cpu").render.filter == PixelFilter::tent);
+    CHECK(reference_settings(baseline, "cpu").render.filter == PixelFilter::tent);
     const RendererInfo info;
     ArmSettings box = baseline;
     box.render.filter = PixelFilter::box;
