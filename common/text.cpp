@@ -105,6 +105,17 @@ bool is_utf8(std::string_view text) {
 
 std::string escaped(std::string_view text) { return escaped_up_to(text, std::string::npos); }
 
+std::string shell_word(std::string_view text) {
+    const auto is_plain = [](char c) {
+        return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') ||
+               std::string_view("_-+./:,=@%").find(c) != std::string_view::npos;
+    };
+    if (!text.empty() && std::ranges::all_of(text, is_plain)) return std::string(text);
+    std::string word = "'";
+    for (const char c : text) word += c == '\'' ? std::string("'\\''") : std::string(1, c);
+    return word + "'";
+}
+
 std::string printable(std::string_view text) {
     constexpr std::size_t most_bytes = 160;
     return escaped_up_to(text, most_bytes);

@@ -26,7 +26,10 @@ namespace tandem {
 // The text fit for one line of a message: control characters and what is no UTF-8 escaped.
 [[nodiscard]] std::string escaped(std::string_view text);
 
-// The same, and long text cut.
+// The text as one word of a shell's command line, quoted where it must be [POSIX.1-2017, Shell Command Language 2.2].
+[[nodiscard]] std::string shell_word(std::string_view text);
+
+// The text fit for a message, as `escaped`, and long text cut.
 [[nodiscard]] std::string printable(std::string_view text);
 
 // The candidate nearest to `name` by edit distance if one is near, else empty; of equals one that goes on where `name`

@@ -63,16 +63,16 @@ MakeRenderer maker(const CommandContext& context, const std::string& name, const
     };
 }
 
-// But for threads, which buy no accuracy.
 std::vector<std::pair<std::string, std::string>> baseline_options(const CostArguments& arguments) {
     std::vector<std::pair<std::string, std::string>> given;
     const auto add = [&](const char* name, const std::string& value) {
-        if (!value.empty()) given.emplace_back(name, value.find(' ') == std::string::npos ? value : "'" + value + "'");
+        if (!value.empty()) given.emplace_back(name, value);
     };
     add("--backend", arguments.backend == "cpu" ? "" : arguments.backend);
     add("--device", arguments.device);
     add("--kernel", arguments.kernel);
     add("--precision", arguments.precision);
+    if (arguments.backend == "cpu" && arguments.threads > 0) add("--threads", fmt::format("{}", arguments.threads));
     add("--size", arguments.options.size.empty() ? default_size : arguments.options.size);
     std::ranges::move(given_options(arguments.options), std::back_inserter(given));
     return given;

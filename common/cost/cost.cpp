@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <limits>
 #include <nlohmann/json.hpp>
 
@@ -82,6 +83,8 @@ std::string sentence_on_tile(const ArmFigures& arm, const ArmFigures& baseline) 
         signed_percent(bias.value), signed_percent(bias.low), signed_percent(bias.high));
 }
 
+bool has_time_ratio(const ArmFigures& arm) { return std::isfinite(arm.time_ratio.high); }
+
 std::string sentence_on_noise(const ArmFigures& arm) {
     if (arm.variance == 0.0) return "there is no noise";
     const std::string down = "the noise is down ";
@@ -93,6 +96,12 @@ std::string sentence_on_noise(const ArmFigures& arm) {
     if (arm.cost_ratio.value < 1.0)
         return down + fmt::format("{} times sooner than the baseline's", factor(inverse(arm.cost_ratio)));
     return down + fmt::format("{} times later than the baseline's", factor(arm.cost_ratio));
+}
+
+std::string sentence_on_cost(const ArmFigures& arm) {
+    if (!has_time_ratio(arm)) return "it was not rendered beside the baseline, so their times are not compared";
+    return fmt::format(
+        "a sample takes {} times the baseline's time; {}", factor(arm.time_ratio), sentence_on_noise(arm));
 }
 
 // An arm whose errors are known only where they were measured, at the greatest count that the baseline has too.
@@ -235,10 +244,10 @@ const ArmFigures* recommended(const CostReport& report, double relative_error) {
         for (const ArmFigures& arm : report.figures)
             if (arm.arm.name() == confirmation->recommended) return &arm;
     const ArmFigures* best = soonest(report.figures, relative_error);
-    const bool by_luck = best != nullptr && best != report.figures.data() && best->variance > 0.0 &&
-                         best->time_to(relative_error).extrapolated;
-    const ArmFigures* surer = by_luck ? soonest(report.figures, relative_error, false) : nullptr;
-    return surer != nullptr ? surer : best;
+    const auto is_forecast = [&](const ArmFigures& arm) { return arm.time_to(relative_error).extrapolated; };
+    if (best == nullptr || !(best->variance > 0.0) || !is_forecast(*best)) return best;
+    const ArmFigures* surer = soonest(report.figures, relative_error, false);
+    return surer == nullptr || is_forecast(*surer) ? best : surer;
 }
 
 namespace {
@@ -246,17 +255,18 @@ namespace {
 // What the baseline was given goes for every arm, but for what the arm itself says; a guard takes its length with it.
 std::string render_command(const CostReport& report, const CostArm& arm) {
     const auto says = [&](const std::string& option) { return arm.options.find(option + " ") != std::string::npos; };
-    std::string command = "tandem render " + escaped(report.scene_file);
+    const std::string image = std::filesystem::path(report.scene_file).stem().string() + ".exr";
+    std::string command = fmt::format("tandem render {} -o {}", shell_word(report.scene_file), shell_word(image));
     for (const auto& [option, value] : report.given)
-        if (!says(option) && !(option == "--epsilon" && says("--guard"))) command += " " + option + " " + value;
-    return command + (arm.options.empty() ? "" : " ") + arm.options;
+        if (!says(option) && !(option == "--epsilon" && says("--guard")))
+            command += " " + option + " " + shell_word(value);
+    return escaped(command + (arm.options.empty() ? "" : " ") + arm.options);
 }
 
 // What was soonest among many, by luck or not, and had no second measurement.
 std::string not_confirmed(const CostReport& report, const ArmFigures& best, double error) {
-    const ArmFigures* first = soonest(report.figures, error);
     if (const TimeToError time = best.time_to(error); !time.extrapolated) {
-        if (first != &best)
+        if (const ArmFigures* first = soonest(report.figures, error); first != &best)
             return fmt::format("{} may be sooner: {}.", first->arm.name(), words_of(first->time_to(error)));
         const ArmFigures* rival = nullptr;
         double least = time.seconds->high;
@@ -270,8 +280,7 @@ std::string not_confirmed(const CostReport& report, const ArmFigures& best, doub
         return rival == nullptr ? "Nothing that may be as fast was measured to this error."
                                 : fmt::format("{} may be as fast; neither was measured anew.", rival->arm.name());
     }
-    if (first == &best) return "It was not measured anew.";
-    return fmt::format("{} was found sooner, but was not measured anew: give more --time.", first->arm.name());
+    return "It was not measured anew; give more --time.";
 }
 
 // The command to an error, and what is known of it.
@@ -323,9 +332,8 @@ std::vector<std::string> recommendations(const CostReport& report) {
         }
         const std::string floor = sentence_on_floor(arm, baseline);
         const std::string tile = sentence_on_tile(arm, baseline);
-        sentences.push_back(fmt::format("{}: a sample takes {} times the baseline's time; {}{}{}{}{}.", arm.arm.name(),
-            factor(arm.time_ratio), sentence_on_noise(arm), floor.empty() ? "" : "; it ", floor,
-            tile.empty() ? "" : "; ", tile));
+        sentences.push_back(fmt::format("{}: {}{}{}{}{}.", arm.arm.name(), sentence_on_cost(arm),
+            floor.empty() ? "" : "; it ", floor, tile.empty() ? "" : "; ", tile));
     }
     std::ranges::move(sentences_on_building(report), std::back_inserter(sentences));
     return sentences;
@@ -430,13 +438,15 @@ std::vector<const ArmFigures*> rows_of(const CostReport& report) {
 std::string to_text(const CostReport& report) {
     if (report.figures.empty()) return head_of(report);
     std::string text = head_of(report);
-    text += fmt::format("\n{:44} {:36} {}\n", "settings", "to " + words_of_error(report.asked_error), "bias");
-    for (const ArmFigures* arm : rows_of(report)) {
-        const TimeToError time = arm->time_to(report.asked_error);
-        const bool baseline = arm == report.figures.data();
-        text += fmt::format("{:44} {:36} {}{}\n", baseline ? "the scene's own (baseline)" : arm->arm.options,
-            words_of(time), bias_of(*arm), bad_regions(*arm));
-    }
+    constexpr std::size_t column = 44;
+    const auto row = [column](std::string settings, const std::string& time, const std::string& bias) {
+        if (settings.size() > column) settings += "\n" + std::string(column, ' ');
+        return fmt::format("{:{}} {:36} {}\n", settings, column, time, bias);
+    };
+    text += "\n" + row("settings", "to " + words_of_error(report.asked_error), "bias");
+    for (const ArmFigures* arm : rows_of(report))
+        text += row(arm == report.figures.data() ? "the scene's own (baseline)" : arm->arm.options,
+            words_of(arm->time_to(report.asked_error)), bias_of(*arm) + bad_regions(*arm));
     text += fmt::format("\n{}\n", sentence_to(report, report.asked_error));
     for (const std::string& sentence : sentences_on_building(report)) text += sentence + "\n";
     const auto more = report.figures.size() - std::min(report.figures.size(), rows_of(report).size());
@@ -460,7 +470,7 @@ std::string all_to_text(const CostReport& report) {
             arm.slope ? fmt::format("{:.2f} ({:.2f} to {:.2f})", arm.slope->value, arm.slope->low, arm.slope->high)
                       : std::string(arm.variance > 0.0 ? "too few samples" : "no noise");
         text += fmt::format("{} {:32} {:>9} {:>22} {:>22}", arm.pareto ? "*" : " ", arm.arm.name(),
-            fmt::format("{}x", factor(arm.time_ratio.value)), floor_cell(arm), slope);
+            has_time_ratio(arm) ? factor(arm.time_ratio.value) + "x" : "unknown", floor_cell(arm), slope);
         for (const TimeToError& time : arm.times) text += fmt::format(" {:>9}", time_cell(time));
         text += "\n";
     }

@@ -29,8 +29,8 @@ struct CostReport {
 [[nodiscard]] std::vector<std::string> recommendations(const CostReport& report);
 
 // What they recommend for an error: the soonest, unless measuring anew has refuted it. A forecast that was not measured
-// anew gives way to the soonest of the baseline and of those whose renders reached the error. Nothing: none reaches it,
-// as far as is known.
+// anew gives way to the soonest of those whose renders reached the error, but to no other forecast. Nothing: none
+// reaches it, as far as is known.
 [[nodiscard]] const ArmFigures* recommended(const CostReport& report, double relative_error);
 
 [[nodiscard]] nlohmann::json to_json(const CostReport& report);

@@ -2,6 +2,7 @@
 # Run by ctest with TANDEM = the program, SCENES = the folder.
 import json
 import os
+import re
 import signal
 import subprocess
 import time
@@ -251,7 +252,35 @@ class Measures(ProgramTest):
         for options, size in (([], "64"), (["--size", "8"], "8")):
             result = in_time("cost", self.scene, "--time", "4", "--knob", "bounces", "--no-cache", *options)
             self.assertEqual(result.returncode, 0, result.stderr)
-            self.assertIn(f"To 1 %: `tandem render {self.scene} --size {size} ", result.stdout)
+            self.assertIn(f"To 1 %: `tandem render {self.scene} -o scene.exr --size {size} ", result.stdout)
+            typed = re.search("`(tandem render .*)`", result.stdout).group(1)
+            typed = re.sub("--samples [0-9]+", "--samples 1", typed.replace("tandem", str(TANDEM), 1))
+            rendered = subprocess.run(["sh", "-c", typed], cwd=self.folder, capture_output=True, text=True)
+            self.assertEqual(rendered.returncode, 0, rendered.stderr)
+            self.assertTrue((self.folder / "scene.exr").exists())
+
+    def test_cost_measures_a_scene_whose_lights_next_events_do_not_find(self):
+        figures, whole_rays = self.folder / "cost.json", self.folder / "whole_rays.json"
+        scene = json.loads((SCENES / "whitted.json").read_text())
+        del scene["render"]["ray_min"], scene["render"]["ray_max"]
+        whole_rays.write_text(json.dumps(scene))
+        cost = ["--size", "8", "--time", "8", "--knob", "bounces", "--no-cache", "--json", figures]
+        result = tandem("cost", whole_rays, *cost)
+        self.assertIn(result.returncode, (0, 3), result.stderr)
+        self.assertIn("--integrator bidirectional", json.loads(figures.read_text())["reference"]["options"])
+        figures.unlink()
+        for options in ([SCENES / "whitted.json"], [whole_rays, "--reference-backend", "vulkan"]):
+            self.refused(tandem("cost", *options, *cost), "no long reference can be rendered", "translucent", "bidirectional: ")
+            self.assertFalse(figures.exists())
+
+    def test_cost_adds_what_its_settings_need_to_chosen_effects(self):
+        figures = self.folder / "cost.json"
+        result = tandem("cost", SCENES / "cornell-classic.json", "--size", "8", "--time", "8", "--knob", "integrator,roulette",
+                        "--effects", "fuzz", "--no-cache", "--json", figures)
+        self.assertIn(result.returncode, (0, 3), result.stderr)
+        measured = [(arm["knob"], arm["setting"]) for arm in json.loads(figures.read_text())["arms"]]
+        self.assertIn(("roulette", "4"), measured)
+        self.assertIn(("integrator", "path"), measured)
 
     def test_cost_measures_adaptive_sampling_or_says_that_it_had_too_few_samples(self):
         figures = self.folder / "cost.json"

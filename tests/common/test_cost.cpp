@@ -1,5 +1,6 @@
 // What `tandem cost` finds and says.
 #include <cmath>
+#include <limits>
 #include <nlohmann/json.hpp>
 
 #include "common/deadline.h"
@@ -200,16 +201,57 @@ TEST_CASE("cost: what is recommended to be typed has the options of the baseline
     point.samples = 4;
     point.seconds = {1.0, 1.0, 1.0};
     CostReport report;
-    report.scene_file = "scene.json";
+    report.scene_file = "scenes/scene.json";
     report.given = {{"--backend", "vulkan"}, {"--guard", "fixed-epsilon"}, {"--epsilon", "0.01"}};
     ArmFigures& arm = report.figures.emplace_back();
     arm.points.push_back(point);
     arm.variance = 0.25;
     const auto told = [&] { return recommendations(report).front(); };
-    const std::string given = "`tandem render scene.json --backend vulkan ";
+    const std::string given = "`tandem render scenes/scene.json -o scene.exr --backend vulkan ";
     CHECK(told().find(given + "--guard fixed-epsilon --epsilon 0.01 --samples ") != std::string::npos);
     report.figures.front().arm.options = "--guard ulp";
     CHECK(told().find(given + "--guard ulp --samples ") != std::string::npos);
+    // A shell takes each for one word.
+    report.scene_file = "my scene's.json";
+    report.given = {{"--device", "NVIDIA H200"}};
+    CHECK(told().find(
+              "`tandem render 'my scene'\\''s.json' -o 'my scene'\\''s.exr' --device 'NVIDIA H200' --guard ulp ") !=
+          std::string::npos);
+}
+
+TEST_CASE("cost: an error that the reference's noise hides is met at the count that was measured, not before it") {
+    ArmFigures arm;
+    CostPoint& above = arm.points.emplace_back();
+    above.samples = 1024;
+    above.seconds = {1.0, 1.0, 1.0};
+    above.rmse = {0.006, 0.005, 0.007};
+    CostPoint& below = arm.points.emplace_back();
+    below.samples = 2048;
+    below.seconds = {2.0, 2.0, 2.0};
+    below.rmse = {0.0, 0.0, 0.004};  // its square less the reference's is below 0
+    arm.variance = 0.006 * 0.006;
+    REQUIRE(arm.time_to(0.003).samples);
+    CHECK(*arm.time_to(0.003).samples == 2048.0);
+    CHECK_FALSE(arm.time_to(0.003).extrapolated);
+}
+
+TEST_CASE("cost: what was not rendered beside the baseline is not given a ratio to its time") {
+    CostReport report;
+    for (const char* knob : {"baseline", "mix"}) {
+        ArmFigures& arm = report.figures.emplace_back();
+        arm.arm.knob = knob;
+        arm.arm.keeps_estimate = true;
+        arm.variance = 0.25;
+        CostPoint& point = arm.points.emplace_back();
+        point.samples = 4;
+        point.seconds = {1.0, 1.0, 1.0};
+        point.rmse = {0.5, 0.5, 0.5};
+        for (const double error : cost_errors) arm.times.push_back(arm.time_to(error));
+    }
+    report.figures.back().time_ratio = {1.0, 0.0, std::numeric_limits<double>::infinity()};
+    CHECK(recommendations(report).back() ==
+          "mix: it was not rendered beside the baseline, so their times are not compared.");
+    CHECK(all_to_text(report).find("1.00x") == all_to_text(report).rfind("1.00x"));  // the baseline's own
 }
 
 TEST_CASE("cost: errors of 100 % and more foretell nothing, and a forecast is called one") {
@@ -226,7 +268,8 @@ TEST_CASE("cost: errors of 100 % and more foretell nothing, and a forecast is ca
     CHECK(recommendations(report).at(1).starts_with("To 1 %: not known, as errors of 100 % and more"));
     arm.points.front().rmse.value = 0.9;
     CHECK_FALSE(arm.time_to(0.01).unknown);
-    CHECK(recommendations(report).at(1).find("forecast. It was not measured anew.") != std::string::npos);
+    CHECK(recommendations(report).at(1).find("forecast. It was not measured anew; give more --time.") !=
+          std::string::npos);
     Confirmation confirmation;
     confirmation.relative_error = 0.01;
     confirmation.first = confirmation.recommended = arm.arm.name();
@@ -242,26 +285,35 @@ TEST_CASE("cost: errors of 100 % and more foretell nothing, and a forecast is ca
     CHECK(recommendations(report).at(1).find("Measured anew in 4 rounds it takes 19 min") != std::string::npos);
 }
 
-TEST_CASE("cost: what was found soonest and not measured anew gives way to the baseline") {
-    CostPoint point;
-    point.samples = 4;
-    point.seconds = {1.0, 1.0, 1.0};
-    point.rmse = {0.5, 0.5, 0.5};
+TEST_CASE("cost: a forecast that had no second measurement gives way to a measured baseline, not to a forecast") {
     CostReport report;
     for (const char* knob : {"baseline", "sampling"}) {
         ArmFigures& arm = report.figures.emplace_back();
         arm.arm.knob = knob;
         arm.arm.keeps_estimate = true;
-        arm.points.push_back(point);
         arm.variance = 0.25;
+        CostPoint& point = arm.points.emplace_back();
+        point.samples = 4;
+        point.seconds = {1.0, 1.0, 1.0};
+        point.rmse = {0.5, 0.5, 0.5};
     }
-    report.figures.back().points.front().seconds = {0.5, 0.5, 0.5};
-    report.figures.back().cost_differs = true;
-    REQUIRE(soonest(report.figures, 0.01) == &report.figures.back());
-    CHECK(recommended(report, 0.01) == &report.figures.front());
-    CHECK(recommendations(report).at(1).find("was found sooner, but was not measured anew") != std::string::npos);
-    report.figures.back().variance = 0.0;  // what has no noise had no luck
-    CHECK(recommended(report, 0.01) == &report.figures.back());
+    ArmFigures &baseline = report.figures.front(), &found = report.figures.back();
+    found.points.front().seconds = {0.5, 0.5, 0.5};  // 1250 s to 1 %, the baseline 2500 s, both by forecasts
+    found.cost_differs = true;
+    REQUIRE(soonest(report.figures, 0.01) == &found);
+    CHECK(recommended(report, 0.01) == &found);
+    const std::string sentence = recommendations(report).at(1);
+    CHECK(sentence.find("21 min (21 min to 21 min), forecast") != std::string::npos);
+    CHECK(sentence.ends_with("It was not measured anew; give more --time."));
+    CostPoint reached = baseline.points.front();
+    reached.samples = 10000;
+    reached.seconds = {2500.0, 2500.0, 2500.0};
+    reached.rmse = {0.01, 0.01, 0.01};
+    baseline.points.push_back(reached);
+    CHECK(recommended(report, 0.01) == &baseline);
+    CHECK(recommendations(report).at(1).find("sampling may be sooner: 21 min") != std::string::npos);
+    found.variance = 0.0;  // what has no noise had no luck
+    CHECK(recommended(report, 0.01) == &found);
 }
 
 TEST_CASE("cost: what was measured to the error is recommended before a forecast that had no second measurement") {
@@ -442,10 +494,11 @@ TEST_CASE("cost: a stop is told wherever it comes, and what was measured before 
     bool nothing = false, part = false, whole = false;
     for (int at = 1; at < 1200 && !whole; at += 29) {
         CAPTURE(at);
-        int looks = 0;
+        int looks = 0, saves = 0;
         std::stop_source stop;
         CostControl control;
         control.stop = stop.get_token();
+        control.save = [&](const CostSamples&) { ++saves; };
         control.now = [&] {
             if (looks == at) stop.request_stop();
             return 0.02 * looks++;
@@ -457,8 +510,10 @@ TEST_CASE("cost: a stop is told wherever it comes, and what was measured before 
             const bool cut = !report.whole || std::ranges::any_of(report.skipped, &SkippedArm::for_time);
             (cut ? part : whole) = true;
             whole = whole && !stop.stop_requested();
-        } catch (const StoppedError&) {
+        } catch (const StoppedError& stopped) {
             nothing = true;
+            // What there is of its replicates is kept.
+            CHECK((saves > 0) == (std::string(stopped.what()).find("before the baseline had") != std::string::npos));
         }
     }
     CHECK(nothing);

@@ -1,5 +1,6 @@
 // The schedule of `tandem cost`: which arms it renders until which error is measured.
 #include <nlohmann/json.hpp>
+#include <sstream>
 
 #include "common/cost/confirm.h"
 #include "common/cost/schedule.h"
@@ -338,6 +339,14 @@ TEST_CASE(
     CHECK_THROWS_AS((void)run_cost(Scene{}, request, control_of(looks)), InputError);
 }
 
+// Its lines, the head first.
+std::vector<std::string> table_of(const std::string& text) {
+    std::istringstream rest(text.substr(text.find("\n\n") + 2));
+    std::vector<std::string> lines;
+    for (std::string line; std::getline(rest, line) && !line.empty();) lines.push_back(line);
+    return lines;
+}
+
 TEST_CASE("cost schedule: the table has at most ten rows, tells measured from forecast in words, and names bias") {
     CostRequest request = request_for(0.2);
     request.knobs = {};
@@ -346,10 +355,20 @@ TEST_CASE("cost schedule: the table has at most ten rows, tells measured from fo
     CostReport report = run_cost(Scene{}, request, control_of(looks));
     REQUIRE(report.figures.size() > most_rows);
     const std::string text = to_text(report);
-    const std::size_t begin = text.find("\n\n") + 2, end = text.find("\n\n", begin);
-    const auto lines = std::count(
-        text.begin() + static_cast<std::ptrdiff_t>(begin), text.begin() + static_cast<std::ptrdiff_t>(end), '\n');
-    CHECK(lines <= static_cast<std::ptrdiff_t>(most_rows));
+    const std::vector<std::string> table = table_of(text);
+    const std::size_t times = table.front().find("to 1 %");
+    std::size_t rows = 0;
+    for (std::size_t i = 1; i < table.size(); ++i) {
+        CAPTURE(table[i]);
+        REQUIRE(table[i].size() > times);
+        const bool is_rest = table[i].find_first_not_of(' ') == times;  // of settings that do not fit before the times
+        if (!is_rest) ++rows;
+        if (is_rest)
+            CHECK(table[i - 1].size() >= times);
+        else if (i + 1 == table.size() || table[i + 1].find_first_not_of(' ') != times)
+            CHECK((table[i][times - 1] == ' ' && table[i][times] != ' '));
+    }
+    CHECK(rows <= most_rows);
     CHECK(text.find(", measured") != std::string::npos);
     CHECK(text.find("tandem render") != std::string::npos);
     report.asked_error = 1e-4;
