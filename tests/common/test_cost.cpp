@@ -235,9 +235,10 @@ TEST_CASE("cost: an error that the reference's noise hides is met at the count t
     CHECK_FALSE(arm.time_to(0.003).extrapolated);
 }
 
-TEST_CASE("cost: what was not rendered beside the baseline is not given a ratio to its time") {
+// An arm for each knob, whose error is 50 % of the mean at 4 samples, which take a second.
+CostReport report_of(const std::vector<const char*>& knobs) {
     CostReport report;
-    for (const char* knob : {"baseline", "mix"}) {
+    for (const char* knob : knobs) {
         ArmFigures& arm = report.figures.emplace_back();
         arm.arm.knob = knob;
         arm.arm.keeps_estimate = true;
@@ -246,8 +247,14 @@ TEST_CASE("cost: what was not rendered beside the baseline is not given a ratio 
         point.samples = 4;
         point.seconds = {1.0, 1.0, 1.0};
         point.rmse = {0.5, 0.5, 0.5};
-        for (const double error : cost_errors) arm.times.push_back(arm.time_to(error));
     }
+    return report;
+}
+
+TEST_CASE("cost: what was not rendered beside the baseline is not given a ratio to its time") {
+    CostReport report = report_of({"baseline", "mix"});
+    for (ArmFigures& arm : report.figures)
+        for (const double error : cost_errors) arm.times.push_back(arm.time_to(error));
     report.figures.back().time_ratio = {1.0, 0.0, std::numeric_limits<double>::infinity()};
     CHECK(recommendations(report).back() ==
           "mix: it was not rendered beside the baseline, so their times are not compared.");
@@ -286,17 +293,7 @@ TEST_CASE("cost: errors of 100 % and more foretell nothing, and a forecast is ca
 }
 
 TEST_CASE("cost: a forecast that had no second measurement gives way to a measured baseline, not to a forecast") {
-    CostReport report;
-    for (const char* knob : {"baseline", "sampling"}) {
-        ArmFigures& arm = report.figures.emplace_back();
-        arm.arm.knob = knob;
-        arm.arm.keeps_estimate = true;
-        arm.variance = 0.25;
-        CostPoint& point = arm.points.emplace_back();
-        point.samples = 4;
-        point.seconds = {1.0, 1.0, 1.0};
-        point.rmse = {0.5, 0.5, 0.5};
-    }
+    CostReport report = report_of({"baseline", "sampling"});
     ArmFigures &baseline = report.figures.front(), &found = report.figures.back();
     found.points.front().seconds = {0.5, 0.5, 0.5};  // 1250 s to 1 %, the baseline 2500 s, both by forecasts
     found.cost_differs = true;
@@ -317,18 +314,8 @@ TEST_CASE("cost: a forecast that had no second measurement gives way to a measur
 }
 
 TEST_CASE("cost: what was measured to the error is recommended before a forecast that had no second measurement") {
-    CostReport report;
-    for (const char* knob : {"baseline", "sampling", "generator"}) {
-        ArmFigures& arm = report.figures.emplace_back();
-        arm.arm.knob = knob;
-        arm.arm.keeps_estimate = true;
-        arm.cost_differs = true;
-        arm.variance = 0.25;
-        CostPoint& point = arm.points.emplace_back();
-        point.samples = 4;
-        point.seconds = {1.0, 1.0, 1.0};
-        point.rmse = {0.5, 0.5, 0.5};
-    }
+    CostReport report = report_of({"baseline", "sampling", "generator"});
+    for (ArmFigures& arm : report.figures) arm.cost_differs = true;
     report.figures[1].points.front().seconds = {0.5, 0.5, 0.5};  // 1250 s to 1 %, by a forecast
     CostPoint reached = report.figures[2].points.front();
     reached.samples = 8000;
