@@ -387,7 +387,8 @@ std::string bias_of(const ArmFigures& arm) {
         return fmt::format("{} at {} samples, fewer have more", floor_cell(arm), arm.points.back().samples);
     if (arm.has_floor)
         return fmt::format("{} ({} to {})", percent(floor.value), percent(floor.low), percent(floor.high));
-    return fmt::format("{}, below {}", arm.arm.keeps_estimate ? "none by design" : "none found", percent(floor.high));
+    const bool by_design = arm.arm.keeps_estimate && arm.arm.settings.render.bounces >= unlimited_bounces;
+    return fmt::format("{}, below {}", by_design ? "none by design" : "none found", percent(floor.high));
 }
 
 // Regions where a setting that is good in the mean costs half as much again as the baseline.

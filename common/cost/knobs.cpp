@@ -56,7 +56,7 @@ void add_light_samplings(std::vector<KnobSetting>& all, const Scene& scene, cons
     }
 }
 
-void add_integrators(std::vector<KnobSetting>& all, const Scene& scene, const ArmSettings& baseline) {
+void add_integrators(std::vector<KnobSetting>& all, const ArmSettings& baseline) {
     const std::string weigh = baseline.render.mis ? "" : " --mis on";  // only next-event does without
     const bool by_power = baseline.render.light_sampling == LightSampling::power;
     const std::string unchosen = by_power ? "" : " --light-sampling power";  // of those that choose no light
@@ -71,7 +71,7 @@ void add_integrators(std::vector<KnobSetting>& all, const Scene& scene, const Ar
                     arm.render.mis = true;
                     if (!chooses_lights(integrator)) arm.render.light_sampling = LightSampling::power;
                 },
-                "", integrator != Integrator::whitted && (integrator != Integrator::path || scene.lights.empty())});
+                ""});
     }
     // MIS is a setting of next events alone, so this knob brings them with it.
     const bool next_events = baseline.render.integrator == Integrator::next_event;
@@ -93,21 +93,21 @@ void add_integrators(std::vector<KnobSetting>& all, const Scene& scene, const Ar
             arm.render.light_sampling = LightSampling::power;
             arm.render.bounces = 0;
         },
-        "", false});
+        ""});
     all.push_back({"integrator", "ray-casting-with-shadows", "--integrator whitted --bounces 1" + weigh,
         [](ArmSettings& arm) {
             arm.render.integrator = Integrator::whitted;
             arm.render.mis = true;
             arm.render.bounces = 1;
         },
-        "", false});
+        ""});
 }
 
 void add_path_lengths(std::vector<KnobSetting>& all, const ArmSettings& baseline) {
     for (const std::uint32_t bounces : {1u, 2u, 4u, 8u, 16u, 32u})
         if (bounces != baseline.render.bounces)
             all.push_back({"bounces", std::to_string(bounces), fmt::format("--bounces {}", bounces),
-                [bounces](ArmSettings& arm) { arm.render.bounces = bounces; }, "", bounces > baseline.render.bounces});
+                [bounces](ArmSettings& arm) { arm.render.bounces = bounces; }, ""});
     for (const std::uint32_t start : {1u, 4u, 8u})
         all.push_back(
             {"roulette", std::to_string(start), fmt::format("--roulette {} --bounces {}", start, unlimited_bounces),
@@ -129,21 +129,21 @@ void add_intersections(
         if (kernel == base.triangles || (of_embree && backend != "cpu")) continue;
         const std::string name(triangle_kernel_names[i]);
         all.push_back({"triangle-test", name, "--triangle-test " + name,
-            [kernel](ArmSettings& arm) { arm.render.intersection.triangles = kernel; }, no_triangles, false});
+            [kernel](ArmSettings& arm) { arm.render.intersection.triangles = kernel; }, no_triangles});
     }
     for (std::size_t i = 0; i < convex_kernel_names.size(); ++i) {
         const auto kernel = static_cast<ConvexKernel>(i);
         if (kernel == base.convex) continue;
         const std::string name(convex_kernel_names[i]);
         all.push_back({"convex-test", name, "--convex-test " + name,
-            [kernel](ArmSettings& arm) { arm.render.intersection.convex = kernel; }, no_convex, false});
+            [kernel](ArmSettings& arm) { arm.render.intersection.convex = kernel; }, no_convex});
     }
     for (std::size_t i = 0; i < guard_names.size(); ++i) {
         const auto guard = static_cast<SelfIntersectionGuard>(i);
         if (guard == base.guard) continue;
         const std::string name(guard_names[i]);
         all.push_back({"guard", name, "--guard " + name,
-            [guard](ArmSettings& arm) { arm.render.intersection.guard = guard; }, "", false});
+            [guard](ArmSettings& arm) { arm.render.intersection.guard = guard; }, ""});
     }
 }
 
@@ -167,8 +167,7 @@ void add_precisions(std::vector<KnobSetting>& all, const ArmSettings& baseline) 
         if (precision == baseline.backend.precision.value_or(Precision::single_precision)) continue;
         const std::string name(precision_names[i]);
         all.push_back({"precision", name, "--precision " + name,
-            [precision](ArmSettings& arm) { arm.backend.precision = precision; }, "",
-            precision != Precision::half_storage});
+            [precision](ArmSettings& arm) { arm.backend.precision = precision; }, ""});
     }
 }
 
@@ -186,8 +185,7 @@ void add_samplings(
         if (accumulation == baseline.render.accumulation.value_or(own)) continue;
         const std::string name(accumulation_names[i]);
         all.push_back({"accumulation", name, "--accumulation " + name,
-            [accumulation](ArmSettings& arm) { arm.render.accumulation = accumulation; }, "",
-            accumulation != Accumulation::plain});
+            [accumulation](ArmSettings& arm) { arm.render.accumulation = accumulation; }, ""});
     }
     for (std::size_t i = 0; i < sampling_names.size(); ++i) {
         const auto sampling = static_cast<Sampling>(i);
@@ -202,7 +200,7 @@ void add_samplings(
         const std::string value = fmt::format("{:.3g}", means * mean);
         const double clamp = std::stod(value);
         all.push_back({"clamp", setting, mean > 0.0 ? "--clamp " + value : "--clamp at that many means of the image",
-            [clamp](ArmSettings& arm) { arm.render.clamp = clamp; }, "", false});
+            [clamp](ArmSettings& arm) { arm.render.clamp = clamp; }, ""});
     }
     const auto translucent = [](const Material& material) { return material.translucent; };
     const bool any = std::ranges::any_of(scene.materials, translucent);
@@ -214,7 +212,7 @@ void add_samplings(
         const std::string name = fresnel == Fresnel::exact ? "exact" : "schlick";
         all.push_back(
             {"fresnel", name, "--fresnel " + name, [fresnel](ArmSettings& arm) { arm.render.fresnel = fresnel; },
-                any ? "" : "the scene has no translucent materials", false});
+                any ? "" : "the scene has no translucent materials"});
     }
 }
 
@@ -224,8 +222,8 @@ void add_filters(std::vector<KnobSetting>& all, const ArmSettings& baseline) {
         const auto filter = static_cast<PixelFilter>(i);
         if (filter == baseline.render.filter) continue;
         const std::string name(pixel_filter_names[i]);
-        all.push_back({"filter", name, "--filter " + name, [filter](ArmSettings& arm) { arm.render.filter = filter; },
-            "", false});
+        all.push_back(
+            {"filter", name, "--filter " + name, [filter](ArmSettings& arm) { arm.render.filter = filter; }, ""});
     }
 }
 
@@ -234,7 +232,7 @@ void add_denoising(std::vector<KnobSetting>& all, const ArmSettings& baseline) {
     const bool scattered = baseline.render.generator != Generator::sobol;
     all.push_back({"denoise", "on", "--aov albedo,normal,depth, then tandem denoise",
         [](ArmSettings& arm) { arm.denoise = true; },
-        scattered ? "" : "Sobol points do not tell the variance that the filter needs", false});
+        scattered ? "" : "Sobol points do not tell the variance that the filter needs"});
 }
 
 }  // namespace
@@ -242,7 +240,7 @@ void add_denoising(std::vector<KnobSetting>& all, const ArmSettings& baseline) {
 std::vector<KnobSetting> knob_settings(
     const Scene& scene, const ArmSettings& baseline, const RendererInfo& renderer, double mean) {
     std::vector<KnobSetting> all;
-    add_integrators(all, scene, baseline);
+    add_integrators(all, baseline);
     add_light_samplings(all, scene, baseline);
     add_path_lengths(all, baseline);
     add_samplings(all, scene, baseline, renderer.accumulation, mean);
@@ -252,6 +250,20 @@ std::vector<KnobSetting> knob_settings(
     add_hierarchies(all, scene, baseline);
     add_denoising(all, baseline);
     return all;
+}
+
+bool keeps_estimate(const Scene& scene, const ArmSettings& baseline, const ArmSettings& arm) {
+    const RenderSettings& render = arm.render;
+    const auto is_as_reflected = [&](const Material& material) {
+        return !material.translucent || render.fresnel.value_or(material.fresnel) == material.fresnel;
+    };
+    // Punctual lights are found by next events alone.
+    const bool finds_light = render.integrator != Integrator::path || scene.lights.empty();
+    return render.integrator != Integrator::whitted && finds_light && render.bounces >= baseline.render.bounces &&
+           render.clamp == std::numeric_limits<double>::infinity() &&
+           std::ranges::all_of(scene.materials, is_as_reflected) && render.filter == baseline.render.filter &&
+           render.accumulation != Accumulation::plain && render.intersection == IntersectionSettings{} &&
+           arm.backend.precision != Precision::half_storage && !arm.denoise;
 }
 
 ArmSettings reference_settings(const ArmSettings& baseline, const std::string& reference_backend) {

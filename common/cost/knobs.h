@@ -26,9 +26,6 @@ struct KnobSetting {
     std::string options;        // of `tandem render`: "--integrator next-event"; of denoise also what follows
     std::function<void(ArmSettings&)> apply;
     std::string reason;  // why it cannot matter in this scene; empty: it may
-    // Whether its estimate has the mean of the unlimited transport equation by design, but for rounding. Else it is not
-    // recommended for errors that its floor may reach.
-    bool keeps_estimate = true;
 };
 
 // Every setting of every knob but those that the baseline has already. What a backend lacks it refuses when the arm is
@@ -43,5 +40,9 @@ struct KnobSetting {
 inline constexpr std::uint32_t unlimited_bounces = 256;
 // The unlimited estimate of the transport equation (MODEL.md section 2) that the long reference renders.
 [[nodiscard]] ArmSettings reference_settings(const ArmSettings& baseline, const std::string& reference_backend);
+
+// Whether an arm's mean differs from the reference's, by design and but for rounding, by no more than the light of
+// paths beyond the baseline's bounces. Else it is not recommended for errors that its floor may reach.
+[[nodiscard]] bool keeps_estimate(const Scene& scene, const ArmSettings& baseline, const ArmSettings& arm);
 
 }  // namespace tandem

@@ -21,7 +21,7 @@ struct CostArm {
     std::string knob, setting;  // "baseline", "" for the baseline
     std::string options;        // of `tandem render`
     ArmSettings settings;
-    bool keeps_estimate = true;  // as KnobSetting's
+    bool keeps_estimate = true;  // knobs.h
     // Time to build its hierarchy, the median of several: for the arms of hierarchy_knob, and the baseline beside them.
     std::optional<double> hierarchy_seconds = {};
     [[nodiscard]] std::string name() const { return setting.empty() ? knob : knob + " " + setting; }

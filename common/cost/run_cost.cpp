@@ -39,7 +39,6 @@ void add_to(CostArm& mix, const CostArm& arm, const std::vector<KnobSetting>& kn
         knobs, [&](const KnobSetting& one) { return one.knob == arm.knob && one.setting == arm.setting; });
     if (knob == knobs.end()) return;
     knob->apply(mix.settings);
-    mix.keeps_estimate = mix.keeps_estimate && knob->keeps_estimate;
     mix.setting += (mix.setting.empty() ? "" : " + ") + arm.name();
     mix.options = with_options(mix.options, arm.options);
 }
@@ -54,9 +53,10 @@ std::vector<CostArm> mixes(const Scene& scene, const std::vector<ArmFigures>& fi
     const std::vector<KnobSetting>& knobs, const CostRequest& request) {
     std::vector<CostArm> all;
     for (const std::vector<std::size_t>& together : mixed_settings(figures)) {
-        CostArm mix{"mix", "", "", request.baseline, true};
+        CostArm mix{"mix", "", "", request.baseline};
         for (const std::size_t one : together) add_to(mix, figures[one].arm, knobs);
         add_needed_effects(scene, mix.settings.render);
+        mix.keeps_estimate = keeps_estimate(scene, request.baseline, mix.settings);
         all.push_back(std::move(mix));
     }
     return all;
@@ -123,9 +123,10 @@ std::vector<CostArm> single_arms(const Scene& scene, const CostRequest& request,
             skipped.push_back({one.knob, one.setting, one.reason});
             continue;
         }
-        CostArm arm{one.knob, one.setting, one.options, request.baseline, one.keeps_estimate};
+        CostArm arm{one.knob, one.setting, one.options, request.baseline};
         one.apply(arm.settings);
         add_needed_effects(scene, arm.settings.render);
+        arm.keeps_estimate = keeps_estimate(scene, request.baseline, arm.settings);
         arms.push_back(std::move(arm));
     }
     return arms;
@@ -186,7 +187,8 @@ private:
 };
 
 void CostRun::add_baseline() {
-    const CostArm baseline{"baseline", "", "", request_.baseline, true};
+    const CostArm baseline{
+        "baseline", "", "", request_.baseline, keeps_estimate(scene_, request_.baseline, request_.baseline)};
     if (experiment_.add({&baseline, 1}, [] { return false; }) == 0)
         throw UnsupportedError(experiment_.skipped().back().reason);  // nothing to hold the others against
     info_ = experiment_.info();

@@ -68,7 +68,7 @@ def errors_of(reports):
 def floor(arm):
     if arm["bias_floor_significant"]:
         return f"bias {frontier.percent(arm['bias_floor'])}"
-    return "unbiased" if arm["keeps_estimate"] else f"no bias found above {frontier.percent(arm['bias_floor_high'])}"
+    return "unbiased" if frontier.is_unbiased(arm) else f"no bias found above {frontier.percent(arm['bias_floor_high'])}"
 
 
 def view(machine, report, bounds, errors):

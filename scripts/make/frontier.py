@@ -61,8 +61,13 @@ def frontier(report):
     return [(name_of(arms[index][0]), arms[index][0], points) for index, points in stretches if len(points) > 1]
 
 
+def is_unbiased(arm):
+    """By design: no shipped scene has so many bounces by itself (common/cost/knobs.h, unlimited_bounces)."""
+    return arm["keeps_estimate"] and "--bounces 256" in arm["options"]
+
+
 def keeps_answer(arm):
-    """Whether nothing speaks for a bias: the setting is unbiased by design, or no floor is significant."""
+    """Whether nothing speaks for a bias beyond that of the scene's own number of bounces, by design or as no floor is significant."""
     return arm["keeps_estimate"] or not arm["bias_floor_significant"]
 
 

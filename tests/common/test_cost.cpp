@@ -235,22 +235,6 @@ TEST_CASE("cost: an error that the reference's noise hides is met at the count t
     CHECK_FALSE(arm.time_to(0.003).extrapolated);
 }
 
-// An arm for each knob, whose error is 50 % of the mean at 4 samples, which take a second.
-CostReport report_of(const std::vector<const char*>& knobs) {
-    CostReport report;
-    for (const char* knob : knobs) {
-        ArmFigures& arm = report.figures.emplace_back();
-        arm.arm.knob = knob;
-        arm.arm.keeps_estimate = true;
-        arm.variance = 0.25;
-        CostPoint& point = arm.points.emplace_back();
-        point.samples = 4;
-        point.seconds = {1.0, 1.0, 1.0};
-        point.rmse = {0.5, 0.5, 0.5};
-    }
-    return report;
-}
-
 TEST_CASE("cost: what was not rendered beside the baseline is not given a ratio to its time") {
     CostReport report = report_of({"baseline", "mix"});
     for (ArmFigures& arm : report.figures)

@@ -9,6 +9,7 @@ import unittest
 
 sys.path.insert(0, str(pathlib.Path(os.environ["SCRIPTS"]) / "make"))
 import accuracy_claims  # noqa: E402  (after the path is set)
+import accuracy_pages  # noqa: E402
 import equal_error_page  # noqa: E402
 import frontier  # noqa: E402
 
@@ -57,6 +58,15 @@ class Frontier(unittest.TestCase):
         for dot in dots:
             x, y = map(float, dot.removesuffix("h0").split())
             self.assertTrue(frontier.LEFT <= x <= frontier.WIDTH - frontier.RIGHT and frontier.TOP <= y <= frontier.HEIGHT - frontier.BOTTOM)
+
+
+class Bias(unittest.TestCase):
+    def test_only_what_has_no_limit_of_bounces_is_called_unbiased(self):
+        limited, unlimited = arm("generator", "sobol", []), arm("roulette", "4 --bounces 256", [])
+        self.assertEqual(accuracy_pages.floor(limited), "no bias found above 0.01\u00a0%")
+        self.assertEqual(accuracy_pages.floor(unlimited), "unbiased")
+        unlimited["keeps_estimate"] = False  # with another reflectance, say
+        self.assertEqual(accuracy_pages.floor(unlimited), "no bias found above 0.01\u00a0%")
 
 
 class Sentences(unittest.TestCase):
