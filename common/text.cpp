@@ -76,7 +76,8 @@ std::string times(double factor) {
 std::string percent(double fraction) {
     const double value = 100.0 * std::abs(fraction);
     if (!std::isfinite(value)) return "∞ %";
-    if (value > 100.0) return times(std::abs(fraction));
+    constexpr double as_factor = 200.0;  // 2 digits of a factor tell less below it
+    if (value >= as_factor) return times(std::abs(fraction));
     return value >= 10.0 ? fmt::format("{:.0f} %", value) : fmt::format("{:#.2g} %", value);
 }
 

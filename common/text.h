@@ -10,7 +10,7 @@
 
 namespace tandem {
 
-// "0.21 %": two significant figures, without the sign; beyond 100 % "7.3 times".
+// "0.21 %": two significant figures, without the sign; from 200 % on "7.3 times".
 [[nodiscard]] std::string percent(double fraction);
 
 // A relative difference: "+1.2 %"; beyond +100 % what is `fraction` more, "78 times" as much. No difference of figures

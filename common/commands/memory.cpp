@@ -45,7 +45,11 @@ std::uint64_t film_pixel_bytes(const FilmUse& film, const MemoryForecast& foreca
     const std::uint64_t telling = plane * runs + film_bytes + (film.whole ? means_bytes + 16 : 0) + rest;
     const std::uint64_t writing =
         film_bytes + channels_bytes + (film.whole ? std::max(means_bytes, 3 * channels_bytes) : means_bytes);
-    return forecast.job_pixel + std::max({rendering, telling, writing}) + (film.whole ? 0 : sizeof(std::uint32_t));
+    // Before it, trials of settings (choose_settings.h): a second job, the samples of the best two so far, and those of
+    // two scramblings and their sum.
+    const std::uint64_t trying = film.by_error ? forecast.job_pixel + forecast.pass_pixel + 5 * plane : 0;
+    return forecast.job_pixel + std::max({trying, rendering, telling, writing}) +
+           (film.whole ? 0 : sizeof(std::uint32_t));
 }
 
 }  // namespace

@@ -56,8 +56,9 @@ struct MemoryNeed {
 struct FilmUse {
     std::uint64_t pixels = 0;  // at once
     std::uint64_t samples = 0;
-    bool whole = true;      // false: region by region
-    bool by_error = false;  // it may end within a block, which is then held apart (growing_estimate.h)
+    bool whole = true;  // false: region by region
+    // It may end within a block, which is then held apart (growing_estimate.h). Settings are tried for it.
+    bool by_error = false;
 };
 [[nodiscard]] FilmUse film_use(const RenderSettings& settings, const StoppingRule& rule);
 

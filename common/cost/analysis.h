@@ -127,7 +127,8 @@ struct StageRange {
 // Settings that are worth measuring together. First the best of each knob that beats the baseline significantly without
 // a floor. Then these with Sobol points and with adaptive sampling, in place of what they exclude. Each mix has two
 // settings at least. Where the limit of bounces is not known to leave less than the hardest of cost_errors, there are
-// such mixes without it, too, and Sobol points and adaptive sampling with nothing else but that.
+// such mixes without it, or with a higher one that leaves less than half of 1 %. Sobol points and adaptive sampling are
+// also mixed with that alone.
 [[nodiscard]] std::vector<std::vector<std::size_t>> mixed_settings(const std::vector<ArmFigures>& figures);
 
 }  // namespace tandem

@@ -55,7 +55,8 @@ constexpr double hardest = cost_errors.back();
 
 // What does without the baseline's limit of bounces at the least cost, where that limit may leave a greater error than
 // the hardest one. A higher limit may leave one, too, which few samples do not show. So the cheapest of the highest
-// limit is there besides: roulette has 256 bounces, as the reference.
+// limit is there besides: roulette has 256 bounces, as the reference. A floor of half the aim is no reason to leave an
+// arm out: it needs at most 1 / (1 - 1/4) times the samples for it.
 std::vector<std::size_t> limitless(const std::vector<ArmFigures>& figures) {
     const ArmFigures& base = figures.front();
     if (base.squared_bias.high <= hardest * hardest) return {};
@@ -63,8 +64,8 @@ std::vector<std::size_t> limitless(const std::vector<ArmFigures>& figures) {
     std::vector<std::size_t> all;
     for (std::size_t i = 1; i < figures.size(); ++i) {
         const ArmFigures& arm = figures[i];
-        if ((arm.arm.knob == "bounces" || arm.arm.knob == "roulette") && bounces_of(i) > bounces_of(0) &&
-            !arm.has_floor)
+        const bool hinders = arm.has_floor && arm.squared_bias.value > 0.25 * aim * aim;
+        if ((arm.arm.knob == "bounces" || arm.arm.knob == "roulette") && bounces_of(i) > bounces_of(0) && !hinders)
             all.push_back(i);
     }
     std::ranges::stable_sort(all, {}, [&](std::size_t i) { return figures[i].cost_ratio.value; });

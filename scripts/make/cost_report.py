@@ -29,6 +29,12 @@ def number_cell(arm, key):
     return "—" if value is None else f"{value:.3g}"
 
 
+def time_ratio_cell(arm):
+    """Older results give a ratio of 1 without an upper end to what was not rendered beside the baseline."""
+    ratio = arm["time_ratio"]
+    return "unknown" if ratio is None or ratio["high"] is None else f"{ratio['value']:.2f}×"
+
+
 def region_cell(arm, name):
     region = arm.get("regions", {}).get(name)
     return "—" if region is None else frontier.percent(region["rmse"])
@@ -91,6 +97,7 @@ def render(report):
     environment = jinja2.Environment(loader=jinja2.FileSystemLoader(pathlib.Path(__file__).parent), autoescape=True,
                                      trim_blocks=True, lstrip_blocks=True, undefined=jinja2.StrictUndefined)
     environment.filters.update(percent=frontier.percent, name_of=frontier.name_of, time_cell=time_cell,
+                               time_ratio_cell=time_ratio_cell,
                                noise_cell=noise_cell, number_cell=number_cell, region_cell=region_cell, tile_cell=tile_cell)
     bounds = frontier.limits([report])
     front = frontier.plot(report, bounds, "Error against time") if bounds else "No point is known well enough to draw."

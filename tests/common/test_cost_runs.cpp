@@ -284,7 +284,10 @@ TEST_CASE("cost: where a limit of bounces may leave more than 0.3 %, Sobol point
     CHECK(mixed_settings(figures).empty());
     figures.front().squared_bias.high = 0.0031 * 0.0031;
     CHECK(mixed_settings(figures) == without_limit);
-    figures[4].has_floor = true;  // so it is not without bias itself
+    figures[4].has_floor = true;
+    figures[4].squared_bias.value = 0.0049 * 0.0049;  // 1 % can be reached with it
+    CHECK(mixed_settings(figures) == without_limit);
+    figures[4].squared_bias.value = 0.0051 * 0.0051;
     // A higher limit may leave a bias, too: the cheapest without any is there besides.
     CHECK(mixed_settings(figures) == std::vector<std::vector<std::size_t>>{{2, 5}, {3, 5}, {2, 6}, {3, 6}});
     // What is best with independent samples goes with them, and is left out, too.

@@ -167,6 +167,9 @@ TEST_CASE("percentages keep two figures") {
     CHECK(percent(0.0021) == "0.21 %");
     CHECK(percent(0.03) == "3.0 %");
     CHECK(percent(0.123) == "12 %");
+    CHECK(percent(1.004) == "100 %");
+    CHECK(percent(1.99) == "199 %");
+    CHECK(percent(2.0) == "2 times");
     CHECK(percent(std::numeric_limits<double>::infinity()) == "∞ %");
 }
 
