@@ -15,7 +15,8 @@ Made by `scripts/measure/equal_error`; do not edit.
 
 - Cycles is {version}, with its best settings for each scene and error. It samples adaptively by a noise threshold, or an even number of
   samples. It has either sampling pattern, and roulette or none. No denoiser, no clamping.
-- The settings are those that were soonest to the error on seed 0, which no row shows.{one_for_all}
+- The settings are those that were soonest to the error on seed 0, which no row shows.{one_for_all} Where none reached it, they are
+  those whose last render would have, with an error that goes on falling as the root of time.
 - A lamp that is a rectangle is an area light in Cycles. Lamps of other shapes it finds by scattering alone: its own sampling of
   meshes is not exact enough at grazing angles.
 - Tandem is `tandem render --target-error`, which chooses its settings in a trial. The trial's time is counted.
@@ -23,17 +24,19 @@ Made by `scripts/measure/equal_error`; do not edit.
 - Errors are root mean squares over pixels and channels, over the mean, against a reference by a third renderer. Its own noise is
   taken out. An error below twice the reference's uncertainty is not shown.
 - Each time is read between two measured points of a seed, never beyond them. Shown are geometric means over {seeds} seeds, with
-  Student's interval at 95 % of the logarithms. A dash: not every seed reached it. The first render
-  above {most:g} s was the last of a seed. *≤*: a shortest render was better than the error already, so that its time is a bound.
+  Student's interval at 95 % of the logarithms. The first render above {most:g} s was the last of a seed.
+- *≥*: some seed's last render did not reach the error yet, so that its time is a bound. *≤*: a shortest render was better already.
+  Shown is then the end of the interval on that side. A dash: both are bounds on the same side.
 - *Cycles over Tandem* pairs seeds measured next to each other; above 1 Tandem is sooner.
-- Start and load of the scene are not in these times; the second table has them.
+- Start and load of the scene are not in these times; the second table has them. Nor is what every render of Cycles takes besides: it
+  takes the scene over from Blender, and writes the image. That is what a line through renders of 4 and 16 samples leaves for none.
 
 | scene | error | Cycles, s | Tandem, s | Cycles over Tandem |
 |---|---|---|---|---|
 {rows}
 
-| scene | Cycles' settings | Cycles starts, s | loads, s | Tandem starts and loads, s | reference, uncertainty | measured on, at commit |
-|---|---|---|---|---|---|---|
+| scene | Cycles' settings | Cycles starts, s | loads, s | each render besides, s | Tandem starts and loads, s | reference, uncertainty | measured on, at commit |
+|---|---|---|---|---|---|---|---|
 {starts}
 """
 
@@ -60,20 +63,48 @@ def interval(values):
     return tuple(math.exp(value) for value in (middle, middle - half, middle + half))
 
 
+def fixed_seconds(row):
+    """Of every render of Cycles: it takes the scene over from Blender, and writes the image. By the lines through the renders of 4 and
+    of 16 samples, the median. Those of the rows shown go before those of the pilots. 0 where there are neither."""
+    seconds = {(p["who"], p["seed"], p["level"]): p["seconds"] for p in row["points"] if p["who"] != "tandem"}
+    lines = {(who, seed): t4 - 4 * (seconds[who, seed, 16] - t4) / 12 for (who, seed, level), t4 in seconds.items()
+             if level == 4 and (who, seed, 16) in seconds}
+    shown = [line for (_, seed), line in lines.items() if seed > 0] or list(lines.values())
+    return max(0.0, statistics.median(shown)) if shown else 0.0
+
+
+def time_of(curve, error):
+    """Seconds to the error by a seed's measured points, ascending; and the sign where they are a bound: "≤ " where the shortest render
+    was better already, "≥ " where the longest was not yet."""
+    if not curve:
+        return None, ""
+    if curve[0][1] < error:
+        return curve[0][0], "≤ "
+    if curve[-1][1] > error:
+        return curve[-1][0], "≥ "
+    return seconds_to(curve, error), ""
+
+
 def times(row, who, error, seeds):
-    """By seed: seconds, None where a seed was not measured or did not reach the error. And whether they are bounds: some seed's
-    shortest render was better than the error already."""
-    found, bounds = [], False
+    """By seed: seconds, None where a seed was not measured. And the sign of what they are together; None where some are bounds from
+    above, others from below."""
+    fixed, least = 0.0 if who == "tandem" else fixed_seconds(row), 1e-3
+    found, signs = [], set()
     for seed in range(1, seeds + 1):
-        curve = sorted((p["seconds"], p["relative_error"]) for p in row["points"] if p["who"] == who and p["seed"] == seed)
-        better = bool(curve) and curve[0][1] < error
-        bounds = bounds or better
-        found.append(curve[0][0] if better else seconds_to(curve, error))
-    return found, bounds
+        curve = sorted((max(p["seconds"] - fixed, least), p["relative_error"])
+                       for p in row["points"] if p["who"] == who and p["seed"] == seed)
+        seconds, sign = time_of(curve, error)
+        found.append(seconds)
+        signs.add(sign)
+    signs.discard("")
+    return found, None if len(signs) > 1 else signs.pop() if signs else ""
 
 
 def shown(value, sign=""):
-    return "–" if value is None else sign + "{:.3g} ({:.3g} to {:.3g})".format(*value)
+    """Of bounds the end of the interval that is one."""
+    if value is None:
+        return "–"
+    return {"": "{:.3g} ({:.3g} to {:.3g})", "≥ ": "≥ {1:.3g}", "≤ ": "≤ {2:.3g}"}[sign].format(*value)
 
 
 def who_is_cycles(row, error):
@@ -82,16 +113,18 @@ def who_is_cycles(row, error):
 
 
 def comparisons(record):
-    """(scene, error, Cycles' times, Tandem's times, ratios), each an interval or None, and the sign of each: "≤ ", "≥ " or ""."""
+    """(scene, error, Cycles' times, Tandem's times, ratios), each an interval or None, and the sign of each: "≤ ", "≥ " or "". With a
+    sign the interval is that of the bounds' mean, and the mean of the times is beyond it."""
+    opposite = {"≤ ": "≥ ", "≥ ": "≤ ", "": ""}
     for scene, row in record["scenes"].items():
         for error in row.get("targets", []):
-            (cycles, least_c), (tandem, least_t) = (times(row, who, error, record["seeds"])
-                                                    for who in (who_is_cycles(row, error), "tandem"))
-            whole = [interval(values) if None not in values else None for values in (cycles, tandem)]
-            both = None not in cycles + tandem and not (least_c and least_t)
+            (cycles, sign_c), (tandem, sign_t) = (times(row, who, error, record["seeds"])
+                                                  for who in (who_is_cycles(row, error), "tandem"))
+            whole = [None if None in values or sign is None else interval(values)
+                     for values, sign in ((cycles, sign_c), (tandem, sign_t))]
+            both = None not in whole and not (sign_c and sign_t and sign_c == sign_t)
             ratio = interval([c / t for c, t in zip(cycles, tandem)]) if both else None
-            signs = ["≤ " if least_c else "", "≤ " if least_t else "", "≥ " if least_t else "≤ " if least_c else ""]
-            yield scene, error, *whole, ratio, signs
+            yield scene, error, *whole, ratio, [sign_c or "", sign_t or "", (sign_c or opposite[sign_t]) if both else ""]
 
 
 def settings(row):
@@ -123,7 +156,7 @@ def page_of(record):
         median = lambda key: statistics.median(start[key] for start in row["starts"])
         reference = row["reference"]
         starts.append(f"| {scene} | {settings(row)} | {median('cycles_start_seconds'):.3g} | "
-                      f"{median('cycles_load_seconds'):.3g} | {median('tandem_start_and_load_seconds'):.3g} | "
+                      f"{median('cycles_load_seconds'):.3g} | {fixed_seconds(row):.3g} | {median('tandem_start_and_load_seconds'):.3g} | "
                       f"{reference['backend']} on {reference['device']}, {reference['samples']} samples, "
                       f"{100 * reference['relative_uncertainty']:.2g} % | {row['processor']}, {row['commit']} |")
     versions = sorted({row["version"] for row in record["scenes"].values() if "version" in row})

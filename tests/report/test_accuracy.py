@@ -105,14 +105,39 @@ class EqualError(unittest.TestCase):
         self.assertIsNone(equal_error_page.seconds_to(curve, 0.2))
         self.assertIsNone(equal_error_page.seconds_to(curve, 0.02))
 
-    def test_the_interval_holds_the_factor_and_what_is_not_reached_is_a_dash(self):
+    def test_the_interval_holds_the_factor_and_what_neither_reaches_is_a_dash(self):
         found = {error: (cycles, tandem, ratio) for _, error, cycles, tandem, ratio, _ in equal_error_page.comparisons(self.record(3.0))}
         for error, seconds in ((0.05, 4), (0.02, 25)):
             cycles, tandem, ratio = found[error]
             self.assertTrue(ratio[1] < 3.0 < ratio[2] and ratio[2] < 3.5, ratio)
             self.assertAlmostEqual(tandem[0], seconds, delta=0.1 * seconds)
-        self.assertEqual(found[0.01], (None, None, None))  # errors end at 1.25 %
-        self.assertEqual(equal_error_page.shown(None), "–")
+        cycles, tandem, ratio = found[0.01]  # errors end at 1.25 %, after 192 and 64 s
+        self.assertIsNone(ratio)
+        self.assertEqual(equal_error_page.shown(ratio), "–")
+        self.assertTrue(cycles[1] < 192 < cycles[2] and tandem[1] < 64 < tandem[2], (cycles, tandem))
+
+    def test_the_longest_render_that_is_not_good_enough_is_a_bound(self):
+        record = self.record(3.0)
+        for point in record["scenes"]["box"]["points"]:
+            if point["who"] == "cycles" and point["seed"] == 2 and point["level"] == 3:
+                point["relative_error"] = 0.021  # one seed suffices
+        found = {error: (cycles, ratio, signs) for _, error, cycles, _, ratio, signs in equal_error_page.comparisons(record)}
+        cycles, ratio, signs = found[0.02]
+        self.assertEqual(signs, ["≥ ", "", "≥ "])
+        self.assertTrue(1.5 < ratio[1] < 3.0, ratio)  # the bound of one seed is 7.7 times Tandem's time
+        self.assertEqual(equal_error_page.shown(ratio, signs[2]), f"≥ {ratio[1]:.3g}")
+        self.assertEqual(found[0.05][2], ["", "", ""])
+
+    def test_what_every_render_of_cycles_takes_besides_is_left_out(self):
+        record = self.record(1.0)
+        box = record["scenes"]["box"]
+        without = next(equal_error_page.comparisons(record))
+        for point in box["points"]:
+            if point["who"] == "cycles":
+                point["seconds"] += 0.5
+        box["points"] += [{"who": "pilot 4", "level": n, "seed": 0, "seconds": 0.5 + n / 100, "relative_error": 1.0} for n in (4, 16)]
+        self.assertAlmostEqual(equal_error_page.fixed_seconds(box), 0.5)
+        self.assertAlmostEqual(next(equal_error_page.comparisons(record))[4][0], without[4][0])
 
     def test_a_seed_that_lacks_leaves_the_cell_empty(self):
         record = self.record(1.0)
