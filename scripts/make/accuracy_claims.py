@@ -13,6 +13,11 @@ def arms_of(reports, knob, setting):
             if (arm["knob"], arm["setting"]) == (knob, setting)]
 
 
+def with_noise(pairs):
+    """Without noise there is nothing to be sooner with."""
+    return [(base, arm) for base, arm in pairs if base["efficiency"] is not None and arm["efficiency"] is not None]
+
+
 def median_sooner(pairs):
     """How many times sooner than the baseline noise is as small, in the median."""
     return statistics.median(1 / arm["cost_ratio"]["value"] for _, arm in pairs)
@@ -33,6 +38,7 @@ def each_machine(results, knob, setting):
 def sobol(results):
     told = []
     for machine, pairs in each_machine(results, "generator", "sobol").items():
+        pairs = with_noise(pairs)
         sooner = sum(arm["cost_ratio"]["high"] < 1 for _, arm in pairs)
         later = sum(arm["cost_ratio"]["low"] > 1 for _, arm in pairs)
         if 2 * sooner <= len(pairs) or later > 0 or median_sooner(pairs) <= 1:
@@ -42,12 +48,19 @@ def sobol(results):
 
 
 def light_sampling(results):
+    """Over scenes whose own settings sample the lights, and over those whose own do not."""
     told = []
-    for machine, pairs in each_machine(results, "integrator", "path").items():
-        worth = sum(arm["cost_ratio"]["low"] > 1 for _, arm in pairs)
-        if 2 * worth <= len(pairs) or median_sooner(pairs) >= 1:
-            raise DoesNotHold(f"{machine}: sampling the lights is worth it on {worth} of {len(pairs)} scenes")
-        told.append(f"{worth} of {len(pairs)} ({machine})")
+    for machine, reports in results.items():
+        own, without = (with_noise(arms_of(reports, "integrator", setting)) for setting in ("path", "next-event"))
+        if not own and not without:
+            continue
+        worth = sum(arm["cost_ratio"]["low"] > 1 for _, arm in own) + sum(arm["cost_ratio"]["high"] < 1 for _, arm in without)
+        count = len(own) + len(without)
+        if 2 * worth <= count:
+            raise DoesNotHold(f"{machine}: sampling the lights is worth it on {worth} of {count} scenes")
+        told.append(f"{worth} of {count} ({machine})")
+    if not told:
+        raise DoesNotHold("no stored result has integrator path or next-event")
     return f"Sampling the lights reaches the same noise sooner than scattering alone on {listed(told)} scenes."
 
 

@@ -50,14 +50,16 @@ def dirty_pictures(folder):
             if json.loads(path.read_text())["commit"].endswith("-dirty")]
 
 
-def cell(arm, error):
+def cell(report, arm, error):
     """When a setting reached an error: what was not measured is no evidence."""
     time = next((time for time in arm["seconds_to"] if abs(time["relative_error"] - error) < 1e-9), None)
     if time is None:
         return "–"
     if time["seconds"] is None or time["extrapolated"]:
-        return "never" if arm["bias_floor_significant"] and arm["bias_floor_low"] >= error else "not reached"
-    return frontier.duration(time["seconds"])
+        never = arm["bias_floor_significant"] and arm["bias_floor_low"] >= error
+        return "never" if never else f"not reached in {frontier.duration(frontier.longest([arm]))}"
+    anew = frontier.measured_anew(report, error)
+    return frontier.duration(anew["seconds"] if anew and anew["recommended"] == frontier.name_of(arm) else time["seconds"])
 
 
 def errors_of(reports):
@@ -81,7 +83,7 @@ def view(machine, report, bounds, errors):
     if "baseline" not in numbers:
         rows.append({"number": "", "colour": "#222", "name": "baseline", "arm": report["arms"][0]})
     for row in rows:
-        row.update(floor=floor(row["arm"]), times=[cell(row["arm"], error) for error in errors])
+        row.update(floor=floor(row["arm"]), times=[cell(report, row["arm"], error) for error in errors])
     return {"machine": machine, "report": report, "rows": rows,
             "plot": frontier.plot(report, bounds, f"Error against time: {report['scene']}, {machine}") if bounds else None}
 

@@ -77,10 +77,21 @@ def percent(value):
 
 
 def duration(seconds):
-    for limit, scale, unit in ((1e-3, 1e6, "µs"), (1, 1e3, "ms"), (600, 1, "s"), (7200, 1 / 60, "min")):
+    for limit, scale, unit in ((0.9995e-3, 1e6, "µs"), (0.9995, 1e3, "ms"), (600, 1, "s"), (7200, 1 / 60, "min")):
         if seconds < limit:
             return f"{seconds * scale:.3g} {unit}"
     return f"{seconds / 3600:.3g} h"
+
+
+def longest(arms):
+    """Seconds of the longest render of these settings."""
+    return max((point["seconds"] for arm in arms for point in arm["points"]), default=0.0)
+
+
+def measured_anew(report, error):
+    """What the recommended setting took to the error beside its rivals, where it was rendered to it for that; or None. The oldest results
+    tell no such thing."""
+    return next((c for c in report.get("confirmations", []) if abs(c["relative_error"] - error) < 1e-9 and not c["forecast"]), None)
 
 
 def limits(reports):

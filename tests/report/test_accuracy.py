@@ -1,5 +1,7 @@
 # The frontier, the sentences of README and the times to an equal error, of results that are written here. Run by ctest with
 # SCRIPTS = scripts/.
+import importlib.machinery
+import importlib.util
 import math
 import os
 import pathlib
@@ -13,11 +15,16 @@ import accuracy_pages  # noqa: E402
 import equal_error_page  # noqa: E402
 import frontier  # noqa: E402
 
+LOADER = importlib.machinery.SourceFileLoader("accuracy", str(pathlib.Path(os.environ["SCRIPTS"]) / "measure/accuracy"))
+accuracy = importlib.util.module_from_spec(importlib.util.spec_from_loader("accuracy", LOADER))
+sys.dont_write_bytecode = True  # no cache beside the script
+LOADER.exec_module(accuracy)
+
 
 def arm(knob, setting, points, cost=1.0, floor=0.0):
     return {"knob": knob, "setting": setting, "options": f"--{knob} {setting}", "keeps_estimate": floor == 0, "seconds_to": [],
             "bias_floor": floor, "bias_floor_low": 0.9 * floor, "bias_floor_high": 1.1 * floor + 1e-4, "bias_floor_significant": floor > 0,
-            "cost_ratio": {"value": cost, "low": 0.9 * cost, "high": 1.1 * cost},
+            "cost_ratio": {"value": cost, "low": 0.9 * cost, "high": 1.1 * cost}, "efficiency": 1.0,
             "points": [{"seconds": t, "rmse": e, "rmse_low": 0.9 * e, "rmse_high": 1.1 * e} for t, e in points]}
 
 
@@ -69,6 +76,48 @@ class Bias(unittest.TestCase):
         self.assertEqual(accuracy_pages.floor(unlimited), "no bias found above 0.01\u00a0%")
 
 
+def reached(error, seconds):
+    return {"relative_error": error, "seconds": seconds, "seconds_low": 0.9 * seconds, "seconds_high": 1.1 * seconds, "extrapolated": False}
+
+
+class Tables(unittest.TestCase):
+    def report(self, confirmations=()):
+        sobol = arm("generator", "sobol", [(1, 0.1), (8, 0.02)], 0.5)
+        sobol |= {"cost_differs": True, "seconds_to": [reached(0.05, 2.0)]}
+        report = result(sobol)
+        report["arms"][0] |= {"cost_differs": False, "seconds_to": [reached(0.05, 9.0)]}
+        return report | {"confirmations": list(confirmations)}
+
+    def test_what_is_not_reached_tells_the_longest_render(self):
+        report = self.report()
+        self.assertEqual(accuracy.time_cell(report, 0.003), "not reached by renders up to 16 s")
+        self.assertEqual(accuracy_pages.cell(report, report["arms"][0] | {"seconds_to": []}, 0.003), "–")
+        unreached = report["arms"][1] | {"seconds_to": [reached(0.003, 0.0) | {"seconds": None}]}
+        self.assertEqual(accuracy_pages.cell(report, unreached, 0.003), "not reached in 8 s")
+
+    def test_the_soonest_setting_has_the_time_of_its_rounds_beside_its_rivals(self):
+        anew = {"relative_error": 0.05, "recommended": "generator sobol", "forecast": False, "seconds": 3.0}
+        for confirmation, seconds in (({}, "2 s"), (anew, "3 s"), (anew | {"forecast": True}, "2 s")):
+            report = self.report([confirmation] if confirmation else [])
+            self.assertEqual(accuracy.time_cell(report, 0.05), f"{seconds}, `--generator sobol`")
+            self.assertEqual(accuracy_pages.cell(report, report["arms"][1], 0.05), seconds)
+
+    def test_a_floor_counts_where_it_is_above_the_baselines_and_not_of_what_keeps_the_estimate(self):
+        def floors(floor, base_floor, keeps):
+            tried = arm("bounces", "1", [(1, 0.5)], floor=floor) | {"keeps_estimate": keeps, "time_ratio": {"value": 1.0}}
+            report = result(tried)
+            report["arms"][0] |= {"bias_floor_high": base_floor, "bias_floor_significant": base_floor > 0.01}
+            return accuracy.knob_rows({"box": report})[2].split("|")[5].strip()
+        self.assertEqual(floors(0.1, 0.05, False), "1: 10 % (box)")  # 9 % is the low end
+        self.assertEqual(floors(0.1, 0.005, False), "1: 10 % (box)")
+        self.assertEqual(floors(0.1, 0.095, False), "none found")
+        self.assertEqual(floors(0.1, 0.05, True), "none found")
+
+    def test_durations_are_rounded_before_their_unit_is_chosen(self):
+        self.assertEqual([accuracy.duration(s) for s in (0.0994, 0.0996, 0.9996)], ["99 ms", "100 ms", "1 s"])
+        self.assertEqual([frontier.duration(s) for s in (0.9994e-3, 0.9996e-3, 0.9996)], ["999 µs", "1 ms", "1 s"])
+
+
 class Sentences(unittest.TestCase):
     def machines(self, sobol=0.5, path=3.0, floor=0.1):
         arms = [arm("generator", "sobol", [], sobol), arm("integrator", "path", [], path), arm("bounces", "4", [], 0.9, floor)]
@@ -79,6 +128,16 @@ class Sentences(unittest.TestCase):
         self.assertEqual(len(told), 3)
         self.assertIn("2.0 (cpu) and 2.0 (gpu)", told[0])
         self.assertIn("2 of 2 (cpu) and 1 of 1 (gpu)", told[1])
+
+    def test_scenes_whose_own_settings_sample_no_lights_count_too(self):
+        results = self.machines()
+        results["cpu"] |= {"c": result(arm("integrator", "next-event", [], 0.3)), "d": result(arm("integrator", "next-event", [], 2.0))}
+        self.assertIn("3 of 4 (cpu) and 1 of 1 (gpu)", accuracy_claims.light_sampling(results))
+
+    def test_scenes_without_noise_tell_nothing_of_sobol_points(self):
+        results = self.machines()
+        results["cpu"] |= {name: result(arm("generator", "sobol", [], 1.0) | {"efficiency": None}) for name in "cdef"}
+        self.assertIn("2.0 (cpu)", accuracy_claims.sobol(results))
 
     def test_each_is_refused_where_one_machine_contradicts_it(self):
         for claim, wrong in zip(accuracy_claims.CLAIMS, ({"sobol": 1.5}, {"path": 0.5}, {"floor": 0.0})):
