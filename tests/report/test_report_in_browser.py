@@ -242,10 +242,12 @@ class BenchReport(unittest.TestCase):
     def test_what_has_no_arms_is_refused(self):
         file = pathlib.Path(tempfile.mkdtemp()) / "thesis.json"
         self.addCleanup(shutil.rmtree, file.parent)
-        file.write_text(json.dumps({"thesis": {}}))
-        result = subprocess.run([sys.executable, SCRIPTS / "report", file], capture_output=True, text=True, timeout=60)
-        self.assertEqual(result.returncode, 2)
-        self.assertIn("tandem bench --json", result.stderr)
+        for wrong in ({"thesis": {}}, [1], {"arms": [], "recommendations": []}):
+            file.write_text(json.dumps(wrong))
+            result = subprocess.run([sys.executable, SCRIPTS / "report", file], capture_output=True, text=True, timeout=60)
+            self.assertEqual(result.returncode, 2, wrong)
+            self.assertIn("tandem bench --json", result.stderr)
+            self.assertNotIn("Traceback", result.stderr)
 
 
 # Appended to a copy of the overview: moves the slider, chooses another picture, and tells what the page measures of itself.
