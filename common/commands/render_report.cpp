@@ -5,14 +5,16 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/commands/command.h"
+
 namespace tandem {
 
 nlohmann::json describe(const RenderArguments& arguments, const RenderSettings& settings, const RendererInfo& info,
     const Scene& scene, const StoppedRender& result) {
     const auto paths = static_cast<double>(result.film.paths());
-    nlohmann::json report{{"scene", scene.name}, {"backend", info.backend}, {"device", info.device},
-        {"driver", info.driver}, {"api", info.api}, {"width", settings.width}, {"height", settings.height},
-        {"samples", std::llround(result.film.count())}, {"seed", settings.seed},
+    nlohmann::json report{{"git", git_version()}, {"scene", scene.name}, {"backend", info.backend},
+        {"device", info.device}, {"driver", info.driver}, {"api", info.api}, {"width", settings.width},
+        {"height", settings.height}, {"samples", std::llround(result.film.count())}, {"seed", settings.seed},
         {"integrator", integrator_name(settings.integrator)}, {"mis", settings.mis},
         {"light_sampling", light_sampling_names[static_cast<std::size_t>(settings.light_sampling)]},
         {"filter", pixel_filter_names[static_cast<std::size_t>(settings.filter)]}, {"bounces", settings.bounces},

@@ -7,6 +7,7 @@ import json
 import pathlib
 
 import accuracy_claims
+import commits
 import frontier
 import jinja2
 
@@ -44,10 +45,12 @@ def load_pictures(folder, scene):
     return sets
 
 
-def dirty_pictures(folder):
-    """Sets of pictures whose program was of no commit."""
-    return [path for path in sorted((folder / PICTURES).glob("*/*/pictures.json"))
-            if json.loads(path.read_text())["commit"].endswith("-dirty")]
+def commit_faults(folder):
+    """A line for each result and set of pictures whose commit makes it no evidence."""
+    results = [(path, "git") for path in sorted(folder.glob("*/*.json")) if path.parent.name != PICTURES]
+    pictures = [(path, "commit") for path in sorted((folder / PICTURES).glob("*/*/pictures.json"))]
+    return [f"{path}: {fault}" for path, key in results + pictures
+            if (fault := commits.commit_fault(json.loads(path.read_text()).get(key)))]
 
 
 def cell(report, arm, error):

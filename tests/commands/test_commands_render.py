@@ -83,6 +83,13 @@ class Render(ProgramTest):
                 self.assertEqual((report["samples"], report["width"], report["paths"]), (70, 16, 70 * 256))
                 self.assertGreater(out.stat().st_size, 16 * 16 * 4)
 
+    def test_json_and_image_tell_the_commit_of_the_program(self):
+        out, figures = self.folder / "out.exr", self.folder / "out.json"
+        self.assertEqual(tandem("render", self.scene, "-o", out, "--samples", 1, "--json", figures).returncode, 0)
+        version = json.loads(tandem("plan", "render", self.scene, "--samples", 1, "--pieces", 1).stdout.splitlines()[0])["version"]
+        self.assertEqual(json.loads(figures.read_text())["git"], version)
+        self.assertIn(b"tandem:git\0string\0" + len(version).to_bytes(4, "little") + version.encode(), out.read_bytes())
+
     def test_target_error_is_met(self):
         figures = self.folder / "out.json"
         result = tandem("render", self.scene, "-o", self.folder / "out.png", "--target-error", "1%", "--json", figures)

@@ -1,24 +1,40 @@
-# The frontier, the sentences of README and the times to an equal error, of results that are written here. Run by ctest with
-# SCRIPTS = scripts/.
+# The frontier, the sentences of README and the times to an equal error, of results that are written here. And that no result is
+# evidence whose commit is none. Run by ctest with SCRIPTS = scripts/.
+import contextlib
 import importlib.machinery
 import importlib.util
+import io
+import json
 import math
 import os
 import pathlib
 import random
+import shutil
 import sys
+import tempfile
 import unittest
+from unittest import mock
 
-sys.path.insert(0, str(pathlib.Path(os.environ["SCRIPTS"]) / "make"))
+SCRIPTS = pathlib.Path(os.environ["SCRIPTS"])
+RECORDS = SCRIPTS.parent / "tests/records"
+sys.path.insert(0, str(SCRIPTS / "make"))
+sys.dont_write_bytecode = True  # no cache beside the scripts
 import accuracy_claims  # noqa: E402  (after the path is set)
 import accuracy_pages  # noqa: E402
+import commits  # noqa: E402
 import equal_error_page  # noqa: E402
 import frontier  # noqa: E402
 
-LOADER = importlib.machinery.SourceFileLoader("accuracy", str(pathlib.Path(os.environ["SCRIPTS"]) / "measure/accuracy"))
-accuracy = importlib.util.module_from_spec(importlib.util.spec_from_loader("accuracy", LOADER))
-sys.dont_write_bytecode = True  # no cache beside the script
-LOADER.exec_module(accuracy)
+
+def script(name):
+    """A script as a module."""
+    loader = importlib.machinery.SourceFileLoader(name.replace("/", "_"), str(SCRIPTS / name))
+    module = importlib.util.module_from_spec(importlib.util.spec_from_loader(loader.name, loader))
+    loader.exec_module(module)
+    return module
+
+
+accuracy = script("measure/accuracy")
 
 
 def arm(knob, setting, points, cost=1.0, floor=0.0):
@@ -218,6 +234,233 @@ class EqualError(unittest.TestCase):
         self.assertEqual(signs, ["", "≤ ", "≥ "])
         self.assertAlmostEqual(tandem[0], 1.0, delta=0.1)
         self.assertGreater(ratio[1], 3.0)  # Cycles reaches it later than its first render, which took three times as long
+
+
+HAS_HISTORY = (SCRIPTS.parent / ".git").exists() and commits.git("rev-parse", "--is-shallow-repository").stdout.strip() == "false"
+COMMIT = commits.git("rev-parse", "--short=12", "HEAD").stdout.strip() if HAS_HISTORY else "fedcba987654"
+NO_EVIDENCE = ["unknown", "deadbeef-dirty", ""] + (["0123456789abcdef"] if HAS_HISTORY else [])
+
+# Tells the commit that the file beside it holds, after so many renders the next one there. Its images are even and grey.
+FAKE_TANDEM = """#!/usr/bin/python3
+import array, json, pathlib, sys
+value = lambda option: sys.argv[sys.argv.index(option) + 1]
+commits = pathlib.Path(sys.argv[0]).with_name("commits")
+told = commits.read_text().split("\\n")
+commits.write_text("\\n".join(told[1:] or told))
+report = {"git": told[0], "device": "a CPU", "driver": "its driver", "width": 2, "height": 2, "samples": 1, "seconds": 0.01,
+          "relative_error": 0.01, "relative_error_low": 0.0, "relative_error_high": 0.02, "generator": "philox", "sampling": "uniform",
+          "reference": {"options": ""}, "arms": [{"options": "", "keeps_estimate": True, "seconds_to": [],
+          "points": [{"samples": 1, "seconds": 0.1}, {"samples": 2, "seconds": 0.2}]}]}
+if sys.argv[1] == "render":
+    pathlib.Path(value("-o")).write_bytes(b"PF\\n2 2\\n-1.0\\n" + array.array("f", 12 * [0.5]).tobytes())
+pathlib.Path(value("--json")).write_text(json.dumps(report))
+"""
+
+
+class WithScripts(unittest.TestCase):
+    def setUp(self):
+        temporary = tempfile.TemporaryDirectory()
+        self.addCleanup(temporary.cleanup)
+        self.folder = pathlib.Path(temporary.name)
+
+    def run_script(self, module, *words):
+        """Exit status and what went to standard error."""
+        errors = io.StringIO()
+        with mock.patch("sys.argv", ["it", *map(str, words)]), contextlib.redirect_stderr(errors), contextlib.redirect_stdout(io.StringIO()):
+            try:
+                status = module.main()
+            except OSError as error:  # as where the script is not imported
+                print(error, file=sys.stderr)
+                status = 2
+            except SystemExit as end:
+                status = end.code
+        return status or 0, errors.getvalue()
+
+
+class StoredCommits(WithScripts):
+    """Each --check, of copies of the stored results: each page is made anew, so that the commit alone can be its fault."""
+
+    def holds(self, module, key, file, check, write=()):
+        self.run_script(module, *write)
+        self.assertEqual(self.run_script(module, *check), (0, ""))
+        text = file.read_text()
+        stored = text.split(f'"{key}": "', 1)[1].split('"', 1)[0]
+        for commit in NO_EVIDENCE:
+            with self.subTest(commit=commit):
+                file.write_text(text.replace(f'"{key}": "{stored}"', f'"{key}": "{commit}"', 1))
+                self.run_script(module, *write)
+                status, told = self.run_script(module, *check)
+                self.assertEqual(status, 1, told)
+                self.assertIn(file.stem, told)
+                self.assertIn(commits.commit_fault(commit), told)
+                self.assertEqual(len(told.splitlines()), 1, told)
+        file.write_text(text)
+
+    def copied(self, *names):
+        for name in names:
+            source, target = RECORDS / "accuracy" / name, self.folder / name
+            target.parent.mkdir(parents=True, exist_ok=True)
+            shutil.copytree(source, target) if source.is_dir() else shutil.copy(source, target)
+        return self.folder / names[0]
+
+    def test_of_target_error_and_forecasts(self):
+        for name in ("target_error", "forecasts"):
+            module = script(f"measure/{name}")
+            module.RECORD, module.PAGE = self.copied(f"{name}.json"), self.folder / "page.md"
+            self.holds(module, "commit", module.RECORD, ["--check"])
+
+    def test_of_equal_error(self):
+        stored = self.folder / "equal_error.json"
+        shutil.copy(RECORDS / "cycles/equal_error.json", stored)
+        self.holds(script("measure/equal_error"), "commit", stored, ["--check", "--output", stored], ["--write", "--output", stored])
+
+    def test_of_accuracy(self):
+        module = script("measure/accuracy")
+        stored = self.copied("cpu/glass.json", "h200/glass.json")
+        module.RESULTS, module.DOCUMENT = self.folder, self.folder / "page.md"
+        self.holds(module, "git", stored, ["--check"])
+
+    def test_of_the_overview_and_its_pictures(self):
+        module, stored = script("report"), self.copied("cpu/glass.json")
+        self.holds(module, "git", stored, [self.folder, "--check"], [self.folder])
+        pictures = self.folder / "pictures/cpu/glass/pictures.json"
+        pictures.parent.mkdir(parents=True)
+        pictures.write_text(json.dumps({"scene": "glass", "width": 2, "height": 2, "device": "a CPU", "commit": COMMIT, "full_colour": 0.5,
+                                        "reference": {"samples": 1, "relative_uncertainty": 0.001, "seconds": 1}, "missing": [],
+                                        "pictures": 2 * [{"file": "", "title": "a", "options": "", "seconds": 1, "error": 0.1,
+                                                          "at_most": False}]}))
+        self.holds(module, "commit", pictures, [self.folder, "--check"], [self.folder])
+
+    def test_of_the_picture_in_the_readme(self):
+        module = script("make/accuracy_picture")
+        stored = self.copied("cpu/glass.json", "cpu/cornell-classic.json", "h200/cornell-classic.json")
+        shutil.copy(module.README, self.folder)
+        module.FOLDER, module.PICTURE, module.README = self.folder, self.folder / "frontier.svg", self.folder / "README.md"
+        with mock.patch.object(accuracy_claims, "CLAIMS", []):
+            self.holds(module, "git", stored, ["--check"])
+
+
+class MeasuredCommits(WithScripts):
+    """What is stored is of the commit that the program tells; of no evidence nothing is stored."""
+
+    def setUp(self):
+        super().setUp()
+        self.program, self.stored = self.folder / "tandem", self.folder / "stored.json"
+        self.program.write_text(FAKE_TANDEM)
+        self.program.chmod(0o755)
+        self.changed = mock.patch.object(commits, "changed", return_value=False).start()
+        self.addCleanup(mock.patch.stopall)
+
+    def measure(self, module, words, *told):
+        """By a program that tells these commits in turn."""
+        (self.folder / "commits").write_text("\n".join(told))
+        module.TANDEM = self.program
+        return self.run_script(module, *words)
+
+    def refuses(self, module, words, kept):
+        """`kept` is what is not to change."""
+        before = {path: path.read_bytes() for path in kept.rglob("*") if path.is_file()}
+
+        def refused(mention, *told):
+            status, error = self.measure(module, words, *told)
+            self.assertEqual((status, len(error.strip().splitlines())), (2, 1), error)
+            self.assertIn(mention, error)
+            self.assertEqual({path: path.read_bytes() for path in kept.rglob("*") if path.is_file()}, before)
+
+        for commit in NO_EVIDENCE:
+            with self.subTest(commit=commit):
+                refused(commits.commit_fault(commit), commit)
+        self.changed.return_value = True
+        refused("changes that are not committed", COMMIT)
+        self.changed.return_value = False
+
+    def one_commit(self, name, words):
+        module, kept = script(f"measure/{name}"), self.folder / "kept"
+        kept.mkdir()
+        module.RECORD, module.PAGE = kept / "stored.json", kept / "page.md"
+        module.RECORD.write_text("[]")
+        self.refuses(module, words, kept)
+        status, error = self.measure(module, words, COMMIT, "0123456789ab")
+        self.assertEqual(status, 2, error)
+        self.assertIn("0123456789ab now: measure again", error)
+        self.assertEqual(module.RECORD.read_text(), "[]")
+        self.assertEqual(self.measure(module, words, COMMIT)[0], 0)
+        self.assertEqual([one["commit"] for one in json.loads(module.RECORD.read_text())], [COMMIT])
+        # It is there: the program renders once more, to tell its commit. So it is with the eight digits that older results have.
+        for stored in (COMMIT, COMMIT[:8]):
+            text = module.RECORD.read_text().replace(COMMIT, stored)
+            module.RECORD.write_text(text)
+            self.assertEqual(self.measure(module, words, COMMIT, "none")[0], 0)
+            self.assertEqual((module.RECORD.read_text(), (self.folder / "commits").read_text()), (text, "none"))
+        for other in ("0123456789ab", COMMIT + "-dirty", ""):  # of another program or of none: it is measured anew
+            module.RECORD.write_text(text.replace(f'"{COMMIT[:8]}"', f'"{other}"'))
+            self.assertEqual(self.measure(module, words, COMMIT)[0], 0)
+            self.assertEqual([one["commit"] for one in json.loads(module.RECORD.read_text())], [COMMIT])
+
+    def test_of_target_error(self):
+        self.one_commit("target_error", ["--name", "here", "glass", "--size", 2, "--errors", "5%", "--runs", 1, "--rounds", 1])
+
+    def test_of_forecasts(self):
+        self.one_commit("forecasts", ["--name", "here", "glass"])
+
+    def test_of_equal_error(self):
+        class Reference:
+            uncertainty = 0.0
+
+            def __init__(self, *_):
+                pass
+
+            def load(self):
+                return self
+
+        class Measurement:
+            def __init__(self, scene, row, reference, arguments, keep):
+                self.scene, self.arguments, self.keep = scene, arguments, keep
+
+            def run(self, folder):
+                module.tandem_render(self.scene, folder, self.arguments.commit, [])
+                self.keep()
+
+        module, kept = script("measure/equal_error"), self.folder / "kept"
+        kept.mkdir()
+        stored = kept / "equal_error.json"
+        shutil.copy(RECORDS / "cycles/equal_error.json", stored)
+        module.Reference, module.Measurement, module.need_programs = Reference, Measurement, lambda *_: None
+        words = ["--scene", "glass", "--output", stored]
+        self.refuses(module, [*words, "--fresh"], kept)
+        self.assertIn("--fresh begins it anew", self.measure(module, words, COMMIT)[1])
+        self.assertIn("now: measure again", self.measure(module, [*words, "--fresh"], COMMIT, "0123456789ab")[1])
+        commit_of = lambda: json.loads(stored.read_text())["scenes"]["glass"]["commit"]
+        self.assertEqual(self.measure(module, [*words, "--fresh"], COMMIT), (0, ""))
+        self.assertEqual(commit_of(), COMMIT)
+        stored.write_text(stored.read_text().replace(COMMIT, COMMIT[:8]))
+        self.assertEqual(self.measure(module, words, COMMIT), (0, ""))  # it is gone on with
+        self.assertEqual(commit_of(), COMMIT[:8])
+
+    def test_of_pictures(self):
+        module, kept = script("measure/accuracy_pictures"), self.folder / "kept"
+        (kept / "cpu").mkdir(parents=True)
+        shutil.copy(RECORDS / "accuracy/cpu/glass.json", kept / "cpu")
+        module.RESULTS, module.ROOT = kept, self.folder
+        words = ["--name", "cpu", SCRIPTS.parent / "scenes/glass.json"]
+        self.refuses(module, words, kept)
+        jobs = []
+        module.Job.run = lambda job: (job.render("a", ""), jobs.append(job))
+        self.assertEqual(self.measure(module, words, COMMIT), (0, ""))
+        self.assertEqual(jobs[0].set["commit"], COMMIT)
+        shutil.rmtree(jobs[0].work)
+        status, error = self.measure(module, words, COMMIT, "0123456789ab")
+        self.assertEqual(status, 2, error)
+        self.assertIn("now: measure again", error)
+
+    def test_a_program_that_is_not_there_or_renders_nothing_is_one_line(self):
+        module = script("measure/forecasts")
+        module.RECORD = self.stored
+        self.program.write_text("#!/bin/sh\necho no device >&2\nexit 4\n")
+        self.assertIn("no device", self.measure(module, ["--name", "here"], COMMIT)[1])
+        self.program.unlink()
+        status, error = self.measure(module, ["--name", "here"], COMMIT)
+        self.assertEqual((status, len(error.splitlines())), (2, 1), error)
 
 
 if __name__ == "__main__":

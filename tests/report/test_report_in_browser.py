@@ -14,6 +14,8 @@ import unittest
 TANDEM, SCENES, SCRIPTS = (pathlib.Path(os.environ[name]) for name in ("TANDEM", "SCENES", "SCRIPTS"))
 BROWSER = next(filter(None, map(shutil.which, ("chromium", "google-chrome", "chromium-browser"))), None)
 SKIPPED = 77  # what ctest counts as skipped
+# One in the history, which --check looks for; without history any will do.
+COMMIT = subprocess.run(["git", "-C", SCRIPTS, "rev-parse", "--short=12", "HEAD"], capture_output=True, text=True).stdout.strip() or "0123456789ab"
 
 # Appended to a copy of the page: what it measures becomes the page's title.
 PROBE = """<script>
@@ -281,7 +283,7 @@ def stored_result(scene, factor):
         point["rmse_low"] = 0.9 * point["rmse"]
     arms[2]["seconds_to"][1]["extrapolated"] = True  # to 1 %
     return {"scene": scene, "backend": "cpu", "device": "a device with a long name, 128 threads", "driver": "a driver", "width": 64,
-            "height": 36, "git": "0123456789ab", "arms": arms, "not_measured": [], "recommendations": [],
+            "height": 36, "git": COMMIT, "arms": arms, "not_measured": [], "recommendations": [],
             "reference": {"samples": 4096, "relative_uncertainty": 0.001, "backend": "cpu", "options": "--bounces 256"}}
 
 
@@ -305,7 +307,7 @@ class Overview(unittest.TestCase):
         for number, name in enumerate(name for picture in kept for name in (picture["file"], picture.get("difference")) if name):
             Image.new("RGB", (32, 18), (40 * number, 90, 120)).save(pictures / name)
         (pictures / "pictures.json").write_text(json.dumps(
-            {"scene": "box", "width": 32, "height": 18, "device": "a device", "commit": "0123456", "full_colour": 0.5,
+            {"scene": "box", "width": 32, "height": 18, "device": "a device", "commit": COMMIT, "full_colour": 0.5,
              "reference": {"samples": 4096, "relative_uncertainty": 0.001, "seconds": 60}, "missing": ["5 %, baseline: not reached"],
              "pictures": kept}))
         run(sys.executable, SCRIPTS / "report", cls.folder)
@@ -335,7 +337,7 @@ class Overview(unittest.TestCase):
         self.assertTrue(seen["changed"] and seen["same"])
         self.assertEqual(seen["fetched"], [])
         text = seen["text"].replace("\u00a0", " ").replace("\n", " ")
-        for mention in ("not reached", "never", "bias 20 %", "error 12 %", "error below 12 %", "5 %, baseline: not reached", "commit 0123456789ab"):
+        for mention in ("not reached", "never", "bias 20 %", "error 12 %", "error below 12 %", "5 %, baseline: not reached", f"commit {COMMIT}"):
             self.assertIn(mention, text)
         self.assertNotIn("forecast", text.replace("Nothing is forecast", ""))
 
@@ -354,7 +356,7 @@ class Overview(unittest.TestCase):
         page.write_text(self.page)
         pictures = self.folder / "pictures/cpu/box/pictures.json"
         clean = pictures.read_text()
-        pictures.write_text(clean.replace('"0123456"', '"0123456-dirty"'))
+        pictures.write_text(clean.replace(f'"{COMMIT}"', f'"{COMMIT}-dirty"'))
         run(sys.executable, SCRIPTS / "report", self.folder)
         self.assertEqual(run(*check).returncode, 1)
         pictures.write_text(clean)
