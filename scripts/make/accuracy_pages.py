@@ -12,6 +12,7 @@ import frontier
 import jinja2
 
 PICTURES = "pictures"
+CLIPPED = 0.2  # share of an error: a caption tells the file's too where it is off by more
 SHOWN = (0.05, 0.01, 0.003)  # errors of the tables, where the results have them
 
 
@@ -40,7 +41,7 @@ def load_pictures(folder, scene):
             for key in ("file", "difference"):
                 if picture.get(key):
                     data = base64.b64encode((path.parent / picture[key]).read_bytes()).decode()
-                    picture[key] = f"data:image/jpeg;base64,{data}"
+                    picture[key] = f"data:image/png;base64,{data}"
         sets.append(found)
     return sets
 
@@ -103,7 +104,7 @@ def page(folder, results, scenes, title):
                                      trim_blocks=True, lstrip_blocks=True, undefined=jinja2.StrictUndefined)
     environment.filters.update(percent=frontier.percent, duration=frontier.duration)
     return environment.get_template("accuracy_template.html").render(
-        title=title, results=results, style=frontier.STYLE, better=1 - frontier.BETTER,
+        title=title, results=results, style=frontier.STYLE, better=1 - frontier.BETTER, clipped=CLIPPED,
         sentences=accuracy_claims.sentences(results) if len(scenes) > 1 else [],
         scenes=[scene_view(folder, scene, results) for scene in scenes])
 

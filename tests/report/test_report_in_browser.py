@@ -300,10 +300,11 @@ class Overview(unittest.TestCase):
                 (cls.folder / machine / f"{scene}.json").write_text(json.dumps(stored_result(scene, factor)))
         pictures = cls.folder / "pictures/cpu/box"
         pictures.mkdir(parents=True)
-        kept = [{"file": "r.jpg", "title": "reference", "options": "--bounces 256", "seconds": None, "error": None}]
+        kept = [{"file": "r.png", "title": "reference", "options": "--bounces 256", "seconds": None, "error": None,
+                 "shown_error": None}]
         for number, title in enumerate(("1 s, roulette 4", "1 s, baseline")):
-            kept.append({"file": f"{number}.jpg", "difference": f"{number}d.jpg", "title": title, "options": "--roulette 4", "seconds": 1.0,
-                         "error": 0.125, "at_most": bool(number)})
+            kept.append({"file": f"{number}.png", "difference": f"{number}d.png", "title": title, "options": "--roulette 4", "seconds": 1.0,
+                         "error": 0.125, "shown_error": (0.12, 0.07)[number], "at_most": bool(number)})
         for number, name in enumerate(name for picture in kept for name in (picture["file"], picture.get("difference")) if name):
             Image.new("RGB", (32, 18), (40 * number, 90, 120)).save(pictures / name)
         (pictures / "pictures.json").write_text(json.dumps(
@@ -337,8 +338,10 @@ class Overview(unittest.TestCase):
         self.assertTrue(seen["changed"] and seen["same"])
         self.assertEqual(seen["fetched"], [])
         text = seen["text"].replace("\u00a0", " ").replace("\n", " ")
-        for mention in ("not reached", "never", "bias 20 %", "error 12 %", "error below 12 %", "5 %, baseline: not reached", f"commit {COMMIT}"):
+        for mention in ("not reached", "never", "bias 20 %", "error 12 %", "error below 12 %", "as shown, clipped: 7 %",
+                        "5 %, baseline: not reached", f"commit {COMMIT}"):
             self.assertIn(mention, text)
+        self.assertNotIn("clipped: 12 %", text)  # where it is near, the error alone is told
         self.assertNotIn("forecast", text.replace("Nothing is forecast", ""))
 
     def test_nothing_runs_over_the_side(self):
