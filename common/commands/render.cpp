@@ -238,7 +238,7 @@ FeatureImages features_for(const RenderArguments& arguments, const Scene& scene,
     if (arguments.aov.empty()) return features;
     features.chosen = features_from(arguments.aov);
     features.samples = std::min(most_feature_samples, rule.samples.value_or(most_feature_samples));
-    const std::unique_ptr<RenderJob> job = renderer.prepare(scene, feature_settings(settings));
+    const std::unique_ptr<RenderJob> job = renderer.prepare(scene, feature_settings(settings, scene));
     const Deadline limit(
         {}, rule.seconds ? std::optional(std::max(1e-3, *rule.seconds - watch.seconds())) : std::nullopt);
     ProgressLine line;

@@ -39,6 +39,14 @@ PairedEffect paired_seconds(const ArmTrials& arm, const ArmTrials& other) {
     return unknown;
 }
 
+double between_replicates(const ArmTrials& arm) {
+    const auto r = static_cast<double>(arm.replicates.size());
+    double sum = 0.0;
+    for (std::size_t i = 0; i < arm.sum.size(); ++i)
+        sum += std::max(0.0, arm.sum_of_squares[i] - arm.sum[i] * arm.sum[i] / r) / (r - 1.0);
+    return sum / static_cast<double>(arm.sum.size());
+}
+
 namespace {
 
 constexpr double family_level = 0.05;
@@ -145,13 +153,6 @@ Bias bias_of(const ArmTrials& arm, const CostReference& reference) {
 struct Noise {
     double variance = 0.0, log_half = 0.0;
 };
-double between_replicates(const ArmTrials& arm) {
-    const auto r = static_cast<double>(arm.replicates.size());
-    double sum = 0.0;
-    for (std::size_t i = 0; i < arm.sum.size(); ++i)
-        sum += std::max(0.0, arm.sum_of_squares[i] - arm.sum[i] * arm.sum[i] / r) / (r - 1.0);
-    return sum / static_cast<double>(arm.sum.size());
-}
 Noise noise_of(const ArmTrials& arm, bool scattered) {
     const bool by_samples = scattered && arm.samples.back() > 1;
     std::vector<double> values = at_level(arm, &Replicate::squared_errors, arm.samples.size() - 1);

@@ -40,7 +40,8 @@ struct TimeToError {
 struct RegionError {
     std::string name;
     double share = 0.0;  // of the pixels
-    double rmse = 0.0;   // at the greatest sample count
+    // At the greatest sample count. The variance is that between replicates: neither bias nor the reference is in it.
+    double rmse = 0.0, variance = 0.0;
     // (variance x seconds) over the baseline's, in this part.
     double cost_ratio = 1.0;
 };
@@ -113,6 +114,10 @@ struct StageRange {
 // The same, but arms that `known` has with as many replicates are not looked at again. What is new is added to it.
 [[nodiscard]] std::vector<ArmFigures> analyse_cost(
     const std::vector<CostArm>& arms, const CostSamples& samples, StageRange stages, KnownFigures& known);
+
+// The variance of one replicate, in the mean over pixels and channels; >= 2 replicates. The reference has no part in
+// it.
+[[nodiscard]] double between_replicates(const ArmTrials& arm);
 
 // Ratio of an arm's seconds a sample to another's, as the logarithm, over the rounds of both. It is at the greatest
 // number of samples that both have rendered, so that fixed costs of a render count alike. Without such a number it is

@@ -152,8 +152,10 @@ public:
         const Stopwatch watch;
         keep(trial_of(choice_.settings, *choice_.job, least_trial_samples, 0.0, stop_));
         if (!best_ && stop_.stop_requested()) {
-            // Nothing speaks for others then, and independent samples tell their error at any stop.
-            if (!options_of(choice_.settings, given_).empty() && !user_stop_.stop_requested())
+            // Nothing speaks for others then, and independent samples tell their error at any stop. But where preparing
+            // takes longer than trials may, doing it again would take the time of the image.
+            const bool is_soon = !goal_.stop_seconds || preparation_ <= *goal_.stop_seconds;
+            if (!options_of(choice_.settings, given_).empty() && !user_stop_.stop_requested() && is_soon)
                 choose(given_, renderer_.prepare(scene_, given_), 0.0, 0);
             spent_ += watch.seconds();
             return false;

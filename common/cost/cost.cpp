@@ -33,8 +33,8 @@ std::string factor(const Estimated& ratio) {
 Estimated inverse(const Estimated& ratio) { return {1.0 / ratio.value, 1.0 / ratio.high, 1.0 / ratio.low}; }
 
 std::string duration(double seconds) {
-    if (!std::isfinite(seconds)) return "any time";  // the end of an interval that has none
-    if (seconds < 1.0) return fmt::format("{:.3g} ms", 1e3 * seconds);
+    if (!std::isfinite(seconds)) return "any time";                        // the end of an interval that has none
+    if (seconds < 0.9995) return fmt::format("{:.3g} ms", 1e3 * seconds);  // more is rounded to 1 s
     if (seconds < 600.0) return fmt::format("{:.3g} s", seconds);
     if (seconds < 7200.0) return fmt::format("{:.0f} min", seconds / 60.0);
     return fmt::format("{:.0f} h", seconds / 3600.0);
@@ -154,7 +154,7 @@ std::string sentence_on(const Confirmation& confirmation) {
     }
     if (!faster.empty())
         return anew + "these seem to be faster, but were not measured beside it: " + faster + "; give more --time.";
-    return anew + "nothing is faster, but these may be as fast: " + names + ".";
+    return anew + "nothing is shown to be faster, but these may be: " + names + ".";
 }
 
 std::string_view outcome_name(Confirmed outcome) {

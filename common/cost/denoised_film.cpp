@@ -8,7 +8,7 @@
 namespace tandem {
 
 FilmDenoiser::FilmDenoiser(Renderer& renderer, const Scene& scene, const RenderSettings& settings)
-    : scene_(scene), settings_(settings), job_(renderer.prepare(scene, feature_settings(settings))) {
+    : scene_(scene), settings_(settings), job_(renderer.prepare(scene, feature_settings(settings, scene))) {
     (void)job_->trace(0, 0, {0, 1});
 }
 

@@ -257,8 +257,9 @@ bool keeps_estimate(const Scene& scene, const ArmSettings& baseline, const ArmSe
     const auto is_as_reflected = [&](const Material& material) {
         return !material.translucent || render.fresnel.value_or(material.fresnel) == material.fresnel;
     };
-    // Punctual lights are found by next events alone.
-    const bool finds_light = render.integrator != Integrator::path || scene.lights.empty();
+    // The reference finds punctual lights by next events. Scattering does not, and paths from both ends find more of
+    // their light: what mirrors throw (MODEL.md section 8.3).
+    const bool finds_light = render.integrator == Integrator::next_event || scene.lights.empty();
     return render.integrator != Integrator::whitted && finds_light && render.bounces >= baseline.render.bounces &&
            render.clamp == std::numeric_limits<double>::infinity() &&
            std::ranges::all_of(scene.materials, is_as_reflected) && render.filter == baseline.render.filter &&

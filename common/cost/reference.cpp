@@ -143,6 +143,9 @@ CostReference continued(const CostRequest& request, const Preparation& made, con
     const RenderSettings& render = request.baseline.render;
     const std::size_t size = std::size_t{render.width} * render.height * channel_count;
     std::optional<CostReference> earlier = file.empty() ? std::nullopt : cached(file, made.key, size);
+    if (request.earlier && request.earlier->reference.key == made.key &&
+        (!earlier || earlier->seconds < request.earlier->reference.seconds))
+        earlier = request.earlier->reference;
     const double before = earlier ? earlier->seconds : 0.0;
     CostReference reference = render_reference(*made.job, std::move(earlier), (more ? before : 0.0) + seconds, control);
     if (reference.samples == 0)
@@ -250,8 +253,11 @@ CostReference long_reference(
                 "anew");
         return reference;
     }
-    if (request.earlier && request.earlier->reference.image == image_of(request)) return request.earlier->reference;
-    if (request.earlier) throw other_measurement();
+    if (request.earlier && request.earlier->reference.image != image_of(request)) throw other_measurement();
+    // Nothing is held against it yet, so it may go on: a stop may have come early.
+    const bool in_use = request.earlier && std::ranges::any_of(request.earlier->arms,
+                                               [](const ArmTrials& arm) { return !arm.replicates.empty(); });
+    if (in_use) return request.earlier->reference;
     const Preparation made = prepare(scene, request);
     const std::filesystem::path file =
         request.references.empty() ? std::filesystem::path() : request.references / (made.key + ".cbor");

@@ -53,11 +53,12 @@ std::vector<RegionError> region_errors(
     std::vector<RegionError> errors;
     const auto replicates = static_cast<double>(trials.replicates.size());
     for (const Region& region : regions) {
-        double square = 0.0, mean = 0.0;
+        double square = 0.0, mean = 0.0, variance = 0.0;
         for (const std::size_t pixel : region.pixels)
             for (std::size_t i = channel_count * pixel; i < channel_count * (pixel + 1); ++i) {
-                const double half = reference.half_difference[i];
+                const double half = reference.half_difference[i], sum = trials.sum[i];
                 square += trials.sum_of_squares[i] / replicates - half * half;
+                variance += std::max(0.0, trials.sum_of_squares[i] - sum * sum / replicates) / (replicates - 1.0);
                 mean += reference.mean[i];
             }
         const auto count = static_cast<double>(channel_count * region.pixels.size());
@@ -66,6 +67,7 @@ std::vector<RegionError> region_errors(
         error.name = region.name;
         error.share = static_cast<double>(region.pixels.size()) / pixels;
         error.rmse = mean > 0.0 ? std::sqrt(std::max(0.0, square / count)) / (mean / count) : 0.0;
+        error.variance = mean > 0.0 ? variance / count / (mean / count * mean / count) : 0.0;
         errors.push_back(error);
     }
     return errors;
@@ -118,10 +120,11 @@ std::optional<TileBias> most_biased_tile(const ArmTrials& trials, const CostRefe
 }
 
 void compare_regions(const ArmFigures& baseline, ArmFigures& arm) {
-    // A sample's variance: the error squared times the samples it took.
+    // A sample's variance. What is left of rounding is no noise.
     const auto variance = [](const ArmFigures& one, std::size_t region) {
-        const double rmse = one.regions[region].rmse;
-        return rmse * rmse * static_cast<double>(one.points.back().samples);
+        constexpr double nothing = 1e-24;
+        const double found = one.regions[region].variance;
+        return found < nothing ? 0.0 : found * static_cast<double>(one.points.back().samples);
     };
     for (std::size_t i = 0; i < arm.regions.size() && i < baseline.regions.size(); ++i) {
         const double own = variance(arm, i), other = variance(baseline, i);

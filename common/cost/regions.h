@@ -26,7 +26,7 @@ using Regions = std::vector<Region>;
 [[nodiscard]] std::optional<TileBias> most_biased_tile(
     const ArmTrials& trials, const CostReference& reference, std::uint32_t width);
 
-// Fills cost_ratio from the errors of both and the ratio of cost in the mean.
+// Fills cost_ratio from the variances of both and the ratio of their times. 1 where either has none.
 void compare_regions(const ArmFigures& baseline, ArmFigures& arm);
 
 }  // namespace tandem

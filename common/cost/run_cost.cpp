@@ -203,6 +203,7 @@ void CostRun::render_reference() {
         hash_of(samples_.reference.key + request_.scene_bytes + request_.program + text_of(request_.baseline, info_));
     if (request_.earlier) {
         if (request_.earlier->key != samples_.key) throw other_measurement();
+        request_.earlier->reference = std::move(samples_.reference);  // may have gone on
         samples_ = std::move(*request_.earlier);
     }
     samples_.width = report_.width;

@@ -47,10 +47,15 @@ double seconds_of(const ArmFigures& arm, const std::vector<std::uint64_t>& level
     return arm.seconds_at(static_cast<double>(levels.back())).value;
 }
 
-bool is_at(const ArmTrials& trials, double error, double mean) {
+// Where the reference is not known far better than the error, the trials' own noise must not be greater, either: that
+// of the reference may hide it.
+bool is_at(const ArmTrials& trials, double error, const CostReference& reference) {
+    const double mean = reference.image_mean(), most = error * error * mean * mean;
     double sum = 0.0;
     for (const Replicate& replicate : trials.replicates) sum += replicate.squared_errors.back();
-    return sum <= error * error * mean * mean * static_cast<double>(trials.replicates.size());
+    if (sum > most * static_cast<double>(trials.replicates.size())) return false;
+    constexpr double far_better = 0.5;
+    return reference.relative_uncertainty() <= far_better * error || between_replicates(trials) <= most;
 }
 
 bool has_replicates(const ArmTrials& trials, std::size_t count) { return trials.replicates.size() >= count; }
@@ -204,13 +209,12 @@ std::vector<CostStage::Arm> contenders(
 
 // The seconds of the arm that is soonest at the error, of those that took part in the goal and may be recommended.
 double soonest_there(const std::vector<ArmFigures>& figures, const CostSamples& samples, std::size_t index) {
-    const double mean = samples.reference.image_mean();
     double soonest = std::numeric_limits<double>::infinity();
     for (const ArmFigures& arm : figures)
         for (std::uint32_t attempt = 0; attempt < attempts; ++attempt) {
             const ArmTrials* trials = trials_at(samples, arm.arm.name(), goal_stage(index, attempt));
             if (trials == nullptr || !arm.has_forecasts() || !arm.is_safe_at(cost_errors[index]) ||
-                !has_replicates(*trials, fewest_replicates) || !is_at(*trials, cost_errors[index], mean))
+                !has_replicates(*trials, fewest_replicates) || !is_at(*trials, cost_errors[index], samples.reference))
                 continue;
             if (const TimeToError time = arm.time_to(cost_errors[index]); time.seconds)
                 soonest = std::min(soonest, time.seconds->value);
@@ -224,11 +228,11 @@ std::vector<CostStage::Arm> not_there(const std::vector<ArmFigures>& figures, co
     std::size_t index, std::uint32_t attempt, double seconds) {
     std::vector<CostStage::Arm> again;
     double left = seconds * goal_share[index];
-    const double mean = samples.reference.image_mean(), soonest = soonest_there(figures, samples, index);
+    const double soonest = soonest_there(figures, samples, index);
     for (const ArmFigures& arm : figures) {
         const ArmTrials* before = trials_at(samples, arm.arm.name(), goal_stage(index, attempt - 1));
         if (before == nullptr || !has_replicates(*before, fewest_replicates) ||
-            is_at(*before, cost_errors[index], mean))
+            is_at(*before, cost_errors[index], samples.reference))
             continue;
         auto one = candidate(arm, cost_errors[index]);
         if (!one || (one->soonest > soonest && &arm != figures.data())) continue;
@@ -271,14 +275,13 @@ std::optional<CostStage> goal(const std::vector<ArmFigures>& figures, const Cost
 }
 
 bool is_reached(const std::vector<ArmFigures>& figures, const CostSamples& samples, std::size_t index) {
-    const double mean = samples.reference.image_mean();
     const auto is_judged = [&](const ArmTrials& arm) {
         return std::ranges::none_of(
             figures, [&](const ArmFigures& one) { return one.arm.name() == arm.name && !one.has_forecasts(); });
     };
     return std::ranges::any_of(samples.arms, [&](const ArmTrials& arm) {
         return is_judged(arm) && arm.stage >= goal_stage(index) && has_replicates(arm, fewest_replicates) &&
-               is_at(arm, cost_errors[index], mean);
+               is_at(arm, cost_errors[index], samples.reference);
     });
 }
 
@@ -287,12 +290,12 @@ std::optional<CostStage> baseline_left_out(
     const std::vector<ArmFigures>& figures, const CostSamples& samples, double seconds) {
     const ArmFigures& baseline = figures.front();
     const std::string name = baseline.arm.name();
-    const double mean = samples.reference.image_mean();
     for (std::size_t index = 0; index < cost_errors.size() && is_reached(figures, samples, index); ++index) {
         const double error = cost_errors[index];
         const bool took_part = std::ranges::any_of(samples.arms, [&](const ArmTrials& arm) {
             return arm.name == name && has_replicates(arm, fewest_replicates) &&
-                   ((arm.stage >= goal_stage(index) && arm.stage < goal_stage(index + 1)) || is_at(arm, error, mean));
+                   ((arm.stage >= goal_stage(index) && arm.stage < goal_stage(index + 1)) ||
+                       is_at(arm, error, samples.reference));
         });
         CostStage next;
         next.stage = baseline_stage(index);

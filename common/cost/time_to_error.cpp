@@ -41,8 +41,17 @@ bool ArmFigures::is_safe_at(double relative_error) const {
 
 namespace {
 
+// Whether what the last count was measured to have tells of so small an error. The noise of the reference may hide a
+// greater one: then the arm's own noise, which is free of it, is greater, or the interval ends far above the error.
+bool tells(const ArmFigures& arm, double error) {
+    constexpr double far = 2.0;
+    const double noise = std::sqrt(arm.variance * std::exp(-arm.log_half_of_variance));
+    return noise <= error && arm.points.back().rmse.high <= far * error;
+}
+
 // Where the errors that were measured cross `error` for good: log-linear between two counts. Nothing: they do not.
 std::optional<TimeToError> measured_time(const ArmFigures& arm, double error) {
+    if (!tells(arm, error)) return std::nullopt;
     const std::vector<CostPoint>& points = arm.points;
     std::size_t first = points.size();
     while (first > 0 && points[first - 1].rmse.value <= error) --first;

@@ -141,8 +141,10 @@ std::vector<Feature> features_from(const std::string& list) {
     return features;
 }
 
-RenderSettings feature_settings(RenderSettings settings) {
-    settings.integrator = Integrator::path;
+RenderSettings feature_settings(RenderSettings settings, const Scene& scene) {
+    // The path integrator refuses punctual lights.
+    settings.integrator = scene.lights.empty() ? Integrator::path : Integrator::next_event;
+    settings.mis = true;
     settings.light_sampling = LightSampling::power;
     settings.bounces = 1;
     settings.roulette_start = no_roulette;

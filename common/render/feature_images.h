@@ -33,10 +33,10 @@ struct PixelFeatures {
 };
 
 // What the job to look with is to be prepared with: the paths' first two segments.
-[[nodiscard]] RenderSettings feature_settings(RenderSettings settings);
+[[nodiscard]] RenderSettings feature_settings(RenderSettings settings, const Scene& scene);
 
 // [y * width + x], of these samples, which are of one block and at most most_feature_samples; nothing after a stop.
-// `job` is prepared with feature_settings(settings).
+// `job` is prepared with feature_settings().
 [[nodiscard]] std::optional<std::vector<PixelFeatures>> render_features(RenderJob& job, const Scene& scene,
     const RenderSettings& settings, SampleRange samples, const std::stop_token& stop,
     const std::function<void(double fraction)>& progress);

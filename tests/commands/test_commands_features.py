@@ -91,6 +91,22 @@ class Features(ProgramTest):
         tandem("render", self.scene, "-o", more, "--samples", "8", "--seed", "1", "--aov", "primitive")
         self.assertEqual(tandem("compare", plain, more, "--margin", "50%", "--tile-margin", "90%").returncode, 0)
 
+    def test_scenes_with_punctual_lights_have_features(self):
+        lit, dark = self.folder / "lit.json", self.folder / "dark.json"
+        scene = json.loads(self.scene.read_text())
+        dark.write_text(json.dumps(scene))
+        scene["lights"] = [{"name": "bulb", "point": {"position": [0, 0, 3], "intensity": [1, 1, 1]}}]
+        lit.write_text(json.dumps(scene))
+        for backend in ("cpu", "vulkan"):
+            depths = []
+            for file in (lit, dark):
+                image = file.with_suffix(".exr")
+                result = tandem("render", file, "-o", image, "--integrator", "next-event", "--backend", backend, "--size", "16",
+                                "--samples", "4", "--aov", "depth")
+                self.assertEqual(result.returncode, 0, result.stderr)
+                depths.append(layers(image)["depth.Z"])
+            self.assertEqual(*depths)
+
     def test_features_end_with_the_time_and_at_an_interrupt(self):
         image = self.folder / "a.exr"
         for backend, more in (("cpu", ("--threads", "1")), ("vulkan", ())):

@@ -1,6 +1,7 @@
 // What a short trial chooses for a target error, where the costs are known.
 #include <doctest/doctest.h>
 
+#include <chrono>
 #include <cmath>
 #include <thread>
 #include <vector>
@@ -259,8 +260,12 @@ TEST_CASE("a first trial that outlasts its time leaves the given settings, and n
                     return {Estimate(64, 64), 0.0, std::nullopt};
                 }
             };
+            ++prepared;
+            std::this_thread::sleep_for(preparation);
             return std::make_unique<Job>();
         }
+        unsigned prepared = 0;
+        std::chrono::milliseconds preparation{0};
     } endless;
     RenderSettings settings;
     settings.width = settings.height = 64;
@@ -270,6 +275,13 @@ TEST_CASE("a first trial that outlasts its time leaves the given settings, and n
     CHECK(choice.settings.integrator == Integrator::path);
     CHECK(choice.job != nullptr);
     CHECK(choice.trials.empty());
+    CHECK(endless.prepared == 2);
+    // What takes longer to prepare than trials may is not prepared again.
+    endless.prepared = 0;
+    endless.preparation = std::chrono::milliseconds(30);
+    const SettingsChoice kept = choose_settings(lit(), settings, {}, endless, {.stop_seconds = 0.01}, {});
+    CHECK(endless.prepared == 1);
+    CHECK(kept.job != nullptr);
     CHECK_FALSE(choice.expected_samples.has_value());
 }
 

@@ -6,6 +6,7 @@
 #include <mutex>
 #include <nlohmann/json.hpp>
 
+#include "common/deadline.h"
 #include "common/render/concurrent_renderer.h"
 #include "tests/common/known_cost.h"
 #include "tests/scene_builder.h"
@@ -187,6 +188,7 @@ TEST_CASE("cost: a measurement is saved after every round, continued, and refuse
     const CostReport second = run_cost(Scene{}, request, control);
     CHECK(replicates_of(samples_from_bytes(saved, "saved")) >= replicates + fewest_replicates);
     CHECK(second.seconds > first.seconds);
+    CHECK(second.reference.samples == first.reference.samples);  // replicates are held against it
 
     request.earlier = samples_from_bytes(saved, "saved");
     request.baseline.render.bounces = 3;
@@ -203,6 +205,27 @@ TEST_CASE("cost: a measurement is saved after every round, continued, and refuse
         damaged[i] = static_cast<char>(damaged[i] ^ (1 << (i % 8)));
         CHECK_THROWS_AS((void)samples_from_bytes(damaged, "damaged"), InputError);
     }
+}
+
+TEST_CASE("cost: a reference that an early stop left goes on, as nothing is held against it yet") {
+    CostRequest request = request_for(0.1);
+    int looks = 0;
+    const CostReport whole = run_cost(Scene{}, request, control_of(looks));
+    CostControl stopped = control_of(looks);
+    std::stop_source stop;
+    std::string saved;
+    stopped.stop = stop.get_token();
+    stopped.save = [&](const CostSamples& samples) { saved = to_bytes(samples); };
+    stopped.progress = [&](double, const std::string& what) {
+        if (what == "the long reference") stop.request_stop();
+    };
+    CHECK_THROWS_AS((void)run_cost(Scene{}, request, stopped), StoppedError);
+    request.earlier = samples_from_bytes(saved, "saved");
+    const std::uint64_t before = request.earlier->reference.samples;
+    CHECK(before < whole.reference.samples / 2);
+    const CostReport second = run_cost(Scene{}, request, control_of(looks));
+    CHECK(second.reference.samples > before);
+    CHECK(static_cast<double>(second.reference.samples) > 0.8 * static_cast<double>(whole.reference.samples));
 }
 
 TEST_CASE("cost: references are cached by what they depend on") {

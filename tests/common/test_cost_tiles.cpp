@@ -1,6 +1,7 @@
 // Bias in tiles: a leak of light is great in one, and nothing in the image's mean.
 #include <doctest/doctest.h>
 
+#include <cmath>
 #include <random>
 
 #include "common/cost/regions.h"
@@ -76,6 +77,26 @@ TEST_CASE("cost tiles: a black tile is relative to a hundredth of the image, and
     CHECK(found->x + found->y == 0);
     CHECK(found->relative.value == doctest::Approx(0.08 / (0.01 * 8.0 / 9.0)).epsilon(0.1));
     CHECK_FALSE(most_biased_tile(trials_of(leak, 3), reference, 0));
+}
+
+TEST_CASE("cost regions: a bias is in the error of a part of the image, and not in what its noise costs") {
+    const Regions regions = regions_of(white(), edge);
+    REQUIRE(regions.size() == 3);
+    const auto figures_of = [&](double bias, std::uint64_t seed) {
+        ArmFigures figures;
+        figures.points.push_back({16, {1.0, 1.0, 1.0}, {0.1, 0.1, 0.1}, 0.0});
+        figures.regions =
+            region_errors(trials_of([&](std::uint32_t, std::uint32_t) { return bias; }, seed), white(), regions);
+        return figures;
+    };
+    const ArmFigures baseline = figures_of(0.0, 4);
+    ArmFigures biased = figures_of(0.3, 5);
+    biased.time_ratio = {2.0, 2.0, 2.0};
+    compare_regions(baseline, biased);
+    for (const RegionError& region : biased.regions) {
+        CHECK(region.rmse == doctest::Approx(std::hypot(0.3, 0.1)).epsilon(0.05));
+        CHECK(region.cost_ratio == doctest::Approx(2.0).epsilon(0.1));
+    }
 }
 
 }  // namespace
