@@ -328,7 +328,7 @@ class StoredCommits(WithScripts):
         pictures.write_text(json.dumps({"scene": "glass", "width": 2, "height": 2, "device": "a CPU", "commit": COMMIT, "full_colour": 0.5,
                                         "reference": {"samples": 1, "relative_uncertainty": 0.001, "seconds": 1}, "missing": [],
                                         "pictures": 2 * [{"file": "", "title": "a", "options": "", "seconds": 1, "error": 0.1,
-                                                          "at_most": False}]}))
+                                                          "shown_error": 0.1, "at_most": False}]}))
         self.holds(module, "commit", pictures, [self.folder, "--check"], [self.folder])
 
     def test_of_the_picture_in_the_readme(self):
