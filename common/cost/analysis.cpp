@@ -39,11 +39,14 @@ PairedEffect paired_seconds(const ArmTrials& arm, const ArmTrials& other) {
     return unknown;
 }
 
-double between_replicates(const ArmTrials& arm) {
+double between_replicates(const ArmTrials& arm, std::size_t value) {
     const auto r = static_cast<double>(arm.replicates.size());
+    return std::max(0.0, arm.sum_of_squares[value] - arm.sum[value] * arm.sum[value] / r) / (r - 1.0);
+}
+
+double between_replicates(const ArmTrials& arm) {
     double sum = 0.0;
-    for (std::size_t i = 0; i < arm.sum.size(); ++i)
-        sum += std::max(0.0, arm.sum_of_squares[i] - arm.sum[i] * arm.sum[i] / r) / (r - 1.0);
+    for (std::size_t i = 0; i < arm.sum.size(); ++i) sum += between_replicates(arm, i);
     return sum / static_cast<double>(arm.sum.size());
 }
 
@@ -327,9 +330,7 @@ ArmFigures figures_of(const CostArm& arm, const Stages& stages, const CostRefere
     const Noise noise = noise_of(samples, scattered);
     figures.variance = scale * noise.variance;
     figures.log_half_of_variance = noise.log_half;
-    // Rounding alone parts equal images by this much: it is no noise.
-    constexpr double nothing = 1e-24;
-    if (figures.variance < nothing) {
+    if (figures.variance < no_variance) {
         figures.variance = 0.0;
         return figures;
     }

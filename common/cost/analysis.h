@@ -115,8 +115,12 @@ struct StageRange {
 [[nodiscard]] std::vector<ArmFigures> analyse_cost(
     const std::vector<CostArm>& arms, const CostSamples& samples, StageRange stages, KnownFigures& known);
 
-// The variance of one replicate, in the mean over pixels and channels; >= 2 replicates. The reference has no part in
-// it.
+// What is left of rounding parts equal images by this much, relative to their mean and squared: it is no noise.
+inline constexpr double no_variance = 1e-24;
+
+// The variance of one replicate, at one value of the image and in the mean over all; >= 2 replicates. The reference has
+// no part in it.
+[[nodiscard]] double between_replicates(const ArmTrials& arm, std::size_t value);
 [[nodiscard]] double between_replicates(const ArmTrials& arm);
 
 // Ratio of an arm's seconds a sample to another's, as the logarithm, over the rounds of both. It is at the greatest

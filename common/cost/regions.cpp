@@ -56,9 +56,9 @@ std::vector<RegionError> region_errors(
         double square = 0.0, mean = 0.0, variance = 0.0;
         for (const std::size_t pixel : region.pixels)
             for (std::size_t i = channel_count * pixel; i < channel_count * (pixel + 1); ++i) {
-                const double half = reference.half_difference[i], sum = trials.sum[i];
+                const double half = reference.half_difference[i];
                 square += trials.sum_of_squares[i] / replicates - half * half;
-                variance += std::max(0.0, trials.sum_of_squares[i] - sum * sum / replicates) / (replicates - 1.0);
+                variance += between_replicates(trials, i);
                 mean += reference.mean[i];
             }
         const auto count = static_cast<double>(channel_count * region.pixels.size());
@@ -87,12 +87,10 @@ std::optional<TileBias> most_biased_tile(const ArmTrials& trials, const CostRefe
         Sums& tile = tiles[grid.tile_of_pixel()[pixel]];
         double deviation = 0.0;  // the channels of a pixel share their paths: their deviations add up
         for (std::size_t i = channel_count * pixel; i < channel_count * (pixel + 1); ++i) {
-            const double mean = trials.sum[i] / r;
-            const double variance = std::max(0.0, trials.sum_of_squares[i] - r * mean * mean) / (r - 1.0);
-            tile.difference += mean;
+            tile.difference += trials.sum[i] / r;
             tile.mean += reference.mean[i];
             tile.values += 1.0;
-            deviation += std::sqrt(variance / r + 0.5 * reference.half_variance[i]);
+            deviation += std::sqrt(between_replicates(trials, i) / r + 0.5 * reference.half_variance[i]);
         }
         tile.variance += deviation * deviation;
     }
@@ -120,11 +118,10 @@ std::optional<TileBias> most_biased_tile(const ArmTrials& trials, const CostRefe
 }
 
 void compare_regions(const ArmFigures& baseline, ArmFigures& arm) {
-    // A sample's variance. What is left of rounding is no noise.
+    // A sample's variance.
     const auto variance = [](const ArmFigures& one, std::size_t region) {
-        constexpr double nothing = 1e-24;
         const double found = one.regions[region].variance;
-        return found < nothing ? 0.0 : found * static_cast<double>(one.points.back().samples);
+        return found < no_variance ? 0.0 : found * static_cast<double>(one.points.back().samples);
     };
     for (std::size_t i = 0; i < arm.regions.size() && i < baseline.regions.size(); ++i) {
         const double own = variance(arm, i), other = variance(baseline, i);
