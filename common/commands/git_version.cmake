@@ -2,7 +2,7 @@
 find_package(Git QUIET)
 set(version "unknown")
 if(Git_FOUND)
-    execute_process(COMMAND ${GIT_EXECUTABLE} -C ${source} describe --always --dirty --abbrev=12
+    execute_process(COMMAND ${GIT_EXECUTABLE} -C ${source} describe --always --exclude * --dirty --abbrev=12
         OUTPUT_VARIABLE found OUTPUT_STRIP_TRAILING_WHITESPACE ERROR_QUIET RESULT_VARIABLE failed)
     if(NOT failed)
         set(version ${found})

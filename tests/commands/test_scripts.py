@@ -55,6 +55,19 @@ class Scripts(unittest.TestCase):
         self.refused(self.take("mutants", "[1]"), "taken-0.json: holds no outcome")
         self.refused(self.take("mutants", '{"id": "cosine-dropped"}'), "taken-0.json: holds no outcome")
 
+    def test_the_version_is_a_commit_whatever_tags_it(self):
+        folder = pathlib.Path(tempfile.mkdtemp())
+        self.addCleanup(shutil.rmtree, folder)
+        output = folder / "version.cpp"
+        git = ["git", "-C", folder, "-c", "user.name=Tester", "-c", "user.email=tester@example.org"]
+        for command in (["init", "--quiet"], ["commit", "--quiet", "--allow-empty", "-m", "A change"],
+                        ["tag", "--annotate", "v1.0", "-m", "A release"]):
+            subprocess.run([*git, *command], check=True)
+        commit = subprocess.run([*git, "rev-parse", "HEAD"], check=True, capture_output=True, text=True).stdout.strip()
+        script = SCRIPTS.parent / "common/commands/git_version.cmake"
+        subprocess.run(["cmake", f"-Dsource={folder}", f"-Doutput={output}", "-P", script], check=True)
+        self.assertIn(f'return "{commit[:12]}";', output.read_text())
+
     def test_growth_of_one_number_of_triangles_is_refused(self):
         row = {"backend": "cpu", "device": "a CPU", "driver": "its driver", "clock": "wall", "triangles": 12, "milliseconds": 1.0,
                "milliseconds_low": 0.9, "milliseconds_high": 1.1}
