@@ -86,7 +86,7 @@ std::unique_ptr<RenderJob> prepare(const RenderArguments& arguments, const Scene
             fmt::print(stderr, "tried {}: {}{}\n", trial.options.empty() ? "the scene's own settings" : trial.options,
                 trial.seconds_to_error > 0.0 ? fmt::format("forecast {:.3g} s", trial.seconds_to_error) : "no noise",
                 &trial == &choice.trials[choice.chosen] ? ", chosen" : "");
-    const std::string options = choice.trials.empty() ? "" : choice.trials[choice.chosen].options;
+    const std::string& options = choice.options;
     if (!options.empty())
         fmt::print(
             "settings chosen for the target error: {} (--integrator, --roulette, --generator and --sampling fix "

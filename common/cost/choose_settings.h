@@ -41,6 +41,7 @@ struct SettingsChoice {
     std::unique_ptr<RenderJob> job;     // made for them
     std::vector<SettingsTrial> trials;  // in their order; empty: none came to its end
     std::size_t chosen = 0;
+    std::string options;   // of the settings, as options of `tandem render`; empty: as given
     double seconds = 0.0;  // that the trials and their preparations took, without that of the chosen job
     std::optional<double> expected_samples = {};  // that the error takes; none of adaptive sampling, and without noise
 };
@@ -51,12 +52,13 @@ struct SettingsChoice {
 // adaptive sampling, each on the best so far. Trials use random numbers that the render does not. An alternative must
 // be better by a tenth, as trials are short; the other integrator with Sobol points by a half. Roulette is tried on the
 // best's own random numbers: without it where the scene has it, else from the fourth event on; where Sobol points are
-// not to be had, from the first on, too. Sobol points do not reduce the noise that it adds faster than 1/n. Adaptive
-// sampling is judged by how uneven the noise of the best is, and how long paths take in the pixels that would get more.
-// Sobol points are judged by two scramblings. Where a render needs no more than two, they are part of the first trial.
-// Then they are left only where fewer samples than theirs suffice, or for adaptive sampling. In smaller images they
-// come last, on the roulette that independent samples chose, and then without it. Where nothing is open, a short trial
-// tells how many samples the error takes. Ends trying others after a stop.
+// not to be had, from the first on, too. Its trial may take a tenth of the render where others have used up their
+// share. Sobol points do not reduce the noise that it adds faster than 1/n. Adaptive sampling is judged by how uneven
+// the noise of the best is, and how long paths take in the pixels that would get more. Sobol points are judged by two
+// scramblings. Where a render needs no more than two, they are part of the first trial. Then they are left only where
+// fewer samples than theirs suffice, or for adaptive sampling. In smaller images they come last, on the roulette that
+// independent samples chose, and then without it. Where nothing is open, a short trial tells how many samples the error
+// takes. Ends trying others after a stop.
 [[nodiscard]] SettingsChoice choose_settings(const Scene& scene, const RenderSettings& given, const OpenSettings& open,
     Renderer& renderer, const ChoiceGoal& goal, std::stop_token stop);
 

@@ -275,6 +275,7 @@ TEST_CASE("a first trial that outlasts its time leaves the given settings, and n
     CHECK(choice.settings.integrator == Integrator::path);
     CHECK(choice.job != nullptr);
     CHECK(choice.trials.empty());
+    CHECK(choice.options.empty());
     CHECK(endless.prepared == 2);
     // What takes longer to prepare than trials may is not prepared again.
     endless.prepared = 0;
@@ -282,6 +283,7 @@ TEST_CASE("a first trial that outlasts its time leaves the given settings, and n
     const SettingsChoice kept = choose_settings(lit(), settings, {}, endless, {.stop_seconds = 0.01}, {});
     CHECK(endless.prepared == 1);
     CHECK(kept.job != nullptr);
+    CHECK(kept.options == "--integrator next-event --generator sobol");  // no trial tells it
     CHECK_FALSE(choice.expected_samples.has_value());
 }
 
@@ -421,6 +423,29 @@ TEST_CASE("roulette that saves time is chosen, and Sobol points on top of it") {
         CHECK(choice.trials.at(choice.chosen).options == (even ? "--generator sobol --roulette 4" : "--roulette 4"));
     }
     CHECK(chosen(1.0, {}, lit(), true, 1e-5, 0.95).settings.roulette_start == no_roulette);
+}
+
+TEST_CASE(
+    "roulette is tried where other trials have had all of the time for them, if that takes little of the render's") {
+    struct SlowToPrepare : TrialRenderer {
+        using TrialRenderer::TrialRenderer;
+        std::unique_ptr<RenderJob> prepare(const Scene& scene, const RenderSettings& settings) override {
+            if (settings.integrator == Integrator::path) std::this_thread::sleep_for(std::chrono::milliseconds(500));
+            return TrialRenderer::prepare(scene, settings);
+        }
+    };
+    OpenSettings open;
+    open.generator = open.sampling = false;
+    RenderSettings settings = of_next_events();
+    settings.width = settings.height = 16;
+    // A variance of 1 about 5: 2 s, of which trials may have 0.36 s.
+    const double error = std::sqrt(seconds_of_sample / 2.0) / 5.0;
+    for (const double seconds : {20.0, 0.5}) {  // of all trials, at most
+        SlowToPrepare renderer(1.0, false, 0.5);
+        const SettingsChoice choice =
+            choose_settings(lit(), settings, open, renderer, {.relative_error = error, .most_seconds = seconds}, {});
+        CHECK((choice.settings.roulette_start != no_roulette) == (seconds > 1.0));
+    }
 }
 
 TEST_CASE("roulette from the first event on is tried where Sobol points are not open, and chosen where it saves time") {
