@@ -44,10 +44,25 @@ std::filesystem::path cache_folder() {
     return {};
 }
 
-// Empty: they are not kept.
+Output output_of(const std::filesystem::path& references) { return {"--references", references, OutputKind::folder}; }
+
+void tell_cache_fault(const InputError& error) {
+    fmt::print(stderr, "tandem: the long reference is not kept: {}\n", escaped(error.what()));
+}
+
+// Empty: they are not kept. That they are is for later runs, so a cache that cannot be written is no reason to refuse
+// this one. A folder that was named is.
 std::filesystem::path references_of(const CostArguments& arguments) {
-    if (arguments.no_cache || arguments.list) return {};
-    return arguments.references.empty() ? cache_folder() : std::filesystem::path(arguments.references);
+    if (arguments.no_cache || arguments.list || !arguments.reference.empty()) return {};
+    if (!arguments.references.empty()) return arguments.references;
+    const std::filesystem::path cache = cache_folder();
+    try {
+        check_outputs({output_of(cache)}, {});
+    } catch (const InputError& error) {
+        tell_cache_fault(error);
+        return {};
+    }
+    return cache;
 }
 
 MakeRenderer maker(const CommandContext& context, const std::string& name, const CostArguments& arguments) {
@@ -69,7 +84,7 @@ std::vector<std::pair<std::string, std::string>> baseline_options(const CostArgu
         if (!value.empty()) given.emplace_back(name, value);
     };
     add("--backend", arguments.backend == "cpu" ? "" : arguments.backend);
-    add("--device", arguments.device);
+    if (arguments.backend == "vulkan") add("--device", arguments.device);
     add("--kernel", arguments.kernel);
     add("--precision", arguments.precision);
     if (arguments.backend == "cpu" && arguments.threads > 0) add("--threads", fmt::format("{}", arguments.threads));
@@ -79,7 +94,7 @@ std::vector<std::pair<std::string, std::string>> baseline_options(const CostArgu
 }
 
 CostRequest request_of(const CostArguments& arguments, const CommandContext& context, const Scene& scene,
-    const std::vector<std::string>& inputs) {
+    const std::vector<std::string>& inputs, const std::filesystem::path& references) {
     CostRequest request;
     request.scene_file = arguments.scene;
     for (const std::string& file : inputs) request.scene_bytes += hash_of(read_file(file));
@@ -95,10 +110,12 @@ CostRequest request_of(const CostArguments& arguments, const CommandContext& con
     request.make = maker(context, arguments.backend, arguments);
     request.make_reference = maker(context, arguments.reference_backend, arguments);
     request.knobs = arguments.knobs;
-    request.references = references_of(arguments);
+    request.references = references;
+    if (arguments.references.empty()) request.cache_fault = tell_cache_fault;
     request.reference_file = arguments.reference;
     request.seconds = arguments.seconds;
     request.seed = arguments.options.seed;
+    request.threads = arguments.threads;
     if (!arguments.resume.empty() && std::filesystem::exists(arguments.resume))
         request.earlier = samples_from_bytes(read_file(arguments.resume), arguments.resume);
     return request;
@@ -162,6 +179,8 @@ ExitStatus reference_alone(const Scene& scene, const CostRequest& request, const
 
 ExitStatus cost(const CostArguments& arguments, const CommandContext& context, const CommandTime& time) {
     (void)fraction_from(arguments.error, "--error");  // refused before any work
+    if (!arguments.device.empty() && arguments.backend != "vulkan" && arguments.reference_backend != "vulkan")
+        throw InputError("--device: the cpu backend has no choice of devices; leave it out, or add --backend vulkan");
     if (arguments.reference_only && arguments.reference.empty())
         throw InputError("--reference-only: say with --reference which file it is");
     NothingToKeep until_reference(context.interrupts);
@@ -169,12 +188,13 @@ ExitStatus cost(const CostArguments& arguments, const CommandContext& context, c
     const Scene scene = scene_from(arguments.scene, inputs);
     std::vector<std::string> read = inputs;  // the reference is no part of the scene that it is recognised by
     if (!arguments.reference_only && !arguments.reference.empty()) read.push_back(arguments.reference);
+    const std::filesystem::path references = references_of(arguments);
     // A file to go on from is written again.
     check_outputs(context,
-        {{"--resume", arguments.resume}, {"--references", references_of(arguments), OutputKind::folder},
+        {{"--resume", arguments.resume}, output_of(references),
             {"--reference", arguments.reference_only ? arguments.reference : ""}},
         read);
-    CostRequest request = request_of(arguments, context, scene, inputs);
+    CostRequest request = request_of(arguments, context, scene, inputs, references);
     check_memory(request.baseline.render);
     if (arguments.list) {
         list_arms(context, scene, request);
@@ -192,9 +212,12 @@ ExitStatus cost(const CostArguments& arguments, const CommandContext& context, c
         const std::lock_guard lock(mutex);
         so_far = known;
     };
+    std::optional<InputError> not_saved;  // why the last save was none: what was measured is told first
     const auto last_resort = time.at_any_rate([&] {
         const std::lock_guard lock(mutex);
-        return so_far ? conclude(*so_far, arguments, context, time) : time.too_short("nothing is known yet");
+        if (!so_far) return time.too_short("nothing is known yet");
+        const ExitStatus status = conclude(*so_far, arguments, context, time);
+        return not_saved ? throw *not_saved : status;
     });
     CostReport report;
     {
@@ -208,12 +231,18 @@ ExitStatus cost(const CostArguments& arguments, const CommandContext& context, c
         if (!arguments.resume.empty())
             control.save = [&](const CostSamples& samples) {
                 const std::lock_guard lock(mutex);
-                write_text_file(arguments.resume, to_bytes(samples), context.read);
+                not_saved.reset();
+                try {
+                    write_text_file(arguments.resume, to_bytes(samples), context.read);
+                } catch (const InputError& error) {
+                    not_saved = error;
+                }
             };
         report = run_cost(scene, std::move(request), control);
     }
     last_resort->done();
-    return conclude(report, arguments, context, time);
+    const ExitStatus status = conclude(report, arguments, context, time);
+    return not_saved ? throw *not_saved : status;
 }
 
 void add_measuring(CLI::App& command, CostArguments& arguments) {

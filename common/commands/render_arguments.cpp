@@ -13,6 +13,7 @@
 #include "common/error.h"
 #include "common/image/feature_layers.h"
 #include "common/image/image_io.h"
+#include "common/render/adaptive_sampling.h"
 #include "common/render/sample_film.h"
 
 namespace tandem {
@@ -131,7 +132,7 @@ void add_how_long(CLI::App& command, RenderArguments& arguments) {
     command
         .add_option(
             "--samples", arguments.samples, "Samples a pixel (default: 64, or no limit with --time or --target-error)")
-        ->check(whole_between(1, std::uint64_t{1} << 40));
+        ->check(whole_between(1, numbers_alike));
     command
         .add_option("--time", arguments.seconds,
             "Seconds, at most, with loading and preparing the scene. The first sample of every pixel may take a "

@@ -12,13 +12,12 @@
 #include "common/error.h"
 #include "common/files/write_file.h"
 #include "common/image/image_io.h"
+#include "common/render/adaptive_sampling.h"
 #include "common/text.h"
 
 namespace tandem {
 
 namespace {
-
-constexpr std::uint64_t most_samples = std::uint64_t{1} << 40;
 
 struct ViewArguments {
     std::string scene, backend = "vulkan", device, kernel, precision, output, save;
@@ -47,7 +46,7 @@ std::unique_ptr<ProgressiveView> make_view(const ViewArguments& arguments, const
         .threads = name == "cpu" ? arguments.threads : 0,
         .validation = vulkan && arguments.validation};
     return std::make_unique<ProgressiveView>(
-        backend.create(options), scene, settings, arguments.samples.value_or(most_samples));
+        backend.create(options), scene, settings, arguments.samples.value_or(numbers_alike));
 }
 
 // The files that F2 writes: the view as a scene, what is seen, and each backend's estimate.
@@ -217,7 +216,7 @@ void add_what(CLI::App& command, ViewArguments& arguments) {
     command
         .add_option(
             "--samples", arguments.samples, "Samples a pixel, at most; then the image stays (default: no limit)")
-        ->check(whole_between(1, most_samples));
+        ->check(whole_between(1, numbers_alike));
     command.add_option("--exposure", arguments.exposure, "Factor of the radiance that is shown")
         ->check(above_zero(1e9))
         ->capture_default_str();
@@ -242,7 +241,7 @@ void add_window(CLI::App& command, ViewArguments& arguments) {
     command
         .add_option(
             "--frames", arguments.frames, "Close after this many frames, and after --samples if given. For scripts")
-        ->check(whole_between(1, std::uint64_t{1} << 40));
+        ->check(whole_between(1, numbers_alike));
     command.add_option("--precision", arguments.precision, precision_help);
     command.add_option("--kernel", arguments.kernel, kernel_help)->group(rare_options);
     command.add_option("--threads", arguments.threads, "CPU threads (default: all)")

@@ -309,7 +309,7 @@ ArmFigures figures_of(const CostArm& arm, const Stages& stages, const CostRefere
     const bool scattered = arm.settings.render.generator != Generator::sobol && figures.has_forecasts();
     figures.independent = scattered && arm.settings.render.sampling == Sampling::uniform;
     figures.replicates = samples.replicates.size();
-    figures.invalid = samples.invalid;
+    for (const ArmTrials* stage : stages) figures.invalid += stage->invalid;
     for (auto stage = stages.rbegin(); stage != stages.rend(); ++stage) {
         std::vector<CostPoint> points = points_of(**stage, scale, common);
         if (!figures.points.empty())
@@ -356,10 +356,14 @@ double compare(const Stages& stages, const Stages& baseline, const ArmFigures& b
         return one.variance * static_cast<double>(one.points.back().samples);
     };
     const double log_ratio = time.value + std::log(per_sample(figures) / per_sample(base));
-    const double half =
-        std::hypot(0.5 * (time.high - time.low), std::hypot(figures.log_half_of_variance, base.log_half_of_variance));
+    const double of_time = 0.5 * (time.high - time.low);
+    const double half = std::hypot(of_time, std::hypot(figures.log_half_of_variance, base.log_half_of_variance));
     figures.cost_ratio = times_or_over(std::exp(log_ratio), half);
-    return half > 0.0 ? 2.0 * normal_upper_tail(std::abs(log_ratio) / half * two_sided) : 1.0;
+    if (!(half > 0.0) || !std::isfinite(half)) return 1.0;
+    // Satterthwaite's, as if the noise's part were known: few rounds tell the time, and its part is the greatest by
+    // far.
+    const double dof = time.dof * std::pow(half / of_time, 4.0);
+    return 2.0 * student_upper_tail(std::abs(log_ratio) / half * student_quantile(0.975, dof), dof);
 }
 
 // Marks what is significant over all arms together.

@@ -87,10 +87,11 @@ bool ran_together(const ArmTrials& a, const ArmTrials& b) {
 }
 
 // The ratio of two times, whose logarithms reach so far and differ by `log_ratio`. `more` is a half-width of both. The
-// interval holds for so many rivals together.
-Rival rival_of(const ArmFigures& arm, double log_ratio, Reach rival, Reach best, double more, std::size_t rivals) {
+// interval holds for so many rivals together. `dof`: of what is known least, as few rounds have far tails.
+Rival rival_of(
+    const ArmFigures& arm, double log_ratio, Reach rival, Reach best, double more, double dof, std::size_t rivals) {
     const double widened =
-        normal_quantile(1.0 - 0.5 * rejection_level / static_cast<double>(rivals)) / normal_quantile(0.975);
+        student_quantile(1.0 - 0.5 * rejection_level / static_cast<double>(rivals), dof) / student_quantile(0.975, dof);
     // Not hypot of three, which in libstdc++ is NaN where one is infinite.
     const double low = widened * std::hypot(more, std::hypot(rival.low, best.high));
     const double high = widened * std::hypot(more, std::hypot(rival.high, best.low));
@@ -102,7 +103,7 @@ Rival compare(const Renewed& rival, const Renewed& best, std::size_t rivals) {
     const PairedEffect paired = paired_seconds(*rival.trials, *best.trials);
     return rival_of(rival.figures, std::log(rival.time.seconds->value / best.time.seconds->value),
         reach_of_noise(rival.figures, rival.time), reach_of_noise(best.figures, best.time),
-        0.5 * (paired.high - paired.low), rivals);
+        0.5 * (paired.high - paired.low), paired.dof, rivals);
 }
 
 // A rival that was not rendered beside the best: by what was known of it before. What the machine did since to the
@@ -113,7 +114,8 @@ Rival compare_apart(
     const TimeToError time = rival.time_to(error), before = best_before.time_to(error);
     const double drift = before.seconds ? a_sample(best.time) / a_sample(before) : 1.0;
     return rival_of(rival, std::log(drift * time.seconds->value / best.time.seconds->value), reach_of(*time.seconds),
-        reach_of(*best.time.seconds), 0.0, rivals);
+        reach_of(*best.time.seconds), 0.0,
+        static_cast<double>(std::min(rival.replicates, best.figures.replicates)) - 1.0, rivals);
 }
 
 // The setting that reaches the error soonest, of those that took part.

@@ -85,8 +85,9 @@ std::string sentence_on_tile(const ArmFigures& arm, const ArmFigures& baseline) 
 
 bool has_time_ratio(const ArmFigures& arm) { return std::isfinite(arm.time_ratio.high); }
 
-std::string sentence_on_noise(const ArmFigures& arm) {
+std::string sentence_on_noise(const ArmFigures& arm, const ArmFigures& baseline) {
     if (arm.variance == 0.0) return "there is no noise";
+    if (baseline.variance == 0.0) return "there is noise, which the baseline has not";
     const std::string down = "the noise is down ";
     if (!arm.cost_differs) {
         // An interval a side, not corrected for the many: it bounds what was not found.
@@ -98,10 +99,10 @@ std::string sentence_on_noise(const ArmFigures& arm) {
     return down + fmt::format("{} times later than the baseline's", factor(arm.cost_ratio));
 }
 
-std::string sentence_on_cost(const ArmFigures& arm) {
+std::string sentence_on_cost(const ArmFigures& arm, const ArmFigures& baseline) {
     if (!has_time_ratio(arm)) return "it was not rendered beside the baseline, so their times are not compared";
     return fmt::format(
-        "a sample takes {} times the baseline's time; {}", factor(arm.time_ratio), sentence_on_noise(arm));
+        "a sample takes {} times the baseline's time; {}", factor(arm.time_ratio), sentence_on_noise(arm, baseline));
 }
 
 // An arm whose errors are known only where they were measured, at the greatest count that the baseline has too.
@@ -281,7 +282,22 @@ std::string not_confirmed(const CostReport& report, const ArmFigures& best, doub
         return rival == nullptr ? "Nothing that may be as fast was measured to this error."
                                 : fmt::format("{} may be as fast; neither was measured anew.", rival->arm.name());
     }
-    return "It was not measured anew; give more --time.";
+    if (std::ranges::find(cost_errors, error) != cost_errors.end())
+        return "It was not measured anew; give more --time.";
+    std::vector<std::string> measured;
+    for (const double one : cost_errors) measured.push_back(words_of_error(one));
+    return fmt::format("Settings are measured to {} alone.", fmt::join(measured, ", "));
+}
+
+// Such samples count as 0, so that no figure of theirs is to be trusted; a render of them ends with status 1.
+std::vector<std::string> sentences_on_invalid(const CostReport& report) {
+    std::vector<std::string> sentences;
+    for (const ArmFigures& arm : report.figures)
+        if (arm.invalid > 0)
+            sentences.push_back(
+                fmt::format("{}: {} samples were negative or not finite (MODEL.md section 12): its figures are wrong.",
+                    arm.arm.name(), arm.invalid));
+    return sentences;
 }
 
 // The command to an error, and what is known of it.
@@ -297,6 +313,9 @@ std::string sentence_to(const CostReport& report, double error) {
                    : fmt::format("No setting here reaches {}.", words_of_error(error));
     }
     const TimeToError time = best->time_to(error);
+    if (const double samples = std::ceil(*time.samples); samples > static_cast<double>(numbers_alike))
+        return fmt::format("To {}: {:.2g} samples a pixel, by a forecast, and no render takes more than {}.",
+            words_of_error(error), samples, numbers_alike);
     return fmt::format("To {}: `{} --samples {:.0f}`, {}{}. {}", words_of_error(error),
         render_command(report, best->arm), std::ceil(*time.samples), words_of(time),
         time.floor_unknown ? "; a bias as great is not excluded, and none assumed" : "",
@@ -333,10 +352,11 @@ std::vector<std::string> recommendations(const CostReport& report) {
         }
         const std::string floor = sentence_on_floor(arm, baseline);
         const std::string tile = sentence_on_tile(arm, baseline);
-        sentences.push_back(fmt::format("{}: {}{}{}{}{}.", arm.arm.name(), sentence_on_cost(arm),
+        sentences.push_back(fmt::format("{}: {}{}{}{}{}.", arm.arm.name(), sentence_on_cost(arm, baseline),
             floor.empty() ? "" : "; it ", floor, tile.empty() ? "" : "; ", tile));
     }
     std::ranges::move(sentences_on_building(report), std::back_inserter(sentences));
+    std::ranges::move(sentences_on_invalid(report), std::back_inserter(sentences));
     return sentences;
 }
 
@@ -388,8 +408,7 @@ std::string bias_of(const ArmFigures& arm) {
         return fmt::format("{} at {} samples, fewer have more", floor_cell(arm), arm.points.back().samples);
     if (arm.has_floor)
         return fmt::format("{} ({} to {})", percent(floor.value), percent(floor.low), percent(floor.high));
-    const bool by_design = arm.arm.keeps_estimate && arm.arm.settings.render.bounces >= unlimited_bounces;
-    return fmt::format("{}, below {}", by_design ? "none by design" : "none found", percent(floor.high));
+    return fmt::format("{}, below {}", arm.arm.is_unbiased() ? "none by design" : "none found", percent(floor.high));
 }
 
 // Regions where a setting that is good in the mean costs half as much again as the baseline.
@@ -451,6 +470,7 @@ std::string to_text(const CostReport& report) {
             words_of(arm->time_to(report.asked_error)), bias_of(*arm) + bad_regions(*arm));
     text += fmt::format("\n{}\n", sentence_to(report, report.asked_error));
     for (const std::string& sentence : sentences_on_building(report)) text += sentence + "\n";
+    for (const std::string& sentence : sentences_on_invalid(report)) text += sentence + "\n";
     const auto more = report.figures.size() - std::min(report.figures.size(), rows_of(report).size());
     if (more > 0 || !report.skipped.empty())
         text += fmt::format(

@@ -7,8 +7,11 @@
 
 namespace tandem {
 
-FilmDenoiser::FilmDenoiser(Renderer& renderer, const Scene& scene, const RenderSettings& settings)
-    : scene_(scene), settings_(settings), job_(renderer.prepare(scene, feature_settings(settings, scene))) {
+FilmDenoiser::FilmDenoiser(Renderer& renderer, const Scene& scene, const RenderSettings& settings, unsigned threads)
+    : scene_(scene),
+      settings_(settings),
+      threads_(threads),
+      job_(renderer.prepare(scene, feature_settings(settings, scene))) {
     (void)job_->trace(0, 0, {0, 1});
 }
 
@@ -25,7 +28,7 @@ std::optional<FilmDenoiser::Result> FilmDenoiser::denoise(
         feature_seconds_ = now() - start;
     }
     const double start = now();
-    auto image = tandem::denoise(noisy_image_of(film, features_), {.threads = 0, .stop = stop, .progress = {}});
+    auto image = tandem::denoise(noisy_image_of(film, features_), {.threads = threads_, .stop = stop, .progress = {}});
     if (!image) return std::nullopt;
     return Result{std::move(*image), feature_seconds_ + (now() - start), feature_seconds_};
 }

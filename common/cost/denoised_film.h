@@ -17,8 +17,9 @@ inline constexpr std::uint64_t fewest_to_denoise = 4;
 
 class FilmDenoiser {
 public:
-    // `scene` and `renderer` must outlive it. Throws UnsupportedError where the renderer cannot follow single paths.
-    FilmDenoiser(Renderer& renderer, const Scene& scene, const RenderSettings& settings);
+    // `scene` and `renderer` must outlive it. `threads` of the filter; 0: as many as the machine has. Throws
+    // UnsupportedError where the renderer cannot follow single paths.
+    FilmDenoiser(Renderer& renderer, const Scene& scene, const RenderSettings& settings, unsigned threads);
 
     struct Result {
         std::vector<double> image;                    // [(y * width + x) * 3 + channel]
@@ -33,6 +34,7 @@ public:
 private:
     const Scene& scene_;
     RenderSettings settings_;
+    unsigned threads_;
     std::unique_ptr<RenderJob> job_;
     SampleRange known_{0, 0};  // samples that features_ are of
     std::vector<PixelFeatures> features_;

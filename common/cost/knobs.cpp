@@ -3,7 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
+
+#include "common/cost/reference.h"
 
 namespace tandem {
 
@@ -265,6 +268,20 @@ bool keeps_estimate(const Scene& scene, const ArmSettings& baseline, const ArmSe
            std::ranges::all_of(scene.materials, is_as_reflected) && render.filter == baseline.render.filter &&
            render.accumulation != Accumulation::plain && render.intersection == IntersectionSettings{} &&
            arm.backend.precision != Precision::half_storage && !arm.denoise;
+}
+
+bool have_one_mean(const ArmSettings& a, const ArmSettings& b) {
+    const auto without = [](ArmSettings arm) {
+        const RenderSettings any;
+        arm.render.generator = any.generator;
+        arm.render.sampling = any.sampling;
+        arm.render.hierarchy = any.hierarchy;
+        if (std::isfinite(arm.render.clamp)) return text_of(arm, {});  // what it cuts depends on how samples scatter
+        arm.render.light_sampling = any.light_sampling;
+        arm.render.roulette_start = any.roulette_start;
+        return text_of(arm, {});
+    };
+    return without(a) == without(b);
 }
 
 ArmSettings reference_settings(const ArmSettings& baseline, const std::string& reference_backend) {

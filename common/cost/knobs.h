@@ -45,4 +45,8 @@ inline constexpr std::uint32_t unlimited_bounces = 256;
 // paths beyond the baseline's bounces. Else it is not recommended for errors that its floor may reach.
 [[nodiscard]] bool keeps_estimate(const Scene& scene, const ArmSettings& baseline, const ArmSettings& arm);
 
+// Whether images of both have one mean, and so one bias: they differ in no more than where samples are put and the
+// hierarchy, and without a clamp (MODEL.md section 11.1) in how lights are chosen and where roulette begins.
+[[nodiscard]] bool have_one_mean(const ArmSettings& a, const ArmSettings& b);
+
 }  // namespace tandem

@@ -262,8 +262,8 @@ struct CostExperiment::Renderers {
     }
 };
 
-CostExperiment::CostExperiment(const Scene& scene, MakeRenderer make, std::uint64_t seed)
-    : scene_(scene), renderers_(std::make_unique<Renderers>()), seed_(seed) {
+CostExperiment::CostExperiment(const Scene& scene, MakeRenderer make, std::uint64_t seed, unsigned threads)
+    : scene_(scene), renderers_(std::make_unique<Renderers>()), seed_(seed), threads_(threads) {
     renderers_->make = std::move(make);
 }
 
@@ -304,7 +304,8 @@ void CostExperiment::make_denoiser(const CostArm& arm, Ready& ready) const {
     try {
         RenderSettings settings = arm.settings.render;
         settings.seed = seed_;
-        ready.denoiser = std::make_unique<FilmDenoiser>(renderers_->of(arm.settings.backend), scene_, settings);
+        ready.denoiser =
+            std::make_unique<FilmDenoiser>(renderers_->of(arm.settings.backend), scene_, settings, threads_);
     } catch (const UnsupportedError& refusal) {
         ready.job.reset();
         ready.refusal = refusal.what();
@@ -330,7 +331,7 @@ std::size_t CostExperiment::add(std::span<const CostArm> arms, const std::functi
         if (ready.job && arms[i].settings.denoise) make_denoiser(arms[i], ready);
         if (!ready.job) {
             if (ready.refusal.empty())
-                skip_for_time(arms[i], "no time was left to make its kernels");
+                skip_for_time(arms[i], "no time was left to prepare it");
             else
                 skipped_.push_back({arms[i].knob, arms[i].setting, ready.refusal});
             continue;

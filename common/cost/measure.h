@@ -25,6 +25,8 @@ struct CostArm {
     // Time to build its hierarchy, the median of several: for the arms of hierarchy_knob, and the baseline beside them.
     std::optional<double> hierarchy_seconds = {};
     [[nodiscard]] std::string name() const { return setting.empty() ? knob : knob + " " + setting; }
+    // By design and but for rounding: nothing cuts its paths off, either.
+    [[nodiscard]] bool is_unbiased() const { return keeps_estimate && settings.render.bounces >= unlimited_bounces; }
 };
 
 struct SkippedArm {
@@ -67,7 +69,8 @@ struct CostStage {
 // The arms made ready, each on a renderer that it shares with those of equal options.
 class CostExperiment {
 public:
-    CostExperiment(const Scene& scene, MakeRenderer make, std::uint64_t seed);
+    // `threads` that denoise; 0: as many as the machine has.
+    CostExperiment(const Scene& scene, MakeRenderer make, std::uint64_t seed, unsigned threads);
     ~CostExperiment();
 
     // Makes arms ready, as many at once as the first arm's renderer can. Returns how many; the others are SkippedArms:
@@ -105,6 +108,7 @@ private:
     const Scene& scene_;
     std::unique_ptr<Renderers> renderers_;
     std::uint64_t seed_;
+    unsigned threads_;
     std::vector<CostArm> arms_;
     std::vector<std::unique_ptr<RenderJob>> jobs_;
     std::vector<std::unique_ptr<FilmDenoiser>> denoisers_;  // of the same arms; none of those that do not denoise

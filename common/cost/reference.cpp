@@ -142,7 +142,16 @@ CostReference continued(const CostRequest& request, const Preparation& made, con
     double seconds, bool more, const CostControl& control) {
     const RenderSettings& render = request.baseline.render;
     const std::size_t size = std::size_t{render.width} * render.height * channel_count;
-    std::optional<CostReference> earlier = file.empty() ? std::nullopt : cached(file, made.key, size);
+    const auto at_any_rate = [&](const auto& access) {
+        try {
+            access();
+        } catch (const InputError& error) {
+            if (!request.cache_fault) throw;
+            request.cache_fault(error);
+        }
+    };
+    std::optional<CostReference> earlier;
+    if (!file.empty()) at_any_rate([&] { earlier = cached(file, made.key, size); });
     if (request.earlier && request.earlier->reference.key == made.key &&
         (!earlier || earlier->seconds < request.earlier->reference.seconds))
         earlier = request.earlier->reference;
@@ -157,10 +166,12 @@ CostReference continued(const CostRequest& request, const Preparation& made, con
     reference.image = image_of(request);
     reference.made_by = made.made_by;
     reference.program = request.program;
-    if (!file.empty() && reference.seconds > before) {
-        if (file.has_parent_path()) std::filesystem::create_directories(file.parent_path());
-        write_text_file(file, to_bytes(reference), request.read == nullptr ? FilesRead{} : *request.read);
-    }
+    if (!file.empty() && reference.seconds > before)
+        at_any_rate([&] {
+            std::error_code error;  // writing tells
+            if (file.has_parent_path()) std::filesystem::create_directories(file.parent_path(), error);
+            write_text_file(file, to_bytes(reference), request.read == nullptr ? FilesRead{} : *request.read);
+        });
     check_not_black(reference);
     return reference;
 }
@@ -203,8 +214,8 @@ std::string text_of(const ArmSettings& settings, const RendererInfo& info) {
 
 InputError other_measurement() {
     return InputError(
-        "--resume: that measurement is of another scene, size, device, program or of other settings; name another file "
-        "to begin anew");
+        "--resume: that measurement is of another scene, size, device or program, or of other settings or --knob; name "
+        "another file to begin anew");
 }
 
 CostReference render_reference(

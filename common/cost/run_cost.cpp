@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <iterator>
+#include <set>
 #include <sstream>
 #include <utility>
 
@@ -142,7 +143,7 @@ public:
           request_(std::move(request)),
           control_(control),
           start_(now_by(control)),
-          experiment_(scene, request_.make, request_.seed) {
+          experiment_(scene, request_.make, request_.seed, request_.threads) {
         report_.scene_file = request_.scene_file;
         report_.given = request_.given;
         report_.scene = scene.name;
@@ -199,8 +200,10 @@ void CostRun::add_baseline() {
 void CostRun::render_reference() {
     samples_.reference =
         long_reference(scene_, request_, reference_share * request_.seconds, within(control_, 0.0, reference_share));
-    samples_.key =
-        hash_of(samples_.reference.key + request_.scene_bytes + request_.program + text_of(request_.baseline, info_));
+    // Arms that are new to the samples would have no part in the errors that others have reached.
+    const std::set<std::string> knobs(request_.knobs.begin(), request_.knobs.end());
+    samples_.key = hash_of(samples_.reference.key + request_.scene_bytes + request_.program +
+                           text_of(request_.baseline, info_) + fmt::format(" knobs {}", fmt::join(knobs, " ")));
     if (request_.earlier) {
         if (request_.earlier->key != samples_.key) throw other_measurement();
         request_.earlier->reference = std::move(samples_.reference);  // may have gone on

@@ -5,6 +5,7 @@
 #include <filesystem>
 
 #include "common/cost/cost.h"
+#include "common/error.h"
 #include "common/files/write_file.h"
 
 namespace tandem {
@@ -17,12 +18,15 @@ struct CostRequest {
     std::vector<std::pair<std::string, std::string>> given;  // the options of `tandem render` that make the baseline
     std::string backend, reference_backend;
     MakeRenderer make, make_reference;
-    std::vector<std::string> knobs;        // only these; empty: all
-    std::filesystem::path references;      // folder of cached references, made if it is not there; empty: none
+    std::vector<std::string> knobs;    // only these; empty: all
+    std::filesystem::path references;  // folder of cached references, made if it is not there; empty: none
+    // Told why a file there can be neither read nor written, which is then done without. Empty: it is thrown.
+    std::function<void(const InputError&)> cache_fault = {};
     std::filesystem::path reference_file;  // one that was rendered before, maybe elsewhere; empty: none
     const FilesRead* read = nullptr;       // that are not to be replaced
     double seconds = 120.0;                // for everything, as planned; a stop cuts
     std::uint64_t seed = 1;
+    unsigned threads = 0;                         // that denoise; 0: as many as the machine has
     std::optional<CostSamples> earlier;           // a measurement to continue
     std::function<void(const CostReport&)> keep;  // what is known after a stage
 };

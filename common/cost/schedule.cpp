@@ -99,8 +99,14 @@ struct Candidate {
     double seconds, soonest;  // to the error; the low end of its interval
 };
 
-bool may_be_had(const ArmFigures& arm, double error) {
-    return arm.has_forecasts() && (arm.arm.keeps_estimate || !arm.has_floor || arm.is_safe_at(error));
+// A bias is one of the mean, so that another arm of the same mean may show it first.
+bool may_be_had(const std::vector<ArmFigures>& figures, const ArmFigures& arm, double error) {
+    const auto shows_bias = [&](const ArmFigures& other) {
+        return other.has_forecasts() && !other.arm.is_unbiased() && other.has_floor &&
+               other.squared_bias.low >= error * error && have_one_mean(other.arm.settings, arm.arm.settings);
+    };
+    return arm.has_forecasts() && (arm.arm.keeps_estimate || !arm.has_floor || arm.is_safe_at(error)) &&
+           std::ranges::none_of(figures, shows_bias);
 }
 
 std::vector<std::uint64_t> levels_of(const ArmFigures& arm, double wanted) {
@@ -109,8 +115,8 @@ std::vector<std::uint64_t> levels_of(const ArmFigures& arm, double wanted) {
     return levels_up_to(wanted);
 }
 
-std::optional<Candidate> candidate(const ArmFigures& arm, double error) {
-    if (!may_be_had(arm, error)) return std::nullopt;
+std::optional<Candidate> candidate(const std::vector<ArmFigures>& figures, const ArmFigures& arm, double error) {
+    if (!may_be_had(figures, arm, error)) return std::nullopt;
     const TimeToError time = arm.time_to(error);
     if (!time.seconds || !time.samples) return std::nullopt;
     double wanted = surely * *time.samples;
@@ -181,7 +187,7 @@ std::vector<CostStage::Arm> contenders(
     const std::vector<ArmFigures>& figures, std::size_t index, double seconds, bool alone, bool in_pieces) {
     std::vector<Candidate> all;
     for (const ArmFigures& arm : figures)
-        if (auto one = candidate(arm, cost_errors[index])) all.push_back(std::move(*one));
+        if (auto one = candidate(figures, arm, cost_errors[index])) all.push_back(std::move(*one));
     if (all.empty()) return {};
     std::ranges::stable_sort(all, {}, by_time);
     const auto is_behind = [most = far_behind * all[0].seconds](const Candidate& one) { return one.soonest > most; };
@@ -235,7 +241,7 @@ std::vector<CostStage::Arm> not_there(const std::vector<ArmFigures>& figures, co
         if (before == nullptr || !has_replicates(*before, fewest_replicates) ||
             is_at(*before, cost_errors[index], samples.reference))
             continue;
-        auto one = candidate(arm, cost_errors[index]);
+        auto one = candidate(figures, arm, cost_errors[index]);
         if (!one || (one->soonest > soonest && &arm != figures.data())) continue;
         if (one->levels.back() <= before->samples.back())
             one->levels = levels_up_to(2.0 * static_cast<double>(before->samples.back()));
@@ -301,7 +307,7 @@ std::optional<CostStage> baseline_left_out(
         CostStage next;
         next.stage = baseline_stage(index);
         const ArmTrials* begun = trials_at(samples, name, next.stage);
-        const auto one = candidate(baseline, error);
+        const auto one = candidate(figures, baseline, error);
         if (took_part || !one || (begun != nullptr && has_replicates(*begun, fewest_replicates))) continue;
         next.arms.push_back({name, begun != nullptr ? begun->samples : one->levels});
         const double takes = static_cast<double>(fewest_replicates) * seconds_of(baseline, next.arms[0].samples);
@@ -319,7 +325,7 @@ std::vector<CostStage::Arm> grown(
     std::vector<Candidate> all;
     for (const ArmFigures& arm : figures) {
         const TimeToError time = arm.time_to(error);
-        if (!may_be_had(arm, error) || !(arm.variance > 0.0) || (!time.seconds && !time.unknown)) continue;
+        if (!may_be_had(figures, arm, error) || !(arm.variance > 0.0) || (!time.seconds && !time.unknown)) continue;
         const double wanted = factor * static_cast<double>(arm.points.back().samples);
         const double to_error = time.seconds ? time.seconds->value : std::numeric_limits<double>::infinity();
         all.push_back({&arm, levels_of(arm, wanted), to_error, to_error});

@@ -1,9 +1,9 @@
 // What `tandem cost` measures next: successive halving. All arms have a short stage. Then, error by error from the
-// largest on, the arms that could reach it fastest are rendered until they reach it. What is surely far behind takes no
-// time from them; but the baseline is measured afterwards, where there is time. In between, arms without a bound on
-// their bias get the samples that bound it. Where an error is too far to be met, the arms that may be soonest render
-// more samples, fewer of them each time. Decisions follow from the samples alone, so a continued measurement goes on
-// where it stopped.
+// largest on, the arms that could reach it fastest are rendered until they reach it. What is surely far behind, or of a
+// mean whose bias another arm has shown to be greater (have_one_mean), takes no time from them; but the baseline is
+// measured afterwards, where there is time. In between, arms without a bound on their bias get the samples that bound
+// it. Where an error is too far to be met, the arms that may be soonest render more samples, fewer of them each time.
+// Decisions follow from the samples alone, so a continued measurement goes on where it stopped.
 #pragma once
 
 #include <cstdint>

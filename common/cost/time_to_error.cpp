@@ -108,7 +108,7 @@ TimeToError ArmFigures::time_to(double relative_error) const {
         return result;
     }
     result.samples = samples_needed;
-    result.floor_unknown = !has_floor && squared_bias.high >= aim;
+    result.floor_unknown = !arm.is_unbiased() && !has_floor && squared_bias.high >= aim;
     const Estimated seconds = seconds_at(samples_needed);
     // The forecast is of one render, which takes more or less than the median of many.
     const double log_half_of_time = std::hypot(log_half_of(seconds), log_scatter_of_time);

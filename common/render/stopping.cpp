@@ -53,7 +53,6 @@ private:
 // So many black samples a pixel, and paths in all, say that the image is black: it then has no relative error that
 // could be met.
 constexpr std::uint64_t black_samples = 1024, black_paths = std::uint64_t{1} << 20;
-constexpr std::uint64_t endless = std::uint64_t{1} << 40;  // where nothing else ends a render
 
 // A multiple of a sixteenth of the power of two below. Sobol points stay nearly as even as a power of two there. An end
 // that is forecast is rounded up to it, by a fortieth in the mean, so that few miss the error.
@@ -76,7 +75,7 @@ public:
           goes_on_(goes_on),
           last_(rule.samples      ? *rule.samples / scramblings
                 : scramblings > 1 ? most_points
-                                  : endless),
+                                  : numbers_alike),
           scramblings_(scramblings),
           steps_(rule.relative_error || !rule.samples || sampling == Sampling::adaptive || scrambled()) {}
 

@@ -35,10 +35,10 @@ def tandem(*arguments, **options):
     return subprocess.run([TANDEM, *map(os.fsencode, map(as_argument, arguments))], capture_output=True, text=True, timeout=120, **options)
 
 
-def in_time(*arguments):
+def in_time(*arguments, **options):
     """The same, once more where its --time was too short: the machine may have been away meanwhile."""
-    result = tandem(*arguments)
-    return tandem(*arguments) if result.returncode == 3 and "are too short" in result.stderr else result
+    result = tandem(*arguments, **options)
+    return tandem(*arguments, **options) if result.returncode == 3 and "are too short" in result.stderr else result
 
 
 class Stopwatch:

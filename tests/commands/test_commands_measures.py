@@ -3,12 +3,13 @@
 import json
 import os
 import re
+import shutil
 import signal
 import subprocess
 import time
 import unittest
 
-from program import SCENES, TANDEM, THOROUGH, ProgramTest, in_time, tandem
+from program import SCENES, TANDEM, THOROUGH, ProgramTest, in_time, tandem, until
 
 
 class Measures(ProgramTest):
@@ -216,6 +217,29 @@ class Measures(ProgramTest):
         self.refused(tandem("cost", self.scene, "--size", "9", "--reference", reference, "--time", "4"),
                      "there.reference", "another scene, size")
 
+    def test_cost_keeps_no_reference_where_the_cache_cannot_be_written(self):
+        cost = ["cost", self.scene, "--size", "8", "--knob", "bounces", "--time", "4"]
+        result = in_time(*cost, env=os.environ | {"XDG_CACHE_HOME": str(self.scene)})  # no folder
+        self.assertEqual(result.returncode, 0, result.stderr)
+        self.assertIn("the long reference is not kept: ", result.stderr)
+        self.assertIn("To 1 %: `tandem render", result.stdout)
+        self.refused(tandem(*cost, "--references", self.scene / "references"), "references")
+
+    def test_cost_tells_what_it_measured_where_its_samples_cannot_be_saved(self):
+        kept, out = self.folder / "kept", self.folder / "cost.json"
+        kept.mkdir()
+        with subprocess.Popen([TANDEM, "cost", self.scene, "--size", "8", "--knob", "bounces", "--no-cache", "--time", "8",
+                               "--resume", kept / "cost.samples", "--json", out],
+                              stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as running:
+            until(lambda: running.poll() is not None or (kept / "cost.samples").exists(), "samples are saved")
+            shutil.rmtree(kept)
+            kept.write_text("no folder")
+            told, errors = running.communicate(timeout=60)
+        self.assertEqual(running.returncode, 2, errors)
+        self.assertIn("cost.samples", errors)
+        self.assertIn("To 1 %: `tandem render", told)
+        self.assertGreater(len(json.loads(out.read_text())["arms"]), 1)
+
     def test_cost_measures_continues_and_refuses(self):
         out, samples = self.folder / "cost.json", self.folder / "cost.samples"
         arguments = ["cost", self.scene, "--size", "8", "--time", "4", "--knob", "bounces", "--references",
@@ -240,6 +264,8 @@ class Measures(ProgramTest):
         self.assertEqual(second["reference"], first["reference"])
         self.refused(tandem(*arguments, "--bounces", "3"), "--resume")
         self.refused(tandem("cost", self.scene, "--knob", "magic"), "magic", "integrator")
+        self.refused(tandem("cost", self.scene, "--device", "0"), "--device", "add --backend vulkan")
+        self.refused(tandem(*arguments, "--knob", "integrator"), "--resume", "--knob")
         self.refused(tandem("cost", self.scene, "--resume", self.scene), "scene.json")
         self.refused(tandem("cost", self.folder / "none.json"), "none.json")
         listed = tandem("cost", self.scene, "--list")

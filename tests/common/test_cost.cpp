@@ -219,6 +219,46 @@ TEST_CASE("cost: what is recommended to be typed has the options of the baseline
           std::string::npos);
 }
 
+TEST_CASE("cost: a forecast warns of a bias that was not excluded, but not where there is none by design") {
+    CostReport report = report_of({"baseline"});
+    report.asked_error = 0.01;
+    ArmFigures& arm = report.figures.front();
+    arm.squared_bias = {0.0, 0.0, 0.02 * 0.02};
+    const char* warning = "a bias as great is not excluded";
+    CHECK(to_text(report).find(warning) != std::string::npos);
+    arm.arm.settings.render.bounces = unlimited_bounces;
+    CHECK(to_text(report).find(warning) == std::string::npos);
+    arm.arm.keeps_estimate = false;
+    CHECK(to_text(report).find(warning) != std::string::npos);
+}
+
+TEST_CASE("cost: no command is recommended that render refuses for its samples") {
+    CostReport report = report_of({"baseline"});
+    report.asked_error = 1e-9;
+    CHECK(to_text(report).find("no render takes more than 1099511627776") != std::string::npos);
+    CHECK(to_text(report).find("--samples") == std::string::npos);
+    report.asked_error = 1e-5;
+    CHECK(to_text(report).find("--samples 10000000000`") != std::string::npos);
+    CHECK(to_text(report).find("Settings are measured to 5 %, 1 %, 0.3 % alone.") != std::string::npos);
+    report.asked_error = 0.01;
+    CHECK(to_text(report).find("give more --time.") != std::string::npos);
+}
+
+TEST_CASE("cost: samples that no figure can be trusted with are told, and noise that the baseline has not") {
+    CostReport report = report_of({"baseline", "generator"});
+    report.figures[1].time_ratio = {1.0, 0.9, 1.1};
+    CHECK(to_text(report).find("not finite") == std::string::npos);
+    CHECK(all_to_text(report).find(
+              "generator: a sample takes 1.00 (0.90 to 1.10) times the baseline's time; the noise is "
+              "down as soon as") != std::string::npos);
+    report.figures[1].invalid = 3;
+    report.figures[0].variance = 0.0;
+    for (const std::string& text : {to_text(report), all_to_text(report)})
+        CHECK(text.find("generator: 3 samples were negative or not finite") != std::string::npos);
+    CHECK(all_to_text(report).find("times the baseline's time; there is noise, which the baseline has not") !=
+          std::string::npos);
+}
+
 TEST_CASE("cost: an error that the reference's noise hides is met at the count that was measured, not before it") {
     ArmFigures arm;
     CostPoint& above = arm.points.emplace_back();

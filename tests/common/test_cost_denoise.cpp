@@ -1,4 +1,6 @@
 // The arm `denoise` of `tandem cost`: errors where they were measured, no forecast, and no part in what is recommended.
+#include <time.h>
+
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
@@ -123,6 +125,25 @@ TEST_CASE("cost: where features or variances cannot be had, denoising is refused
     };
     CHECK(reason(report_of(0.0, false)) == "this renderer cannot follow a single path");
     CHECK(reason(report_of(0.0, true, Generator::sobol)).find("variance") != std::string::npos);
+}
+
+double seconds_by(clockid_t clock) {
+    timespec time{};
+    REQUIRE(clock_gettime(clock, &time) == 0);
+    return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
+}
+
+TEST_CASE("cost: on one thread nothing but that thread denoises") {
+    StripedRenderer renderer(0.0);
+    RenderSettings settings;
+    settings.width = settings.height = 128;
+    const Scene scene;
+    const FilmMoments film = film_of(renderer.prepare(scene, settings)->render({0, 4}).estimate);
+    FilmDenoiser denoiser(renderer, scene, settings, 1);
+    const double all = seconds_by(CLOCK_PROCESS_CPUTIME_ID), own = seconds_by(CLOCK_THREAD_CPUTIME_ID);
+    REQUIRE(denoiser.denoise(film, 0, [] { return 0.0; }, {}));
+    const double took = seconds_by(CLOCK_THREAD_CPUTIME_ID) - own;
+    CHECK(seconds_by(CLOCK_PROCESS_CPUTIME_ID) - all < 1.1 * took);
 }
 
 }  // namespace

@@ -197,6 +197,13 @@ TEST_CASE("cost: a measurement is saved after every round, continued, and refuse
     request.baseline.render.bounces = RenderSettings{}.bounces;
     request.program = "another";
     CHECK_THROWS_AS((void)run_cost(Scene{}, request, control), InputError);
+    request.program = "";
+    std::ranges::reverse(request.knobs);  // which are the same
+    request.earlier = samples_from_bytes(saved, "saved");
+    CHECK_NOTHROW((void)run_cost(Scene{}, request, control));
+    request.earlier = samples_from_bytes(saved, "saved");
+    request.knobs = {"generator"};  // of other arms, which would never be held against those that are there
+    CHECK_THROWS_AS((void)run_cost(Scene{}, request, control), InputError);
     CHECK_THROWS_AS((void)samples_from_bytes(saved.substr(0, saved.size() / 2), "half"), InputError);
     CHECK_THROWS_AS((void)samples_from_bytes("", "empty"), InputError);
     CHECK_THROWS_AS((void)reference_from_bytes(saved, "other"), InputError);
@@ -249,6 +256,20 @@ TEST_CASE("cost: references are cached by what they depend on") {
     CHECK(files() == 2);
     for (const auto& entry : std::filesystem::directory_iterator(request.references))
         std::ofstream(entry.path()) << "rubbish";
+    CHECK_THROWS_AS((void)run_cost(Scene{}, request, control_of(looks)), InputError);
+    // A cache is done without, and why is told.
+    std::vector<std::string> faults;
+    request.cache_fault = [&](const InputError& error) { faults.emplace_back(error.what()); };
+    CHECK(run_cost(Scene{}, request, control_of(looks)).reference.samples > 0);
+    CHECK(faults.size() == 1);
+    faults.clear();
+    CHECK(run_cost(Scene{}, request, control_of(looks)).reference.samples > 0);
+    CHECK(faults.empty());  // it was written anew
+    std::ofstream(folder / "file") << "no folder";
+    request.references = folder / "file" / "references";
+    CHECK(run_cost(Scene{}, request, control_of(looks)).reference.samples > 0);
+    CHECK(faults.size() == 1);
+    request.cache_fault = {};
     CHECK_THROWS_AS((void)run_cost(Scene{}, request, control_of(looks)), InputError);
 }
 

@@ -1,4 +1,6 @@
 // The schedule of `tandem cost`: which arms it renders until which error is measured.
+#include <array>
+#include <limits>
 #include <nlohmann/json.hpp>
 #include <sstream>
 
@@ -170,6 +172,96 @@ TEST_CASE(
         CAPTURE(seconds);
         CHECK(next(seconds)->arms.size() == 2);
     }
+}
+
+TEST_CASE("cost schedule: what one setting shows of a bias goes for all that have its mean") {
+    std::vector<CostArm> arms{{"baseline", "", "", {}, true}, {"bounces", "4", "--bounces 4", {}, false},
+        {"mix", "bounces 4 + generator sobol", "--bounces 4 --generator sobol", {}, false}};
+    for (std::size_t i = 1; i < arms.size(); ++i) arms[i].settings.render.bounces = 4;
+    arms[2].settings.render.generator = Generator::sobol;
+    CostSamples samples;
+    samples.reference = {"", "", 1 << 20, 1.0, {4.0, 4.0, 4.0}, {0.0, 0.0, 0.0}, {1e-9, 1e-9, 1e-9}};
+    for (const CostArm& arm : arms) add_trials(samples, arm, short_stage, 16, 2.5);
+    std::vector<ArmFigures> figures = analyse_cost(arms, samples);
+    const auto takes_part = [&](const CostArm& arm) {
+        const std::optional<CostStage> stage = next_stage(figures, samples, 1e6);
+        REQUIRE(stage.has_value());
+        REQUIRE(stage->stage == goal_stage(0));  // 5 %
+        return std::ranges::find(stage->arms, arm.name(), &CostStage::Arm::name) != stage->arms.end();
+    };
+    CHECK(takes_part(arms[1]));
+    figures[2].has_floor = true;
+    figures[2].squared_bias = {0.06 * 0.06, 0.055 * 0.055, 0.065 * 0.065};
+    CHECK_FALSE(takes_part(arms[2]));
+    CHECK_FALSE(takes_part(arms[1]));
+    CHECK(takes_part(arms[0]));
+    figures[2].squared_bias.low = 0.04 * 0.04;  // 5 % may be met
+    CHECK(takes_part(arms[1]));
+}
+
+TEST_CASE("cost schedule: one mean have settings that differ in where samples are put, and no others") {
+    const ArmSettings base;
+    const auto has_mean_of_base = [&](const auto& change, double clamp = std::numeric_limits<double>::infinity()) {
+        ArmSettings one = base, other = base;
+        one.render.clamp = other.render.clamp = clamp;
+        change(other);
+        return have_one_mean(one, other);
+    };
+    const auto sobol = [](ArmSettings& arm) { arm.render.generator = Generator::sobol; };
+    const auto adaptive = [](ArmSettings& arm) { arm.render.sampling = Sampling::adaptive; };
+    const auto tree = [](ArmSettings& arm) { arm.render.light_sampling = LightSampling::tree; };
+    const auto roulette = [](ArmSettings& arm) { arm.render.roulette_start = 1; };
+    CHECK(has_mean_of_base(sobol));
+    CHECK(has_mean_of_base(adaptive));
+    CHECK(has_mean_of_base(tree));
+    CHECK(has_mean_of_base(roulette));
+    CHECK(has_mean_of_base(sobol, 4.0));
+    CHECK_FALSE(has_mean_of_base(tree, 4.0));  // what is cut depends on how samples scatter
+    CHECK_FALSE(has_mean_of_base(roulette, 4.0));
+    CHECK_FALSE(has_mean_of_base([](ArmSettings& arm) { arm.render.bounces = 3; }));
+    CHECK_FALSE(has_mean_of_base([](ArmSettings& arm) { arm.render.clamp = 4.0; }));
+    CHECK_FALSE(has_mean_of_base([](ArmSettings& arm) { arm.render.filter = PixelFilter::tent; }));
+    CHECK_FALSE(has_mean_of_base([](ArmSettings& arm) { arm.denoise = true; }));
+}
+
+TEST_CASE("cost schedule: four rounds tell less than a normal distribution would") {
+    const std::vector<CostArm> arms{
+        {"baseline", "", "", {}, true}, {"generator", "hash", "--generator hash", {}, true}};
+    CostSamples samples;
+    samples.reference = {"", "", 1 << 20, 1.0, {4.0, 4.0, 4.0}, {0.0, 0.0, 0.0}, {1e-9, 1e-9, 1e-9}};
+    for (const CostArm& arm : arms) add_trials(samples, arm, short_stage, 64, 1.0);
+    const auto differs = [&](const std::array<double, fewest_replicates>& logarithms) {
+        CostSamples now = samples;
+        for (std::size_t round = 0; round < fewest_replicates; ++round)
+            for (double& seconds : now.arms[1].replicates[round].seconds) seconds *= std::exp(logarithms[round]);
+        return analyse_cost(arms, now)[1].cost_differs;
+    };
+    // t = 3.9 with 3 degrees of freedom: p = 0.03, twice that after Holm. As a normal deviate p would be 0.0001.
+    CHECK_FALSE(differs({0.02, 0.04, 0.06, 0.08}));
+    CHECK(differs({0.05, 0.055, 0.06, 0.065}));
+}
+
+TEST_CASE("cost schedule: intervals of several rivals hold together, by Student's quantiles of their rounds") {
+    std::vector<CostArm> arms;
+    CostSamples samples;
+    samples.reference = {"", "", 1 << 20, 1.0, {4.0, 4.0, 4.0}, {0.0, 0.0, 0.0}, {1e-9, 1e-9, 1e-9}};
+    const auto log_width_with = [&](std::size_t rivals) {
+        while (arms.size() <= rivals) {
+            arms.push_back({"setting", std::to_string(arms.size()), "", {}, true});
+            add_trials(samples, arms.back(), short_stage, 16, arms.size() == 1 ? 1.0 : 2.0);
+            add_trials(samples, arms.back(), goal_stage(0), 512, arms.size() == 1 ? 1.0 : 2.0);
+            for (Replicate& one : samples.arms.back().replicates)  // rounds scatter
+                for (double& seconds : one.seconds)
+                    if (arms.size() == 1) seconds *= std::exp(0.001 * static_cast<double>(one.round % 4));
+        }
+        const std::vector<Confirmation> found = confirm(arms, samples);
+        REQUIRE_FALSE(found.empty());
+        REQUIRE(found[0].rivals.size() == rivals);
+        return std::log(found[0].rivals[0].time_ratio.high / found[0].rivals[0].time_ratio.low);
+    };
+    const double one = log_width_with(1);
+    REQUIRE(one > 0.0);
+    CHECK(log_width_with(3) / one == doctest::Approx(4.857 / 3.182).epsilon(1e-3));  // 3 degrees of freedom
 }
 
 TEST_CASE("cost schedule: a baseline that was left out as far behind is measured afterwards, and confirms nothing") {
