@@ -2,7 +2,10 @@
 scripts/measure/equal_error."""
 import json
 import math
+import pathlib
 import statistics
+
+SCENES = pathlib.Path(__file__).resolve().parent.parent.parent / "scenes"
 
 # Student's t, two-sided 95 %, by degrees of freedom.
 T = {1: 12.706, 2: 4.303, 3: 3.182, 4: 2.776, 5: 2.571, 6: 2.447, 7: 2.365, 8: 2.306, 9: 2.262, 10: 2.228, 15: 2.131, 20: 2.086}
@@ -13,16 +16,16 @@ TEXT = """# Cycles and Tandem at equal error
 
 Made by `scripts/measure/equal_error`; do not edit.
 
-- Cycles is {version}, with its best settings for each scene and error. It samples adaptively by a noise threshold, or an even number of
+- Cycles is {version}, with the best of these settings for each scene and error. It samples adaptively by a noise threshold, or an even number of
   samples. It has either sampling pattern, and roulette or none. No denoiser, no clamping.
 - The settings are those that were soonest to the error on seed 0, which no row shows.{one_for_all} Where none reached it, they are
   those whose last render would have, with an error that goes on falling as the root of time.
 - A lamp that is a rectangle is an area light in Cycles. Lamps of other shapes it finds by scattering alone: its own sampling of
-  meshes is not exact enough at grazing angles.
+  meshes is not exact enough at grazing angles. That goes for {found_by_scattering}.
 - Tandem is `tandem render --target-error`, which chooses its settings in a trial. The trial's time is counted.
 - Both rendered {size} pixels wide on the CPU, in turn, in one run a scene.
-- Errors are root mean squares over pixels and channels, over the mean, against a reference by a third renderer. Its own noise is
-  taken out. An error below twice the reference's uncertainty is not shown.
+- Errors are root mean squares over pixels and channels, over the mean, against a reference by Tandem's other renderer (Vulkan). Its own
+  noise is taken out. An error below twice the reference's uncertainty is not shown.
 - Each time is read between two measured points of a seed, never beyond them. Shown are geometric means over {seeds} seeds, with
   Student's interval at 95 % of the logarithms. The first render above {most:g} s was the last of a seed.
 - *≥*: some seed's last render did not reach the error yet, so that its time is a bound. *≤*: a shortest render was better already.
@@ -138,18 +141,36 @@ def setting(arm):
     return f"{'adaptive' if arm['adaptive'] else 'even'}, {pattern}, roulette {'on' if arm['roulette'] else 'off'}"
 
 
+def has_lamps_without_area_light(scene):
+    """Whether a lamp of a shipped scene is no rectangle, so that Cycles finds it by scattering alone (scripts/adapters/cycles.py)."""
+    data = json.loads((SCENES / f"{scene}.json").read_text())
+    lit = {name for name, material in data["materials"].items() if "radiance" in material}
+    return any(entity.get("material") in lit and any("quad" not in primitive for primitive in entity["primitives"])
+               for entity in data["entities"])
+
+
+def outcome(ratio, signs):
+    if ratio is None:
+        return "untold"
+    if ratio[1] > 1 and signs[2] != "≤ ":
+        return "Tandem"
+    return "Cycles" if ratio[2] < 1 and signs[2] != "≥ " else "undecided"
+
+
+def counts(outcomes):
+    """Who is significantly sooner in how many pairs."""
+    told = f"Tandem is significantly sooner in {outcomes.count('Tandem')}, Cycles in {outcomes.count('Cycles')}."
+    for kind, words in (("undecided", "Undecided"), ("untold", "Cannot be told")):
+        told += f" {words}: {outcomes.count(kind)}." if kind in outcomes else ""
+    return told
+
+
 def page_of(record):
-    rows, starts = [], []
-    sooner = later = alike = missing = 0
+    rows, starts, outcomes = [], [], {}
     for scene, error, cycles, tandem, ratio, signs in comparisons(record):
         cells = " | ".join(map(shown, (cycles, tandem, ratio), signs))
         rows.append(f"| {scene} | {100 * error:g} % | {cells} |")
-        is_sooner = ratio is not None and ratio[1] > 1 and signs[2] != "≤ "
-        is_later = ratio is not None and ratio[2] < 1 and signs[2] != "≥ "
-        sooner += is_sooner
-        later += is_later
-        missing += ratio is None
-        alike += ratio is not None and not is_sooner and not is_later
+        outcomes.setdefault(scene, []).append(outcome(ratio, signs))
     for scene, row in record["scenes"].items():
         if not row.get("starts"):
             continue
@@ -160,12 +181,17 @@ def page_of(record):
                       f"{reference['backend']} on {reference['device']}, {reference['samples']} samples, "
                       f"{100 * reference['relative_uncertainty']:.2g} % | {row['processor']}, {row['commit']} |")
     versions = sorted({row["version"] for row in record["scenes"].values() if "version" in row})
-    found = (f"Of {sooner + later + alike + missing} pairs of scene and error, Tandem is significantly sooner in {sooner}, Cycles in {later}; "
-             f"{alike} are undecided" + (f", {missing} cannot be told." if missing else "."))
+    by_scattering = [scene for scene in record["scenes"] if has_lamps_without_area_light(scene)]
+    every = sum(outcomes.values(), [])
+    sampled = [one for scene, found in outcomes.items() for one in found if scene not in by_scattering]
+    found = f"- {len(every)} pairs of scene and error: {counts(every)}"
+    if by_scattering:
+        found += f"\n- The {len(sampled)} of scenes whose lights Cycles samples: {counts(sampled)}"
     older = [scene for scene, row in record["scenes"].items() if "arm" in row]
     one_for_all = (f" On {', '.join(older)} one choice goes\n  for all errors: it was soonest at the smallest that most reached in 5 s. "
                    "At others different settings may be sooner." if older else "")
     return TEXT.format(found=found, version=", ".join(versions), size=record["size"], one_for_all=one_for_all,
+                       found_by_scattering=", ".join(by_scattering) or "no scene here",
                        seeds=record["seeds"], most=record["most_seconds"], rows="\n".join(rows), starts="\n".join(starts))
 
 

@@ -71,6 +71,11 @@ def keeps_answer(arm):
     return arm["keeps_estimate"] or not arm["bias_floor_significant"]
 
 
+def has_time_ratio(arm):
+    """Whether it was rendered beside the baseline, so that their times are compared."""
+    return arm["time_ratio"] is not None and arm["time_ratio"]["high"] is not None
+
+
 def percent(value):
     value *= 100
     return f"{value:.0f}\u00a0%" if value >= 10 else f"{value:.2g}\u00a0%"

@@ -41,6 +41,7 @@ def arm(knob, setting, points, cost=1.0, floor=0.0):
     return {"knob": knob, "setting": setting, "options": f"--{knob} {setting}", "keeps_estimate": floor == 0, "seconds_to": [],
             "bias_floor": floor, "bias_floor_low": 0.9 * floor, "bias_floor_high": 1.1 * floor + 1e-4, "bias_floor_significant": floor > 0,
             "cost_ratio": {"value": cost, "low": 0.9 * cost, "high": 1.1 * cost}, "efficiency": 1.0,
+            "time_ratio": {"value": 1.0, "low": 0.9, "high": 1.1},
             "points": [{"seconds": t, "rmse": e, "rmse_low": 0.9 * e, "rmse_high": 1.1 * e} for t, e in points]}
 
 
@@ -111,16 +112,34 @@ class Tables(unittest.TestCase):
         unreached = report["arms"][1] | {"seconds_to": [reached(0.003, 0.0) | {"seconds": None}]}
         self.assertEqual(accuracy_pages.cell(report, unreached, 0.003), "not reached in 8 s")
 
-    def test_the_soonest_setting_has_the_time_of_its_rounds_beside_its_rivals(self):
-        anew = {"relative_error": 0.05, "recommended": "generator sobol", "forecast": False, "seconds": 3.0}
-        for confirmation, seconds in (({}, "2 s"), (anew, "3 s"), (anew | {"forecast": True}, "2 s")):
+    def test_the_soonest_setting_has_the_time_of_its_rounds_and_a_mark_unless_it_is_shown_to_be(self):
+        anew = {"relative_error": 0.05, "recommended": "generator sobol", "forecast": False, "seconds": 3.0, "outcome": "shown"}
+        for confirmation, seconds, mark in (({}, "2 s", " ≈"), (anew, "3 s", ""), (anew | {"outcome": "refuted"}, "3 s", ""),
+                                            (anew | {"outcome": "open"}, "3 s", " ≈"), (anew | {"forecast": True}, "2 s", " ≈")):
             report = self.report([confirmation] if confirmation else [])
-            self.assertEqual(accuracy.time_cell(report, 0.05), f"{seconds}, `--generator sobol`")
+            self.assertEqual(accuracy.time_cell(report, 0.05), f"{seconds}, `--generator sobol`{mark}")
             self.assertEqual(accuracy_pages.cell(report, report["arms"][1], 0.05), seconds)
+
+    def test_the_first_table_tells_how_long_was_measured_and_how_much_is_shown(self):
+        shown = {"relative_error": 0.01, "recommended": "generator sobol", "forecast": False, "seconds": 3.0, "outcome": "shown"}
+        reports = {}
+        for scene, confirmations, seconds in (("a", [shown], 10.0), ("b", [], 20.0), ("c", [], 40.0)):
+            reports[scene] = self.report(confirmations) | {"seconds": seconds}
+            if scene != "c":
+                reports[scene]["arms"][1]["seconds_to"].append(reached(0.01, 3.0))
+        self.assertEqual(accuracy.found({"cpu": reports}).splitlines()[2],
+                         "| cpu | 3 | 20 (10 … 40) | 2 | `--generator sobol` 2 | 1 |")
+
+    def test_what_was_not_rendered_beside_the_baseline_is_no_figure_of_a_setting(self):
+        alone = arm("generator", "sobol", [(1, 0.5)], 0.01) | {"time_ratio": {"value": 72.0, "low": 0.0, "high": None}}
+        alone["cost_ratio"]["high"] = None
+        reports = {"a": result(arm("generator", "sobol", [(1, 0.5)], 0.5)), "b": result(alone), "c": result(alone | {"time_ratio": None})}
+        self.assertIn("| generator sobol | 3 | 1.00 (1.00 … 1.00) | 2.00 (2.00 … 2.00) |", accuracy.knob_rows(reports)[2])
+        self.assertEqual(len(accuracy_claims.with_noise(accuracy_claims.arms_of(reports, "generator", "sobol"))), 1)
 
     def test_a_floor_counts_where_it_is_above_the_baselines_and_not_of_what_keeps_the_estimate(self):
         def floors(floor, base_floor, keeps):
-            tried = arm("bounces", "1", [(1, 0.5)], floor=floor) | {"keeps_estimate": keeps, "time_ratio": {"value": 1.0}}
+            tried = arm("bounces", "1", [(1, 0.5)], floor=floor) | {"keeps_estimate": keeps}
             report = result(tried)
             report["arms"][0] |= {"bias_floor_high": base_floor, "bias_floor_significant": base_floor > 0.01}
             return accuracy.knob_rows({"box": report})[2].split("|")[5].strip()
@@ -136,13 +155,17 @@ class Tables(unittest.TestCase):
 
 class Sentences(unittest.TestCase):
     def machines(self, sobol=0.5, path=3.0, floor=0.1):
-        arms = [arm("generator", "sobol", [], sobol), arm("integrator", "path", [], path), arm("bounces", "4", [], 0.9, floor)]
-        return {"cpu": {name: result(*arms) for name in ("a", "b")}, "gpu": {"a": result(*arms)}}
+        arms = [arm("generator", "sobol", [], sobol) | {"seconds_to": [reached(0.05, 8 * sobol)]}, arm("integrator", "path", [], path),
+                arm("bounces", "4", [], 0.9, floor)]
+        reports = [result(*arms) for _ in range(3)]
+        for report in reports:
+            report["arms"][0]["seconds_to"] = [reached(0.05, 8.0)]
+        return {"cpu": dict(zip("ab", reports)), "gpu": {"a": reports[2]}}
 
     def test_they_name_each_machine_with_its_figure(self):
         told = accuracy_claims.sentences(self.machines())
         self.assertEqual(len(told), 3)
-        self.assertIn("2.0 (cpu) and 2.0 (gpu)", told[0])
+        self.assertIn("2.0 (cpu, 2 scenes) and 2.0 (gpu, 1)", told[0])
         self.assertIn("2 of 2 (cpu) and 1 of 1 (gpu)", told[1])
 
     def test_scenes_whose_own_settings_sample_no_lights_count_too(self):
@@ -150,10 +173,13 @@ class Sentences(unittest.TestCase):
         results["cpu"] |= {"c": result(arm("integrator", "next-event", [], 0.3)), "d": result(arm("integrator", "next-event", [], 2.0))}
         self.assertIn("3 of 4 (cpu) and 1 of 1 (gpu)", accuracy_claims.light_sampling(results))
 
-    def test_scenes_without_noise_tell_nothing_of_sobol_points(self):
+    def test_scenes_without_noise_or_without_either_time_tell_nothing_of_sobol_points(self):
         results = self.machines()
-        results["cpu"] |= {name: result(arm("generator", "sobol", [], 1.0) | {"efficiency": None}) for name in "cdef"}
-        self.assertIn("2.0 (cpu)", accuracy_claims.sobol(results))
+        quick = arm("generator", "sobol", [], 1.0) | {"seconds_to": [reached(0.05, 8.0)]}
+        results["cpu"] |= {name: result(quick | {"efficiency": None}) for name in "cdef"} | {"g": result(quick)}
+        for name in "cdef":
+            results["cpu"][name]["arms"][0]["seconds_to"] = [reached(0.05, 8.0)]
+        self.assertIn("2.0 (cpu, 2 scenes)", accuracy_claims.sobol(results))
 
     def test_each_is_refused_where_one_machine_contradicts_it(self):
         for claim, wrong in zip(accuracy_claims.CLAIMS, ({"sobol": 1.5}, {"path": 0.5}, {"floor": 0.0})):
@@ -172,6 +198,20 @@ class EqualError(unittest.TestCase):
                    "relative_error": 0.1 / math.sqrt(seconds)}
                   for who, speed in (("cycles", factor), ("tandem", 1.0)) for seed in range(1, 6) for level, seconds in enumerate((1, 4, 16, 64))]
         return {"seeds": 5, "scenes": {"box": {"targets": [0.05, 0.02, 0.01], "points": points}}}
+
+    def test_scenes_whose_lamps_cycles_finds_by_scattering_are_counted_apart(self):
+        self.assertTrue(equal_error_page.has_lamps_without_area_light("glass"))
+        self.assertTrue(equal_error_page.has_lamps_without_area_light("fog"))  # one of two
+        self.assertFalse(equal_error_page.has_lamps_without_area_light("cornell-classic"))
+        self.assertFalse(equal_error_page.has_lamps_without_area_light("environment"))
+        record = json.loads((RECORDS / "cycles/equal_error.json").read_text())
+        for scene in ("caustics", "bokeh", "fog"):
+            del record["scenes"][scene]
+        page = equal_error_page.page_of(record)
+        count = lambda scenes: sum(scene in scenes for scene, *_ in equal_error_page.comparisons(record))
+        self.assertIn(f"- {count(record['scenes'])} pairs of scene and error: Tandem is", page)
+        self.assertIn(f"- The {count(('cornell-classic', 'environment'))} of scenes whose lights Cycles samples: ", page)
+        self.assertIn("That goes for glass.", page)
 
     def test_times_are_read_between_points_and_never_beyond(self):
         curve = [(1, 0.1), (4, 0.05), (16, 0.025)]
@@ -255,6 +295,18 @@ if sys.argv[1] == "render":
     pathlib.Path(value("-o")).write_bytes(b"PF\\n2 2\\n-1.0\\n" + array.array("f", 12 * [0.5]).tobytes())
 pathlib.Path(value("--json")).write_text(json.dumps(report))
 """
+
+
+class TargetError(unittest.TestCase):
+    def test_rows_of_older_programs_are_counted_apart(self):
+        module = script("measure/target_error")
+        records = json.loads((RECORDS / "accuracy/target_error.json").read_text())
+        first = next(record for record in records if record["commit"] not in module.WITHOUT_LOOKS)
+        older = first | {"commit": next(iter(module.WITHOUT_LOOKS)), "free": 9 * first["free"][:1]}
+        summary = module.page([first, older]).split("|---|---|---|---|\n")[1].split("\n\n")[0].splitlines()
+        self.assertEqual([line.split(" | ")[0] for line in summary], [f"| {first['machine']}", f"| {first['machine']}†"])
+        self.assertTrue(all(line.endswith(" of 1 |") for line in summary), summary)
+        self.assertIn(" | 9 | ", module.page([older]).splitlines()[-3])
 
 
 class WithScripts(unittest.TestCase):
@@ -452,6 +504,21 @@ class MeasuredCommits(WithScripts):
         status, error = self.measure(module, words, COMMIT, "0123456789ab")
         self.assertEqual(status, 2, error)
         self.assertIn("now: measure again", error)
+
+    def test_of_accuracy_and_of_what_it_takes(self):
+        module, kept = script("measure/accuracy"), self.folder / "kept"
+        kept.mkdir()
+        module.RESULTS, module.DOCUMENT = kept, kept / "page.md"
+        self.refuses(module, ["--name", "cpu", SCRIPTS.parent / "scenes/glass.json"], kept)
+        for text, mention in ((None, "No such file"), ("{", "is no JSON"), ("[]", "not written by tandem cost"), ("{}", "not written by")):
+            taken = self.folder / "taken.json"
+            taken.unlink(missing_ok=True)
+            if text is not None:
+                taken.write_text(text)
+            status, error = self.run_script(module, "--name", "cpu", "--take", RECORDS / "accuracy/cpu/glass.json", taken)
+            self.assertEqual(status, 2)
+            self.assertIn(mention, error)
+            self.assertEqual(list(kept.iterdir()), [])
 
     def test_a_program_that_is_not_there_or_renders_nothing_is_one_line(self):
         module = script("measure/forecasts")
