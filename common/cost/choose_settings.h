@@ -52,7 +52,7 @@ struct SettingsChoice {
 // adaptive sampling, each on the best so far. Trials use random numbers that the render does not. An alternative must
 // be better by a tenth, as trials are short; the other integrator with Sobol points by a half. Roulette is tried on the
 // best's own random numbers: without it where the scene has it, else from the fourth event on; where Sobol points are
-// not to be had, from the first on, too. Its trial may take a tenth of the render where others have used up their
+// not to be had, from the first on, too. Its trial may take an eighth of the render where others have used up their
 // share. Sobol points do not reduce the noise that it adds faster than 1/n. Adaptive sampling is judged by how uneven
 // the noise of the best is, and how long paths take in the pixels that would get more. Sobol points are judged by two
 // scramblings. Where a render needs no more than two, they are part of the first trial. Then they are left only where
