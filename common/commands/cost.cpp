@@ -47,7 +47,7 @@ std::filesystem::path cache_folder() {
 Output output_of(const std::filesystem::path& references) { return {"--references", references, OutputKind::folder}; }
 
 void tell_cache_fault(const InputError& error) {
-    fmt::print(stderr, "tandem: the long reference is not kept: {}\n", escaped(error.what()));
+    fmt::print(stderr, "tandem: the cache of long references: {}\n", escaped(error.what()));
 }
 
 // Empty: they are not kept. That they are is for later runs, so a cache that cannot be written is no reason to refuse
@@ -111,7 +111,7 @@ CostRequest request_of(const CostArguments& arguments, const CommandContext& con
     request.make_reference = maker(context, arguments.reference_backend, arguments);
     request.knobs = arguments.knobs;
     request.references = references;
-    if (arguments.references.empty()) request.cache_fault = tell_cache_fault;
+    if (arguments.references.empty() && arguments.reference.empty()) request.cache_fault = tell_cache_fault;
     request.reference_file = arguments.reference;
     request.seconds = arguments.seconds;
     request.seed = arguments.options.seed;

@@ -241,7 +241,7 @@ void add_window(CLI::App& command, ViewArguments& arguments) {
     command
         .add_option(
             "--frames", arguments.frames, "Close after this many frames, and after --samples if given. For scripts")
-        ->check(whole_between(1, numbers_alike));
+        ->check(whole_between(1, std::uint64_t{1} << 40));
     command.add_option("--precision", arguments.precision, precision_help);
     command.add_option("--kernel", arguments.kernel, kernel_help)->group(rare_options);
     command.add_option("--threads", arguments.threads, "CPU threads (default: all)")

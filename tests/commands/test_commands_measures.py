@@ -216,12 +216,15 @@ class Measures(ProgramTest):
         self.assertEqual(reference.read_bytes(), before)
         self.refused(tandem("cost", self.scene, "--size", "9", "--reference", reference, "--time", "4"),
                      "there.reference", "another scene, size")
+        reference.write_text("rubbish")  # no cache, which would be done without
+        self.refused(tandem(*cost, "--reference-only"), "there.reference")
+        self.assertEqual(reference.read_text(), "rubbish")
 
     def test_cost_keeps_no_reference_where_the_cache_cannot_be_written(self):
         cost = ["cost", self.scene, "--size", "8", "--knob", "bounces", "--time", "4"]
         result = in_time(*cost, env=os.environ | {"XDG_CACHE_HOME": str(self.scene)})  # no folder
         self.assertEqual(result.returncode, 0, result.stderr)
-        self.assertIn("the long reference is not kept: ", result.stderr)
+        self.assertIn("the cache of long references: ", result.stderr)
         self.assertIn("To 1 %: `tandem render", result.stdout)
         self.refused(tandem(*cost, "--references", self.scene / "references"), "references")
 
