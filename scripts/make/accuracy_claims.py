@@ -21,15 +21,9 @@ def with_noise(pairs):
             if base["efficiency"] is not None and arm["efficiency"] is not None and frontier.has_time_ratio(arm)]
 
 
-def measured(arm, error):
-    """The time to an error, if it was measured."""
-    return next((time for time in arm["seconds_to"]
-                 if time["relative_error"] == error and time["seconds"] is not None and not time["extrapolated"]), None)
-
-
 def both_measured(pairs, error):
     """(the baseline's time, the arm's) to an error, where both were measured to it."""
-    times = [(measured(base, error), measured(arm, error)) for base, arm in pairs]
+    times = [(frontier.measured(base, error), frontier.measured(arm, error)) for base, arm in pairs]
     return [(base, arm) for base, arm in times if base and arm]
 
 

@@ -71,6 +71,12 @@ def keeps_answer(arm):
     return arm["keeps_estimate"] or not arm["bias_floor_significant"]
 
 
+def measured(arm, error):
+    """The time to an error, if it was measured."""
+    return next((time for time in arm["seconds_to"]
+                 if time["relative_error"] == error and time["seconds"] is not None and not time["extrapolated"]), None)
+
+
 def has_time_ratio(arm):
     """Whether it was rendered beside the baseline, so that their times are compared."""
     return arm["time_ratio"] is not None and arm["time_ratio"]["high"] is not None
